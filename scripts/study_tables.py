@@ -36,7 +36,7 @@ def errors(studies):
         at, rows = columns(t), t["rows"]
         cells = [title(t)]
         for r in rows:
-            star = "" if r[at["steady"]] == "yes" else "\\*"
+            star = "" if r[at["converged"]] == "yes" else "\\*"
             cells.append(f"{r[at['largest / D']]:.1e}{star}")
         exact = rows[-1][at["largest / D"]] < 1e-12 or "not critical" in t["title"]
         order = math.log2(rows[1][at["rms / D"]] / rows[2][at["rms / D"]]) if len(rows) > 2 else math.nan
@@ -61,7 +61,7 @@ def schemes(study):
 
 
 def claims(studies):
-    """What was stated of the experiments beside what was got."""
+    """The stated values of the experiments beside the measured ones."""
     rows = []
     for study in studies:
         for claim in study["claims"]:

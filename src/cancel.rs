@@ -1,19 +1,19 @@
-//! A token that stops a computation.
+//! A cancellation token that threads share.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Stops runs: a token that several threads may share.
+/// Stops the runs that were given it; clones share one token.
 ///
-/// Reading it costs one relaxed load, so inner loops may do so for every few microseconds of work. A computation that finds it set
-/// returns early with values of the right shape but without meaning; the run that it belongs to ends with an error.
+/// Reading it costs one relaxed load, so inner loops may read it every few microseconds. A computation that finds it set returns
+/// early with values of the right shape but without meaning; its run then ends with an error.
 #[derive(Clone, Debug, Default)]
 pub struct Cancel(Arc<Token>);
 
 #[derive(Debug, Default)]
 struct Token {
     is_set: AtomicBool,
-    /// Reads until the token counts as set; none for a token without such a limit.
+    /// Reads until the token counts as set; none for no limit.
     #[cfg(test)]
     reads_left: Option<std::sync::atomic::AtomicUsize>,
 }
@@ -24,12 +24,12 @@ impl Cancel {
         Self::default()
     }
 
-    /// Stops the runs that were given this token, for good.
+    /// Stops the runs that were given this token. A token cannot be reset.
     pub fn cancel(&self) {
         self.0.is_set.store(true, Ordering::Relaxed);
     }
 
-    /// Whether it was set.
+    /// Whether [`Cancel::cancel`] was called.
     #[inline]
     pub fn is_cancelled(&self) -> bool {
         #[cfg(test)]

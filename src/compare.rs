@@ -1,4 +1,5 @@
-//! Two meshes beside each other: distances both ways, normals, bending energy, and what of the first is kept in the second.
+//! Comparison of two meshes: distances both ways, normals, Willmore energy, and which vertices and faces of the first are kept in the
+//! second.
 
 use std::collections::{HashMap, HashSet};
 
@@ -10,16 +11,16 @@ use thiserror::Error;
 use crate::mesh::{Mesh, area_vector, face_normal};
 use crate::spatial::Bvh;
 
-/// The most samples that are taken of a mesh.
+/// Upper bound of the number of samples on a mesh.
 pub const MOST_SAMPLES: usize = crate::parameters::tables::MOST_SAMPLES;
-/// Samples that are measured at a time: about 50 MB.
+/// Number of samples that are measured at a time; they take about 50 MB.
 const CHUNK: usize = 1 << 20;
 
 /// Why two meshes cannot be compared.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CompareError {
-    /// There are no samples or too many.
+    /// The number of samples is 0 or above [`MOST_SAMPLES`].
     #[error("the number of samples must lie between 1 and {MOST_SAMPLES}, but is {0}")]
     Samples(usize),
     /// A mesh has no face with an area.
@@ -30,7 +31,7 @@ pub enum CompareError {
     },
 }
 
-/// Everything about two meshes A and B.
+/// The comparison of two meshes A and B.
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Comparison {
@@ -42,23 +43,23 @@ pub struct Comparison {
     pub a_to_b: Distances,
     /// From samples of B to the closest points of A.
     pub b_to_a: Distances,
-    /// What of A is in B.
+    /// Vertices and faces of A that are in B.
     pub kept: Kept,
 }
 
-/// One mesh by itself.
+/// Counts, area and Willmore energy of one mesh.
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct SurfaceFacts {
-    /// Vertices.
+    /// Number of vertices.
     pub vertices: usize,
-    /// Faces.
+    /// Number of faces.
     pub faces: usize,
     /// Area in the mesh's units squared.
     pub area: f64,
-    /// `½ ∫ h² dA` with h the sum of the principal curvatures: 8π for a sphere. Without the vertices of the border.
+    /// `½ ∫ h² dA` with h the sum of the principal curvatures, over the inner vertices: 8π for a sphere.
     pub willmore_energy: f64,
-    /// Vertices of the border, which have no curvature vector.
+    /// Number of vertices on boundary or non-manifold edges; they have no curvature vector.
     pub border_vertices: usize,
 }
 
@@ -66,11 +67,11 @@ pub struct SurfaceFacts {
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Distances {
-    /// Samples, spread evenly over the area.
+    /// Number of samples, spread evenly over the area.
     pub samples: usize,
     /// Largest distance of a sample or a vertex.
     pub max: f64,
-    /// Where it is.
+    /// Position of the sample or vertex with the largest distance.
     pub max_at: DVec3,
     /// Root mean square distance of the samples.
     pub rms: f64,
@@ -78,28 +79,28 @@ pub struct Distances {
     pub mean: f64,
     /// Mean angle between the faces' normals at a sample and at its closest point, in degrees.
     pub normal_mean: f64,
-    /// Largest such angle.
+    /// Largest of these angles, in degrees.
     pub normal_max: f64,
 }
 
-/// What of A is bit for bit in B.
+/// Numbers of vertices and faces of A that are in B, bit for bit.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Kept {
-    /// Vertices of A whose position is that of a vertex of B.
+    /// Vertices of A at the exact position of a vertex of B.
     pub vertices: usize,
-    /// Vertices of A, from the first on, that have the same number in B.
+    /// Leading vertices of A that have the same number and position in B.
     pub vertices_in_order: usize,
-    /// Faces of A whose corners' positions are those of a face of B, in the same sense of rotation.
+    /// Faces of A with the same corner positions and the same orientation as a face of B.
     pub faces: usize,
-    /// Faces of A, from the first on, that have the same number and the same vertex numbers in B.
+    /// Leading faces of A that have the same number and the same vertex numbers in B.
     pub faces_in_order: usize,
 }
 
-/// Compares two meshes by so many samples on each.
+/// Compares two meshes by `samples` samples on each.
 ///
 /// # Errors
-/// When one of them has no face with an area, or the samples are none or more than [`MOST_SAMPLES`].
+/// When a mesh has no face with an area, or `samples` is 0 or above [`MOST_SAMPLES`].
 pub fn compare(a: &Mesh, b: &Mesh, samples: usize) -> Result<Comparison, CompareError> {
     if !(1..=MOST_SAMPLES).contains(&samples) {
         return Err(CompareError::Samples(samples));
@@ -126,22 +127,23 @@ fn twice_area(mesh: &Mesh, face: &[u32; 3]) -> f64 {
 }
 
 fn surface_facts(mesh: &Mesh) -> SurfaceFacts {
-    let (energy, border) = willmore_energy(mesh);
+    let (energy, boundary) = willmore_energy(mesh);
     SurfaceFacts {
         vertices: mesh.positions.len(),
         faces: mesh.faces.len(),
         area: 0.5 * mesh.faces.iter().map(|f| twice_area(mesh, f)).sum::<f64>(),
         willmore_energy: energy,
-        border_vertices: border,
+        border_vertices: boundary,
     }
 }
 
-/// `½ Σ |K_i|² A_i` over the inner vertices, `K_i` the curvature vector by cotangents and `A_i` the mixed Voronoi area
-/// (Meyer, Desbrun, Schröder, Barr 2003); and the number of border vertices.
+/// `½ Σ |K_i|² A_i` over the inner vertices, with the cotangent curvature vector `K_i` and the mixed Voronoi area `A_i`
+/// (Meyer, Desbrun, Schröder, Barr 2003); and the number of vertices on boundary or non-manifold edges.
 fn willmore_energy(mesh: &Mesh) -> (f64, usize) {
     let n = mesh.positions.len();
     let (mut bent, mut area) = (vec![DVec3::ZERO; n], vec![0.0; n]);
     let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
+    // Accumulate the integrated curvature vector and the area of each vertex, and count the faces of each edge.
     for face in &mesh.faces {
         let p = face.map(|v| mesh.positions[v as usize]);
         let twice = twice_area(mesh, face);
@@ -152,30 +154,31 @@ fn willmore_energy(mesh: &Mesh) -> (f64, usize) {
             if twice <= 0.0 {
                 continue;
             }
-            // The angle across the edge from i to j is at l.
+            // The angle opposite the edge from i to j is at corner l.
             let half_cotangent = 0.5 * (p[i] - p[l]).dot(p[j] - p[l]) / twice;
             let pull = half_cotangent * (p[j] - p[i]);
             bent[a as usize] += pull;
             bent[b as usize] -= pull;
-            area[a as usize] += voronoi_part(p[i], p[j], p[l], twice);
+            area[a as usize] += mixed_area(p[i], p[j], p[l], twice);
         }
     }
-    let mut border = vec![false; n];
+    // Exclude vertices on edges that do not have exactly two faces.
+    let mut is_boundary = vec![false; n];
     for (&(a, b), &count) in &edges {
         if count != 2 {
-            border[a as usize] = true;
-            border[b as usize] = true;
+            is_boundary[a as usize] = true;
+            is_boundary[b as usize] = true;
         }
     }
     let energy = (0..n)
-        .filter(|&v| !border[v] && area[v] > 0.0)
+        .filter(|&v| !is_boundary[v] && area[v] > 0.0)
         .map(|v| 0.5 * bent[v].length_squared() / area[v])
         .sum();
-    (energy, border.iter().filter(|b| **b).count())
+    (energy, is_boundary.iter().filter(|b| **b).count())
 }
 
-/// The part of a triangle that belongs to its corner `p`.
-fn voronoi_part(p: DVec3, q: DVec3, r: DVec3, twice: f64) -> f64 {
+/// The part of a triangle's mixed Voronoi area at its corner `p`; `twice` is twice the triangle's area.
+fn mixed_area(p: DVec3, q: DVec3, r: DVec3, twice: f64) -> f64 {
     let at_p = (q - p).dot(r - p);
     let at_q = (p - q).dot(r - q);
     let at_r = (p - r).dot(q - r);
@@ -188,13 +191,13 @@ fn voronoi_part(p: DVec3, q: DVec3, r: DVec3, twice: f64) -> f64 {
     0.125 * ((r - p).length_squared() * at_q + (q - p).length_squared() * at_r) / twice
 }
 
-/// A point of a face.
+/// A point on a face.
 struct Sample {
     point: DVec3,
     face: u32,
 }
 
-/// Points at equal steps of the area, face after face; inside a face they follow a sequence that fills it evenly.
+/// Visits `count` points at equal steps of the accumulated area, face by face. Inside a face they follow a low-discrepancy sequence.
 fn spread(mesh: &Mesh, count: usize, mut visit: impl FnMut(Sample)) {
     let total: f64 = mesh.faces.iter().map(|f| twice_area(mesh, f)).sum();
     let step = total / count as f64;
@@ -205,7 +208,7 @@ fn spread(mesh: &Mesh, count: usize, mut visit: impl FnMut(Sample)) {
         passed += twice_area(mesh, face);
         while next < passed {
             let k = number as f64;
-            // Roberts' R2 sequence, folded into the triangle.
+            // Roberts' R2 sequence in the unit square, folded into the triangle.
             let (mut u, mut v) = (
                 (0.5 + 0.754_877_666_246_693 * k).fract(),
                 (0.5 + 0.569_840_290_998_053 * k).fract(),
@@ -237,13 +240,13 @@ struct Sums {
 }
 
 impl Sums {
-    fn look_at(&mut self, point: DVec3, distance: f64) {
+    fn update_max(&mut self, point: DVec3, distance: f64) {
         if distance > self.max {
             (self.max, self.max_at) = (distance, point);
         }
     }
 
-    /// Measures samples in parallel, adds them one by one and drops them.
+    /// Measures samples in parallel, adds the results in order, so that the sums do not depend on the threads, and drops the samples.
     fn take(
         &mut self,
         samples: &mut Vec<Sample>,
@@ -254,7 +257,7 @@ impl Sums {
             self.samples += 1;
             self.distance += distance;
             self.squared += distance * distance;
-            self.look_at(sample.point, distance);
+            self.update_max(sample.point, distance);
             // A face without area has no normal.
             if angle.is_finite() {
                 self.angle += angle;
@@ -283,7 +286,7 @@ fn distances(from: &Mesh, to: &Mesh, count: usize) -> Distances {
         }
     });
     sums.take(&mut samples, measure);
-    // The farthest point of a polyhedron is often a vertex.
+    // The maximum also takes the vertices, since the farthest point of a polyhedron is often a vertex.
     let used: HashSet<u32> = from.faces.iter().flatten().copied().collect();
     let mut corners: Vec<u32> = used.into_iter().collect();
     corners.sort_unstable();
@@ -295,7 +298,7 @@ fn distances(from: &Mesh, to: &Mesh, count: usize) -> Distances {
         })
         .collect();
     for (v, distance) in corners.into_iter().zip(at_corners) {
-        sums.look_at(from.positions[v as usize], distance);
+        sums.update_max(from.positions[v as usize], distance);
     }
     let n = sums.samples.max(1) as f64;
     Distances {
@@ -315,7 +318,7 @@ fn bits(p: DVec3) -> Bits {
     p.to_array().map(f64::to_bits)
 }
 
-/// The corners of a face, beginning with the least.
+/// The corner positions of a face, rotated to the smallest of the three orders.
 fn face_bits(mesh: &Mesh, face: &[u32; 3]) -> [Bits; 3] {
     let corners = face.map(|v| bits(mesh.positions[v as usize]));
     let [a, b, c] = corners;
@@ -405,13 +408,13 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_bounded_and_come_in_pieces() {
+    fn samples_are_bounded_and_measured_in_chunks() {
         let mesh = shapes::icosphere(1);
         for wrong in [0, MOST_SAMPLES + 1, usize::MAX] {
             let refused = compare(&mesh, &mesh, wrong);
             assert!(matches!(refused, Err(CompareError::Samples(n)) if n == wrong));
         }
-        // More than fit into one piece: none is lost or counted twice.
+        // More than fit into one chunk: none is lost or counted twice.
         let samples = CHUNK + 1000;
         let same = compare(&mesh, &mesh, samples).expect("a comparison");
         assert_eq!(same.a_to_b.samples, samples);

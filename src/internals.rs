@@ -1,11 +1,11 @@
-//! The engine's rooms, open to the project's own tests, benchmarks, fuzz targets and Python module. They may change in any release.
+//! The engine's modules, for the project's own tests, benchmarks, fuzz targets and Python module. They may change in any release.
 
-/// A module for each room, with all that the room has.
+/// Re-exports all items of each named module.
 macro_rules! open {
-    ($($room:ident)*) => {$(
+    ($($module:ident)*) => {$(
         /// See the source.
-        pub mod $room {
-            pub use crate::$room::*;
+        pub mod $module {
+            pub use crate::$module::*;
         }
     )*};
 }

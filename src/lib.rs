@@ -1,16 +1,16 @@
 //! isomend fills holes in triangle meshes by 3D level-set Willmore flow.
 //!
-//! The neighbourhood of each hole is voxelised into a signed distance field; the missing part evolves by Willmore flow,
-//! position and normal of the surroundings held fixed, until it is steady; the new piece is extracted, joined to the rim
-//! and meshed like its surroundings. So patches continue the curvature of what is round them: a sphere is mended to a
-//! sphere, and so are the other surfaces that are critical for the Willmore energy `∫ H² dA`.
+//! The neighbourhood of each hole is voxelised into a signed distance field. The missing part evolves by Willmore flow to its
+//! steady state, with position and normal of the surroundings held fixed. The patch is extracted, joined to the rim and meshed
+//! like its surroundings. Patches therefore continue the curvature of their surroundings: a hole in a sphere is closed by a part
+//! of that sphere, and the same holds for the other surfaces that are critical points of the Willmore energy `∫ H² dA`.
 //!
 //! ```
 //! use std::f64::consts::PI;
 //! use isomend::glam::DVec3;
 //! use isomend::{FillParams, Mesh, fill};
 //!
-//! // A ball of radius 1 without its top, of rings of 24 vertices each.
+//! // A sphere of radius 1 without its top: rings of 24 vertices each.
 //! let (rings, around) = (9, 24);
 //! let mut mesh = Mesh::new(vec![-DVec3::Z], Vec::new());
 //! for ring in 1..=rings {
@@ -40,40 +40,41 @@
 //! # Ok::<(), isomend::FillError>(())
 //! ```
 //!
-//! # What it guarantees
-//! - Every vertex and face of the input is kept, bit for bit and in order; what is new comes after it
+//! # Guarantees
+//! - Every vertex and face of the input is kept, bit for bit and in order; new vertices and faces follow them
 //!   ([`SurfaceKind::Stitched`]).
-//! - A filled hole is closed by a manifold patch, oriented as its surroundings, that shares the rim's edges.
-//! - Every hole is accounted for in the [`FillReport`]: filled, triangulated, left or failed, and why.
-//! - It always ends, and the result is the same, to the byte, for any number of threads.
+//! - A filled hole is closed by a manifold patch that shares the rim's edges and is oriented like its surroundings.
+//! - Every hole is listed in the [`FillReport`]: filled, triangulated, left or failed, with the reason.
+//! - Every run ends, and the result is the same, to the byte, for any number of threads.
 //!
-//! # What it does not
-//! - Sharp edges and texture do not come back: a patch is smooth.
-//! - A patch is checked against the mesh's faces for intersections; what cannot be had is reported, not prevented.
-//! - A fill mends holes, not other defects: edges with more than two faces, misoriented faces and intersections of the
-//!   input with itself are reported and stay. [`repair`] mends them, as far as cutting out and filling can; what it leaves its
-//!   report says.
+//! # Limits
+//! - A patch does not restore texture. It is smooth, apart from sharp edges that end at the rim: they are continued where they
+//!   predict the surrounding faces better than a smooth patch ([`Sharp`]).
+//! - A patch is checked for intersections with the mesh's faces; intersections that cannot be avoided are reported.
+//! - A fill closes holes and mends no other defects: edges with more than two faces, misoriented faces and self-intersections of
+//!   the input are reported and stay. [`repair`] mends them as far as cutting out and filling can; its report lists the rest.
 //!
-//! # Ways in
-//! - [`fill`], [`restore`], [`fair`] and [`repair`]: a mesh and parameters in, a mesh and a report out.
-//! - [`Inspection::check`]: what is wrong with a mesh, and one verdict.
-//! - [`Inspection`]: what a mesh holds, found once; plans and runs on it, with a [`Control`] of threads, progress and cancelling;
-//!   [`Inspection::regions`] hands out the work on each region as a value that can be done anywhere.
+//! # Entry points
+//! - [`fill`], [`restore`], [`fair`] and [`repair`] take a mesh and parameters, and return a mesh and a report.
+//! - [`Inspection::check`] lists the defects of a mesh and gives one verdict.
+//! - [`Inspection`] analyses a mesh once; plans and runs use it, with a [`Control`] of threads, progress and cancelling.
+//!   [`Inspection::regions`] returns the work on each region as a value that can be processed anywhere.
 //! - [`Model::inspect`] and [`Model::mended`] carry colours, normals, texture coordinates and materials along.
-//! - `job` (features `io` and `report`): from file to file, as the command line does it; `io`: files and bytes to meshes and back.
+//! - `job` (features `io` and `report`) works from file to file, like the command line; `io` converts files and bytes to meshes
+//!   and back.
 //!
-//! [`restore`] cuts marked faces out, which a [`Mask`] may choose, and fills what is missing then; all other faces are kept
-//! as above. [`RestoreParams::keep_shape`] keeps part of the shape that was there. Lengths are in the units of the mesh
-//! throughout.
+//! [`restore`] cuts out marked faces, which a [`Mask`] may choose, and fills the gap; all other faces are kept as above.
+//! [`RestoreParams::keep_shape`] keeps part of the old shape. All lengths are in the units of the mesh.
 //!
 //! # Features
-//! The core without features needs no format and no command line. `io` reads and writes files, `report` draws pages and pictures,
-//! `study` holds the experiments of the paper, `view` serves the local page; `cli`, the default, is all of them and the program.
+//! The core without features needs no file format and no command line. `io` reads and writes files, `report` draws pages and
+//! pictures, `study` holds the experiments of the paper, `view` serves the local page; `cli`, the default, enables all of them and
+//! the program.
 //!
 //! # Source
 //! M. Droske, M. Rumpf, "A level set formulation for Willmore flow", Interfaces and Free Boundaries 6 (2004) 361–378.
 #![warn(missing_docs)]
-// Some of what the engine rooms offer each other's tests and the benchmarks is used by nothing else.
+// Some items of the engine modules are used only by tests and benchmarks.
 #![cfg_attr(not(feature = "internals"), allow(dead_code, unused_imports))]
 
 // The command line names the library as other callers do.
@@ -157,7 +158,7 @@ pub use region::{LevelReport, VoxelSize};
 pub use repair::{Carried, CrossingPass, RepairParams, RepairReport, Repaired, repair};
 pub use stitch::StitchError;
 
-/// The examples of the pages, run as tests.
+/// The examples of the documentation pages, run as tests.
 #[cfg(all(doctest, feature = "cli"))]
 mod pages {
     #[doc = include_str!("../README.md")]

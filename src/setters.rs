@@ -1,6 +1,7 @@
-//! The macro that writes the setters of parameters.
+//! The macro that generates the builder-style setters of parameter structs.
 
-/// Setters of a struct of parameters, each of which takes the struct and hands it on: name, argument, the field and its new value.
+/// Generates `new` and one setter a line for a struct of parameters: name and argument, then the field and its new value. A setter
+/// takes the struct by value and returns it.
 macro_rules! setters {
     ($params:ty: $(
         $(#[$doc:meta])*

@@ -39,7 +39,7 @@ def test_the_score_of_an_exact_patch_is_correct():
     case = next(cases.cases("^sphere 30°$", score.Reference))
     v, f, gone = case.whole
     own = score.score(case, v, f, gone)
-    # Triangles of edge e lie up to e²/6 below the unit sphere.
+    # Triangles of edge e are up to e²/6 below the unit sphere.
     edge = np.linalg.norm(v[f[gone]] - v[np.roll(f[gone], 1, axis=1)], axis=2).max()
     assert 0 < own["rms"] < 1e3 * edge**2 / 6 / case.diameter and own["faces"] == gone.sum()
     patch, closed = score.marked(case, v, f)

@@ -106,7 +106,7 @@ def test_files_that_cannot_be_read_or_written_are_named(tmp_path, filled):
         isomend.read(tmp_path / "bad.ply")
     with pytest.raises(isomend.FileError, match="no folder"):
         filled.write(tmp_path / "no" / "a.ply")
-    with pytest.raises(isomend.ParameterError, match="does not tell a format"):
+    with pytest.raises(isomend.ParameterError, match="no extension of a known mesh format"):
         filled.write(tmp_path / "a.xyz")
     with pytest.raises(isomend.ParameterError, match="there is no format 'xyz'"):
         filled.to_bytes("xyz")

@@ -1,4 +1,4 @@
-//! The components of a mesh: how large they are, and which lie inside others.
+//! The connected components of a mesh: area, volume, and which component encloses which.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -8,48 +8,48 @@ use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, Topology, area_vector};
 use crate::spatial::{Bounds, BoxTree, Bvh, WindingTree};
 
-/// A point lies inside a component where the component winds round it by more than this: 1 inside of a closed one, less where it
-/// has holes.
+/// Winding number above which a point is inside a component: 1 inside a closed one, less near its holes.
 const INSIDE: f64 = 0.75;
-/// So many vertices of a component are looked at to say whether it lies inside another.
+/// Number of vertices of a component that are tested to decide whether it lies inside another.
 const SAMPLES: usize = 32;
-/// Components of fewer faces hold nothing.
+/// Components with fewer faces enclose nothing: 4 faces make a tetrahedron.
 const LEAST_FACES: usize = 4;
 
-/// A part of a mesh that hangs together by edges with two faces.
+/// A connected component of a mesh: faces connected across edges with exactly two faces.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Component {
     /// Number of faces.
     pub faces: usize,
-    /// Area in the mesh's units squared.
+    /// Area, in mesh units squared.
     pub area: f64,
-    /// Whether each of its edges is in two faces.
+    /// Whether each of its edges has two faces.
     pub closed: bool,
-    /// The volume that it encloses, negative where it is inside out; of an open one that of the cone over a point in the middle.
+    /// Enclosed volume, negative if the component is inside out. For an open component: the volume of the cone from the centre of
+    /// its bounding box over its faces.
     pub volume: f64,
-    /// The middle of its bounding box.
+    /// Centre of its bounding box.
     pub centre: DVec3,
-    /// The smallest component that it lies wholly inside, as its place in the list.
+    /// Index of the smallest component that encloses it entirely.
     pub inside: Option<usize>,
-    /// How many components it lies wholly inside.
+    /// Number of components that enclose it entirely.
     pub depth: usize,
-    /// Whether its area is a small part of that of the largest one.
+    /// Whether its area is below the `debris` fraction of the largest component's area.
     pub debris: bool,
-    /// The mean thickness of its thinnest wall in the mesh's units: a patch of its surface whose other side is parallel to it within 15
-    /// degrees. None where it is open, or has no such wall, as a tetrahedron.
+    /// Mean thickness of its thinnest wall, in mesh units. A wall is a patch of the surface whose opposite side is parallel to it
+    /// within 15 degrees. None if the component is open or has no wall, as a tetrahedron.
     #[serde(default)]
     pub least_wall: Option<f64>,
-    /// The mean thickness of such walls over its surface.
+    /// Area-weighted mean thickness of its walls.
     #[serde(default)]
     pub mean_wall: Option<f64>,
-    /// Where its thinnest wall is.
+    /// Position of its thinnest wall.
     #[serde(default)]
     pub thinnest_at: Option<DVec3>,
 }
 
-/// The components of a welded mesh, in the order of their numbers; `debris` is the part of the largest area below which one counts as
-/// debris.
+/// The components of a welded mesh, in the order of their numbers. A component counts as debris if its area is below `debris`
+/// times the largest one.
 pub(crate) fn components(mesh: &Mesh, topology: &Topology, debris: f64) -> Vec<Component> {
     let count = topology.component_faces.len();
     let mut faces: Vec<Vec<u32>> = vec![Vec::new(); count];
@@ -59,9 +59,9 @@ pub(crate) fn components(mesh: &Mesh, topology: &Topology, debris: f64) -> Vec<C
     let boxes: Vec<Bounds> = faces.par_iter().map(|own| bounds(mesh, own)).collect();
     let mut open = vec![false; count];
     for h in (0..topology.opposite.len()).filter(|h| topology.opposite[*h] == NONE) {
-        let piece = topology.component[h / 3];
-        if piece != NONE {
-            open[piece as usize] = true;
+        let component = topology.component[h / 3];
+        if component != NONE {
+            open[component as usize] = true;
         }
     }
     let mut found: Vec<Component> = (0..count)
@@ -82,7 +82,7 @@ fn bounds(mesh: &Mesh, faces: &[u32]) -> Bounds {
     Bounds { low, high }
 }
 
-/// Area and volume of some faces, in the orientation of the mesh as given.
+/// Area and volume of the given faces, with the orientation of the input mesh.
 fn measured(
     mesh: &Mesh,
     topology: &Topology,
@@ -117,17 +117,17 @@ fn measured(
     }
 }
 
-/// Says which components lie inside which.
+/// Determines which components lie inside which others.
 fn nest(mesh: &Mesh, faces: &[Vec<u32>], boxes: &[Bounds], found: &mut [Component]) {
     let holds = |outer: &Bounds, inner: &Bounds| {
         outer.low.cmple(inner.low).all() && outer.high.cmpge(inner.high).all()
     };
-    // Components that may hold others: thousands of single faces in one place would meet each other's boxes for nothing.
+    // Only components that can enclose others: with thousands of single faces in one place the box tests would be quadratic.
     let large = (0..boxes.len() as u32).filter(|i| faces[*i as usize].len() >= LEAST_FACES);
     let large: Vec<u32> = large.collect();
     let large_boxes: Vec<Bounds> = large.iter().map(|i| boxes[*i as usize]).collect();
     let tree = BoxTree::new(&large_boxes);
-    // Pairs of a component and one whose box holds its box, by the outer one.
+    // Pairs (outer, inner) where the outer box contains the inner box, sorted by the outer one.
     let mut pairs: Vec<(u32, u32)> = Vec::new();
     for (inner, own) in boxes.iter().enumerate() {
         tree.for_each(own, |i| {
@@ -149,6 +149,7 @@ fn nest(mesh: &Mesh, faces: &[Vec<u32>], boxes: &[Bounds], found: &mut [Componen
                 let p = mesh.corners(*f)[0];
                 tree.winding_number(&bvh, p).abs() > INSIDE
             };
+            // A component is inside if all its sampled vertices are.
             let wholly = |inner: u32| {
                 let own = &faces[inner as usize];
                 let step = own.len().div_ceil(SAMPLES);
@@ -158,6 +159,7 @@ fn nest(mesh: &Mesh, faces: &[Vec<u32>], boxes: &[Bounds], found: &mut [Componen
             inner.copied().collect::<Vec<_>>()
         })
         .collect();
+    // Count the enclosing components and keep the smallest.
     for (outer, inner) in inside {
         let area = |i: usize| found[i].area;
         let (outer, inner) = (outer as usize, inner as usize);

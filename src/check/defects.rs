@@ -1,4 +1,4 @@
-//! The defects of edges, vertices and faces.
+//! Defects of edges, vertices and faces: open, non-manifold and misoriented edges, degenerate, duplicate and intersecting faces.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,7 +10,7 @@ use crate::mesh::{DisjointSets, Mesh, Topology, VertexFaces, has_several_fans};
 use crate::spatial::{intersecting, partners};
 
 impl Defect {
-    /// Some of a kind whose faces are not told.
+    /// A defect without a list of its faces.
     pub(crate) fn named(kind: DefectKind, count: usize) -> Self {
         Self {
             kind,
@@ -20,7 +20,7 @@ impl Defect {
         }
     }
 
-    /// Some of a kind, from all faces that have it in any order.
+    /// A defect from all faces that have it, in any order.
     pub(super) fn new(kind: DefectKind, count: usize, mut faces: Vec<u32>, mesh: &Mesh) -> Self {
         faces.sort_unstable();
         faces.dedup();
@@ -34,7 +34,7 @@ impl Defect {
     }
 }
 
-/// The middles of the groups of faces that hang together by vertices, in the order of their first faces.
+/// The centres of the groups of faces connected by vertices, in the order of their first faces.
 fn places(mesh: &Mesh, faces: &[u32]) -> Vec<DVec3> {
     let mut corners: Vec<(u32, u32)> = faces
         .iter()
@@ -56,7 +56,8 @@ fn places(mesh: &Mesh, faces: &[u32]) -> Vec<DVec3> {
     some.map(|(sum, count)| sum / count).collect()
 }
 
-/// What the connectivity of a mesh tells: its border, edges and vertices that are not manifold, and how its faces are turned.
+/// Defects visible from the connectivity: boundary edges, non-manifold edges and vertices, and edges whose faces disagree in
+/// orientation.
 pub(super) fn of_topology(subject: &Subject) -> Vec<Defect> {
     let Subject { mesh, topology, .. } = *subject;
     let half_edges = || 0..topology.boundary.len() as u32;
@@ -69,7 +70,7 @@ pub(super) fn of_topology(subject: &Subject) -> Vec<Defect> {
     let pinched = pinched(mesh, topology, &crowded);
     let around = VertexFaces::new(mesh);
     let at_pinched = pinched.iter().flat_map(|&v| around.of(v)).copied();
-    // Two faces that were turned alike disagree where they still do.
+    // Undo the reorientation: faces disagree in the input if they disagree now or exactly one of them was turned, but not both.
     let misoriented: Vec<[u32; 2]> = half_edges()
         .filter_map(|h| {
             let o = topology.opposite[h as usize];
@@ -97,7 +98,7 @@ pub(super) fn of_topology(subject: &Subject) -> Vec<Defect> {
     ]
 }
 
-/// Vertices with several fans of faces that are on no edge with more than two faces.
+/// Non-manifold vertices: several fans of faces meet there. Vertices of non-manifold edges are not counted.
 fn pinched(mesh: &Mesh, topology: &Topology, crowded: &[Vec<u32>]) -> Vec<u32> {
     let around = VertexFaces::new(mesh);
     let mut on_crowded = vec![false; mesh.positions.len()];
@@ -111,7 +112,7 @@ fn pinched(mesh: &Mesh, topology: &Topology, crowded: &[Vec<u32>]) -> Vec<u32> {
         .collect()
 }
 
-/// Closed components that enclose a negative volume, save those that lie inside an odd number of others: these are cavities.
+/// Closed components with negative volume, except cavities, which lie inside an odd number of others.
 pub(super) fn inside_out(subject: &Subject, components: &[Component]) -> Defect {
     let wrong: Vec<bool> = components.iter().map(Component::is_inside_out).collect();
     let topology = subject.topology;
@@ -122,13 +123,13 @@ pub(super) fn inside_out(subject: &Subject, components: &[Component]) -> Defect 
 }
 
 impl Component {
-    /// Whether it is closed, shows its inside, and is no cavity of another one.
+    /// Whether the component is closed, inside out, and not a cavity of another one.
     pub(crate) fn is_inside_out(&self) -> bool {
         self.closed && self.volume < 0.0 && self.depth.is_multiple_of(2)
     }
 }
 
-/// What is wrong with faces by themselves and with pairs of them.
+/// Degenerate, duplicate and intersecting faces.
 pub(super) fn of_faces(subject: &Subject) -> [Defect; 3] {
     let Subject { mesh, topology, .. } = *subject;
     let degenerate: Vec<u32> = (0..mesh.faces.len() as u32)
@@ -136,7 +137,7 @@ pub(super) fn of_faces(subject: &Subject) -> [Defect; 3] {
         .filter(|&f| topology.component[f as usize] == NONE || is_flat(mesh.corners(f)))
         .collect();
     let twice = duplicates(mesh, topology);
-    let crossing = crossing(mesh, topology);
+    let crossing = self_intersections(mesh, topology);
     let crossing: Vec<u32> = crossing.iter().map(|pair| pair.0).collect();
     let make = |kind, faces: Vec<u32>| Defect::new(kind, faces.len(), faces, mesh);
     [
@@ -146,7 +147,7 @@ pub(super) fn of_faces(subject: &Subject) -> [Defect; 3] {
     ]
 }
 
-/// Whether three points lie on one line, exactly.
+/// Whether three points are collinear, decided exactly.
 pub(crate) fn is_flat(corners: [DVec3; 3]) -> bool {
     (0..3).all(|k| {
         let [a, b, c] = corners.map(|p| Coord {
@@ -157,7 +158,7 @@ pub(crate) fn is_flat(corners: [DVec3; 3]) -> bool {
     })
 }
 
-/// Faces on the vertices of an earlier one, whichever way round, in rising order. Degenerate ones do not count.
+/// Faces with the same three vertices as an earlier face, in either orientation, ascending. Degenerate faces do not count.
 pub(crate) fn duplicates(mesh: &Mesh, topology: &Topology) -> Vec<u32> {
     let mut keys: Vec<([u32; 3], u32)> = topology
         .faces()
@@ -174,16 +175,20 @@ pub(crate) fn duplicates(mesh: &Mesh, topology: &Topology) -> Vec<u32> {
     faces
 }
 
-/// The faces of a welded mesh that cross or touch others, in rising order, each with one of them. Faces that use a vertex twice
-/// take no part.
-pub(crate) fn crossing(mesh: &Mesh, topology: &Topology) -> Vec<(u32, u32)> {
+/// The faces of a welded mesh that intersect or touch others, ascending, each with one of them. Faces that use a vertex twice are
+/// ignored.
+pub(crate) fn self_intersections(mesh: &Mesh, topology: &Topology) -> Vec<(u32, u32)> {
     pairs(mesh, topology, |faces| {
         intersecting(&mesh.positions, faces, faces.len())
     })
 }
 
-/// Those of some faces in rising order, of which a search for [`crossing`] found others, each with the one that it found.
-pub(crate) fn crossing_among(mesh: &Mesh, topology: &Topology, some: &[u32]) -> Vec<(u32, u32)> {
+/// Some of the faces that [`self_intersections`] reports, given in ascending order, each with the partner that it reports.
+pub(crate) fn self_intersections_among(
+    mesh: &Mesh,
+    topology: &Topology,
+    some: &[u32],
+) -> Vec<(u32, u32)> {
     if some.is_empty() {
         return Vec::new();
     }
@@ -195,7 +200,7 @@ pub(crate) fn crossing_among(mesh: &Mesh, topology: &Topology, some: &[u32]) -> 
     })
 }
 
-/// What a search among the faces of a mesh that use no vertex twice finds, by the numbers of the mesh.
+/// Runs a search on the faces that use no vertex twice and returns its result in face numbers of the mesh.
 fn pairs(
     mesh: &Mesh,
     topology: &Topology,

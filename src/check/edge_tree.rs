@@ -1,16 +1,16 @@
-//! A k-d tree over edges as points of six coordinates: for an edge, those whose ends lie near its own.
+//! A k-d tree over edges as points in six dimensions, for finding edges with end points near the end points of a given edge.
 
 use glam::DVec3;
 
-/// Edges by the positions of their ends. A node is the middle of its part of the list; what has a smaller coordinate along the node's
-/// axis comes before it.
+/// Edges as six coordinates (start, end). The root of a subtree is the middle of its range in the list; edges with a smaller
+/// coordinate along the root's axis come before it.
 pub(super) struct EdgeTree {
     edges: Vec<([f64; 6], u32)>,
     axes: Vec<u8>,
 }
 
 impl EdgeTree {
-    /// The tree over edges, which are named by their index.
+    /// Builds the tree; edges are identified by their index.
     pub(super) fn new(edges: impl Iterator<Item = [DVec3; 2]>) -> Self {
         let mut edges: Vec<([f64; 6], u32)> = edges.map(coordinates).zip(0..).collect();
         let mut axes = vec![0; edges.len()];
@@ -18,8 +18,9 @@ impl EdgeTree {
         Self { edges, axes }
     }
 
-    /// Calls `visit` with the edges of which the start is no farther from that of a given one than `reach`, and the end from the end,
-    /// and with the larger of both distances, in the mesh's units; `visit` returns how far to look from then on.
+    /// Calls `visit` with each edge whose start is within `reach` of the start of the given edge and whose end is within `reach`
+    /// of its end, and with the larger of the two distances (mesh units). `visit` returns the search radius for the rest of the
+    /// search.
     pub(super) fn near(
         &self,
         edge: [DVec3; 2],

@@ -1,14 +1,14 @@
-//! What is wrong with a mesh, and one verdict on it: is it watertight, and can it be printed?
+//! Mesh check: lists all defects of a mesh and decides whether it is watertight and printable.
 //!
-//! [`judge`] looks at a mesh whose connectivity is known and lists every kind of defect with its number, its faces and where it is.
-//! Nothing is changed. Vertices at exactly the same position count as one throughout.
+//! [`judge`] takes a mesh with known connectivity and lists every kind of defect with its count, its faces and its places. It
+//! changes nothing. Vertices at exactly the same position count as one throughout.
 //!
-//! The terms are those of other programs: watertight and consistently oriented as trimesh has them (every edge in exactly two
-//! faces, which run through it in opposite directions), crossing faces as MeshLab selects them (faces that have a point in common
-//! other than a shared vertex or edge); but the latter is decided exactly here, so that faces that merely touch, and neighbours that are folded
-//! onto each other, count too.
+//! The terms follow other programs: watertight and consistently oriented as in trimesh (every edge has exactly two faces, which
+//! run through it in opposite directions), intersecting faces as in MeshLab (faces with a common point other than a shared vertex
+//! or edge). Intersections are decided exactly here, so faces that merely touch, and neighbours that are folded onto each other,
+//! count too.
 
-mod border;
+mod boundary;
 mod components;
 mod defects;
 mod edge_tree;
@@ -24,29 +24,29 @@ use serde::{Deserialize, Serialize};
 use crate::mesh::{Hole, Mesh, OpenChain, Topology};
 use crate::parameters::{OutOfBounds, tables};
 
-pub(crate) use border::{Border, Match};
+pub(crate) use boundary::{Boundary, Match};
 pub use components::Component;
 pub(crate) use components::components;
-pub(crate) use defects::{crossing, crossing_among, duplicates, is_flat};
+pub(crate) use defects::{duplicates, is_flat, self_intersections, self_intersections_among};
 pub(crate) use resolution::weld_length;
 pub(crate) use walls::Walls;
 
-/// What is looked for, beyond what always is.
+/// Options of a check: what to look for beyond the defects that are always listed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct CheckParams {
-    /// Parts thinner than this are looked for, in the mesh's units.
+    /// Reports parts thinner than this, in mesh units.
     ///
-    /// The thickness at a face is the length of the ray from its centre inward, against its normal, to the next face that faces the
-    /// other way, within 60 degrees; faces that share a vertex with it do not count.
+    /// The thickness at a face is the length of the ray from its centre inward, against its normal, to the next face whose normal
+    /// is within 60 degrees of the ray. Faces that share a vertex with it do not count.
     pub thin: Option<f64>,
-    /// Components with less than this part of the area of the largest one are told as debris.
+    /// Components with less than this fraction of the largest component's area are listed as debris.
     pub debris: f64,
-    /// Walls of closed components that are thinner than this, in the mesh's units, are defects.
+    /// Walls of closed components that are thinner than this, in mesh units, are defects.
     ///
-    /// Thickness is measured as for [`Self::thin`], at all faces. A wall is a patch of the surface whose other side is parallel to it
-    /// within 15 degrees, so that sharp edges are none.
+    /// Thickness is measured as for [`Self::thin`], at all faces. A wall is a patch of the surface whose opposite side is
+    /// parallel to it within 15 degrees; the surface near a sharp edge is not a wall.
     pub min_wall: Option<f64>,
 }
 
@@ -61,10 +61,10 @@ impl Default for CheckParams {
 }
 
 impl CheckParams {
-    /// Whether they make sense by themselves.
+    /// Checks that the values are within their bounds.
     ///
     /// # Errors
-    /// With the parameter that does not.
+    /// The parameter that is out of bounds.
     pub fn check(&self) -> Result<(), OutOfBounds> {
         tables::THIN.check(self.thin)?;
         tables::MIN_WALL.check(self.min_wall)?;
@@ -77,11 +77,11 @@ impl CheckParams {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum DefectKind {
-    /// Edges in one face only.
+    /// Boundary edges: edges with only one face.
     Border,
-    /// Edges in more than two faces.
+    /// Edges with more than two faces.
     NonManifoldEdge,
-    /// Vertices where surfaces meet in nothing but a point; without those of edges in more than two faces.
+    /// Vertices where surfaces meet in a single point; vertices of edges with more than two faces are not counted.
     NonManifoldVertex,
     /// Edges whose two faces run through them in the same direction.
     Misoriented,
@@ -89,13 +89,13 @@ pub enum DefectKind {
     InsideOut,
     /// Faces that use a vertex twice, or whose vertices lie on one line.
     Degenerate,
-    /// Faces on the vertices of an earlier one.
+    /// Faces with the same vertices as an earlier face.
     Duplicate,
-    /// Faces that cross or touch another one where they share no vertex or edge.
+    /// Faces that intersect or touch another face outside shared vertices and edges.
     Crossing,
-    /// Faces where the body is thinner than asked for.
+    /// Faces where the body is thinner than [`CheckParams::thin`].
     Thin,
-    /// Faces at walls that are thinner than allowed.
+    /// Faces of walls that are thinner than [`CheckParams::min_wall`].
     ThinWall,
 }
 
@@ -114,10 +114,10 @@ impl DefectKind {
         Self::ThinWall,
     ];
 
-    /// That there are so many of it, in words.
+    /// The defect in words, with its count.
     pub fn text(self, count: usize) -> String {
         let (one, many) = match self {
-            Self::Border => ("edge is on a border", "edges are on borders"),
+            Self::Border => ("edge has only one face", "edges have only one face"),
             Self::NonManifoldEdge => (
                 "edge has more than two faces",
                 "edges have more than two faces",
@@ -135,8 +135,8 @@ impl DefectKind {
                 "closed components are inside out",
             ),
             Self::Degenerate => ("face is degenerate", "faces are degenerate"),
-            Self::Duplicate => ("face is there twice", "faces are there twice"),
-            Self::Crossing => ("face crosses another", "faces cross others"),
+            Self::Duplicate => ("face duplicates another", "faces duplicate others"),
+            Self::Crossing => ("face intersects another", "faces intersect others"),
             Self::Thin => ("face is at a thin part", "faces are at thin parts"),
             Self::ThinWall => ("face is at a thin wall", "faces are at thin walls"),
         };
@@ -150,15 +150,15 @@ impl DefectKind {
 pub struct Defect {
     /// The kind.
     pub kind: DefectKind,
-    /// How many edges, vertices, faces or components have it, by the kind.
+    /// Number of edges, vertices, faces or components with the defect, depending on the kind.
     pub count: usize,
-    /// The faces at them, in rising order.
+    /// The affected faces, ascending.
     pub faces: Vec<u32>,
-    /// Where they are: the middle of each connected group of these faces, in the order of their first faces.
+    /// Places: the centre of each connected group of these faces, in the order of their first faces.
     pub places: Vec<DVec3>,
 }
 
-/// What a mesh is, and what is wrong with it.
+/// The result of a check: counts, components and defects of a mesh.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Verdict {
@@ -170,54 +170,54 @@ pub struct Verdict {
     pub unused_vertices: usize,
     /// Vertices at the position of an earlier one.
     pub duplicate_vertices: usize,
-    /// Holes: closed loops of border edges.
+    /// Holes: closed loops of boundary edges.
     pub holes: usize,
-    /// Chains of border edges that do not close.
+    /// Chains of boundary edges that do not close.
     pub open_chains: usize,
-    /// T-junctions: border vertices that lie on a border edge. A repair splits these edges.
+    /// T-junctions: boundary vertices that lie on a boundary edge. A repair splits these edges.
     #[serde(default)]
     pub t_junctions: usize,
-    /// Holes that are closed once the edges at T-junctions are split.
+    /// Holes that are closed by splitting the edges at T-junctions.
     #[serde(default)]
     pub t_junction_holes: usize,
-    /// The length, in the mesh's units, within which vertices of the border are to be merged so that most of its edges close which
-    /// nearly coincide, and how many of its edges close so; none where few do.
+    /// The recommended welding distance (mesh units) and the number of boundary edges that it closes; none if it would close too
+    /// few.
     #[serde(default)]
     pub weld: Option<(f64, usize)>,
-    /// Whether a repair merges within that length by itself.
+    /// Whether a repair welds within that distance by default.
     #[serde(default)]
     pub weld_by_default: bool,
     /// The components, in the order of their first faces.
     pub components: Vec<Component>,
-    /// The kinds of defects that there are.
+    /// The defects that were found, one entry for each kind.
     pub defects: Vec<Defect>,
-    /// After a repair the numbers, from 1, of components whose walls it made and which are thinner than half a mean edge, where nothing else
-    /// was asked for.
+    /// After a repair without a `min_wall`: the numbers, from 1, of components whose walls were made by the repair and are
+    /// thinner than half a mean edge.
     #[serde(default)]
     pub foils: Vec<usize>,
-    /// What was looked for.
+    /// The options of the check.
     pub params: CheckParams,
 }
 
-/// A mesh whose connectivity is known.
+/// A mesh with its connectivity, the subject of a check.
 #[derive(Clone, Copy)]
 pub struct Subject<'a> {
-    /// The mesh as given.
+    /// The mesh as given by the caller.
     pub input: &'a Mesh,
-    /// The mesh on welded vertices, its faces turned to agree.
+    /// The mesh on welded vertices, its faces reoriented to agree.
     pub mesh: &'a Mesh,
     /// Its connectivity.
     pub topology: &'a Topology,
     /// Its holes.
     pub holes: &'a [Hole],
-    /// Chains of its border that do not close.
+    /// Boundary chains that do not close.
     pub open_chains: &'a [OpenChain],
 }
 
-/// Looks for everything that may be wrong with a mesh.
+/// Lists all defects of a mesh.
 ///
 /// # Panics
-/// When faces use vertices that there are not, or the connectivity is that of another mesh.
+/// If a face uses a vertex that does not exist, or the connectivity belongs to another mesh.
 pub fn judge(subject: &Subject, params: &CheckParams) -> Verdict {
     let mut components = components(subject.mesh, subject.topology, params.debris);
     let thin_walls = walls::measure(subject, &mut components, params.min_wall);
@@ -229,7 +229,7 @@ pub fn judge(subject: &Subject, params: &CheckParams) -> Verdict {
     }
     defects.extend(thin_walls);
     defects.retain(|d| d.count > 0);
-    let closing = Border::new(subject.mesh, subject.topology).closing(subject.holes);
+    let closing = Boundary::new(subject.mesh, subject.topology).closing(subject.holes);
     let mut used = vec![false; subject.input.positions.len()];
     let corners = subject.input.faces.iter().flatten();
     corners.for_each(|&v| used[v as usize] = true);
@@ -252,23 +252,23 @@ pub fn judge(subject: &Subject, params: &CheckParams) -> Verdict {
 }
 
 impl Verdict {
-    /// How many edges, vertices, faces or components have a kind of defect.
+    /// The number of edges, vertices, faces or components with a kind of defect.
     pub fn count(&self, kind: DefectKind) -> usize {
         let found = self.defects.iter().find(|d| d.kind == kind);
         found.map_or(0, |d| d.count)
     }
 
-    /// Whether every edge is in exactly two faces.
+    /// Whether every edge has exactly two faces.
     pub fn is_watertight(&self) -> bool {
         self.is_closed() && self.count(DefectKind::NonManifoldEdge) == 0
     }
 
-    /// Whether no edge is in one face only.
+    /// Whether no edge has only one face.
     pub fn is_closed(&self) -> bool {
         self.count(DefectKind::Border) == 0
     }
 
-    /// Whether no edge has more than two faces, and surfaces meet nowhere in a point only.
+    /// Whether there are no non-manifold edges or vertices.
     pub fn is_manifold(&self) -> bool {
         self.count(DefectKind::NonManifoldEdge) + self.count(DefectKind::NonManifoldVertex) == 0
     }
@@ -278,12 +278,12 @@ impl Verdict {
         self.count(DefectKind::Misoriented) == 0
     }
 
-    /// Whether nothing is wrong with it: it is watertight and can be printed.
+    /// Whether the mesh has no defects: it is watertight and can be printed.
     pub fn is_sound(&self) -> bool {
         self.defects.is_empty()
     }
 
-    /// What is wrong with it, in words; nothing where it is sound.
+    /// The defects in words; empty for a sound mesh.
     pub fn reasons(&self) -> Vec<String> {
         let mut reasons = Vec::new();
         for defect in &self.defects {
@@ -296,7 +296,7 @@ impl Verdict {
         reasons
     }
 
-    /// Why edges of the border are open: those of holes, and those that T-junctions leave.
+    /// Adds the reasons for open edges: T-junctions first, then the holes that are not caused by T-junctions.
     fn open_reasons(&self, edges: usize, reasons: &mut Vec<String>) {
         let holes = self.holes - self.t_junction_holes.min(self.holes);
         match self.t_junctions {
@@ -312,7 +312,7 @@ impl Verdict {
         }
     }
 
-    /// The verdict in a line.
+    /// The verdict in one line.
     pub fn line(&self) -> String {
         let reasons = self.reasons();
         match &reasons[..] {
@@ -325,7 +325,7 @@ impl Verdict {
         }
     }
 
-    /// For each face the most telling kind of defect that it has: that of the fewest faces.
+    /// For each defective face one kind of defect, for display: the rarest kind, with the fewest faces, takes precedence.
     pub fn marks(&self) -> BTreeMap<u32, DefectKind> {
         let mut order: Vec<&Defect> = self.defects.iter().collect();
         order.sort_by_key(|d| std::cmp::Reverse(d.faces.len()));
@@ -335,12 +335,12 @@ impl Verdict {
         all.collect()
     }
 
-    /// Components that are told as debris.
+    /// Number of components listed as debris.
     pub fn debris(&self) -> usize {
         self.components.iter().filter(|c| c.debris).count()
     }
 
-    /// Components that lie inside another.
+    /// Number of components that lie inside another.
     pub fn inside(&self) -> usize {
         let inside = |c: &&Component| c.inside.is_some();
         self.components.iter().filter(inside).count()

@@ -1,12 +1,14 @@
-//! The precision of a file's coordinates, as the coordinates themselves show it.
+//! Welding tolerance from the precision of the coordinates: 32-bit floats, decimal digits or 64-bit floats, recognised from the
+//! values.
 
 use glam::DVec3;
 
 use crate::mesh::Mesh;
 use crate::tuning::tuning;
 
-/// The length within which vertices of a border are one but for rounding, in the mesh's units: a part of the diagonal of the bounding
-/// box, or some units in the last place of the largest coordinate, in 32-bit floats or in decimal digits, where these are larger.
+/// The distance within which boundary vertices count as one (mesh units): a fraction of the diagonal of the bounding box, or, if
+/// larger, a few units in the last place of the largest coordinate, up to a limit. This place is the last bit of a 32-bit float
+/// or the last decimal digit.
 pub(crate) fn weld_length(mesh: &Mesh) -> f64 {
     let mut used = vec![false; mesh.positions.len()];
     let corners = mesh.faces.iter().flatten();
@@ -20,7 +22,7 @@ pub(crate) fn weld_length(mesh: &Mesh) -> f64 {
     (tuning().check.weld * diagonal).max(unit.min(most))
 }
 
-/// The unit in the last place of the largest coordinate.
+/// The unit in the last place of the largest coordinate, in the format that the coordinates seem to have been written in.
 fn unit(points: &[DVec3]) -> f64 {
     let largest = points.iter().map(|p| p.abs().max_element());
     let largest = largest.fold(0.0, f64::max);
@@ -45,7 +47,7 @@ fn unit(points: &[DVec3]) -> f64 {
     digits.map_or(f64::EPSILON * largest, |digits| step(largest, digits))
 }
 
-/// The unit in the last decimal digit of a number that is written with `digits` digits.
+/// The unit of the last decimal digit of `largest` written with `digits` significant digits.
 fn step(largest: f64, digits: i32) -> f64 {
     10f64.powi(largest.log10().floor() as i32 + 1 - digits)
 }

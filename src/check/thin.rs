@@ -1,4 +1,4 @@
-//! Thin parts.
+//! Thin parts: faces with a short inward ray to the opposite side.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -7,10 +7,11 @@ use super::{Defect, DefectKind, Subject};
 use crate::mesh::{Mesh, Topology, face_normal};
 use crate::spatial::{Bvh, meets};
 
-/// A ray ends on faces that face the other way within 60 degrees: the cosine. Beyond it the two are the sides of an edge.
+/// Cosine of 60 degrees. A ray ends on a face whose normal is within this angle of the ray. At larger angles the two faces are
+/// taken for the sides of an edge.
 pub(super) const FACING: f64 = 0.5;
 
-/// The faces from whose centre the way inward to a face that faces the other way is shorter than `length`.
+/// The faces whose inward ray reaches the opposite side within `length` (mesh units).
 pub(super) fn thin(subject: &Subject, length: f64) -> Defect {
     let Subject { mesh, topology, .. } = *subject;
     let bvh = Bvh::new(mesh, topology.faces());
@@ -36,7 +37,7 @@ pub(super) fn thin(subject: &Subject, length: f64) -> Defect {
     Defect::new(DefectKind::Thin, faces.len(), faces, mesh)
 }
 
-/// The unit normal of a face as it was given, not as it was turned: inward is against it.
+/// The unit normal of a face in the orientation of the input; the inward direction is against it.
 pub(super) fn given_normal(mesh: &Mesh, topology: &Topology, face: u32) -> DVec3 {
     match topology.turned[face as usize] {
         true => -face_normal(mesh, face),
@@ -44,7 +45,7 @@ pub(super) fn given_normal(mesh: &Mesh, topology: &Topology, face: u32) -> DVec3
     }
 }
 
-/// The middle of a face, from which rays go inward.
+/// The centroid of a face, the origin of its inward ray.
 pub(super) fn centroid(mesh: &Mesh, face: u32) -> DVec3 {
     mesh.corners(face).iter().sum::<DVec3>() / 3.0
 }

@@ -1,4 +1,4 @@
-//! Wall thickness of closed components.
+//! Wall thickness of closed components, measured by inward rays.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,10 +10,10 @@ use crate::mesh::{Mesh, Topology, area_vector, length, point};
 use crate::spatial::Bvh;
 use crate::tuning::tuning;
 
-/// Most components that a reason names.
-const MOST_NAMED: usize = 3;
+/// Maximum number of components named in a verdict.
+const MAX_NAMED: usize = 3;
 
-/// The thickness of the walls of a mesh: the length of rays inward, against the faces' normals, to where they leave the body.
+/// Measures wall thickness: the length of the inward ray from a face, against its normal, to the point where it leaves the body.
 pub(crate) struct Walls<'a> {
     mesh: &'a Mesh,
     topology: &'a Topology,
@@ -23,9 +23,10 @@ pub(crate) struct Walls<'a> {
 /// The wall at a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Wall {
-    /// Its thickness in the mesh's units.
+    /// Thickness, in mesh units.
     pub(crate) thickness: f64,
-    /// Whether its two sides are nearly parallel. Others are wedges: their thickness goes to 0 towards the edge, however thick the body is.
+    /// Whether the two sides are nearly parallel. Otherwise the place is a wedge, whose thickness goes to 0 towards the edge
+    /// however thick the body is.
     pub(crate) is_parallel: bool,
 }
 
@@ -38,8 +39,8 @@ impl<'a> Walls<'a> {
         }
     }
 
-    /// The wall at the centre of a face; none where the ray leaves the body nowhere, or through a face that does not face the other way
-    /// within 60 degrees. Of a body that is `inside_out` the faces' normals point inward.
+    /// The wall at the centre of a face; none if the ray does not leave the body, or leaves it through a face whose normal is
+    /// more than 60 degrees from the ray. If `inside_out`, the face normals point inward.
     pub(crate) fn at(&self, f: u32, inside_out: bool) -> Option<Wall> {
         let normal = |f: u32| match inside_out {
             true => -given_normal(self.mesh, self.topology, f),
@@ -61,7 +62,7 @@ impl<'a> Walls<'a> {
     }
 }
 
-/// The wall at a face, and the area of the surface that the face stands for.
+/// A measured wall and the surface area that it represents.
 struct Sample {
     face: u32,
     component: u32,
@@ -69,8 +70,8 @@ struct Sample {
     wall: Wall,
 }
 
-/// Measures the walls of closed components, at all faces where there is a `limit`, else at some of each component. Returns the faces at
-/// walls that are thinner than the limit.
+/// Measures the walls of closed components: at all faces if there is a `limit`, else at a sample of each component. Writes the
+/// results into the components and returns the faces of walls that are thinner than the limit.
 pub(super) fn measure(
     subject: &Subject,
     components: &mut [Component],
@@ -85,12 +86,14 @@ pub(super) fn measure(
     for own in samples.chunk_by(|a, b| a.component == b.component) {
         let component = &mut components[own[0].component as usize];
         let (mut area, mut volume) = (0.0, 0.0);
+        // Mean thickness over all parallel samples of the component; they are sorted by thickness.
         let mut parallel = own.iter().filter(|s| s.wall.is_parallel);
         for s in parallel.clone() {
             area += s.area;
             volume += s.area * s.wall.thickness;
         }
-        // A single sliver is no wall: the thinnest patch is as large as part of the square of the thickness.
+        // A single sliver is not a wall: the thinnest patch is the thinnest samples with at least `wall_patch` times the square
+        // of the thickness as their area.
         let mean = volume / area;
         let (mut area, mut volume) = (0.0, 0.0);
         let first = parallel.clone().next();
@@ -103,6 +106,7 @@ pub(super) fn measure(
         component.mean_wall = least.map(|_| mean);
         component.thinnest_at = least.and(first).map(|s| centroid(mesh, s.face));
     }
+    // With a limit, list the faces of walls below it.
     let limit = limit?;
     let is_thin = |s: &&Sample| {
         let least = components[s.component as usize].least_wall;
@@ -112,7 +116,7 @@ pub(super) fn measure(
     Some(Defect::new(DefectKind::ThinWall, faces.len(), faces, mesh))
 }
 
-/// The walls at all or some faces of closed components.
+/// Samples the walls of closed components, at all faces or at every n-th face.
 fn samples(subject: &Subject, components: &[Component], all: bool) -> Vec<Sample> {
     let Subject { mesh, topology, .. } = *subject;
     let total: usize = components
@@ -123,7 +127,7 @@ fn samples(subject: &Subject, components: &[Component], all: bool) -> Vec<Sample
     if total == 0 {
         return Vec::new();
     }
-    // Every face, or each n-th of a component.
+    // The sampling step of a component: 1 for all faces.
     let step = |c: &Component| {
         let share = tuning().check.wall_samples * c.faces / total;
         match all {
@@ -136,12 +140,12 @@ fn samples(subject: &Subject, components: &[Component], all: bool) -> Vec<Sample
     let steps: Vec<usize> = components.iter().map(step).collect();
     let mut seen = vec![0; components.len()];
     let is_asked = |f: &u32| {
-        let piece = topology.component[*f as usize];
-        if piece == NONE || !components[piece as usize].closed {
+        let index = topology.component[*f as usize];
+        if index == NONE || !components[index as usize].closed {
             return false;
         }
-        seen[piece as usize] += 1;
-        usize::is_multiple_of(seen[piece as usize] - 1, steps[piece as usize])
+        seen[index as usize] += 1;
+        usize::is_multiple_of(seen[index as usize] - 1, steps[index as usize])
     };
     let asked: Vec<u32> = topology.faces().filter(is_asked).collect();
     let walls = Walls::new(mesh, topology);
@@ -159,8 +163,8 @@ fn samples(subject: &Subject, components: &[Component], all: bool) -> Vec<Sample
 }
 
 impl Verdict {
-    /// The least wall of all components with where it is and the number of its component from 1, and the mean over their areas; none
-    /// where no component has a wall.
+    /// The thinnest wall of all components: the number of its component from 1, the component, and the area-weighted mean wall
+    /// thickness of all components. None if no component has a wall.
     pub(crate) fn walls(&self) -> Option<(usize, &Component, f64)> {
         let own = || self.components.iter().filter(|c| c.least_wall.is_some());
         let with = (1..).zip(&self.components);
@@ -174,7 +178,7 @@ impl Verdict {
         Some((number, thinnest, sum / area))
     }
 
-    /// Which components have walls thinner than allowed, how thin and where.
+    /// The message that names the components with too thin walls, how thin they are and where.
     pub(super) fn thin_reason(&self) -> String {
         let limit = self.params.min_wall.unwrap_or_default();
         let is_thin = |(number, c): &(usize, &Component)| match &self.foils[..] {
@@ -190,15 +194,15 @@ impl Verdict {
             format!("component {number}: {least} at {}", point(at, 0.0))
         };
         let more = match thin.len() {
-            n if n > MOST_NAMED => format!("; {} more components", n - MOST_NAMED),
+            n if n > MAX_NAMED => format!("; {} more components", n - MAX_NAMED),
             _ => String::new(),
         };
-        let named: Vec<String> = thin.iter().take(MOST_NAMED).map(one).collect();
+        let named: Vec<String> = thin.iter().take(MAX_NAMED).map(one).collect();
         let (which, advice) = match self.foils.is_empty() {
             true => ("walls", ""),
             false => (
                 "walls that the repair made",
-                "; a flat base below the sheet or thicker walls would do",
+                "; put the sheet on a flat base, or ask for thicker walls",
             ),
         };
         format!(

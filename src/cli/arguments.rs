@@ -1,4 +1,4 @@
-//! Parsers of single arguments. Their messages are shown by clap after the name of the option.
+//! Parsers of single command-line arguments. clap shows their messages after the name of the option.
 
 use isomend::io::Format;
 
@@ -10,7 +10,7 @@ pub fn count(text: &str) -> Result<usize, String> {
     }
 }
 
-/// A positive whole number with a largest value.
+/// A positive whole number up to `most`.
 pub fn count_to(text: &str, most: usize) -> Result<usize, String> {
     match count(text) {
         Ok(n) if n <= most => Ok(n),
@@ -71,17 +71,18 @@ pub fn crease(text: &str) -> Result<Vec<usize>, String> {
     }
 }
 
-/// What numbers stand for, and the command that lists them.
+/// The objects that numbers stand for, and the command that lists them.
 type Numbered = [&'static str; 2];
 const HOLES: Numbered = ["hole", "isomend inspect"];
 const CREASE_ENDS: Numbered = ["crease end", "isomend inspect -v"];
 
+/// Numbers from 1, with a separator between them.
 fn separated(text: &str, separator: char, [what, list]: Numbered) -> Result<Vec<usize>, String> {
     text.split(separator)
         .map(|part| {
             count(part.trim()).map_err(|_| {
                 format!(
-                    "'{part}' is not the number of a {what}; numbers count from 1, with '{separator}' between them \
+                    "'{part}' is not a {what} number; use whole numbers from 1 with '{separator}' between them \
                      (`{list}` lists them)"
                 )
             })

@@ -1,4 +1,4 @@
-//! `isomend check`: what is wrong with a mesh.
+//! `isomend check`: lists the defects of a mesh and says whether it is watertight and printable.
 
 use std::path::PathBuf;
 
@@ -10,29 +10,29 @@ use isomend::report::verdict_lines;
 use super::console::Console;
 use super::parameters::{Check, ParameterArgs};
 use super::report::ReportArgs;
-use super::several::{Found, Looking};
+use super::several::{FileResult, MeshInspector};
 use super::{CommonArgs, End};
 
 const EXAMPLES: &str = "\
 Examples:
   isomend check part.stl                    yes or no, and why
-  isomend check part.stl --thin 0.8         also where it is thinner than a printer's nozzle can make it
+  isomend check part.stl --thin 0.8         also list parts thinner than a printer's nozzle can make
   isomend check part.stl -q && print part.stl
   isomend check parts/*.stl                 a table with the verdict on each
-  isomend check scan.ply --report scan.html --picture scan.png    the places, marked";
+  isomend check scan.ply --report scan.html --picture scan.png    show where the defects are";
 
 /// Say whether a mesh is watertight and can be printed, and why not.
 ///
-/// Looks for borders, edges with more than two faces, vertices where surfaces meet in a point only, faces that are oriented
-/// against each other, closed components that are inside out, degenerate and duplicate faces, and faces that cross or touch
-/// others. Vertices at exactly the same position count as one. Crossings are decided exactly. Components that are debris or
-/// lie inside others are told, but are no reason for a no.
+/// Looks for boundary edges, edges with more than two faces, vertices where surfaces meet in a point only, neighbouring faces with
+/// opposite orientations, closed components that are inside out, degenerate and duplicate faces, and faces that intersect or touch
+/// others. Vertices at exactly the same position count as one. Intersections are decided exactly. Small components and components
+/// inside others are listed, but do not make the answer a no.
 ///
-/// Exits with 0 for yes and 3 for no; of several files with 1 where one cannot be read, else with 3 where one is a no.
+/// Exits with 0 for yes and 3 for no. With several files: 1 if one cannot be read, else 3 if the answer for one is no.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct CheckArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF; `-` is standard input. Of several a table is printed.
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF; `-` is standard input. For several meshes a table is printed.
     #[arg(value_name = "IN", required = true)]
     inputs: Vec<PathBuf>,
 
@@ -46,10 +46,10 @@ pub struct CheckArgs {
     pub(super) common: CommonArgs,
 }
 
-/// Reads and judges.
+/// Reads and checks each mesh.
 pub fn run(args: &CheckArgs, console: &Console) -> anyhow::Result<End> {
     let params: CheckParams = args.parameters.params()?;
-    let looking = Looking {
+    let inspector = MeshInspector {
         command: "check",
         inputs: &args.inputs,
         report: &args.report,
@@ -57,37 +57,37 @@ pub fn run(args: &CheckArgs, console: &Console) -> anyhow::Result<End> {
         headings: &["faces", "components", "watertight and printable"],
         prints: !args.common.run.quiet,
     };
-    looking.each(console, &mut |source, loaded, drawings| {
-        let checked = job::check(source, loaded, &params, drawings).map_err(super::told)?;
+    inspector.each(console, &mut |source, loaded, drawings| {
+        let checked = job::check(source, loaded, &params, drawings).map_err(super::cli_error)?;
         let verdict = &checked.verdict;
         let [low, high] = loaded.mesh.bounds();
         let mut lines = verdict_lines(verdict, low.distance(high));
-        if let Some(command) = mending(verdict, &source.place.name()) {
+        if let Some(command) = repair_command(verdict, &source.place.name()) {
             lines.extend([String::new(), command]);
         }
         let answer = match verdict.is_sound() {
             true => "yes".to_owned(),
             false => format!("no: {}", verdict.reasons().join(", ")),
         };
-        Ok(Found {
+        Ok(FileResult {
             text: lines.join("\n") + "\n",
             cells: vec![
                 verdict.faces.to_string(),
                 verdict.components.len().to_string(),
                 answer,
             ],
-            document: Found::document(&checked.document())?,
+            document: FileResult::document(&checked.document())?,
             is_good: verdict.is_sound(),
         })
     })
 }
 
-/// The command that closes borders which vertices lie on, or which nearly coincide.
-fn mending(verdict: &Verdict, name: &str) -> Option<String> {
+/// The command that closes T-junctions and boundary edges that nearly coincide; `None` if there are none.
+fn repair_command(verdict: &Verdict, name: &str) -> Option<String> {
     let weld = verdict.weld.filter(|_| !verdict.weld_by_default);
     let closes = verdict.weld.is_some() || verdict.t_junctions > 0;
     closes.then(|| {
         let option = weld.map_or(String::new(), |(length, _)| format!(" --weld {length:e}"));
-        format!("to close what nearly is: isomend repair {name} -o OUT{option}")
+        format!("to close nearly closed boundaries: isomend repair {name} -o OUT{option}")
     })
 }

@@ -1,4 +1,4 @@
-//! `isomend compare`: two meshes beside each other.
+//! `isomend compare`: distances, normals and bending energy of two meshes, and the part of the first that the second keeps.
 
 use std::path::PathBuf;
 
@@ -16,12 +16,12 @@ use super::{CommonArgs, End, Usage};
 
 const EXAMPLES: &str = "\
 Examples:
-  isomend compare scan.ply mended.ply               what of the scan is kept, and how far the rest is
+  isomend compare scan.ply mended.ply               how much of the scan is kept, and how far the rest is from it
   isomend compare truth.ply mended.ply --json -";
 
-/// Compare two meshes: distances both ways, normals, bending energy, what of A is kept in B.
+/// Compare two meshes: distances in both directions, normals, bending energy, and how much of A is kept in B.
 ///
-/// Distances are in the meshes' units, from samples spread evenly over the area; the largest also looks at every vertex.
+/// Distances are in the meshes' units, from samples spread evenly over the area; for the largest distance all vertices are tested too.
 /// The bending energy is half the integral of h squared, h the sum of the principal curvatures: 8 pi for a sphere.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -41,7 +41,7 @@ pub struct CompareArgs {
     pub(super) common: CommonArgs,
 }
 
-/// How closely is looked.
+/// The number of samples on each mesh.
 #[derive(Deserialize)]
 struct Samples {
     samples: usize,
@@ -60,7 +60,8 @@ pub fn run(args: &CompareArgs, console: &Console) -> anyhow::Result<End> {
     let second = input::source(&args.b, args.common.from)?;
     let b = input::read(&second, console)?;
     let Samples { samples } = args.parameters.params()?;
-    let compared = job::compare([(&first, &a), (&second, &b)], samples).map_err(super::told)?;
+    let compared =
+        job::compare([(&first, &a), (&second, &b)], samples).map_err(super::cli_error)?;
     if let Some(json) = &args.common.json {
         json.write(&compared.document())?;
     }
@@ -70,10 +71,11 @@ pub fn run(args: &CompareArgs, console: &Console) -> anyhow::Result<End> {
     Ok(End::Done)
 }
 
+/// The comparison as text.
 fn table(c: &Comparison) -> String {
     let facts = |name: &str, s: &SurfaceFacts| {
         format!(
-            "{name}: {} vertices, {} faces, area {}, bending energy {:.4} without {} border vertices\n",
+            "{name}: {} vertices, {} faces, area {}, bending energy {:.4} without {} boundary vertices\n",
             s.vertices,
             s.faces,
             length(s.area),
@@ -81,7 +83,7 @@ fn table(c: &Comparison) -> String {
             s.border_vertices
         )
     };
-    // Of the order of the model: coordinates that are much smaller are rounding.
+    // Of the order of the model's size: much smaller coordinates are rounding errors.
     let size = c.a.area.sqrt();
     let row = |name: &str, d: &Distances| {
         format!(
@@ -106,7 +108,8 @@ fn table(c: &Comparison) -> String {
         + &row("A to B", &c.a_to_b)
         + &row("B to A", &c.b_to_a)
         + &format!(
-            "\nof A in B, bit for bit: {} of {} vertices, the first {} with the same number; {} of {} faces, the first {}\n",
+            "\nkept in B, bit for bit: {} of {} vertices of A, the first {} with the same number; {} of {} faces, the first {} with \
+             the same number\n",
             k.vertices, c.a.vertices, k.vertices_in_order, k.faces, c.a.faces, k.faces_in_order
         )
 }

@@ -1,5 +1,5 @@
-//! `--config FILE`: options from a TOML file. Its entries become arguments before those of the command line, so that clap
-//! checks them as it does all others; what the command line says goes before them.
+//! `--config FILE`: options from a TOML file. Its entries become arguments in front of the command line's, so that clap checks them
+//! like all others. Options on the command line override the options of the file.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -10,18 +10,18 @@ use clap::{Arg, ArgAction, Command, Id, ValueHint};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A mistake on the command line or in a file of options that clap cannot know.
+/// A usage error on the command line or in an options file that clap does not find.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct Usage(pub String);
 
-/// Options that a file cannot hold.
+/// Options that a file cannot set.
 const NOT_IN_FILES: [&str; 3] = ["config", "help", "version"];
 
-/// Puts the options of the file that `--config` names, if it is there, behind the name of the command.
+/// Inserts the options of the file that `--config` names, if there is one, after the name of the command.
 ///
 /// # Errors
-/// When the file cannot be read, is no TOML, or holds what is no option of a command. The message names file and line.
+/// If the file cannot be read, is not TOML, or sets something that is not an option of a command. The message names file and line.
 pub fn expand(arguments: Vec<OsString>, program: &Command) -> Result<Vec<OsString>, Usage> {
     let Some(file) = named_file(&arguments) else {
         return Ok(arguments);
@@ -30,7 +30,7 @@ pub fn expand(arguments: Vec<OsString>, program: &Command) -> Result<Vec<OsStrin
     with_file(arguments, program, &file, read)
 }
 
-/// Puts the options of a file behind the name of the command; the file is not read where there is no such command.
+/// Inserts the options of a file after the name of the command. The file is not read if there is no such command.
 ///
 /// # Errors
 /// As [`expand`].
@@ -75,7 +75,7 @@ fn named_file(arguments: &[OsString]) -> Option<PathBuf> {
     None
 }
 
-/// The options that the command line gives.
+/// The options that are set on the command line.
 fn given(command: &Command, arguments: &[OsString]) -> BTreeSet<Id> {
     let mut ids = BTreeSet::new();
     let words = arguments.iter().take_while(|a| *a != "--");
@@ -101,7 +101,7 @@ fn given(command: &Command, arguments: &[OsString]) -> BTreeSet<Id> {
     ids
 }
 
-/// The option of a command with a long name or another spelling of it.
+/// The option of a command with a long name or an alias.
 fn option<'a>(command: &'a Command, name: &str) -> Option<&'a Arg> {
     command.get_arguments().find(|arg| {
         let others = arg.get_all_aliases().unwrap_or_default();
@@ -113,21 +113,21 @@ fn is_flag(arg: &Arg) -> bool {
     matches!(arg.get_action(), ArgAction::SetTrue)
 }
 
-/// A file of options.
+/// An options file.
 struct Source<'a> {
     file: &'a Path,
     text: &'a str,
     program: &'a Command,
 }
 
-/// A key of the file and what it stands for.
+/// A key of the file and its value.
 type Entry<'t, 'i> = (
     &'t Spanned<std::borrow::Cow<'i, str>>,
     &'t Spanned<DeValue<'i>>,
 );
 
 impl Source<'_> {
-    /// The arguments for a command, save those of options that are given already or do not go with them.
+    /// The arguments for a command. Options that the command line sets, or that conflict with them, are skipped.
     fn arguments(&self, command: &Command, given: &BTreeSet<Id>) -> Result<Vec<OsString>, Usage> {
         let table = DeTable::parse(self.text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
@@ -153,7 +153,7 @@ impl Source<'_> {
         Ok(arguments)
     }
 
-    /// The entries that matter for a command: those of its own table go before those of the top.
+    /// The entries for a command; entries of the command's table override top-level ones.
     fn entries<'t, 'i>(
         &self,
         top: &'t DeTable<'i>,
@@ -175,7 +175,7 @@ impl Source<'_> {
                 continue;
             };
             let Some(of) = self.program.find_subcommand(&**name) else {
-                let what = format!("there is no command '{name}' that the table could be for");
+                let what = format!("the table '{name}' is not the name of a command");
                 return Err(self.fault(key.span().start, &what));
             };
             for (key, value) in table.iter() {
@@ -198,18 +198,19 @@ impl Source<'_> {
         Ok(common)
     }
 
+    /// The error of a key that is not an option; lists the options of the command `of`.
     fn unknown(&self, key: &Spanned<std::borrow::Cow<'_, str>>, of: &Command, what: &str) -> Usage {
         let names = of.get_arguments().filter_map(Arg::get_long);
         let names: Vec<&str> = names.filter(|n| !NOT_IN_FILES.contains(n)).collect();
         let what = format!(
-            "there is no {what}; those of `isomend {}` are {}",
+            "there is no {what}; the options of `isomend {}` are {}",
             of.get_name(),
             names.join(", ")
         );
         self.fault(key.span().start, &what)
     }
 
-    /// A value as arguments.
+    /// An option with its value, as arguments. Relative paths become relative to the file's folder.
     fn spelt(&self, arg: &Arg, value: &DeValue<'_>) -> Result<Vec<OsString>, String> {
         let long = arg.get_long().unwrap_or_default();
         if is_flag(arg) {
@@ -244,7 +245,7 @@ impl Source<'_> {
         Ok(values.into_iter().map(spell).collect())
     }
 
-    /// Lets clap look at an option by itself.
+    /// Lets clap check a single option.
     fn check(&self, command: &Command, spelt: &[OsString]) -> Result<(), String> {
         let alone = command.clone().mut_args(|arg| {
             arg.required(false)
@@ -261,13 +262,14 @@ impl Source<'_> {
         Err(text.trim_start_matches("error: ").to_owned())
     }
 
+    /// An error at a byte of the file, with file name and line.
     fn fault(&self, at: usize, what: &str) -> Usage {
         let line = 1 + self.text[..at.min(self.text.len())].matches('\n').count();
         Usage(format!("{}, line {line}: {what}", self.file.display()))
     }
 }
 
-/// Whether a file may give an option of this name for a command.
+/// Whether a file may set an option of this name for a command.
 fn holds(command: &Command, name: &str) -> bool {
     !NOT_IN_FILES.contains(&name) && option(command, name).is_some()
 }
@@ -276,7 +278,7 @@ fn is_number(value: &DeValue<'_>) -> bool {
     matches!(value, DeValue::Integer(_) | DeValue::Float(_))
 }
 
-/// One value; numbers in a list are one with commas between them.
+/// One value as text; a list of numbers is joined by commas.
 fn single(value: &DeValue<'_>) -> Result<String, String> {
     match value {
         DeValue::String(text) => Ok(text.clone().into_owned()),

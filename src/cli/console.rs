@@ -1,4 +1,4 @@
-//! What is printed. Standard output carries only what was asked for; all else goes to standard error.
+//! Printing: results go to standard output, everything else (messages, warnings, notes, log) to standard error.
 
 use std::io::{IsTerminal, Write};
 
@@ -6,20 +6,20 @@ use anstyle::{AnsiColor, Style};
 use anyhow::Context;
 use log::{Level, LevelFilter, Log, Metadata, Record};
 
-/// What is said where standard output fails.
+/// Message if standard output fails.
 pub const NO_OUTPUT: &str = "cannot write to standard output";
-/// Of headings.
+/// Style of headings.
 const HEADING: Style = Style::new().bold();
-/// Of what failed.
+/// Style of errors.
 const BAD: Style = AnsiColor::Red.on_default().bold();
-/// Of what needs attention.
+/// Style of warnings.
 const WARNING: Style = AnsiColor::Yellow.on_default().bold();
-/// Of remarks.
+/// Style of notes.
 const NOTE: Style = AnsiColor::Cyan.on_default();
-/// Of what only matters when something is looked for.
+/// Style of log levels below a warning.
 const DIM: Style = Style::new().dimmed();
 
-/// Standard error, as loud as asked for.
+/// Standard error, with the verbosity of `-q` and `-v`.
 #[derive(Clone, Copy, Debug)]
 pub struct Console {
     quiet: bool,
@@ -27,7 +27,7 @@ pub struct Console {
 }
 
 impl Console {
-    /// A console, with the library's log when it is verbose.
+    /// A console; if it is verbose, it also prints the library's log.
     pub fn new(quiet: bool, verbose: bool) -> Self {
         if verbose && log::set_logger(&STDERR_LOG).is_ok() {
             log::set_max_level(LevelFilter::Debug);
@@ -35,85 +35,84 @@ impl Console {
         Self { quiet, verbose }
     }
 
-    /// A line that `-q` does not silence.
+    /// Prints a warning; `-q` does not silence it.
     pub fn warn(self, line: &str) {
         say(&format!("{WARNING}isomend:{WARNING:#} {line}"));
     }
 
-    /// A file that failed, where others go on.
+    /// Prints the error of one of several files.
     pub fn failed(self, line: &str) {
         fail(line);
     }
 
-    /// A line that `-q` silences.
+    /// Prints a line that `-q` silences.
     pub fn say(self, line: &str) {
         if !self.quiet {
             say(line);
         }
     }
 
-    /// A remark on a file, which `-q` silences.
+    /// Prints a note, which `-q` silences.
     pub fn note(self, line: &str) {
         self.say(&format!("{NOTE}note:{NOTE:#} {line}"));
     }
 
-    /// A line that only `-v` shows.
+    /// Prints a line only with `-v`.
     pub fn detail(self, line: &str) {
         if self.verbose {
             self.say(line);
         }
     }
 
-    /// Whether all details are asked for.
+    /// Whether `-v` is set.
     pub fn is_verbose(self) -> bool {
         self.verbose
     }
 
-    /// Whether a progress bar may be drawn: on a terminal that can, and not between the lines of a log.
+    /// Whether to draw a progress bar: on a terminal that can draw it, and not with `-v`, whose lines it would disturb.
     pub fn wants_progress(self) -> bool {
         let dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
         !self.quiet && !self.verbose && !dumb && std::io::stderr().is_terminal()
     }
 }
 
-/// Says what made the program fail.
+/// Prints the error that ends the program.
 pub fn fail(line: &str) {
     say(&format!("{BAD}isomend:{BAD:#} {line}"));
 }
 
-/// A heading in bold, where it is printed in colour at all.
+/// A heading in bold; the style is removed if output is not coloured.
 pub fn heading(line: &str) -> String {
     format!("{HEADING}{line}{HEADING:#}")
 }
 
-/// A line on standard error, in colour where that is a terminal and the environment does not say otherwise: `NO_COLOR`,
-/// `CLICOLOR`, `CLICOLOR_FORCE`, `TERM=dumb`.
+/// Prints a line to standard error, in colour on a terminal unless `NO_COLOR`, `CLICOLOR`, `CLICOLOR_FORCE` or `TERM=dumb` say otherwise.
 fn say(line: &str) {
-    // A closed standard error is no reason to fail.
+    // A closed standard error must not make the program fail.
     let _ = writeln!(anstream::stderr(), "{line}");
 }
 
-/// Writes text to standard output, in colour as on standard error.
+/// Writes text to standard output, coloured by the same rules as standard error.
 pub fn print(text: &str) -> std::io::Result<()> {
     written(anstream::stdout().lock(), text.as_bytes())
 }
 
-/// As [`print`], with a message.
+/// As [`print`], with a message in the error.
 pub fn print_out(text: &str) -> anyhow::Result<()> {
     print(text).context(NO_OUTPUT)
 }
 
-/// As [`write_file`], with a message.
+/// As [`write_file`], with a message in the error.
 pub fn write_file_out(bytes: &[u8]) -> anyhow::Result<()> {
     write_file(bytes).context(NO_OUTPUT)
 }
 
-/// Writes text to standard output as it is.
+/// Writes text to standard output without changing colours.
 pub fn write(text: &[u8]) -> std::io::Result<()> {
     written(std::io::stdout().lock(), text)
 }
 
-/// Writes a file to standard output, all of which must arrive.
+/// Writes a file to standard output. In contrast to text, a reader that closes the stream early is an error.
 pub fn write_file(bytes: &[u8]) -> std::io::Result<()> {
     if is_closed() {
         return Err(std::io::Error::other("it is closed; name a file"));
@@ -122,8 +121,8 @@ pub fn write_file(bytes: &[u8]) -> std::io::Result<()> {
     out.write_all(bytes).and_then(|()| out.flush())
 }
 
-/// Whether the program was started without a standard output. Rust's runtime puts the null device, open for reading too, in
-/// the place of a stream that is closed; `> /dev/null` opens it for writing only.
+/// Whether the program was started with standard output closed. Rust's runtime replaces a closed stream by the null device, open for
+/// reading and writing, whereas `> /dev/null` opens it for writing only.
 #[cfg(unix)]
 fn is_closed() -> bool {
     use rustix::fs::{OFlags, fcntl_getfl, fstat, stat};
@@ -139,7 +138,7 @@ fn is_closed() -> bool {
     false
 }
 
-/// A reader of text that has closed its end, such as `head`, is no error.
+/// Writes text. A reader that closes the stream early, such as `head`, is not an error.
 fn written(mut out: impl Write, bytes: &[u8]) -> std::io::Result<()> {
     match out.write_all(bytes).and_then(|()| out.flush()) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),

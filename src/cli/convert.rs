@@ -1,4 +1,4 @@
-//! `isomend convert`: a mesh in another format.
+//! `isomend convert`: writes a mesh in another format.
 
 use clap::Args;
 use isomend::job::{Deliverables, Work};
@@ -14,10 +14,10 @@ Examples:
   isomend convert a.ply b.obj c.stl -o all/ --to vtp    several, into a folder
   isomend convert - -o - --to stl < a.ply > a.stl";
 
-/// Write a mesh in another format, or again in the same.
+/// Write a mesh in another format, or in the same format again.
 ///
-/// Vertices and faces stay in order and number, open holes stay open; only coordinates are rounded where the format has 32-bit
-/// floats. What the format has no place for is named in a note.
+/// Vertices and faces keep their order and numbers, and holes stay open. Coordinates are rounded only if the format has 32-bit floats. A
+/// note lists the attributes that the format cannot store.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ConvertArgs {
@@ -28,7 +28,7 @@ pub struct ConvertArgs {
     pub(super) common: CommonArgs,
 }
 
-/// Reads and writes.
+/// Reads and writes each mesh.
 pub fn run(args: &ConvertArgs, console: &Console) -> anyhow::Result<End> {
     let task = Task {
         work: Work::Copy,

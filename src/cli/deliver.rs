@@ -1,4 +1,4 @@
-//! Options of what is handed on beside the mended mesh.
+//! Options for deliverables besides the mended mesh: patches, marks, tolerance.
 
 use std::path::{Path, PathBuf};
 
@@ -12,27 +12,27 @@ use super::arguments;
 pub struct DeliverArgs {
     /// Write the new faces alone to another file: one component for each hole.
     ///
-    /// PLY, VTK and glTF files have the number of the hole as `isomend_hole` and the expected errors as `isomend_sigma`.
+    /// PLY, VTK and glTF files contain the number of the hole as `isomend_hole` and the expected errors as `isomend_sigma`.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     patches: Option<PathBuf>,
 
-    /// Colour the patches in the file, so that what was added is seen: `colour=RRGGBB`, or `hatch` for orange stripes.
+    /// Colour the patches in the file, so that new faces can be seen: `colour=RRGGBB`, or `hatch` for orange stripes.
     ///
-    /// STL has no colours; write the patches alone with --patches.
+    /// STL has no colours; use --patches to write the patches alone.
     #[arg(long, value_name = "colour=RRGGBB|hatch")]
     mark: Option<Mark>,
 
-    /// The largest error that is allowed, in the mesh's units: exit with 3 and list the holes where twice the expected error is larger
-    /// on more than 5 % of their patches.
+    /// The largest error allowed, in the mesh's units: exit with 3 and list the holes where twice the expected error is larger on more
+    /// than 5 % of the patch.
     #[arg(long, value_name = "LENGTH", value_parser = arguments::positive)]
     tolerance: Option<f64>,
 }
 
 impl DeliverArgs {
-    /// What is handed on.
+    /// The deliverables of these options.
     ///
     /// # Errors
-    /// When a name does not tell a format.
+    /// If the extension of a file names no mesh format.
     pub fn deliverables(&self) -> anyhow::Result<Deliverables> {
         Ok(Deliverables {
             patches: self.patches.as_deref().map(output).transpose()?,
@@ -43,7 +43,7 @@ impl DeliverArgs {
     }
 }
 
-/// The output that a path stands for.
+/// The output for a path.
 pub fn output(path: &Path) -> anyhow::Result<Output> {
-    Output::new(path, None).map_err(super::told)
+    Output::new(path, None).map_err(super::cli_error)
 }

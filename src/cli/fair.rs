@@ -1,4 +1,4 @@
-//! `isomend fair`: fairs a surface, or a marked region of it.
+//! `isomend fair`: fairs (smooths) a surface, or a marked region of it, by Willmore flow.
 
 use clap::Args;
 use isomend::job::{Deliverables, Work};
@@ -11,16 +11,16 @@ use super::{CommonArgs, End};
 
 const EXAMPLES: &str = "\
 Examples:
-  isomend fair scan.ply -o out.ply                               lose what is narrower than eight mean edges
-  isomend fair scan.ply -o out.ply --strength 2.5                features narrower than 2.5 go
-  isomend fair scan.ply -o out.ply --strength 4 --ball 10,4,2,9  in a ball only; all else stays bit for bit
-  isomend fair torus.ply -o out.ply --time 0.02                  Willmore flow for a time";
+  isomend fair scan.ply -o out.ply                               remove features narrower than eight mean edges
+  isomend fair scan.ply -o out.ply --strength 2.5                remove features narrower than 2.5
+  isomend fair scan.ply -o out.ply --strength 4 --ball 10,4,2,9  in a ball only; the rest stays bit for bit
+  isomend fair torus.ply -o out.ply --time 0.02                  Willmore flow for a given time";
 
 /// Fair the whole surface, or a marked region.
 ///
-/// The surface evolves by Willmore flow for a time: noise and small features go, spheres, minimal surfaces and large forms
-/// stay. A closed mesh as a whole is replaced by the faired surface, remeshed. A marked region is cut out and what it
-/// evolves to is joined to the rest, which stays bit for bit and in order. An open mesh keeps a strip along its borders.
+/// The surface evolves by Willmore flow for a given time: noise and small features disappear; spheres, minimal surfaces and large forms
+/// stay. A closed mesh is replaced as a whole by the faired surface, with new triangles. A marked region is cut out and replaced by its
+/// faired surface; the rest stays bit for bit and in order. An open mesh keeps a strip along its boundary.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct FairArgs {
@@ -38,16 +38,16 @@ pub struct FairArgs {
 }
 
 impl FairArgs {
-    /// What is to be done.
+    /// The work that these options ask for.
     ///
     /// # Errors
-    /// When the options do not go together.
+    /// If options conflict.
     pub(super) fn work(&self) -> anyhow::Result<Work> {
         Ok(Work::Fair(self.mask.mask()?, self.parameters.params()?))
     }
 }
 
-/// Reads, fairs, writes.
+/// Reads, fairs and writes each mesh.
 pub fn run(args: &FairArgs, console: &Console) -> anyhow::Result<End> {
     let task = Task {
         work: args.work()?,

@@ -1,4 +1,4 @@
-//! The files of the commands that turn meshes into meshes: one into one, or several into a folder.
+//! Input and output files of the commands that write meshes (`fill`, `repair`, `restore`, `fair`, `convert`), and their batch run.
 
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -19,16 +19,16 @@ use super::progress::{self, RegionProgress};
 use super::report::ReportArgs;
 use super::{CommonArgs, End, Usage, arguments, messages};
 
-/// What is read and written.
+/// Options for the files to read and write.
 #[derive(Debug, Args)]
 pub struct FilesArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF; `-` is standard input. Several go into a folder.
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF; `-` is standard input. Several meshes need a folder as output.
     #[arg(value_name = "IN", required = true)]
     inputs: Vec<PathBuf>,
 
-    /// The file to write, in the format of its extension; `-` is standard output, whose format --to tells.
+    /// The file to write, in the format of its extension; `-` is standard output, with the format of --to.
     ///
-    /// A folder, or a name that ends with a slash and becomes one, takes the results of all inputs under their names.
+    /// It may be a folder: the results of all inputs are written to it under their names. A folder whose name ends with a slash is created.
     #[arg(short, long, value_name = "OUT", required_unless_present = "dry_run")]
     output: Option<PathBuf>,
 
@@ -42,28 +42,28 @@ pub struct FilesArgs {
 
     /// The unit of the mesh's coordinates: mm, cm, m, in, um or ft.
     ///
-    /// It stands with every length in messages, --json and --report, and in 3MF files. Reports then have no run times, so that the same
-    /// run gives the same bytes.
+    /// Messages and --report print it with every length; --json and 3MF files contain it. Reports then have no run times, so that equal
+    /// runs give equal bytes.
     #[arg(long, value_name = "UNIT")]
     unit: Option<Unit>,
 
     #[command(flatten)]
     report: ReportArgs,
 
-    /// Only say what would be done: which holes, on which grid. No mesh is written.
+    /// Only print what would be done: which holes, on which grid. No mesh is written.
     #[arg(long)]
     dry_run: bool,
 }
 
-/// What a command does with each of its files.
+/// The work of a command on each of its files.
 pub struct Task<'a> {
     /// The work.
     pub work: Work,
-    /// The options of all commands.
+    /// The options that all commands have.
     pub common: &'a CommonArgs,
-    /// Whether anything but steady surfaces that are joined and cross nothing counts as done in part.
+    /// Count a fill that is not flawless as done in part; see [`isomend::FillReport::flawless`].
     pub strict: bool,
-    /// What is handed on beside the mesh; the unit is that of the options of files.
+    /// The deliverables; their unit comes from [`FilesArgs`].
     pub deliverables: Deliverables,
 }
 
@@ -71,12 +71,12 @@ impl FilesArgs {
     /// Does the work on each input, one after another, and writes the reports.
     ///
     /// # Errors
-    /// When the files cannot be used so, before any is read; and what the work fails with, for a single input.
+    /// If the files cannot be used, before any is read; for a single input, also the error of the work.
     pub fn each(&self, task: &Task, console: &Console) -> anyhow::Result<End> {
         let mut batch = self.batch(task)?;
         if batch.sources.iter().any(|s| s.place.path().is_none()) {
-            // What is wrong is said before standard input is waited for.
-            batch.check().map_err(super::told)?;
+            // Report errors before waiting for standard input.
+            batch.check().map_err(super::cli_error)?;
             for source in &mut batch.sources {
                 input::fetch(source)?;
             }
@@ -96,7 +96,7 @@ impl FilesArgs {
         };
         let ended = batch.run(&mut printer, &Control::new().progress(&show));
         progress::clear();
-        let ended = ended.map_err(super::told)?;
+        let ended = ended.map_err(super::cli_error)?;
         if let Some(text) = &ended.document {
             json::print(text)?;
         }
@@ -110,7 +110,7 @@ impl FilesArgs {
         })
     }
 
-    /// What is asked for.
+    /// The batch that the options ask for.
     fn batch(&self, task: &Task) -> anyhow::Result<Batch> {
         let common = task.common;
         let sources = self.inputs.iter().map(|i| input::named(i, common.from));
@@ -141,46 +141,46 @@ impl FilesArgs {
     }
 }
 
-/// The output that a path stands for.
+/// The output for a path.
 pub fn output(path: &Path, to: Option<Format>) -> anyhow::Result<Output> {
-    Output::new(output_place(path, to)?, to).map_err(super::told)
+    Output::new(output_place(path, to)?, to).map_err(super::cli_error)
 }
 
-/// The place that a path of an output stands for.
+/// The place for the path of an output.
 fn output_place(path: &Path, to: Option<Format>) -> anyhow::Result<Place> {
     match (is_stream(path), to) {
         (false, _) => Ok(path.into()),
         (true, Some(_)) => Ok(Place::memory("standard output")),
         (true, None) => Err(usage(
-            "--output - needs --to, such as --to ply: standard output has no name that tells the format",
+            "--output - needs --to, such as --to ply: standard output has no extension that names the format",
         )),
     }
 }
 
-/// Checks what can be known of an output before the mesh is.
+/// Checks an output before the mesh is known.
 pub fn check(output: &Output) -> anyhow::Result<()> {
-    output.check().map_err(super::told)?;
+    output.check().map_err(super::cli_error)?;
     check_terminal(output)
 }
 
-/// Refuses bytes for a terminal.
+/// Refuses to write binary data to a terminal.
 fn check_terminal(output: &Output) -> anyhow::Result<()> {
     let to_stream = output.place.path().is_none();
     if to_stream && std::io::stdout().is_terminal() && !output.is_text() {
         return Err(usage(&format!(
-            "standard output is a terminal, which {} would upset; send it to a file or a program",
+            "standard output is a terminal, but {} is binary; redirect the output to a file or a program",
             output.format
         )));
     }
     Ok(())
 }
 
-/// Says what the jobs of a command do.
+/// Prints the events of a batch.
 struct Printer<'a> {
     console: &'a Console,
     shown: &'a RegionProgress<'a>,
     several: bool,
-    /// Whether plans are printed: standard output is not the JSON report's.
+    /// Whether plans are printed, that is, the JSON report does not go to standard output.
     prints_plans: bool,
 }
 
@@ -193,7 +193,7 @@ impl BatchObserver for Printer<'_> {
     }
 
     fn has_read(&mut self, job: &JobSpec, loaded: &Loaded) {
-        input::tell_notes(&job.source.place, loaded, self.console);
+        input::print_notes(&job.source.place, loaded, self.console);
         if job.output.is_some() {
             self.shown.begin();
         }
@@ -234,7 +234,7 @@ impl BatchObserver for Printer<'_> {
     }
 
     fn words(&self, error: JobError) -> String {
-        format!("{:#}", super::told(error))
+        format!("{:#}", super::cli_error(error))
     }
 }
 
@@ -242,7 +242,7 @@ fn usage(what: &str) -> anyhow::Error {
     Usage(what.to_owned()).into()
 }
 
-/// The message of an error with the name of the file before it, once.
+/// The message of an error, with the name of the file in front if the message does not contain it.
 fn with_name(input: &Place, error: &str) -> String {
     let name = input.name();
     if error.contains(&name) {
@@ -252,6 +252,7 @@ fn with_name(input: &Place, error: &str) -> String {
     }
 }
 
+/// The last line for several files: how many were done, done in part and failed.
 fn summary(ended: &BatchResult) -> String {
     let all = ended.done + ended.in_part + ended.failed;
     let mut text = format!("{all} files: {} done", ended.done);

@@ -1,4 +1,4 @@
-//! `isomend fill`: find holes and fill them.
+//! `isomend fill`: finds holes and fills them.
 
 use clap::Args;
 use isomend::job::Work;
@@ -14,20 +14,20 @@ use super::{CommonArgs, End, Usage, solve};
 const EXAMPLES: &str = "\
 Examples:
   isomend fill scan.ply -o mended.glb               fill all holes
-  isomend fill scan.ply -o mended.ply --holes 2,5   fill two of them, by the numbers of `isomend inspect`
+  isomend fill scan.ply -o mended.ply --holes 2,5   fill two holes, by the numbers of `isomend inspect`
   isomend fill scan.ply -o mended.ply --max-diameter 20 --keep-open 4
   isomend fill vase.obj -o vase.obj --bridge 1+2    rebuild the wall between two facing rims
   isomend fill bust.ply -o bust.ply --flat 1        close the cut neck by a flat cap
   isomend fill part.stl -o part.stl --crease 1+2    continue a sharp edge between two ends that `isomend inspect -v` numbers
   isomend fill scan.stl -o mended.stl --json - -q   a report for a script
-  isomend fill scan.ply --dry-run                   only say what would be filled
+  isomend fill scan.ply --dry-run                   only print what would be filled
   isomend fill a.ply b.ply c.obj -o mended/         several, into a folder
   isomend fill - -o - --to stl < a.ply > mended.stl";
 
 /// Find holes and fill them.
 ///
-/// All holes are filled by default, save the outer border of an open sheet. The mesh's own vertices and faces stay bit
-/// for bit and in order; new ones come after them.
+/// By default all holes are filled, except the outer border of an open sheet. The vertices and faces of the input stay bit for bit and in
+/// order; new vertices and faces are appended.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct FillArgs {
@@ -37,8 +37,8 @@ pub struct FillArgs {
     #[command(flatten)]
     parameters: ParameterArgs<Fill>,
 
-    /// Exit with 3 unless every hole of more than four edges that was to be filled got a steady surface of the level set,
-    /// joined to its rim, that crosses no face, and sharp edges that end at its rim were continued.
+    /// Exit with 3 unless every hole of more than four edges that was to be filled got a converged level-set surface that is joined to its
+    /// rim and intersects no other face, and sharp edges that end at its rim were continued.
     #[arg(long)]
     strict: bool,
 
@@ -50,10 +50,10 @@ pub struct FillArgs {
 }
 
 impl FillArgs {
-    /// What is to be done.
+    /// The work that these options ask for.
     ///
     /// # Errors
-    /// When the options do not go together.
+    /// If options conflict.
     pub(super) fn work(&self) -> anyhow::Result<Work> {
         let params: FillParams = self.parameters.params()?;
         solve::check(&params)?;
@@ -61,7 +61,7 @@ impl FillArgs {
             return Ok(Work::Fill(params));
         }
         if params.surface == SurfaceKind::Whole {
-            let what = "--repair stitches patches into the mesh; --surface whole has the level sets alone, so leave one of them out";
+            let what = "--repair stitches patches into the mesh, but --surface whole writes the level sets alone; leave one of them out";
             return Err(Usage(what.to_owned()).into());
         }
         Ok(Work::Repair(RepairParams {
@@ -70,18 +70,18 @@ impl FillArgs {
         }))
     }
 
-    /// Whether a bound was given that has no effect, since the holes are named.
+    /// Whether `--max-diameter` was given but has no effect, since `--holes` names the holes.
     fn bounds_named_holes(&self) -> bool {
         let names = self.parameters.value("holes").is_some_and(Value::is_array);
         names && self.parameters.value("max_diameter").is_some()
     }
 }
 
-/// Reads, fills, writes.
+/// Reads, fills and writes each mesh.
 pub fn run(args: &FillArgs, console: &Console) -> anyhow::Result<End> {
     let work = args.work()?;
     if args.bounds_named_holes() {
-        console.note("--max-diameter does nothing here: --holes names the holes that are filled");
+        console.note("--max-diameter has no effect here: --holes names the holes to fill");
     }
     let task = Task {
         work,

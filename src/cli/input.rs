@@ -1,4 +1,4 @@
-//! Reading the input.
+//! Reads input meshes from files or standard input, and prints the remarks of the reader.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ pub fn is_stream(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// The place that a path of an input stands for.
+/// The place for the path of an input.
 pub fn place(path: &Path) -> Place {
     match is_stream(path) {
         true => Place::memory(STANDARD_INPUT),
@@ -25,21 +25,21 @@ pub fn place(path: &Path) -> Place {
     }
 }
 
-/// What a path stands for; standard input is read to its end.
+/// The source for a path; standard input is read to its end.
 pub fn source(path: &Path, from: Option<Format>) -> anyhow::Result<Source> {
     let mut source = named(path, from);
     fetch(&mut source)?;
     Ok(source)
 }
 
-/// The same, of which standard input has no bytes yet.
+/// The source for a path, without reading standard input yet.
 pub fn named(path: &Path, from: Option<Format>) -> Source {
     let mut source = Source::from(place(path));
     source.format = from;
     source
 }
 
-/// Gives a source its bytes where it is standard input, which is read to its end.
+/// Reads standard input to its end, if it is the source.
 pub fn fetch(source: &mut Source) -> anyhow::Result<()> {
     if source.place.path().is_none() {
         source.bytes = standard_input()?;
@@ -47,15 +47,15 @@ pub fn fetch(source: &mut Source) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Reads a mesh and passes on what its reader has to say.
+/// Reads a mesh and prints the remarks of its reader.
 pub fn read(source: &Source, console: &Console) -> anyhow::Result<Arc<Loaded>> {
-    let loaded = source.read().map_err(super::told)?;
-    tell_notes(&source.place, &loaded, console);
+    let loaded = source.read().map_err(super::cli_error)?;
+    print_notes(&source.place, &loaded, console);
     Ok(loaded)
 }
 
-/// Passes on what the reader of a mesh has to say.
-pub fn tell_notes(place: &Place, loaded: &Loaded, console: &Console) {
+/// Prints the remarks of the reader of a mesh.
+pub fn print_notes(place: &Place, loaded: &Loaded, console: &Console) {
     for note in &loaded.notes {
         console.note(&format!("{}: {note}", place.name()));
     }

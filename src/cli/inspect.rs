@@ -1,4 +1,4 @@
-//! `isomend inspect`: what a mesh holds.
+//! `isomend inspect`: lists the components, holes, crease ends and defects of a mesh, and the faces that a mask marks.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -14,7 +14,7 @@ use isomend::report::{
 use super::console::{self, Console};
 use super::mask::MaskArgs;
 use super::report::ReportArgs;
-use super::several::{Found, Looking};
+use super::several::{FileResult, MeshInspector};
 use super::{CommonArgs, End};
 
 const EXAMPLES: &str = "\
@@ -22,18 +22,18 @@ Examples:
   isomend inspect scan.ply                  a table of the holes, with their numbers
   isomend inspect scan.ply --json - | jq '.holes[].diameter'
   isomend inspect scan.ply --report scan.html           the holes in a 3D view, with their numbers
-  isomend inspect scans/*.ply               a row for each
-  isomend inspect scan.ply --ball 10,4,2,3.5 --grow 1   what a mask marks";
+  isomend inspect scans/*.ply               a table with a row for each mesh
+  isomend inspect scan.ply --ball 10,4,2,3.5 --grow 1   the faces that a mask marks";
 
-/// List the pieces, holes and defects of a mesh.
+/// List the components, holes and defects of a mesh.
 ///
-/// Lengths are in the mesh's units. The normal is that of the rim's plane, out of the surface; the height is the rim's
-/// extent along it. Planarity is the distance of the rim from its best plane, as root mean square over the hole's diameter:
-/// 0 is planar.
+/// Lengths are in the mesh's units. The normal is the normal of the plane that fits the rim best, pointing out of the surface; the height
+/// is the rim's extent along it. Planarity is the root mean square distance of the rim from that plane, divided by the hole's diameter: 0
+/// is planar.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct InspectArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF; `-` is standard input. Of several a table is printed.
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF; `-` is standard input. For several meshes a table is printed.
     #[arg(value_name = "IN", required = true)]
     inputs: Vec<PathBuf>,
 
@@ -47,10 +47,10 @@ pub struct InspectArgs {
     pub(super) common: CommonArgs,
 }
 
-/// Reads and lists.
+/// Reads and inspects each mesh.
 pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
     let mask = args.mask.mask()?;
-    let looking = Looking {
+    let inspector = MeshInspector {
         command: "inspect",
         inputs: &args.inputs,
         report: &args.report,
@@ -59,31 +59,31 @@ pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
             "format",
             "vertices",
             "faces",
-            "pieces",
+            "components",
             "holes",
             "widest hole",
             "defects",
         ],
         prints: true,
     };
-    looking.each(console, &mut |source, loaded, drawings| {
+    inspector.each(console, &mut |source, loaded, drawings| {
         let inspected =
-            job::inspect(source, loaded, mask.as_ref(), drawings).map_err(super::told)?;
+            job::inspect(source, loaded, mask.as_ref(), drawings).map_err(super::cli_error)?;
         let mut text = table(loaded, &inspected);
         text += &creases(&inspected, console.is_verbose());
         if let Some((mask, marked)) = &inspected.marked {
             text += &mask_line(mask, &marked.missed);
         }
-        Ok(Found {
+        Ok(FileResult {
             text,
             cells: cells(loaded, &inspected),
-            document: Found::document(&inspected.document())?,
+            document: FileResult::document(&inspected.document())?,
             is_good: true,
         })
     })
 }
 
-/// The row of a file in the table of several.
+/// The row of a file in the table for several files.
 fn cells(loaded: &Loaded, inspected: &Inspected) -> Vec<String> {
     let found = &inspected.found;
     let widest = found.holes.iter().map(|h| h.diameter).fold(0.0, f64::max);
@@ -109,13 +109,18 @@ fn cells(loaded: &Loaded, inspected: &Inspected) -> Vec<String> {
     ]
 }
 
+/// The line on the faces that a mask marks, or why it marks none.
 fn mask_line(mask: &Selection, missed: &[String]) -> String {
     let Some([low, high]) = mask.bounds else {
         return format!("\nmask: no faces: {}\n", missed.join("; "));
     };
-    let pieces = if mask.pieces == 1 { "piece" } else { "pieces" };
+    let components = if mask.pieces == 1 {
+        "component"
+    } else {
+        "components"
+    };
     format!(
-        "\nmask: {} faces in {} {pieces}, area {}, from {} to {}\n",
+        "\nmask: {} faces in {} {components}, area {}, from {} to {}\n",
         mask.faces,
         mask.pieces,
         length(mask.area),
@@ -124,7 +129,7 @@ fn mask_line(mask: &Selection, missed: &[String]) -> String {
     )
 }
 
-/// Where sharp edges end at rims: how many, and with `-v` a line for each.
+/// The number of sharp edges that end at rims, with `-v` also a table of them.
 fn creases(inspected: &Inspected, is_verbose: bool) -> String {
     let ends = &inspected.crease_ends;
     let Some(line) = crease_end_line(ends) else {
@@ -140,9 +145,10 @@ fn creases(inspected: &Inspected, is_verbose: bool) -> String {
     format!("\n{line}:\n{}\n", rows.join("\n"))
 }
 
+/// The inspection of a single file as text.
 fn table(loaded: &Loaded, inspected: &Inspected) -> String {
     let found = &inspected.found;
-    let pieces = found.topology.component_faces.len();
+    let components = found.topology.component_faces.len();
     let [low, high] = loaded.mesh.bounds();
     let size = high - low;
     let mut text = String::new();
@@ -155,8 +161,12 @@ fn table(loaded: &Loaded, inspected: &Inspected) -> String {
         loaded.format,
         loaded.mesh.positions.len(),
         loaded.mesh.faces.len(),
-        pieces,
-        if pieces == 1 { "piece" } else { "pieces" },
+        components,
+        if components == 1 {
+            "component"
+        } else {
+            "components"
+        },
         found.holes.len(),
         if found.holes.len() == 1 {
             "hole"

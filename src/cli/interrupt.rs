@@ -1,4 +1,4 @@
-//! Ctrl-C and the request to terminate: the program ends wherever it is, and what it has half written goes.
+//! Handling of Ctrl-C and SIGTERM: the program ends at once, and unfinished files are removed.
 
 use std::sync::OnceLock;
 
@@ -6,10 +6,10 @@ use anyhow::Context;
 
 use super::{console, progress};
 
-/// From now on Ctrl-C and, where there are such signals, SIGTERM end the program at once.
+/// Lets Ctrl-C and, on Unix, SIGTERM end the program at once.
 ///
-/// Files that are only half saved are removed; the exit code is 128 and the signal's number. A second signal ends the
-/// program even if the first one is stuck in its cleaning up.
+/// Unfinished files are removed; the exit code is 128 plus the number of the signal. A second signal ends the program even if the
+/// clean-up of the first one hangs.
 pub fn listen() -> anyhow::Result<()> {
     wait_for_signals().context("cannot listen for Ctrl-C")
 }
@@ -43,23 +43,24 @@ fn wait_for_signals() -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(|| stop(130))
 }
 
-/// What a command says that is ended in no other way.
-static LAST_WORDS: OnceLock<Box<dyn Fn() + Send + Sync>> = OnceLock::new();
+/// Called when a signal ends a command for which that is the normal end, such as `view`.
+static AT_END: OnceLock<Box<dyn Fn() + Send + Sync>> = OnceLock::new();
 
-/// From now on a signal is the usual end: `say` is called, and the exit code is 0.
-pub fn is_the_end(say: impl Fn() + Send + Sync + 'static) {
-    // A program has one command.
-    let _ = LAST_WORDS.set(Box::new(say));
+/// Makes a signal the normal end of the program: `say` is called, and the exit code is 0.
+pub fn is_normal_end(say: impl Fn() + Send + Sync + 'static) {
+    // Set only once, since a program runs one command.
+    let _ = AT_END.set(Box::new(say));
 }
 
+/// Ends the program after a signal.
 fn stop(code: i32) -> ! {
-    // Kept until the end, so that nothing is finished or begun any more.
+    // The guard lives until the end, so that no file is finished or started any more.
     let _abandoned = isomend::io::abandon_unfinished();
-    if let Some(say) = LAST_WORDS.get() {
+    if let Some(say) = AT_END.get() {
         say();
         std::process::exit(0)
     }
     progress::clear();
-    console::fail("stopped; what was not finished was not written");
+    console::fail("stopped; unfinished files were not written");
     std::process::exit(code)
 }

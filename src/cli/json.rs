@@ -1,4 +1,4 @@
-//! Where JSON documents go.
+//! The `--json` option: writes JSON documents to a file or to standard output.
 
 use std::convert::Infallible;
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::{Usage, console};
 
-/// Where a report goes.
+/// The target of a JSON document.
 #[derive(Clone, Debug)]
 pub enum Target {
     /// Standard output.
@@ -36,22 +36,22 @@ impl Target {
         matches!(self, Target::Stdout)
     }
 
-    /// Refuses a file that cannot be written or is one of the meshes, and standard output where a mesh goes there.
+    /// Refuses a file that cannot be written or is one of the meshes, and standard output if a mesh goes there.
     pub fn check(&self, inputs: &[Place], outputs: &[Place]) -> anyhow::Result<()> {
         let Target::File(path) = self else {
             if outputs.iter().any(|output| output.path().is_none()) {
-                let what = "--json - and --output - cannot both have standard output; name a file for one of them";
+                let what = "--json - and --output - cannot both use standard output; name a file for one of them";
                 return Err(Usage(what.to_owned()).into());
             }
             return Ok(());
         };
         let place = Place::from(path.clone());
         let checked = place.check_document(inputs.iter().chain(outputs));
-        checked.map_err(super::told)?;
+        checked.map_err(super::cli_error)?;
         Ok(())
     }
 
-    /// Its place.
+    /// The target as a place.
     pub fn place(&self) -> Place {
         match self {
             Target::Stdout => Place::memory("standard output"),

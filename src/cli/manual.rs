@@ -1,4 +1,4 @@
-//! `isomend completions` and `isomend man`: what a package puts beside the program.
+//! `isomend completions` and `isomend man`: shell completions and manual pages, for packages of the program.
 
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;
@@ -16,11 +16,11 @@ pub struct CompletionsArgs {
     shell: Shell,
 }
 
-/// Print the manual page (roff), of isomend or of one of its commands.
+/// Print the manual page (roff) of isomend or of one of its commands.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  isomend man fill | man -l -")]
 pub struct ManArgs {
-    /// The command; without it the page of isomend itself.
+    /// The command [default: the page of isomend itself].
     #[arg(value_name = "COMMAND")]
     command: Option<String>,
 }

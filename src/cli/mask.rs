@@ -1,4 +1,4 @@
-//! The options that mark a region of the surface.
+//! Command-line options that mark a region of the surface.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -11,11 +11,11 @@ use isomend::job::{MaskSpec, PaintedColour};
 
 use super::arguments;
 
-/// Options that choose faces; what several of them choose adds up.
+/// Options that select faces; the mask is the union of their selections.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Mask")]
 pub struct MaskArgs {
-    /// Mark the faces in a box: their centroids count; may be given several times, as all options of masks.
+    /// Mark the faces whose centroids are in a box. May be given several times, like all options of masks.
     #[arg(
         long = "box",
         value_name = "X0,Y0,Z0,X1,Y1,Z1",
@@ -23,7 +23,7 @@ pub struct MaskArgs {
     )]
     boxes: Vec<BoxArg>,
 
-    /// Mark the faces in a ball: its centre and radius.
+    /// Mark the faces in a ball, given by centre and radius.
     #[arg(long = "ball", value_name = "X,Y,Z,R", allow_hyphen_values = true)]
     balls: Vec<BallArg>,
 
@@ -31,11 +31,11 @@ pub struct MaskArgs {
     #[arg(long = "mask", value_name = "FILE")]
     meshes: Vec<PathBuf>,
 
-    /// Mark faces by their numbers, from 0: one on each line of a file, or a JSON array.
+    /// Mark faces by their numbers, from 0: a file with one number per line, or with a JSON array.
     #[arg(long = "faces", value_name = "FILE")]
     lists: Vec<PathBuf>,
 
-    /// Mark the faces whose vertices are painted so; the tolerance is of 255.
+    /// Mark the faces whose vertices have a colour; the tolerance is the largest difference of a channel, from 0 to 255.
     #[arg(long = "colour", alias = "color", value_name = "RRGGBB[,TOLERANCE]")]
     colours: Vec<Colour>,
 
@@ -43,16 +43,16 @@ pub struct MaskArgs {
     #[arg(long = "material", value_name = "NAME")]
     materials: Vec<String>,
 
-    /// Take in what is at most so far from the marked faces, along the edges of the mesh.
+    /// Add the faces within this distance of the marked ones, measured along the edges of the mesh.
     #[arg(long, value_name = "LENGTH", value_parser = arguments::positive)]
     grow: Option<f64>,
 
-    /// Then leave out what is nearer than this to faces that are not marked, along the edges of the mesh.
+    /// Then remove the faces that are nearer than this to unmarked faces, measured along the edges of the mesh.
     #[arg(long, value_name = "LENGTH", value_parser = arguments::positive)]
     shrink: Option<f64>,
 }
 
-/// Numbers with commas between them.
+/// `N` finite numbers with commas between them.
 fn separated<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let numbers: Option<Vec<f64>> = text
         .split(',')
@@ -111,7 +111,7 @@ fn checked(selector: &Selector) -> Result<(), String> {
     selector.check().map_err(|error| error.to_string())
 }
 
-/// A colour and how far off others may be.
+/// A colour with a tolerance.
 #[derive(Clone, Copy, Debug)]
 pub struct Colour(PaintedColour);
 
@@ -130,13 +130,13 @@ impl FromStr for Colour {
                 rgb: [n >> 16, n >> 8, n].map(|c| f64::from(c & 255) / 255.0),
                 tolerance: tolerance / 255.0,
             })),
-            _ => Err("six hexadecimal digits are needed, and perhaps a tolerance from 0 to 255, such as ff8000,20".to_owned()),
+            _ => Err("six hexadecimal digits are needed, optionally with a tolerance from 0 to 255, such as ff8000,20".to_owned()),
         }
     }
 }
 
 impl MaskArgs {
-    /// The mask that is asked for; `None` where none of its options is given.
+    /// The mask of these options; `None` if no selection is given.
     pub fn mask(&self) -> anyhow::Result<Option<MaskSpec>> {
         let spec = MaskSpec {
             boxes: self.boxes.iter().map(|b| b.0).collect(),
@@ -151,7 +151,9 @@ impl MaskArgs {
         };
         if spec.is_empty() {
             if self.grow.or(self.shrink).is_some() {
-                bail!("--grow and --shrink change a mask, but none is given, such as --ball");
+                bail!(
+                    "--grow and --shrink change a mask, but no mask is given; add one, such as --ball"
+                );
             }
             return Ok(None);
         }

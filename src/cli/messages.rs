@@ -1,4 +1,4 @@
-//! What is said of a job: before it, while it lasts, after it.
+//! Messages on jobs: the plan of a dry run, lines on regions while a job runs, and the summary after it.
 
 use isomend::io::{Format, Precision};
 use isomend::job::{Extent, JobPlan, JobResult, WorkPlan};
@@ -13,18 +13,18 @@ use isomend::{
 use super::console::Console;
 use super::outcome;
 
-/// Most holes that are still open in lines of their own.
+/// Most open holes that get a line each.
 const MOST_OPEN: usize = 30;
-/// Most places of a kind of defect in a line.
+/// Most positions of a kind of defect in a line.
 const MOST_PLACES: usize = 20;
 
-/// What would be done.
+/// The plan of a job as text.
 pub fn plan(plan: &JobPlan) -> String {
     let unit = plan.spec.deliverables.unit;
     match &plan.plan {
         WorkPlan::Fair(plan) => fair_plan(plan, unit),
         WorkPlan::Copy => format!(
-            "{} vertices and {} faces would be written as they are\n",
+            "{} vertices and {} faces would be written unchanged\n",
             plan.size[0], plan.size[1]
         ),
         WorkPlan::Restore(plan) => cut_plan(plan) + &lines(plan_lines(&plan.fill, unit)),
@@ -46,21 +46,21 @@ fn cut_plan(cut: &RestorePlan) -> String {
 
 fn fair_plan(report: &FairPlan, unit: Option<Unit>) -> String {
     let what = match report.whole {
-        true => "all of the surface would be replaced".to_owned(),
+        true => "the whole surface would be replaced".to_owned(),
         false => format!(
             "{} faces marked, {} would be cut out and replaced",
             report.marked_faces, report.removed_faces
         ),
     };
     format!(
-        "features narrower than {} would go, time {:.4e}, voxel {}\n{what}\n",
+        "features narrower than {} would be removed, time {:.4e}, voxel {}\n{what}\n",
         Unit::text(unit, report.strength),
         report.time,
         Unit::text(unit, report.voxel)
     )
 }
 
-/// What was done, the verdict last; `name` goes before warnings.
+/// Prints the result of a job, the summary line last. `name` is put in front of warnings.
 pub fn done(done: &JobResult, name: &str, console: &Console) {
     match &done.extent {
         Extent::Faired(report) => return faired(report, done, console),
@@ -78,7 +78,7 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
     }
     let report = &done.report;
     let unit = done.spec.deliverables.unit;
-    // Holes with higher numbers were made by the repair and cannot be named on the command line.
+    // Holes with higher numbers were opened by the repair, so options cannot name them.
     let chosen = match &done.extent {
         Extent::Repaired(report) => report.before.as_ref().map_or(0, |v| v.holes),
         _ => usize::MAX,
@@ -122,7 +122,7 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
     }
 }
 
-/// Names the holes that could not be closed, the first of them where there are many.
+/// Warns of the holes that could not be closed; without `-v` at most [`MOST_OPEN`].
 fn still_open(report: &FillReport, name: &str, console: &Console) {
     let failed = report.holes.iter().filter_map(|hole| match &hole.outcome {
         HoleOutcome::Failed(why) => Some((hole.hole.id, why)),
@@ -143,7 +143,7 @@ fn still_open(report: &FillReport, name: &str, console: &Console) {
     }
 }
 
-/// Whether the positions were rounded to what the format of the output holds.
+/// Whether the positions were rounded to the 32-bit floats of the output's format.
 fn is_rounded(done: &JobResult) -> bool {
     let single = |f: Format| matches!(f, Format::Stl | Format::Gltf | Format::Glb);
     let output = done.spec.output.as_ref();
@@ -151,16 +151,17 @@ fn is_rounded(done: &JobResult) -> bool {
         && Precision::of(&done.mesh) == Precision::F64
 }
 
-/// The name of the file that was written, before a verdict.
+/// The name of the written file, as the start of a line.
 fn written(done: &JobResult) -> String {
     let output = done.spec.output.as_ref();
     output.map_or(String::new(), |o| format!("{}: ", o.place.name()))
 }
 
-/// What can be done where walls that a repair made are too thin.
-const FOIL: &str = "walls came out too thin: --flat-base puts a sheet on a flat base, --wall makes walls thicker where there is room, and \
-                    --min-wall says how thin they may be";
+/// Advice if walls that a repair made are too thin.
+const FOIL: &str = "walls are too thin: --flat-base puts a sheet on a flat base, --wall makes walls thicker where there is room, and \
+                    --min-wall sets how thin they may be";
 
+/// Prints the report of a repair and the verdict on the written file.
 fn repaired(report: &RepairReport, file: &str, unit: Option<Unit>, console: &Console) {
     if let Some(before) = &report.before {
         console.detail(&format!("before: {}", before.line()));
@@ -169,9 +170,13 @@ fn repaired(report: &RepairReport, file: &str, unit: Option<Unit>, console: &Con
         console.say(&line);
     }
     console.say(&format!(
-        "{} of the input {} gone{}",
+        "{} of the input {} removed{}",
         counted(report.lost_faces, "face"),
-        if report.lost_faces == 1 { "is" } else { "are" },
+        if report.lost_faces == 1 {
+            "was"
+        } else {
+            "were"
+        },
         gone_components(report.gone_components)
     ));
     if let Some(after) = &report.after {
@@ -191,19 +196,20 @@ fn repaired(report: &RepairReport, file: &str, unit: Option<Unit>, console: &Con
     }
 }
 
-/// The components of the input that are gone, by their sizes.
+/// The components of the input that were removed completely: their number and the range of their sizes.
 fn gone_components([count, least, most]: [usize; 3]) -> String {
     match count {
         0 => String::new(),
         _ if least == most => format!(
-            ", among them {} of {}",
+            ", including {} of {}",
             counted(count, "component"),
             counted(most, "face")
         ),
-        _ => format!(", among them {count} components of {least} to {most} faces"),
+        _ => format!(", including {count} components of {least} to {most} faces"),
     }
 }
 
+/// Prints the report of a fairing.
 fn faired(report: &FairReport, done: &JobResult, console: &Console) {
     let unit = done.spec.deliverables.unit;
     let moved = |x: f64| {
@@ -211,7 +217,7 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
         unit.map_or(text.clone(), |unit| format!("{text} {unit}"))
     };
     console.say(&format!(
-        "features narrower than {} went, time {:.4e}, voxel {}",
+        "features narrower than {} were removed, time {:.4e}, voxel {}",
         Unit::text(unit, report.strength),
         report.time,
         Unit::text(unit, report.voxel)
@@ -224,7 +230,7 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
     }
     if report.pieces_left > 0 {
         console.warn(&format!(
-            "{} closed pieces stay as they are beside the open ones; mark them to fair them too",
+            "{} closed components were not changed, because the mesh also has open ones; mark them to fair them too",
             report.pieces_left
         ));
     }
@@ -234,7 +240,7 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
         }
     }
     let mut line = format!(
-        "{}moved by {} at most, {} root mean square",
+        "{}moved by at most {}, root mean square {}",
         written(done),
         moved(report.moved_max),
         moved(report.moved_rms)
@@ -257,12 +263,12 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
     console.say(&line);
 }
 
-/// A line for a region that was faired.
+/// One line for a region that was faired.
 pub fn faired_region_line(region: &RegionReport) -> String {
     let steps: usize = region.levels.iter().map(|l| l.flow.steps.len()).sum();
     let rims: Vec<String> = region.holes.iter().map(ToString::to_string).collect();
     let name = match rims.is_empty() {
-        true => "all of the surface".to_owned(),
+        true => "whole surface".to_owned(),
         false => format!("inside rim {}", rims.join("+")),
     };
     let mut line = format!(

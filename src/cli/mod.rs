@@ -1,4 +1,4 @@
-//! One file per command. Raw arguments become validated parameters once; all printing is done here.
+//! The command line, with one file per command. Arguments are converted to validated parameters once; all printing is done here.
 
 mod arguments;
 mod check;
@@ -44,21 +44,21 @@ use isomend::{FairError, FillError};
 pub use config::Usage;
 use console::Console;
 
-/// How a command ended when it did not fail.
+/// How a command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// Everything asked for was done.
+    /// Everything requested was done.
     Done,
-    /// Some hole that was to be filled is still open.
+    /// Something requested was not done, such as a hole that is still open, or the answer of `check` is no.
     InPart,
-    /// Something failed, which was said; the rest was done.
+    /// The command, or one of several inputs, failed; a message was printed.
     Failed,
-    /// It was asked for in a way that makes no sense, which was said.
+    /// Wrong usage; a message was printed.
     Misused,
 }
 
 impl End {
-    /// The exit code of a program that ends so.
+    /// The exit code.
     pub fn code(self) -> u8 {
         match self {
             Self::Done => 0,
@@ -78,16 +78,16 @@ impl From<End> for ExitCode {
 const EXIT_CODES: &str = "\
 Exit codes:
   0    done
-  1    failed; the output file is as it was before. Of several inputs: at least one failed
-  2    wrong usage, or a mistake in a file of options
-  3    done in part: the output is written, but a hole that was to be filled is still open, something that an
-       experiment states was not met, or `check` says no
-  130  stopped by Ctrl-C, 143 by SIGTERM; the output file is as it was before. Of `view`, which ends so, 0";
+  1    failed; the output file is unchanged. With several inputs: at least one failed
+  2    wrong usage, or an error in an options file
+  3    done in part: the output is written, but a hole that was to be filled is still open, an experiment did
+       not reproduce a stated value, or the answer of `check` is no
+  130  stopped by Ctrl-C, 143 by SIGTERM; the output file is unchanged. `view`, which is ended this way, exits with 0";
 
 /// Fills holes in triangle meshes by 3D level-set Willmore flow.
 ///
-/// Patches continue the curvature of their surroundings. The mesh's own vertices and faces stay as they are, bit for bit
-/// and in order; the patches come after them.
+/// Patches continue the curvature of their surroundings. The vertices and faces of the input stay bit for bit and in order; the patches
+/// are appended.
 #[derive(Debug, Parser)]
 #[command(name = "isomend", version, after_help = EXIT_CODES, max_term_width = 110)]
 pub struct Cli {
@@ -113,12 +113,12 @@ enum Command {
     Man(manual::ManArgs),
 }
 
-/// Options of every command.
+/// Options that most commands have.
 #[derive(Debug, Args)]
 struct CommonArgs {
     /// Format of the input: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
     ///
-    /// By default it is told from the content, else from the extension.
+    /// By default the format is detected from the content, else from the extension.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]
     from: Option<Format>,
 
@@ -130,13 +130,13 @@ struct CommonArgs {
     run: RunArgs,
 }
 
-/// Options of how a command runs.
+/// Options for the run of a command.
 #[derive(Debug, Args)]
 struct RunArgs {
-    /// Take options from a TOML file, by their long names; the command line goes before it.
+    /// Take options from a TOML file, by their long names; options on the command line override them.
     ///
-    /// Keys at the top are for all commands that have such an option, those of a table such as [fill] for one command. Paths
-    /// in it are relative to its folder.
+    /// Top-level keys apply to all commands that have the option, keys of a table such as [fill] to one command. Paths in the file are
+    /// relative to its folder.
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 
@@ -144,18 +144,16 @@ struct RunArgs {
     #[arg(long, value_name = "N", value_parser = arguments::threads)]
     threads: Option<usize>,
 
-    /// Print nothing but errors, and holes that could not be filled.
+    /// Print only errors, and holes that could not be filled.
     #[arg(short, long, conflicts_with = "verbose")]
     quiet: bool,
 
-    /// Print more: the levels of each solve, and the tries that failed.
+    /// Print more: the levels of each solve, and the attempts that failed.
     #[arg(short, long)]
     verbose: bool,
 }
 
-/// Runs the program: with the arguments of the command line, and those of the file that `--config` names.
-///
-/// What went wrong is said.
+/// Runs the program with the arguments of the command line and of the file that `--config` names. Prints errors.
 pub fn main(arguments: impl Iterator<Item = OsString>) -> End {
     let end = interrupt::listen()
         .and_then(|()| Ok(config::expand(arguments.collect(), &Cli::command())?))
@@ -173,14 +171,14 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> End {
     }
 }
 
-/// An error of a job, with the options that help; what is wrong with what was asked for is wrong usage.
-fn told(error: JobError) -> anyhow::Error {
+/// The error of a job as the command line reports it: with the options that help, and as wrong usage if the request is wrong.
+fn cli_error(error: JobError) -> anyhow::Error {
     let usage = |what: String| Usage(what).into();
     match error {
         JobError::NoTextForm { .. } => usage(format!("--ascii: {error}")),
         JobError::No64Bit { .. } => usage(format!("--f64: {error}")),
         JobError::PlanDrawn => usage(
-            "--dry-run makes no mesh that --report and --picture could show; leave them out, or let `isomend inspect` draw the holes"
+            "--dry-run makes no mesh that --report and --picture could show; leave them out, or use `isomend inspect` to draw the holes"
                 .to_owned(),
         ),
         JobError::SeveralDrawn => usage(
@@ -188,26 +186,26 @@ fn told(error: JobError) -> anyhow::Error {
                 .to_owned(),
         ),
         JobError::SeveralDelivered => usage(
-            "--patches and --piece are of one mesh, but there are several inputs; run them one by one"
+            "--patches and --piece write the result of one mesh, but there are several inputs; run them one by one"
                 .to_owned(),
         ),
         JobError::Deliverable { what } => usage(what),
         JobError::DocumentOverMesh { .. } => anyhow!("--json {error}"),
         JobError::Observer(error) => anyhow::Error::from(error).context(console::NO_OUTPUT),
-        // Only where no format was given is it told from the content.
+        // This error occurs only without --from, when the format is detected from the content.
         JobError::Bytes {
             name,
             error: error @ IoError::UnknownFormat { .. },
-        } => anyhow::Error::from(error).context(format!("{name}, whose format --from can tell")),
+        } => anyhow::Error::from(error).context(format!("{name} (use --from to name its format)")),
         JobError::Places { what } => usage(what),
-        JobError::NoFormat { .. } => anyhow!("{error}; or give --to"),
-        JobError::OpenMask { .. } => anyhow!("{error}; `isomend fill` does so"),
+        JobError::NoFormat { .. } => anyhow!("{error}; change the extension, or use --to"),
+        JobError::OpenMask { .. } => anyhow!("{error} with `isomend fill`"),
         JobError::Fill(FillError::NoSuchHole { .. }) => {
             anyhow!("{error} (`isomend inspect` lists them)")
         }
         JobError::Fair(FairError::OnlyBorder { .. }) => {
             let error = anyhow::Error::from(error);
-            anyhow!("{error:#}; a smaller --strength fairs less")
+            anyhow!("{error:#}; use a smaller --strength")
         }
         error => error.into(),
     }
@@ -241,7 +239,7 @@ fn start(
     start_run(&common.run, command)
 }
 
-/// Runs a command in a pool of the threads asked for.
+/// Runs a command in a pool with the number of threads that `--threads` sets.
 fn start_run(
     run: &RunArgs,
     command: impl FnOnce(&Console) -> anyhow::Result<End> + Send,

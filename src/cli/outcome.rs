@@ -1,4 +1,4 @@
-//! The holes of a run as a table of at most 80 columns, and what to do about those with a problem.
+//! The holes of a run as a table of at most 80 columns, with remarks on problems and advice.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -9,13 +9,14 @@ use isomend::{
     TriangulatedReason, Unit,
 };
 
-/// Rows of the table without a problem: the widest holes.
+/// Number of widest holes that the table always shows.
 const LARGEST: usize = 10;
-/// Most rows with a problem.
+/// Most rows with a remark.
 const MOST_PROBLEMS: usize = 30;
-/// Width of the column of hole numbers, in characters; longer lists end in dots.
+/// Width of the column of hole numbers, in characters; longer lists are cut off.
 const NUMBERS: usize = 9;
-/// What is to be known of a patch.
+
+/// A remark on a patch that needs attention, in the order of importance of the advice below the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Remark {
     Open,
@@ -44,7 +45,7 @@ impl Remark {
         Self::OtherEnergy,
     ];
 
-    /// The most important remark on a region, from how its first hole ended.
+    /// The most important remark on a region; `outcome` is the outcome of its first hole.
     fn of(region: &RegionReport, outcome: Option<&HoleOutcome>) -> Option<Self> {
         let by_level_set = region.closed_by == Some(ClosedBy::LevelSet);
         let triangulated = match outcome {
@@ -70,7 +71,7 @@ impl Remark {
         })
     }
 
-    /// In the table; at most 18 characters.
+    /// The remark as the table shows it, at most 18 characters.
     fn short(self) -> &'static str {
         match self {
             Self::Open => "still open",
@@ -86,25 +87,25 @@ impl Remark {
         }
     }
 
-    /// What it means and what can be done about it, after `hole 3` or `holes 3, 5`. Holes up to `last` have numbers that options take.
+    /// What the remark means and what to do, to follow `hole 3:` or `holes 3, 5:`. Options can name holes with numbers up to `last`.
     fn advice(self, ids: &[HoleId], work: &Work, last: usize) -> String {
         let can_name = matches!(work, Work::Fill(_) | Work::Repair(_))
             && ids.iter().all(|id| id.get() <= last);
         let flat = match (can_name, ids) {
-            (true, [one]) => format!("; for a flat cap: --flat {one}"),
-            (true, _) => "; for flat caps: --flat with their numbers".to_owned(),
+            (true, [one]) => format!("; --flat {one} makes a flat cap instead"),
+            (true, _) => "; --flat with their numbers makes flat caps instead".to_owned(),
             _ => String::new(),
         };
         match self {
-            Self::Open => "nothing could close it, for the reasons below".to_owned(),
+            Self::Open => "could not be closed; the reasons are below".to_owned(),
             Self::Intersects => {
                 let cuts = match work {
                     Work::Repair(_) => "",
-                    _ => "`isomend repair` cuts such faces out, ",
+                    _ => "`isomend repair` cuts these faces out, ",
                 };
                 format!("faces of the patch intersect other faces; {cuts}a finer --voxel may avoid them")
             }
-            Self::NoCap => "the flat cap that was asked for could not be made, so triangles between the vertices of the rim close it"
+            Self::NoCap => "the requested flat cap could not be made, so the hole was closed by triangles between the vertices of the rim"
                 .to_owned(),
             Self::NoSurface => format!(
                 "the level set found no surface, so the rim was triangulated and smoothed (-v says why){flat}"
@@ -113,14 +114,14 @@ impl Remark {
                 "closed by triangles between the vertices of the rim, since no smooth surface was found (-v says why){flat}"
             ),
             Self::NotConverged => {
-                "the surface still moved when the steps ended; try a finer --voxel".to_owned()
+                "the surface was still moving after the last step; try a finer --voxel".to_owned()
             }
             Self::LostCreases => {
                 "sharp edges end at their rims and were not continued (-v says why)".to_owned()
             }
-            Self::Bulges => format!("continued far beyond the rim; check its shape{flat}"),
-            Self::Apart => "the rims were closed by separate caps instead of one surface between them; their surroundings do not lead \
-                            from one to the other"
+            Self::Bulges => format!("the patch rises far above the rim; check its shape{flat}"),
+            Self::Apart => "the rims were closed by separate caps instead of a bridge, because their surroundings do not lead from one \
+                            rim to the other"
                 .to_owned(),
             Self::OtherEnergy => {
                 "the variation of curvature found no surface, so the Willmore energy was used"
@@ -153,6 +154,7 @@ impl Row<'_> {
     }
 }
 
+/// The cells of a row.
 struct Cells<'a> {
     hole: &'a str,
     diameter: &'a str,
@@ -181,6 +183,7 @@ impl Cells<'_> {
     }
 }
 
+/// The name of the surface that closed a region.
 fn closed_by(by: Option<ClosedBy>) -> &'static str {
     match by {
         Some(ClosedBy::LevelSet) => "level set",
@@ -190,12 +193,12 @@ fn closed_by(by: Option<ClosedBy>) -> &'static str {
         Some(ClosedBy::Base) => "flat base",
         Some(ClosedBy::Seam) => "seam triangles",
         Some(ClosedBy::RimTriangles) => "rim triangles",
-        Some(ClosedBy::Lining) => "offset shell",
+        Some(ClosedBy::OffsetShell) => "offset shell",
         _ => "-",
     }
 }
 
-/// Numbers of holes as `3+7`, cut off where they are longer than their column.
+/// Numbers of holes as `3+7`, cut off at the width of their column.
 fn short_list(holes: &[HoleId]) -> String {
     let all: Vec<String> = holes.iter().map(HoleId::to_string).collect();
     let all = all.join("+");
@@ -223,12 +226,14 @@ fn digits(x: f64, count: usize) -> String {
     }
 }
 
+/// `hole 3`, or `holes 3, 5-7`.
 fn holes(ids: &[HoleId]) -> String {
     let noun = if ids.len() == 1 { "hole" } else { "holes" };
     format!("{noun} {}", ranges(ids))
 }
 
-/// All that is said of a fill but its verdict. Holes up to `last` have numbers that options take.
+/// All lines on a fill except the summary line: defects, the table, advice, and holes left open. Options can name holes with numbers up to
+/// `last`.
 pub fn lines(done: &JobResult, last: usize, verbose: bool) -> Vec<String> {
     let (report, work) = (&done.report, &done.spec.work);
     let mut lines = defect_lines(&report.defects);
@@ -258,7 +263,7 @@ pub fn lines(done: &JobResult, last: usize, verbose: bool) -> Vec<String> {
         let of_rows: usize = rows.iter().map(|row| row.region.new_faces).sum();
         let noun = if small == 1 { "hole" } else { "holes" };
         lines.push(format!(
-            "{small} small {noun} and sides of seams closed by {} triangles between their own vertices",
+            "{small} small {noun} and sides of seams closed by {} triangles between rim vertices",
             faces - of_rows
         ));
     }
@@ -267,12 +272,13 @@ pub fn lines(done: &JobResult, last: usize, verbose: bool) -> Vec<String> {
     lines
 }
 
-/// The unit of the lengths in the table.
+/// The line that names the unit of the lengths in the table.
 fn lengths_in(unit: Unit) -> String {
     format!("lengths in {unit}:")
 }
 
-/// The regions; without those that closed nothing and whose holes others closed later, as walls do where a flat cap intersects the sheet.
+/// The regions of a report. Skips regions that closed nothing and whose holes another region closed later, for example walls after a flat
+/// cap that intersected the sheet.
 fn regions(report: &FillReport) -> impl Iterator<Item = &RegionReport> {
     let in_use: BTreeSet<usize> = report.holes.iter().map(|h| h.region).collect();
     let is_stale = move |r: &&RegionReport| {
@@ -282,7 +288,7 @@ fn regions(report: &FillReport) -> impl Iterator<Item = &RegionReport> {
     report.regions.iter().filter(move |r| !is_stale(r))
 }
 
-/// The regions but those of small holes without a problem, the widest first.
+/// The rows of the table, widest first. Small holes without a remark get no row.
 fn rows(report: &FillReport) -> Vec<Row<'_>> {
     let holes: HashMap<HoleId, &HoleReport> = report.holes.iter().map(|h| (h.hole.id, h)).collect();
     let mut rows: Vec<Row> = Vec::new();
@@ -305,7 +311,7 @@ fn rows(report: &FillReport) -> Vec<Row<'_>> {
     rows
 }
 
-/// The rows that are printed, the widest holes and those with a problem, and the others.
+/// Splits rows into those to print (the widest holes, and holes with a remark) and the others.
 fn shown<'a, 'r>(rows: &'a [Row<'r>], verbose: bool) -> (Vec<&'a Row<'r>>, Vec<&'a Row<'r>>) {
     let mut problems = 0;
     let mut is_shown = |(at, row): &(usize, &Row)| {
@@ -322,7 +328,7 @@ fn shown<'a, 'r>(rows: &'a [Row<'r>], verbose: bool) -> (Vec<&'a Row<'r>>, Vec<&
     (shown, hidden)
 }
 
-/// What can be done, the holes with the same remark together.
+/// Advice, one line for each remark with all its holes.
 fn advice(rows: &[Row], work: &Work, last: usize) -> Vec<String> {
     let line = |remark: &Remark| {
         let own: Vec<&Row> = rows.iter().filter(|r| r.remark == Some(*remark)).collect();
@@ -345,11 +351,10 @@ fn advice(rows: &[Row], work: &Work, last: usize) -> Vec<String> {
     Remark::ALL.iter().filter_map(line).collect()
 }
 
-/// How sharp edges can be continued nevertheless.
-const BY_HAND: &str =
-    "; --crease A+B continues one between two ends, which `isomend inspect -v` numbers";
+/// Advice for continuing sharp edges by hand.
+const BY_HAND: &str = "; --crease A+B continues one between the crease ends A and B (`isomend inspect -v` lists them)";
 
-/// The holes that were left open, why, and the option that changes it.
+/// The holes that were left open, with the reason and the option that changes it.
 fn left(report: &FillReport, work: &Work) -> Vec<String> {
     let repairs = matches!(work, Work::Repair(_));
     let line = |(why, ids): &(LeftReason, Vec<HoleId>)| {
@@ -358,11 +363,11 @@ fn left(report: &FillReport, work: &Work) -> Vec<String> {
                 "the outer border of an open sheet; --close-borders closes it".to_owned()
             }
             LeftReason::KeptOpen if repairs => {
-                "as --keep-holes or --max-diameter asks for".to_owned()
+                "as --keep-holes or --max-diameter requests".to_owned()
             }
             LeftReason::TooWide => format!("{why}; a larger --max-diameter fills it"),
-            LeftReason::OuterBorder => format!("{why}: --holes with its number"),
-            LeftReason::NotChosen => format!("{why}; --holes names those that are filled"),
+            LeftReason::OuterBorder => format!("{why} (--holes with its number)"),
+            LeftReason::NotChosen => format!("{why}; add it to --holes to fill it"),
             LeftReason::KeptOpen => format!("{why} (--keep-open)"),
             _ => why.to_string(),
         };
@@ -376,7 +381,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_the_digits_that_count() {
+    fn numbers_have_significant_digits_only() {
         let cases = [
             (0.0, 4, "0"),
             (58.203_41, 4, "58.20"),

@@ -1,5 +1,5 @@
-//! The options of a command's parameters, as the tables of `isomend::parameters` have them: their help, their values as JSON, and
-//! values as they are typed.
+//! Makes command-line options from the tables of `isomend::parameters`: their help texts, parsing into JSON values, and formatting of JSON
+//! values as arguments.
 
 use std::marker::PhantomData;
 
@@ -12,9 +12,9 @@ use serde_json::{Map, Value};
 
 use super::arguments;
 
-/// A command whose parameters are options.
+/// A command with a table of parameters.
 pub trait OfCommand {
-    /// Its parameters.
+    /// The table of its parameters.
     const TABLE: &'static Table;
 }
 
@@ -31,16 +31,16 @@ macro_rules! commands {
 
 commands!(Fill FILL, Restore RESTORE, Fair FAIR, Repair REPAIR, Check CHECK, Sdf SDF, Compare COMPARE, Study STUDY);
 
-/// The parameters that were given for a command, and the defaults of those that have one.
+/// The parameters of a command that were given, and the defaults of options that have one.
 #[derive(Debug)]
 pub struct ParameterArgs<C> {
-    /// Values by the names of their parameters, serialised.
+    /// JSON values by the names of their parameters.
     given: Map<String, Value>,
     command: PhantomData<C>,
 }
 
 impl<C: OfCommand> ParameterArgs<C> {
-    /// The value of a parameter; none where it was not given and has no default.
+    /// The value of a parameter; `None` if it was not given and has no default.
     pub fn value(&self, name: &str) -> Option<&Value> {
         self.given.get(name)
     }
@@ -50,10 +50,10 @@ impl<C: OfCommand> ParameterArgs<C> {
         self.given.contains_key(name)
     }
 
-    /// The parameters of the command; those that were not given are the usual ones.
+    /// The parameter struct of the command; parameters that were not given have their defaults.
     ///
     /// # Errors
-    /// When the table does not fit the parameters, which a test rules out.
+    /// If the table does not match the struct, which a test rules out.
     pub fn params<P: DeserializeOwned>(&self) -> anyhow::Result<P> {
         let mut params = Value::Object(Map::new());
         for (path, parameter) in C::TABLE.entries() {
@@ -67,7 +67,7 @@ impl<C: OfCommand> ParameterArgs<C> {
     }
 }
 
-/// Puts a value at its path.
+/// Sets the value at a path of a JSON object.
 fn place(params: &mut Value, path: &[&str], value: Value) {
     let mut at = params;
     for step in path {
@@ -108,7 +108,7 @@ fn options(table: &'static Table) -> impl Iterator<Item = &'static Parameter> {
     parameters.filter(|parameter| !parameter.library_only)
 }
 
-/// The value of an option, serialised.
+/// The JSON value of an option.
 fn given(parameter: &Parameter, matches: &ArgMatches) -> Option<Value> {
     match parameter.kind {
         Kind::Flag(value) => matches
@@ -122,7 +122,7 @@ fn given(parameter: &Parameter, matches: &ArgMatches) -> Option<Value> {
     }
 }
 
-/// The option of a parameter of a command.
+/// The command-line option for a parameter.
 fn argument(parameter: &'static Parameter, table: &Table) -> Arg {
     let mut argument = Arg::new(parameter.name).long(parameter.option());
     let mut help = parameter.sentence.to_owned();
@@ -145,7 +145,7 @@ fn argument(parameter: &'static Parameter, table: &Table) -> Arg {
         Kind::Choice(choices) => argument
             .value_name(parameter.kind.placeholder())
             .ignore_case(true)
-            .value_parser(words(choices)),
+            .value_parser(choice_parser(choices)),
         kind => argument
             .value_name(kind.placeholder())
             .action(match kind {
@@ -156,8 +156,8 @@ fn argument(parameter: &'static Parameter, table: &Table) -> Arg {
     }
 }
 
-/// The parser of a choice.
-fn words(choices: &'static [Choice]) -> impl TypedValueParser<Value = Value> {
+/// The parser for a parameter with named choices.
+fn choice_parser(choices: &'static [Choice]) -> impl TypedValueParser<Value = Value> {
     let possible = choices.iter().map(|choice| {
         let value = PossibleValue::new(choice.name);
         match choice.sentence {
@@ -172,7 +172,7 @@ fn words(choices: &'static [Choice]) -> impl TypedValueParser<Value = Value> {
     })
 }
 
-/// A value as it is typed, serialised.
+/// Parses the text of an option into a JSON value.
 fn parsed(parameter: &Parameter, text: &str) -> Result<Value, String> {
     let number = || {
         let bounds = parameter.kind.bounds()?;
@@ -201,7 +201,7 @@ fn parsed(parameter: &Parameter, text: &str) -> Result<Value, String> {
     }
 }
 
-/// Serialised values as they are typed: one for each time that the option is given, none for the usual value.
+/// Formats a JSON value as the texts of an option: one for each time that the option is given, none for the default.
 pub fn typed(parameter: &Parameter, value: &Value) -> Vec<String> {
     let joined = |ids: &Value, separator: &str| {
         let ids = ids.as_array().into_iter().flatten();
@@ -225,7 +225,7 @@ pub fn typed(parameter: &Parameter, value: &Value) -> Vec<String> {
     }
 }
 
-/// A number that reads as the same.
+/// A number as text that parses to the same value.
 fn number(x: f64) -> String {
     match x.abs() {
         size if (1e-5..1e15).contains(&size) => x.to_string(),

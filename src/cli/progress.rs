@@ -1,4 +1,4 @@
-//! What is shown while regions are worked on: a bar on a terminal; with `-v` a line for each region that ends.
+//! Progress of a job: a bar on a terminal, or with `-v` a line for each region that is finished.
 
 use std::collections::BTreeSet;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -12,10 +12,10 @@ use super::console::Console;
 /// Steps of the bar.
 const STEPS: u64 = 1000;
 
-/// The bar that is drawn now, if any.
+/// The current progress bar, if one is drawn.
 static DRAWN: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-/// Takes the bar off the terminal, for a program that ends.
+/// Removes the bar from the terminal.
 pub fn clear() {
     if let Ok(mut drawn) = DRAWN.try_lock()
         && let Some(bar) = drawn.take()
@@ -24,8 +24,8 @@ pub fn clear() {
     }
 }
 
-/// What is shown of the regions of a job. On a terminal a bar says how much is done, which holes are worked on and the time left;
-/// with `-v` there is a line for each region that ends.
+/// Shows the progress of the regions of a job. On a terminal a bar shows how much is done, the current holes and the time left; with `-v`
+/// there is a line for each region that is finished.
 pub struct RegionProgress<'a> {
     console: Console,
     line: &'a (dyn Fn(&RegionReport) -> String + Sync),
@@ -33,7 +33,7 @@ pub struct RegionProgress<'a> {
 }
 
 impl<'a> RegionProgress<'a> {
-    /// Nothing is shown yet; `line` makes the line of a region.
+    /// Shows nothing yet; `line` makes the line for a region.
     pub fn new(console: Console, line: &'a (dyn Fn(&RegionReport) -> String + Sync)) -> Self {
         Self {
             console,
@@ -42,7 +42,7 @@ impl<'a> RegionProgress<'a> {
         }
     }
 
-    /// Draws the bar, where there is to be one; [`clear`] takes it off again.
+    /// Draws the bar if one is wanted; [`clear`] removes it.
     pub fn begin(&self) {
         if self.console.wants_progress() {
             self.busy().clear();
@@ -71,6 +71,7 @@ fn drawn() -> MutexGuard<'static, Option<ProgressBar>> {
     DRAWN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Updates the bar when a region begins or ends.
 fn show(bar: &ProgressBar, busy: &mut BTreeSet<HoleId>, step: &Step) {
     match step.event {
         Event::Begun(holes) => busy.extend(holes.first()),

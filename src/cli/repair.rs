@@ -1,4 +1,4 @@
-//! `isomend repair`: what is wrong with a mesh is mended.
+//! `isomend repair`: repairs the defects of a mesh and fills its holes.
 
 use clap::Args;
 use isomend::RepairParams;
@@ -12,18 +12,18 @@ use super::{CommonArgs, End, solve};
 
 const EXAMPLES: &str = "\
 Examples:
-  isomend repair scan.stl -o whole.stl              all that `isomend check` finds
-  isomend repair scan.ply -o whole.ply --debris 0.01    without components of less than a hundredth of the largest one's area
+  isomend repair scan.stl -o whole.stl              repair everything that `isomend check` finds
+  isomend repair scan.ply -o whole.ply --debris 0.01    also remove components smaller than a hundredth of the largest one's area
   isomend repair part.stl -o part.stl --weld 0.001 --keep-holes
   isomend repair a.stl b.stl c.obj -o whole/        several, into a folder";
 
-/// Mend what is wrong with a mesh: closed, manifold, oriented and free of crossings, where that can be had.
+/// Repair a mesh: make it closed, manifold, oriented and free of self-intersections, as far as possible.
 ///
-/// In this order: coinciding vertices are merged and degenerate and duplicate faces taken out; faces are turned so that they
-/// agree, closed components outward; surfaces that meet in an edge or a vertex are separated, what cannot be is cut out; debris
-/// is dropped where asked for; faces that cross others are cut out with a ring of faces round them, of doubled layers the
-/// outer one stays; holes are filled as by `isomend fill`. Faces that are no part of a defect stay bit for bit and in order.
-/// What is written is checked as by `isomend check`, and the exit code is that of it.
+/// In this order: coinciding vertices are merged, and degenerate and duplicate faces are removed; faces are flipped so that neighbours
+/// agree and closed components face outward; surfaces that meet in an edge or a vertex are separated, or cut out where that is not
+/// possible; small components are removed with --debris; faces that intersect others are cut out with a ring of faces around them, and of
+/// doubled layers the outer one stays; holes are filled as by `isomend fill`. Faces that belong to no defect stay bit for bit and in order.
+/// The written file is checked as by `isomend check`, which also sets the exit code.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct RepairArgs {
@@ -33,8 +33,8 @@ pub struct RepairArgs {
     #[command(flatten)]
     parameters: ParameterArgs<Repair>,
 
-    /// Exit with 3 unless every hole of more than four edges that was to be filled got a steady surface of the level set,
-    /// joined to its rim, that crosses no face, and sharp edges that end at its rim were continued.
+    /// Exit with 3 unless every hole of more than four edges that was to be filled got a converged level-set surface that is joined to its
+    /// rim and intersects no other face, and sharp edges that end at its rim were continued.
     #[arg(long)]
     strict: bool,
 
@@ -46,10 +46,10 @@ pub struct RepairArgs {
 }
 
 impl RepairArgs {
-    /// What is to be done.
+    /// The work that these options ask for.
     ///
     /// # Errors
-    /// When the options do not go together.
+    /// If options conflict.
     pub(super) fn work(&self) -> anyhow::Result<Work> {
         let params: RepairParams = self.parameters.params()?;
         solve::check(&params.fill)?;
@@ -57,7 +57,7 @@ impl RepairArgs {
     }
 }
 
-/// Reads, repairs, writes.
+/// Reads, repairs and writes each mesh.
 pub fn run(args: &RepairArgs, console: &Console) -> anyhow::Result<End> {
     let task = Task {
         work: args.work()?,

@@ -1,4 +1,4 @@
-//! Options of what is drawn.
+//! Options for drawings: the HTML report and the picture.
 
 use std::path::PathBuf;
 
@@ -8,21 +8,20 @@ use isomend::job::{Drawings, Place};
 
 use super::json::Target;
 
-/// Options of what is drawn.
+/// Options for drawings.
 #[derive(Debug, Args)]
 pub struct ReportArgs {
-    /// Write a page to look at: a 3D view with the holes and their numbers, plots and tables, in one HTML file that needs
-    /// nothing else.
+    /// Write a report as a single HTML file: a 3D view with the holes and their numbers, plots and tables.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
 
-    /// Draw the mesh with its holes, before and after where it changes, into a PNG file.
+    /// Draw the mesh with its holes as a PNG file; before and after, if the mesh changes.
     #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
 }
 
 impl ReportArgs {
-    /// What is drawn; refuses the file of `--json`.
+    /// The drawings to make. Refuses a file that is also the file of `--json`.
     pub fn drawings(&self, json: Option<&Target>) -> anyhow::Result<Drawings> {
         if let Some(Target::File(json)) = json {
             let json = Place::from(json.clone());
@@ -43,7 +42,7 @@ impl ReportArgs {
     }
 }
 
-/// The command line, quoted for a shell where it has to be.
+/// The command line, quoted for a shell where necessary.
 fn command_line() -> String {
     let quoted = |argument: std::ffi::OsString| {
         let text = argument.to_string_lossy().into_owned();

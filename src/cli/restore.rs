@@ -1,4 +1,4 @@
-//! `isomend restore`: replaces a marked region.
+//! `isomend restore`: cuts out a marked region and fills it.
 
 use std::path::PathBuf;
 
@@ -16,17 +16,17 @@ use super::{CommonArgs, End, solve};
 
 const EXAMPLES: &str = "\
 Examples:
-  isomend restore scan.ply -o out.ply --ball 10,4,2,3.5          replace what lies in a ball
-  isomend restore scan.ply -o out.ply --colour ff0000,40 --grow 1   what is painted red, and a margin
+  isomend restore scan.ply -o out.ply --ball 10,4,2,3.5          replace the surface in a ball
+  isomend restore scan.ply -o out.ply --colour ff0000,40 --grow 1   replace red faces and a margin around them
   isomend restore scan.ply -o out.ply --box 0,0,0,9,9,2 --keep-shape 0.9   smooth it, but keep its shape
   isomend restore bust.stl -o bust.ply --ball 0,9,2,3 --piece nose.stl --mark hatch   the missing piece, to print
-  isomend inspect scan.ply --ball 10,4,2,3.5                     what a mask marks";
+  isomend inspect scan.ply --ball 10,4,2,3.5                     show what a mask marks";
 
 /// Replace a marked region of the surface.
 ///
-/// The marked faces are cut out along edges, and the region is filled as by `isomend fill`: the patch continues what is
-/// round it. Holes in the region or at its rim are filled with it, others stay. All other faces, and their vertices, stay
-/// bit for bit and in order; vertices that only marked faces used go.
+/// The marked faces are cut out along edges, and the region is filled as by `isomend fill`: the patch continues its surroundings. Holes
+/// in the region or at its rim are filled with it; other holes stay. All other faces and their vertices stay bit for bit and in order;
+/// vertices that only marked faces used are removed.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct RestoreArgs {
@@ -36,15 +36,15 @@ pub struct RestoreArgs {
     #[command(flatten)]
     parameters: ParameterArgs<Restore>,
 
-    /// Exit with 3 unless every hole of more than four edges that was to be filled got a steady surface of the level set,
-    /// joined to its rim, that crosses no face, and sharp edges that end at its rim were continued.
+    /// Exit with 3 unless every hole of more than four edges that was to be filled got a converged level-set surface that is joined to its
+    /// rim and intersects no other face, and sharp edges that end at its rim were continued.
     #[arg(long)]
     strict: bool,
 
-    /// Write the solid between the faces that were cut out and the patches: the missing piece, to print. Exit with 3 where there is none.
+    /// Write the missing piece, to print: the solid between the faces that were cut out and the patches. Exit with 3 if there is none.
     ///
-    /// It has the rim of the patch, is watertight, and no faces of it intersect. Where the patch passes below what was cut out the piece is
-    /// what the patch adds.
+    /// The piece has the rim of the patch, is watertight and has no self-intersections. It contains only the volume where the patch is above
+    /// the faces that were cut out.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     piece: Option<PathBuf>,
 
@@ -54,16 +54,16 @@ pub struct RestoreArgs {
     #[command(flatten)]
     pub(super) common: CommonArgs,
 
-    // Last, since what follows it would stand under its heading.
+    // Must be last: options after it would be listed under its heading.
     #[command(flatten)]
     mask: MaskArgs,
 }
 
 impl RestoreArgs {
-    /// What is to be done.
+    /// The work that these options ask for.
     ///
     /// # Errors
-    /// When the options do not go together.
+    /// If no region is marked or options conflict.
     pub(super) fn work(&self) -> anyhow::Result<Work> {
         let Some(mask) = self.mask.mask()? else {
             bail!(
@@ -76,7 +76,7 @@ impl RestoreArgs {
     }
 }
 
-/// Reads, cuts, fills, writes.
+/// Reads, restores and writes each mesh.
 pub fn run(args: &RestoreArgs, console: &Console) -> anyhow::Result<End> {
     let mut deliverables = args.deliver.deliverables()?;
     deliverables.piece = args.piece.as_deref().map(deliver::output).transpose()?;

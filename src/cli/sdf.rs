@@ -1,4 +1,4 @@
-//! `isomend sdf`: the signed distance of a model as a volume.
+//! `isomend sdf`: writes the signed distance of a model as a volume.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -18,13 +18,13 @@ use super::{CommonArgs, End, console, input};
 const EXAMPLES: &str = "\
 Examples:
   isomend sdf bust.ply -o bust.vti                      128 voxels along the longest side
-  isomend sdf bust.ply -o bust.vti --voxel 0.5 --band 2 only what lies near the surface is measured
-  isomend surface bust.vti -o inner.ply --level -1      and back: one unit inside";
+  isomend sdf bust.ply -o bust.vti --voxel 0.5 --band 2 measure only near the surface
+  isomend surface bust.vti -o inner.ply --level -1      back to a mesh, one unit inside";
 
 /// Write the signed distance of a whole model as a volume (VTI), negative inside.
 ///
-/// Distances are those to the triangles. Inside is where the generalized winding number exceeds one half, so that a model
-/// with holes has an inside too. The values are point data named `distance`, compressed with zlib.
+/// Distances are exact distances to the triangles. A point is inside where the generalized winding number exceeds one half, so a model with
+/// holes has an inside too. The values are point data named `distance`, compressed with zlib.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct SdfArgs {
@@ -47,7 +47,7 @@ pub struct SdfArgs {
     pub(super) common: CommonArgs,
 }
 
-/// Reads, measures, writes.
+/// Reads the mesh, measures distances and writes the volume.
 pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
     let is_vti = is_stream(&args.output)
         || args
@@ -70,7 +70,7 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
     let loaded = input::read(&source, console)?;
     let reading = start.elapsed().as_secs_f64();
     let params: VolumeParams = args.parameters.params()?;
-    let done = job::measure(&source, &loaded, &params).map_err(super::told)?;
+    let done = job::measure(&source, &loaded, &params).map_err(super::cli_error)?;
     let volume = &done.measured.volume;
     let before_writing = Instant::now();
     let precision = if args.f64 {
@@ -79,7 +79,7 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
         Precision::F32
     };
     let bytes = job::write_volume(volume, job::DISTANCE, precision, &output);
-    let bytes = bytes.map_err(super::told)?;
+    let bytes = bytes.map_err(super::cli_error)?;
     if output.path().is_none() {
         console::write_file_out(&bytes)?;
     }
@@ -95,6 +95,7 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
     Ok(End::Done)
 }
 
+/// One line on a volume: its size, spacing and range.
 fn summary(volume: &Volume) -> String {
     let [x, y, z] = volume.dims;
     let [low, high] = volume.range();

@@ -1,4 +1,5 @@
-//! Commands that only look at meshes, for one file or several: of several a table, a list of documents, and one exit code.
+//! Runs the commands that do not change meshes (`inspect`, `check`) on one file or several. For several files: a table, a list of JSON
+//! documents, and one exit code.
 
 use std::path::PathBuf;
 
@@ -12,53 +13,53 @@ use super::json::Target;
 use super::report::ReportArgs;
 use super::{CommonArgs, End, Usage, input};
 
-/// What was found in a file.
-pub struct Found {
-    /// What is printed of a single file.
+/// The result for one file.
+pub struct FileResult {
+    /// The text to print for a single file.
     pub text: String,
-    /// The cells of its row, without its name.
+    /// The cells of its row in a table for several files, without its name.
     pub cells: Vec<String>,
     /// Its JSON document.
     pub document: String,
-    /// Whether it is what was hoped for.
+    /// Whether the result is good; if not, the exit code is 3.
     pub is_good: bool,
 }
 
-impl Found {
-    /// The text of a document.
+impl FileResult {
+    /// A JSON document as text.
     pub fn document(document: &impl Serialize) -> anyhow::Result<String> {
         serde_json::to_string_pretty(document).context("cannot make the JSON report")
     }
 }
 
-/// A command that looks at meshes.
-pub struct Looking<'a> {
-    /// Its name.
+/// A command that inspects meshes without changing them.
+pub struct MeshInspector<'a> {
+    /// The name of the command.
     pub command: &'static str,
     pub inputs: &'a [PathBuf],
     pub report: &'a ReportArgs,
     pub common: &'a CommonArgs,
-    /// The headings of the table after that of the names.
+    /// The headings of the table, without the first column, the names.
     pub headings: &'a [&'a str],
     /// Whether anything is printed.
     pub prints: bool,
 }
 
-impl Looking<'_> {
-    /// Looks at each file, one after another, and prints what was found. Of several one that fails does not stop the others.
+impl MeshInspector<'_> {
+    /// Inspects each file, one after another, and prints the results. If one of several files fails, the others are still inspected.
     ///
     /// # Errors
-    /// When the files cannot be used so, and what looking at a single one fails with.
+    /// If the files cannot be used; for a single file, also its error.
     pub fn each(
         &self,
         console: &Console,
-        look: &mut dyn FnMut(&Source, &Loaded, &Drawings) -> anyhow::Result<Found>,
+        inspect: &mut dyn FnMut(&Source, &Loaded, &Drawings) -> anyhow::Result<FileResult>,
     ) -> anyhow::Result<End> {
         let drawings = self.checked()?;
         let mut one = |path: &PathBuf| {
             let source = input::source(path, self.common.from)?;
             let loaded = input::read(&source, console)?;
-            look(&source, &loaded, &drawings)
+            inspect(&source, &loaded, &drawings)
         };
         if let [path] = self.inputs {
             let found = one(path)?;
@@ -95,7 +96,7 @@ impl Looking<'_> {
                 }
             }
         }
-        // No line of a JSON document ends inside a string.
+        // Indenting is safe: strings in JSON contain no line breaks.
         let all = documents.join(",\n").replace('\n', "\n  ");
         self.write(&format!("[\n  {all}\n]"))?;
         if self.prints() {
@@ -109,12 +110,15 @@ impl Looking<'_> {
         Ok(end)
     }
 
-    /// What is drawn; an error where the files cannot be used so.
+    /// Checks the files and returns the drawings to make.
     fn checked(&self) -> anyhow::Result<Drawings> {
         let places: Vec<_> = self.inputs.iter().map(|path| input::place(path)).collect();
         let several = places.len() > 1;
         if let Some(stream) = places.iter().find(|p| several && p.path().is_none()) {
-            let what = format!("{} cannot be one of several inputs", stream.name());
+            let what = format!(
+                "{} cannot be one of several inputs; read it alone",
+                stream.name()
+            );
             return Err(Usage(what).into());
         }
         let json = self.common.json.as_ref();
@@ -123,19 +127,20 @@ impl Looking<'_> {
         }
         let drawings = self.report.drawings(json)?;
         if several && drawings.is_wanted() {
-            return Err(super::told(JobError::SeveralDrawn));
+            return Err(super::cli_error(JobError::SeveralDrawn));
         }
         if let [place] = &places[..] {
-            drawings.check(place, None).map_err(super::told)?;
+            drawings.check(place, None).map_err(super::cli_error)?;
         }
         Ok(drawings)
     }
 
+    /// Whether text is printed, that is, the JSON document does not go to standard output.
     fn prints(&self) -> bool {
         self.prints && !matches!(self.common.json, Some(Target::Stdout))
     }
 
-    /// Writes the JSON document where one is wanted.
+    /// Writes the JSON document, if one is requested.
     fn write(&self, document: &str) -> anyhow::Result<()> {
         match &self.common.json {
             Some(json) => json.write_text(&format!("{document}\n")),
@@ -144,7 +149,7 @@ impl Looking<'_> {
     }
 }
 
-/// What stands for the document of a file that failed.
+/// The JSON document of a file that failed.
 fn failed(command: &'static str, name: &str, error: &str) -> anyhow::Result<String> {
     #[derive(Serialize)]
     struct Body<'a> {
@@ -156,14 +161,14 @@ fn failed(command: &'static str, name: &str, error: &str) -> anyhow::Result<Stri
         path: &'a str,
     }
     let input = File { path: name };
-    Found::document(&Document::new(command, Body { input, error }))
+    FileResult::document(&Document::new(command, Body { input, error }))
 }
 
-/// Rows under headings, each column as wide as its widest cell. All but the first column and the last are aligned to the right.
+/// A table with headings; each column is as wide as its widest cell. All columns except the first and the last are aligned to the right.
 fn table(headings: &[String], rows: &[Vec<String>]) -> String {
     let last = headings.len() - 1;
     let cells = |column: usize| {
-        // A file that failed has no cells of these columns.
+        // The row of a file that failed has no cells in the other columns.
         let whole = move |row: &&Vec<String>| column == 0 || row.len() == headings.len();
         let own = rows
             .iter()

@@ -1,22 +1,24 @@
-//! What the parameters of a solve ask for together.
+//! Checks for solver options that conflict.
 
 use anyhow::bail;
 use isomend::{FillParams, SurfaceKind};
 
 use super::Usage;
 
-/// Whether the parameters of a solve go together.
+/// Refuses options of a solve that conflict.
 ///
 /// # Errors
-/// With the options that do not.
+/// Names the options.
 pub fn check(params: &FillParams) -> anyhow::Result<()> {
     let metrics = params.energy.needs().metrics;
     if !metrics.contains(&params.variant) || (metrics.len() == 1 && params.time_step.is_some()) {
-        bail!("--variant and --time-step are for the Willmore energy; leave them out, or --energy");
+        bail!(
+            "--variant and --time-step apply to the Willmore energy only; leave them out, or leave out --energy"
+        );
     }
-    // It has no effect on a level set's own triangles.
+    // --edge-ratio has no effect on the triangles of a level set.
     if params.surface == SurfaceKind::Whole && params.edge_ratio.is_some() {
-        let what = "--edge-ratio is for patches; --surface whole has the triangles of the grid, whose size is --voxel";
+        let what = "--edge-ratio applies to patches only; the triangles of --surface whole have the size of --voxel";
         return Err(Usage(what.to_owned()).into());
     }
     Ok(())

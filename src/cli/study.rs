@@ -1,4 +1,4 @@
-//! `isomend study`: the experiments of the paper.
+//! `isomend study`: runs the experiments of the paper and writes their tables, plots and fields.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -24,13 +24,13 @@ use super::{End, RunArgs, arguments};
 
 const EXAMPLES: &str = "\
 Examples:
-  isomend study table1                                 the table, and what was stated beside what was got
-  isomend study merge --plot merge.svg --series merge  a plate of level lines, and files for ParaView
+  isomend study table1                                 the table, with stated and computed values
+  isomend study merge --plot merge.svg --series merge  a figure of level lines, and files for ParaView
   isomend study patches --finest 64 --csv patches.csv";
 
 /// Run an experiment of the paper.
 ///
-/// Prints tables, and what the paper states beside what was got. All lengths and times are without units.
+/// Prints tables, and the values that the paper states next to the computed ones. All lengths and times are dimensionless.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct StudyArgs {
@@ -38,7 +38,8 @@ pub struct StudyArgs {
     #[arg(value_name = "NAME", value_enum)]
     name: Experiment,
 
-    /// The finest grid: cells a side for table1 and circle, voxels across the hole for patches, across the box for surfaces. Finer ones are left out.
+    /// The finest grid: cells along a side for table1 and circle, voxels across the hole for patches, across the box for surfaces. Finer
+    /// grids are left out.
     #[arg(long, value_name = "N", value_parser = arguments::count)]
     finest: Option<usize>,
 
@@ -57,7 +58,7 @@ pub struct StudyArgs {
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
 
-    /// Write the fields of single steps into a folder, as VTI files with one PVD file for each run; made where it is not there.
+    /// Write the fields of single steps into a folder, as VTI files with one PVD file for each run. The folder is created if necessary.
     #[arg(long, value_name = "DIR")]
     series: Option<PathBuf>,
 
@@ -75,7 +76,7 @@ enum Experiment {
     Graph,
     /// Two squares that merge (Figure 6); a few minutes
     Merge,
-    /// Level lines at right angles to a natural border (Figure 7)
+    /// Level lines at right angles to a natural boundary (Figure 7)
     Orthogonal,
     /// A graph that becomes a spherical cap (Figure 1)
     Cap,
@@ -85,7 +86,7 @@ enum Experiment {
     Patches,
 }
 
-/// Runs an experiment and writes what was asked for.
+/// Runs an experiment and writes the requested files.
 pub fn run(args: &StudyArgs, console: &Console) -> anyhow::Result<End> {
     check(args)?;
     let recorder = Recorder {
@@ -120,7 +121,7 @@ pub fn run(args: &StudyArgs, console: &Console) -> anyhow::Result<End> {
     })
 }
 
-/// The parameters that are options here too.
+/// The solver parameters that this command has.
 #[derive(Deserialize)]
 struct Solve {
     energy: Energy,
@@ -133,7 +134,7 @@ impl StudyArgs {
     }
 }
 
-/// What can be refused before the long work.
+/// Refuses wrong options before the experiment starts.
 fn check(args: &StudyArgs) -> anyhow::Result<()> {
     if let Some(json) = &args.json {
         json.check(&[], &[])?;
@@ -152,7 +153,7 @@ fn check(args: &StudyArgs) -> anyhow::Result<()> {
     }
     if let Some(folder) = &args.series {
         std::fs::create_dir_all(folder)
-            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+            .with_context(|| format!("cannot create the folder {}", folder.display()))?;
     }
     if args.finest.is_some()
         && !matches!(
@@ -160,10 +161,10 @@ fn check(args: &StudyArgs) -> anyhow::Result<()> {
             Experiment::Table1 | Experiment::Circle | Experiment::Surfaces | Experiment::Patches
         )
     {
-        bail!("--finest is for table1, circle, surfaces and patches");
+        bail!("--finest applies to table1, circle, surfaces and patches only");
     }
     if args.energy()? != Energy::Willmore && args.name != Experiment::Patches {
-        bail!("--energy is for patches");
+        bail!("--energy applies to patches only");
     }
     Ok(())
 }
@@ -212,16 +213,16 @@ struct StudyBody<'a> {
     report: &'a StudyReport,
 }
 
-/// Prints progress and keeps fields.
+/// Prints progress and writes fields.
 struct Recorder<'a> {
     console: &'a Console,
     folder: Option<&'a Path>,
-    /// (time, file) of the fields of each run.
+    /// Time and file name of each field, by run.
     written: Mutex<BTreeMap<String, Vec<(f64, String)>>>,
 }
 
 impl Recorder<'_> {
-    /// Writes the collections that tell ParaView the times.
+    /// Writes the PVD files, which give ParaView the time of each field.
     fn finish(&self) -> anyhow::Result<()> {
         let Some(folder) = self.folder else {
             return Ok(());

@@ -1,4 +1,4 @@
-//! `isomend surface`: the surface at one level of a volume.
+//! `isomend surface`: extracts the surface at a level of a volume.
 
 use std::path::PathBuf;
 
@@ -17,8 +17,8 @@ Examples:
 
 /// Extract the surface at one level of a volume (VTI, or VTK legacy structured points).
 ///
-/// Inside is where the values are below the level, as in a signed distance. The surface is a manifold; it ends at the
-/// volume's border unless it is closed there.
+/// Values below the level are inside, as in a signed distance. The surface is a manifold; it ends at the sides of the volume's box unless
+/// it is closed there.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct SurfaceArgs {
@@ -27,7 +27,7 @@ pub struct SurfaceArgs {
     #[arg(value_name = "IN.vti")]
     input: PathBuf,
 
-    /// The mesh to write, in the format of its extension; `-` is standard output, whose format --to tells.
+    /// The mesh to write, in the format of its extension; `-` is standard output, with the format of --to.
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
 
@@ -35,11 +35,11 @@ pub struct SurfaceArgs {
     #[arg(long, value_name = "VALUE", default_value = "0", value_parser = arguments::finite, allow_negative_numbers = true)]
     level: f64,
 
-    /// Close the surface at the volume's border by flat caps.
+    /// Close the surface at the sides of the volume's box by flat caps.
     #[arg(long)]
     close: bool,
 
-    /// The point data to take, where there are several arrays.
+    /// The name of the point data array, if there are several.
     #[arg(long, value_name = "NAME")]
     array: Option<String>,
 
@@ -63,7 +63,7 @@ pub struct SurfaceArgs {
     pub(super) run: RunArgs,
 }
 
-/// Reads, extracts, writes.
+/// Reads the volume, extracts the surface and writes it.
 pub fn run(args: &SurfaceArgs, console: &Console) -> anyhow::Result<End> {
     let mut output = files::output(&args.output, args.to)?;
     output.ascii = args.ascii;
@@ -75,14 +75,14 @@ pub fn run(args: &SurfaceArgs, console: &Console) -> anyhow::Result<End> {
     if args.f64 {
         spec.precision = Precision::F64;
     }
-    spec.check().map_err(super::told)?;
+    spec.check().map_err(super::cli_error)?;
     if let Some(json) = &args.json {
         let [input, output] = [&spec.source.place, &spec.output.place].map(std::slice::from_ref);
         json.check(input, output)?;
     }
     input::fetch(&mut spec.source)?;
     let place = &spec.output.place;
-    let done = spec.run().map_err(super::told)?;
+    let done = spec.run().map_err(super::cli_error)?;
     if place.path().is_none() {
         console::write_file_out(&done.bytes)?;
     }

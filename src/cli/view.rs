@@ -1,4 +1,4 @@
-//! `isomend view`: a page in the browser.
+//! `isomend view`: serves an interactive page for the browser.
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
@@ -17,17 +17,16 @@ const EXAMPLES: &str = "\
 Examples:
   isomend view scan.ply                     opens the browser
   isomend view scan.ply --no-browser        only prints the address to open
-  isomend view scan.ply --resume            goes on where it was ended with steps that were not saved
+  isomend view scan.ply --resume            repeats the unsaved steps of the last session
   ssh -L 8080:127.0.0.1:8080 host isomend view scan.ply --port 8080 --no-browser
-                                            on another machine: the same port on both, and open the address that is printed";
+                                            on a remote machine: use the same port on both, and open the printed address";
 
-/// Open a page in the browser: see, choose, paint, mend, compare, undo, save.
+/// Open a page in the browser: view, choose holes, paint, mend, compare, undo, save.
 ///
-/// The program itself serves the page, to this machine only: no network is needed. The address holds a secret, without which
-/// nothing is answered. Steps are the commands of this program; the page tells the command lines that do the same.
+/// The program serves the page itself, to this machine only; no network is needed. The address contains a secret, and requests without it
+/// are refused. Steps are commands of this program; the page shows the command lines that do the same.
 ///
-/// Ctrl-C ends it. Steps that were not saved are kept in a hidden file in the folder of --root, beside the mesh: --resume makes
-/// them again.
+/// Ctrl-C ends it. Steps that were not saved are kept in a hidden file in the folder of --root; --resume repeats them.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ViewArgs {
@@ -35,11 +34,11 @@ pub struct ViewArgs {
     #[arg(value_name = "IN")]
     input: PathBuf,
 
-    /// The port to listen on [default: one that is free].
+    /// The port to listen on [default: a free one].
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     port: u16,
 
-    /// The address to listen on. Others than 127.0.0.1 and ::1 let other machines in, unencrypted.
+    /// The address to listen on. Addresses other than 127.0.0.1 and ::1 give other machines access, unencrypted.
     #[arg(long, value_name = "ADDR", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     listen: IpAddr,
 
@@ -47,18 +46,17 @@ pub struct ViewArgs {
     #[arg(long)]
     no_browser: bool,
 
-    /// The folder below which the page may write files [default: that of the mesh].
+    /// The folder in which the page may write files, with its subfolders [default: the folder of the mesh].
     #[arg(long, value_name = "DIR")]
     root: Option<PathBuf>,
 
-    /// Go on with the steps of an earlier session that were not saved: they are made again. Another file
-    /// than the usual one can be named after an equals sign.
+    /// Repeat the unsaved steps of an earlier session. To use another session file than the default, name it after an equals sign.
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     resume: Option<Option<PathBuf>>,
 
     /// Format of the input: obj, ply, stl, gltf, glb, vtk or vtp.
     ///
-    /// By default it is told from the content, else from the extension.
+    /// By default the format is detected from the content, else from the extension.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]
     from: Option<Format>,
 
@@ -70,8 +68,7 @@ pub struct ViewArgs {
 pub fn run(args: &ViewArgs) -> anyhow::Result<End> {
     let console = Console::new(args.run.quiet, args.run.verbose);
     if is_stream(&args.input) {
-        let what =
-            "view needs a file: standard input cannot be read again by the commands that it tells";
+        let what = "view needs a file: the command lines that it shows could not read standard input again";
         return Err(Usage(what.to_owned()).into());
     }
     let settings = Settings {
@@ -86,7 +83,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<End> {
     };
     if !args.listen.is_loopback() {
         console.warn(
-            "other machines can reach the page: its address is a key to the files of the folder, and goes over the network \
+            "other machines can reach the page: its address gives access to the files of the folder and is sent over the network \
              unencrypted; an ssh tunnel to 127.0.0.1 is safer",
         );
     }
@@ -94,15 +91,15 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<End> {
     serve(settings, |address| {
         if let Some(file) = &address.earlier {
             console.note(&format!(
-                "steps of an earlier session were not saved: {} keeps them, and --resume makes them again",
+                "steps of an earlier session were not saved: they are kept in {}, and --resume repeats them",
                 file.display()
             ));
         }
         let unsaved = address.unsaved;
-        interrupt::is_the_end(move || {
+        interrupt::is_normal_end(move || {
             for file in unsaved() {
                 console.say(&format!(
-                    "steps that were not saved are kept in {}: --resume makes them again",
+                    "steps that were not saved are kept in {}; --resume repeats them",
                     file.display()
                 ));
             }
@@ -116,7 +113,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<End> {
     failed.map_or(Ok(End::Done), Err)
 }
 
-/// Opens an address in the browser that the system prefers.
+/// Opens an address in the system's default browser.
 fn open(address: &str, console: Console) {
     let (program, before): (&str, &[&str]) = match std::env::consts::OS {
         "macos" => ("open", &[]),

@@ -1,4 +1,4 @@
-//! Work in the words of the command line: the options that ask for it.
+//! Renders work as a command line: the command and the options that do the same.
 
 use clap::Parser;
 use isomend::RepairParams;
@@ -11,7 +11,7 @@ use serde_json::Value;
 use super::parameters::typed;
 use super::{Cli, Command as Parsed};
 
-/// The command line's words for steps.
+/// Renders the steps of the interactive view as command lines.
 pub struct CommandLine;
 
 impl Words for CommandLine {
@@ -37,7 +37,7 @@ impl Words for CommandLine {
     }
 }
 
-/// What a command asks for.
+/// Parses a command back into the work that it asks for.
 fn parsed(command: &Command) -> Result<Work, String> {
     let mut arguments = vec!["isomend".to_owned()];
     arguments.extend(command.words());
@@ -57,7 +57,7 @@ fn parsed(command: &Command) -> Result<Work, String> {
     };
     let work = work.map_err(|error| format!("{error:#}"))?;
     match &work {
-        // The files of a mask are not there yet.
+        // The files of the mask do not exist yet.
         Work::Restore(_, params) => params.check().map_err(|error| error.to_string())?,
         Work::Fair(..) => {}
         work => work.check().map_err(|error| error.to_string())?,
@@ -65,7 +65,7 @@ fn parsed(command: &Command) -> Result<Work, String> {
     Ok(work)
 }
 
-/// The work without what its mask chooses.
+/// The work with an empty mask.
 fn without_files(mut work: Work) -> Work {
     if let Work::Restore(mask, _) | Work::Fair(Some(mask), _) = &mut work {
         *mask = isomend::job::MaskSpec::default();
@@ -73,7 +73,7 @@ fn without_files(mut work: Work) -> Work {
     work
 }
 
-/// A command with the options of the parameters that are not the usual ones.
+/// A command with the options of all parameters that differ from their defaults.
 fn command<P: Serialize + Default>(table: &'static Table, params: &P) -> Command {
     let mut command = Command::new(table.command);
     let json = |params: &P| serde_json::to_value(params).unwrap_or_default();
@@ -95,7 +95,8 @@ fn command<P: Serialize + Default>(table: &'static Table, params: &P) -> Command
     command
 }
 
-/// A repair; where certain holes are chosen, a fill with a repair before it, whose other steps cannot be chosen.
+/// The command for a repair. If certain holes are chosen, this is `fill --repair`, which takes them but has no options for the other steps
+/// of a repair.
 fn repair(params: &RepairParams) -> Command {
     let fills = &params.fill;
     let chosen = fills.holes.is_some() || !fills.bridge.is_empty() || !fills.crease.is_empty();

@@ -1,4 +1,4 @@
-//! The faces round a rim, with normals from which noise was smoothed but not creases.
+//! The collar of a rim: the faces around it, with normals smoothed except across creases.
 
 use std::collections::HashMap;
 
@@ -7,66 +7,67 @@ use glam::DVec3;
 use super::rings::rings_of;
 use crate::mesh::{Mesh, Part, VertexFaces, area_vector};
 
-/// Bounds of the width of the collar in which creases are looked for, in rings of faces,
+/// Minimum and maximum width of the collar in which creases are searched, in rings of faces.
 const RINGS: [f64; 2] = [6.0, 14.0];
-/// and the width between them, in diameters of the hole.
+/// Width of that collar between the bounds, in diameters of the hole.
 const WIDTH: f64 = 0.5;
-/// Passes of the bilateral filter of normals,
+/// Passes of the bilateral filter of normals.
 const SMOOTHINGS: usize = 10;
-/// and the width of its weight exp(−(1 − n·n′)/width): normals that differ by more than 30° have nearly no part in each other.
+/// Width of the filter's weight exp(−(1 − n·n′)/width): normals that differ by more than 30° hardly influence each other.
 const SMOOTHING_WIDTH: f64 = 0.12;
-/// The number of no face.
+/// Number that stands for "no face".
 const NONE: u32 = u32::MAX;
 
-/// Width in rings of the collar in which creases are looked for. `across` is the hole's diameter in edges.
+/// Width in rings of the collar in which creases are searched. `across` is the hole's diameter in edges.
 pub(super) fn rings(across: f64) -> u32 {
     (WIDTH * across).clamp(RINGS[0], RINGS[1]) as u32
 }
 
-/// Some rings of faces round one rim. Positions are relative to the middle of the rim.
+/// Some rings of faces around a rim. Positions are relative to the centroid of the rim.
 pub(super) struct Collar {
-    /// Positions of the vertices of faces.
+    /// Positions of the vertices.
     positions: Vec<DVec3>,
-    /// What was subtracted from positions.
+    /// The centroid of the rim, which was subtracted from positions.
     pub(super) origin: DVec3,
-    /// Faces as numbers within `positions`.
+    /// Faces with indices into `positions`.
     faces: Vec<[u32; 3]>,
-    /// For each face its ring, from 0 at the rim.
+    /// The ring of each face, from 0 at the rim.
     pub(super) ring: Vec<u32>,
     pub(super) areas: Vec<f64>,
     /// Unit normals of faces.
     pub(super) normals: Vec<DVec3>,
-    /// The same, smoothed but across creases.
+    /// Unit normals of faces after the bilateral filter, which preserves creases.
     pub(super) smoothed: Vec<DVec3>,
-    /// For each face those across its edges; `u32::MAX` where there is none.
-    pub(super) beside: Vec<[u32; 3]>,
-    /// The mesh's numbers of the rim's vertices, in the direction in which a patch uses its edges.
+    /// For each face the faces across its edges; `u32::MAX` for none.
+    pub(super) adjacent: Vec<[u32; 3]>,
+    /// The rim's vertices (numbers in the mesh), in the direction in which a patch uses its edges.
     pub(super) rim: Vec<u32>,
-    /// Their positions.
+    /// Positions of the rim's vertices.
     rim_points: Vec<DVec3>,
-    /// Their numbers within `positions`.
+    /// Indices of the rim's vertices into `positions`.
     rim_local: Vec<u32>,
     is_on_rim: Vec<bool>,
     around: VertexFaces,
-    /// For each edge of the rim, `rim[i] → rim[i + 1]`, the face beyond it.
+    /// For each edge of the rim, `rim[i] → rim[i + 1]`, the face next to it.
     pub(super) beyond: Vec<u32>,
     /// Largest distance between two vertices of the rim.
     pub(super) diameter: f64,
-    /// Mean edge of the rim.
+    /// Mean edge length of the rim.
     pub(super) rim_edge: f64,
-    /// Median edge of the collar.
+    /// Median edge length of the collar.
     pub(super) edge: f64,
 }
 
 impl Collar {
-    /// The collar of a rim of a mesh; none where an edge of the rim has no face beyond it, or a length is zero. `rings` gives its width in rings
-    /// from the hole's diameter in edges.
+    /// The collar of a rim. `None` if an edge of the rim has no face next to it, or a mean length is zero. `rings` maps the
+    /// hole's diameter in edges to the width in rings.
     pub(super) fn new(
         mesh: &Mesh,
         around: &VertexFaces,
         rim: &[u32],
         rings: impl Fn(f64) -> u32,
     ) -> Option<Self> {
+        // Rim and lengths.
         let count = rim.len();
         let at = |v: u32| mesh.positions[v as usize];
         let origin = rim.iter().map(|&v| at(v)).sum::<DVec3>() / count as f64;
@@ -74,6 +75,7 @@ impl Collar {
         let edges = (0..count).map(|i| rim_points[i].distance(rim_points[(i + 1) % count]));
         let rim_edge = edges.sum::<f64>() / count as f64;
         let diameter = diameter(&rim_points);
+        // Faces of the collar, with local numbers.
         let (list, ring) = rings_of(mesh, around, rim, rings(diameter / rim_edge));
         let part = Part::new(mesh, &list, rim.iter().copied());
         let positions: Vec<DVec3> = part.mesh.positions.iter().map(|p| *p - origin).collect();
@@ -83,7 +85,7 @@ impl Collar {
             .iter()
             .map(|f| area_vector(f.map(|v| positions[v as usize])));
         let vectors: Vec<DVec3> = vectors.collect();
-        let (beside, beyond) = neighbours(&part, rim);
+        let (adjacent, beyond) = neighbours(&part, rim);
         let length = |a: u32, b: u32| positions[a as usize].distance(positions[b as usize]);
         let lengths = faces
             .iter()
@@ -94,7 +96,7 @@ impl Collar {
             areas: vectors.iter().map(|v| v.length()).collect(),
             normals: vectors.iter().map(|v| v.normalize_or_zero()).collect(),
             smoothed: Vec::new(),
-            beside,
+            adjacent,
             rim: rim.to_vec(),
             rim_points,
             is_on_rim: on_rim(positions.len(), &rim_local),
@@ -112,7 +114,7 @@ impl Collar {
         (collar.edge > 0.0 && rim_edge > 0.0).then_some(collar)
     }
 
-    /// Number of its vertices.
+    /// Number of vertices.
     pub(super) fn vertex_count(&self) -> usize {
         self.positions.len()
     }
@@ -122,12 +124,12 @@ impl Collar {
         self.positions[vertex as usize]
     }
 
-    /// Number of its faces.
+    /// Number of faces.
     pub(super) fn len(&self) -> usize {
         self.faces.len()
     }
 
-    /// Normals after the bilateral filter (Tomasi and Manduchi 1998, on a mesh's faces).
+    /// Face normals after the bilateral filter (Tomasi and Manduchi 1998, applied to the faces of a mesh).
     fn smooth(&self) -> Vec<DVec3> {
         let mut normals = self.normals.clone();
         for _ in 0..SMOOTHINGS {
@@ -144,10 +146,10 @@ impl Collar {
         normals
     }
 
-    /// The faces across the edges of one.
+    /// The faces across the edges of a face.
     pub(super) fn across(&self, face: usize) -> impl Iterator<Item = usize> {
-        let beside = self.beside[face].into_iter();
-        beside.filter(|g| *g != NONE).map(|g| g as usize)
+        let adjacent = self.adjacent[face].into_iter();
+        adjacent.filter(|g| *g != NONE).map(|g| g as usize)
     }
 
     /// Positions of a face's corners.
@@ -160,7 +162,7 @@ impl Collar {
         self.corners(face).iter().sum::<DVec3>() / 3.0
     }
 
-    /// Positions of at most `most` vertices of the innermost `rings`, evenly chosen.
+    /// Positions of at most `most` vertices of the innermost `rings` rings, evenly selected.
     pub(super) fn samples(&self, most: usize, rings: u32) -> Vec<DVec3> {
         let near = self
             .faces
@@ -177,7 +179,8 @@ impl Collar {
             .collect()
     }
 
-    /// The vertices of some faces, rising, and their unit normals by the areas of these faces.
+    /// Positions of the vertices of some faces, and their unit normals weighted by the areas of these faces; in rising order of
+    /// vertices.
     pub(super) fn vertices(&self, faces: &[usize]) -> (Vec<DVec3>, Vec<DVec3>) {
         let mut corners: Vec<(u32, u32)> = faces
             .iter()
@@ -199,7 +202,7 @@ impl Collar {
         (points, normals)
     }
 
-    /// Positions of the vertices of some faces, those of the innermost rings first.
+    /// Positions of the vertices of some faces, innermost rings first.
     pub(super) fn points_from_rim(&self, faces: &[usize]) -> Vec<DVec3> {
         let corners = faces
             .iter()
@@ -211,17 +214,18 @@ impl Collar {
         corners.iter().map(|c| self.position(c.0)).collect()
     }
 
-    /// Faces that use a vertex.
+    /// The faces of a vertex.
     pub(super) fn around(&self, vertex: u32) -> &[u32] {
         self.around.of(vertex)
     }
 
-    /// Numbers of a face's corners within the collar.
+    /// A face's corners as indices into `positions`.
     pub(super) fn corners_of(&self, face: u32) -> [u32; 3] {
         self.faces[face as usize]
     }
 
-    /// How far vertices that `holds` holds for lead away from one of the rim, from neighbour to neighbour: the largest distance to it.
+    /// The largest distance to rim vertex `at` among vertices that are connected to it through vertices for which `holds` is
+    /// true.
     pub(super) fn reach(&self, at: usize, holds: impl Fn(u32) -> bool) -> f64 {
         let first = self.rim_points[at];
         let mut is_seen = vec![false; self.positions.len()];
@@ -246,13 +250,13 @@ impl Collar {
         all.filter(|(_, on_rim)| !**on_rim).map(|(p, _)| *p)
     }
 
-    /// Position of a vertex of the rim.
+    /// Position of a vertex of the rim; `at` may exceed the rim's length.
     pub(super) fn rim_point(&self, at: usize) -> DVec3 {
         self.rim_points[at % self.rim.len()]
     }
 }
 
-/// For each face those across its edges, and for each edge of the rim the face beyond it; none where one has none.
+/// For each face the faces across its edges, and for each edge of the rim the face next to it; `None` if one has none.
 fn neighbours(part: &Part, rim: &[u32]) -> (Vec<[u32; 3]>, Option<Vec<u32>>) {
     let faces = &part.mesh.faces;
     let mut sides = HashMap::new();
@@ -261,17 +265,17 @@ fn neighbours(part: &Part, rim: &[u32]) -> (Vec<[u32; 3]>, Option<Vec<u32>>) {
             sides.insert((f[k], f[(k + 1) % 3]), i as u32);
         });
     }
-    let beside = faces.iter().map(|f| {
+    let adjacent = faces.iter().map(|f| {
         let across = |k: usize| sides.get(&(f[(k + 1) % 3], f[k])).copied();
         [0, 1, 2].map(|k| across(k).unwrap_or(NONE))
     });
     let rim: Vec<u32> = rim.iter().map(|&v| part.local(v)).collect();
     let next = |i: usize| rim[(i + 1) % rim.len()];
     let beyond = (0..rim.len()).map(|i| sides.get(&(next(i), rim[i])).copied());
-    (beside.collect(), beyond.collect())
+    (adjacent.collect(), beyond.collect())
 }
 
-/// For each of `count` vertices whether it is among those of the rim.
+/// Marks the rim's vertices among `count` vertices.
 fn on_rim(count: usize, rim: &[u32]) -> Vec<bool> {
     let mut is_on_rim = vec![false; count];
     rim.iter().for_each(|&v| is_on_rim[v as usize] = true);
@@ -286,7 +290,7 @@ fn diameter(points: &[DVec3]) -> f64 {
     squares.fold(0.0, f64::max).sqrt()
 }
 
-/// The middle value of some; of two the mean; 0 of none.
+/// The median; for an even number of values the mean of the two middle ones, 0 without values.
 pub(super) fn median(values: &mut [f64]) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     match values.len() {

@@ -1,4 +1,4 @@
-//! The curve in which two sheets meet, from one end of a crease to the other.
+//! The curve of a crease across a hole: the intersection of two sheets, from one end to the other.
 
 use glam::DVec3;
 
@@ -6,19 +6,20 @@ use super::Declined;
 use super::network::{FARTHEST_CORNER, LONGEST_STEP, Network, ON_BOTH};
 use super::sheet::{Sheet, onto};
 
-/// A crease is at most this times its chord long, and two edges,
+/// Maximum length of a crease found from its chord: this times the chord, plus two edges.
 const MOST_DETOUR: f64 = 1.8;
-/// but where it is followed step by step, this in diameters of the hole.
+/// Maximum length of a crease that is followed step by step, in diameters of the hole.
 const MOST_FOLLOWED: f64 = 4.0;
-/// Points of a crease nearer than this to a vertex of the mesh that is not on the rim, in edges, are on the mesh; at most this part of them is.
+/// A point of a crease closer than this (in edges) to a vertex of the mesh that is not on the rim counts as on the mesh;
 const ON_MESH: f64 = 0.6;
+/// at most this fraction of the points of a crease may be on the mesh.
 const MOST_KNOWN: f64 = 0.5;
-/// A crease is not followed where the sine of the angle between its sides is less than this.
+/// A crease is not followed where the sine of the angle between its sheets is below this.
 const GRAZING: f64 = 0.05;
 
 impl Network<'_> {
-    /// The points of a crease from one point to another, as far from each other as those of the rim: from points of the chord, or where these lead
-    /// to no short curve, by following the crease.
+    /// The points of a crease between two points, at the distance of rim vertices: projected from the chord, or if that gives no
+    /// short curve, by following the crease.
     pub(super) fn curve(
         &self,
         from: DVec3,
@@ -37,7 +38,7 @@ impl Network<'_> {
         })
     }
 
-    /// Points of a crease at equal distances; refused where they are off a sheet, or the crease is longer than `most`.
+    /// Points of a crease at equal distances. Refused if they are off a sheet, or the crease is longer than `most`.
     fn evened(
         &self,
         mut points: Vec<DVec3>,
@@ -65,7 +66,7 @@ impl Network<'_> {
         }
     }
 
-    /// Share of the points of a crease that lie on the mesh: next to vertices that are not on the rim.
+    /// Fraction of the points of a crease that are on the mesh: close to vertices that are not on the rim.
     fn known(&self, points: &[DVec3]) -> f64 {
         let near = ON_MESH * self.collar.rim_edge;
         let is_on = |p: &&DVec3| {
@@ -75,15 +76,15 @@ impl Network<'_> {
         points.iter().filter(is_on).count() as f64 / points.len().max(1) as f64
     }
 
-    /// The crease followed from one point to another, such as the end of a groove that runs out; of two ways the one that is less on the mesh.
-    /// None where no way leads there.
+    /// The crease followed from one point to another, for example to the end of a groove that runs out. Of the two directions,
+    /// the path with fewer points on the mesh. `None` if neither arrives.
     fn followed(&self, from: DVec3, to: DVec3, sheets: [&Sheet; 2]) -> Option<Vec<DVec3>> {
         let ways = [1.0, -1.0].map(|sign| self.way(from, to, sheets, sign));
         let ways = ways.into_iter().flatten();
         ways.min_by(|a, b| self.known(a).total_cmp(&self.known(b)))
     }
 
-    /// Steps along the crease (predictor: the cross product of both normals; corrector: Gauss-Newton), in one of its directions.
+    /// Follows the crease in one direction (predictor: the cross product of both normals; corrector: Gauss-Newton).
     fn way(&self, from: DVec3, to: DVec3, sheets: [&Sheet; 2], sign: f64) -> Option<Vec<DVec3>> {
         let step = self.collar.rim_edge;
         let most = (MOST_FOLLOWED * self.collar.diameter / step) as usize;
@@ -117,7 +118,7 @@ impl Network<'_> {
     }
 }
 
-/// Points at equal distances along a polyline, about `edge` apart; at least two stretches.
+/// Points at equal distances along a polyline, about `edge` apart; at least two segments.
 fn resampled(points: &[DVec3], edge: f64) -> Vec<DVec3> {
     let mut along = vec![0.0];
     for w in points.windows(2) {

@@ -1,4 +1,4 @@
-//! Creases between pairs of rim vertices that the caller names.
+//! Creases between pairs of rim vertices given by the caller.
 
 use std::collections::HashMap;
 
@@ -6,9 +6,10 @@ use super::rim_sides::RimSides;
 use super::{Continued, Declined};
 
 impl RimSides {
-    /// Continues creases between given pairs of vertices of the rim, and no others. The mesh has `count` vertices.
+    /// Continues creases only between the given pairs of rim vertices. The mesh has `count` vertices.
     ///
-    /// The pairs part the rim into stretches; those that no crease separates form one group, and get the side that most of their edges have.
+    /// The pairs divide the rim into stretches. Stretches that no crease separates form a group, which gets the side of most of
+    /// its edges.
     pub(crate) fn continued_with(
         &self,
         count: usize,
@@ -27,9 +28,9 @@ impl RimSides {
         self.first_valid(&self.labels_between(&pairs), count)
     }
 
-    /// For each edge of the rim the side that most edges of its group have; groups are what pairs of places on the rim leave together.
+    /// For each edge of the rim, the most frequent side in its group. Groups are the stretches that the pairs leave connected.
     fn labels_between(&self, pairs: &[[usize; 2]]) -> Vec<usize> {
-        // An edge is inside some pairs and outside the others: edges of one group agree on all of them.
+        // An edge is inside some pairs and outside the others; edges of one group agree on all of them.
         let group =
             |i: usize| -> Vec<bool> { pairs.iter().map(|&[a, b]| (a..b).contains(&i)).collect() };
         let mut votes: HashMap<Vec<bool>, Vec<usize>> = HashMap::new();

@@ -1,27 +1,28 @@
-//! Which side continues each edge of a rim: a shortest cyclic path (Viterbi 1967).
+//! Assignment of rim edges to smooth sides: a shortest cyclic path over costs (Viterbi 1967).
 
 use super::collar::Collar;
 use super::segment::Sides;
 
-/// What a corner off the sheet of its edge costs at most.
+/// Maximum cost of a corner that is off the sheet of its edge.
 const MOST_OFF: f64 = 9.0;
-/// A rim edge is on a sheet too when its corners' cost is below this.
+/// A rim edge is on a second sheet too if the cost of both corners is below this.
 const ON: f64 = 1.0;
 
-/// How edges of rims are given to sides.
+/// Costs and limits for assigning rim edges to sides.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LabelCosts {
     /// Distance of a corner from a sheet that costs 1, in edges.
     pub(super) tolerance: f64,
-    /// Cost of the side of the face beyond an edge that lies on another sheet too: the hole is on the other side of the crease there.
+    /// Cost of assigning an edge to the side of its own face if the edge is on another sheet too: then the hole is beyond a
+    /// crease.
     pub(super) beyond: f64,
-    /// Cost of a change of sides.
+    /// Cost of each change of side.
     pub(super) change: f64,
-    /// Sides count whose faces come as near to the rim as this ring.
+    /// Only sides with a face at most this many rings from the rim are candidates.
     pub(super) ring: u32,
 }
 
-/// For each edge of the rim its side; none where no side comes to the rim.
+/// The side of each rim edge; `None` if no side is near the rim.
 pub(super) fn labels(collar: &Collar, sides: &Sides, costs: &LabelCosts) -> Option<Vec<usize>> {
     let comes_near = |s: &usize| {
         let mut rings = sides.list[*s].faces.iter().map(|&f| collar.ring[f]);
@@ -36,7 +37,7 @@ pub(super) fn labels(collar: &Collar, sides: &Sides, costs: &LabelCosts) -> Opti
     Some(path.into_iter().map(|j| near[j]).collect())
 }
 
-/// For each edge and each side near the rim what the side costs there.
+/// For each edge, the costs of the sides near the rim.
 fn edge_costs(collar: &Collar, sides: &Sides, near: &[usize], costs: &LabelCosts) -> Vec<Vec<f64>> {
     let count = collar.rim.len();
     let corner = |i: usize, side: usize| {
@@ -64,10 +65,11 @@ fn edge_costs(collar: &Collar, sides: &Sides, near: &[usize], costs: &LabelCosts
     (0..count).map(of_edge).collect()
 }
 
-/// The cyclic sequence of states with the lowest sum of costs, where each change of state costs `change`.
+/// The cyclic sequence of states with the lowest sum of costs; each change of state costs `change`.
 fn cheapest_cycle(cost: &[Vec<f64>], change: f64) -> Vec<usize> {
     let states = cost[0].len();
     let mut best = (f64::INFINITY, Vec::new());
+    // A shortest path for each start state; a path that ends in another state pays for one more change.
     for start in 0..states {
         let mut sums = vec![f64::INFINITY; states];
         sums[start] = cost[0][start];
@@ -100,7 +102,7 @@ fn cheapest_cycle(cost: &[Vec<f64>], change: f64) -> Vec<usize> {
     best.1
 }
 
-/// The place of the lowest value, the first of equals.
+/// The index of the lowest value, the first one if several are equal.
 fn lowest(values: &[f64]) -> usize {
     let all = values.iter().enumerate();
     all.min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(j, _)| j)
@@ -117,11 +119,11 @@ mod tests {
         cost[2] = vec![3.0, 0.0];
         let expected = [vec![0; 6], vec![1; 6]].concat();
         assert_eq!(cheapest_cycle(&cost, 2.0), expected);
-        // Where a change costs less than the outlier, it has a part of its own.
+        // If a change costs less than the outlier, the outlier gets its own stretch.
         assert_eq!(cheapest_cycle(&cost, 1.0)[2], 1);
     }
 
-    /// All sequences of a short cycle tried.
+    /// Against all sequences of a short cycle.
     #[test]
     fn it_is_the_cheapest_of_all() {
         let cost: Vec<Vec<f64>> = (0..6)

@@ -1,4 +1,4 @@
-//! Sharp edges continued across a hole: the smooth sides round the rim, where their continuations meet, and the parts between.
+//! Creases across a hole: continues sharp edges from the rim as intersections of smooth sides, and fills the parts between them.
 
 mod collar;
 mod curve;
@@ -27,58 +27,58 @@ pub(crate) use rounded::Rounded;
 /// Why no creases are continued across a hole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub(crate) enum Declined {
-    /// The rim is not one loop of edges with one face each.
+    /// The rim is not a single loop of edges with one face each.
     #[error("the rim is not a simple loop")]
     Rim,
-    /// There is no smooth side at the rim.
-    #[error("no smooth side comes to the rim")]
+    /// No smooth side reaches the rim.
+    #[error("no smooth side reaches the rim")]
     NoSide,
-    /// The rim lies off the sheets of its edges.
-    #[error("the rim does not lie on smooth sides")]
+    /// The rim is not on the sheets of its edges.
+    #[error("the rim is not on the smooth sides around it")]
     RimOff,
-    /// All of the rim is on one side that is not flat, and runs along no crease.
-    #[error("one side")]
+    /// The whole rim is on one curved side and does not run along a crease.
+    #[error("the rim is on one curved side, without a crease")]
     OneSide,
-    /// Two sides meet at too small an angle for a crease.
-    #[error("sides join smoothly")]
+    /// Two sides meet at an angle too small for a crease.
+    #[error("sides meet smoothly, without a crease")]
     Smooth,
     /// Two sides face each other.
-    #[error("sides fold back")]
+    #[error("sides fold back on each other")]
     Folds,
-    /// More than three sides meet, and no three of them in a row in a corner.
-    #[error("{0} sides meet")]
+    /// More than three sides meet, and no three consecutive ones have a common corner.
+    #[error("{0} sides meet without a common corner")]
     Arcs(usize),
-    /// Three sheets meet nowhere near.
-    #[error("no corner")]
+    /// Three sheets have no common point near the hole.
+    #[error("three sides have no common corner near the hole")]
     NoCorner,
-    /// A crease ends beside its rim vertex.
-    #[error("a crease ends beside the rim")]
+    /// A crease misses the rim vertex at which it should end.
+    #[error("a crease does not reach the rim")]
     EndOffCrease,
-    /// Two sheets meet nowhere between two ends.
-    #[error("sides do not meet")]
+    /// Two sheets do not intersect between two ends.
+    #[error("two sides do not meet across the hole")]
     NoCrease,
-    /// A crease makes a detour.
+    /// A crease is too long for its ends.
     #[error("a crease is too long")]
     LongCrease,
-    /// A part turns too far to be unrolled.
-    #[error("a part turns too far")]
+    /// A part of the patch turns too far to be unrolled.
+    #[error("a part of the patch turns too far to be unrolled")]
     Turns,
-    /// A part is turned round.
-    #[error("a part is reversed")]
+    /// A part of the patch has the wrong orientation.
+    #[error("a part of the patch has reversed orientation")]
     Reversed,
-    /// A part meets itself.
-    #[error("a part crosses itself")]
+    /// The outline of a part intersects itself.
+    #[error("the outline of a part of the patch intersects itself")]
     Crosses,
-    /// A part is too large for the edges at the rim.
-    #[error("a part is too large")]
+    /// A part is too large for the edge length at the rim.
+    #[error("a part of the patch is too large for the edge length at the rim")]
     TooLarge,
-    /// Two parts have the same edge, or one of the mesh.
-    #[error("parts are not joined to a manifold")]
+    /// Two parts have the same edge, or a part has an edge of the mesh.
+    #[error("the parts of the patch do not join to a manifold")]
     NotManifold,
 }
 
 impl Declined {
-    /// Whether other ends of the creases may be better.
+    /// Whether shifting the ends of creases along the rim may help.
     fn may_shift(self) -> bool {
         matches!(self, Self::Crosses | Self::NotManifold | Self::Reversed)
     }
@@ -87,11 +87,11 @@ impl Declined {
 /// A patch with creases.
 #[derive(Clone, Debug)]
 pub(crate) struct Continued {
-    /// Positions of its own vertices, numbered behind those of the mesh.
+    /// Positions of the new vertices, which are numbered after the mesh's vertices.
     pub(crate) positions: Vec<DVec3>,
     pub(crate) faces: Vec<[u32; 3]>,
     pub(crate) creases: Vec<Crease>,
-    /// Whether it is one flat side.
+    /// Whether it is a single flat side.
     pub(crate) is_flat: bool,
     /// The largest residual of the sheets of its parts, in edges.
     pub(crate) residual: f64,
@@ -100,7 +100,7 @@ pub(crate) struct Continued {
 /// A crease across a hole.
 #[derive(Clone, Debug)]
 pub(crate) struct Crease {
-    /// Its length in the mesh's units.
+    /// Length in the mesh's units.
     pub(crate) length: f64,
     /// Mean angle between the normals of both sides along it, in degrees.
     pub(crate) angle: f64,

@@ -1,4 +1,5 @@
-//! The creases across a hole: from the labels of a rim's edges to lines where sheets meet, corners, and the parts between them.
+//! The network of creases across a hole: from the sides of the rim's edges to crease lines, corners, and the parts of the patch
+//! between them.
 
 use glam::DVec3;
 
@@ -7,64 +8,67 @@ use super::collar::Collar;
 use super::segment::Sides;
 use super::sheet::{Sheet, onto};
 
-/// A step towards a crease is at most so long, in diameters of the hole; towards a corner at most so.
+/// Maximum step towards a crease, in diameters of the hole.
 pub(super) const LONGEST_STEP: f64 = 0.3;
+/// Maximum step towards a corner, in diameters of the hole.
 const LONGEST_CORNER_STEP: f64 = 0.2;
-/// A crease ends nearer to its rim vertex than this, in edges.
+/// Maximum distance of a crease's end from its rim vertex, in edges.
 const FARTHEST_END: f64 = 1.5;
-/// Points of a crease are nearer to both sheets than this, in edges; a corner than a tenth of it.
+/// Maximum distance of points of a crease from both sheets, in edges; a tenth of it for a corner.
 pub(super) const ON_BOTH: f64 = 1e-2;
-/// Upper bound of the distance of a corner from the middle of the rim, in diameters of the hole,
+/// Maximum distance of a corner from the middle of the rim, in diameters of the hole.
 pub(super) const FARTHEST_CORNER: f64 = 0.9;
-/// A corner nearer to an end on the rim than this, in edges, is that vertex of the rim.
+/// A corner closer than this to an end on the rim, in edges, coincides with that rim vertex.
 const SAME_POINT: f64 = 0.3;
-/// A vertex of the rim nearer to both sheets and to a crease than this, in edges, is on the crease.
+/// A rim vertex closer than this to both sheets and to a crease, in edges, is on the crease.
 const ON_CREASE: f64 = 0.05;
-/// and the least singular value of its three normals is at least this: sheets that meet at a grazing angle determine none.
+/// Minimum of the smallest singular value of the three unit normals at a corner: sheets at grazing angles do not determine a
+/// corner.
 const DETERMINED: f64 = 0.15;
 
-/// A part of a patch between creases: its side and its outline. Points are numbered: those of the rim, then those of creases.
+/// A part of the patch between creases: its side and its outline. Points of the rim are numbered first, then points of creases.
 pub(super) struct Part {
     pub(super) side: usize,
     pub(super) outline: Vec<usize>,
 }
 
-/// A crease that was continued.
+/// A continued crease.
 #[derive(Clone, Debug)]
 pub(super) struct CreaseLine {
-    /// Its points, from end to end.
+    /// Point numbers from end to end.
     pub(super) points: Vec<usize>,
-    /// Sides that it parts.
+    /// The sides that it separates.
     pub(super) sides: [usize; 2],
 }
 
-/// The parts of a patch, and the creases between them.
+/// The parts of a patch and the creases between them.
 pub(super) struct Network<'a> {
     pub(super) collar: &'a Collar,
     sides: &'a Sides,
-    /// Points of creases are no nearer to their ends on the rim than this, in edges.
+    /// Minimum distance of a crease's inner points from its ends on the rim, in edges.
     lead: f64,
-    /// Positions of the rim, then of creases.
+    /// Positions of the rim's points, then of crease points.
     pub(super) points: Vec<DVec3>,
     pub(super) parts: Vec<Part>,
     pub(super) lines: Vec<CreaseLine>,
 }
 
-/// A run of points with one side: of the rim, or of the outline of what no part covers yet, which has creases too.
+/// A run of points with the same side: on the rim, or on the outline of the region that no part covers yet, which also contains
+/// creases.
 struct Arc {
     side: usize,
     points: Vec<usize>,
 }
 
 impl Arc {
-    /// Its first and last point.
+    /// First and last point.
     fn ends(&self) -> [usize; 2] {
         [self.points[0], self.points[self.points.len() - 1]]
     }
 }
 
 impl<'a> Network<'a> {
-    /// The parts for the labels of a rim's edges.
+    /// The network for given sides of the rim's edges.
     pub(super) fn new(
         collar: &'a Collar,
         sides: &'a Sides,
@@ -100,8 +104,9 @@ impl<'a> Network<'a> {
         Ok(network)
     }
 
-    /// Cuts parts off until two arcs are left, which one crease parts. An arc between two of the same side is cut off by a crease between its
-    /// ends, the shortest first: so ends are paired. Else an arc is cut off at the corner where it and its neighbours meet.
+    /// Cuts parts off until two arcs remain, which one crease separates. An arc between two arcs of the same side is cut off by a
+    /// crease between its ends, shortest first; this determines which ends are paired. If there is none, an arc is cut off at the
+    /// corner where it and its neighbours meet.
     fn join(&mut self, mut arcs: Vec<Arc>) -> Result<(), Declined> {
         loop {
             let count = arcs.len();
@@ -132,6 +137,7 @@ impl<'a> Network<'a> {
         self.parts.push(Part { side, outline });
     }
 
+    /// Divides the remaining region between its last two arcs.
     fn part_two(&mut self, a: &Arc, b: &Arc) -> Result<(), Declined> {
         let [to, from] = a.ends();
         let line = match from == to {
@@ -140,7 +146,7 @@ impl<'a> Network<'a> {
         };
         for (arc, line) in [(b, line.iter().rev().copied().collect()), (a, line)] {
             let mut outline = [&arc.points[..], &line].concat();
-            // Both arcs begin and end in the same corner.
+            // Both arcs start and end at the same corner.
             if from == to {
                 outline.pop();
             }
@@ -149,7 +155,7 @@ impl<'a> Network<'a> {
         Ok(())
     }
 
-    /// Cuts an arc off by a crease, which then belongs to the arc made of its neighbours.
+    /// Cuts an arc off by a crease, which then belongs to the arc that joins its neighbours.
     fn cut_off(&mut self, arcs: Vec<Arc>, j: usize) -> Result<Vec<Arc>, Declined> {
         let count = arcs.len();
         let (before, own, after) = (
@@ -176,12 +182,13 @@ impl<'a> Network<'a> {
         Ok(rest)
     }
 
-    /// Cuts an arc off by the creases to the corner in which its side and those of its neighbours meet: of all arcs the one whose corner is
-    /// nearest to its ends.
+    /// Cuts an arc off by the creases to the corner where its side and the sides of its neighbours meet. Of all arcs it takes the
+    /// one whose corner is closest to its ends.
     fn cut_corner(&mut self, arcs: Vec<Arc>) -> Result<Vec<Arc>, Declined> {
         let count = arcs.len();
         let triple = |j: usize| [(j + count - 1) % count, j, (j + 1) % count];
         let corner = |j: usize| {
+            // The candidate corner of each arc, with its distance from the arc's ends.
             let [before, own, after] = triple(j).map(|k| &arcs[k]);
             let [first, last] = own.ends();
             let mut ends = vec![first, last];
@@ -201,6 +208,7 @@ impl<'a> Network<'a> {
                 Declined::Arcs(count)
             });
         };
+        // A corner at an end on the rim is that rim vertex; otherwise it is a new point.
         let near = SAME_POINT * self.collar.rim_edge;
         let ends = arcs.iter().map(|arc| arc.ends()[0]);
         let same = ends
@@ -212,7 +220,7 @@ impl<'a> Network<'a> {
         let [first, last] = arcs[own].ends();
         let to_first = self.line_to(at, first, [arcs[before].side, arcs[own].side])?;
         let to_last = self.line_to(at, last, [arcs[own].side, arcs[after].side])?;
-        // The part: the arc, the crease from its end to the corner, and from there the crease to its beginning.
+        // The outline of the part: the arc, the crease from its end to the corner, and the crease from there to its start.
         let back = to_last.iter().rev();
         let outline = arcs[own]
             .points
@@ -229,7 +237,7 @@ impl<'a> Network<'a> {
         Ok(arcs)
     }
 
-    /// The points of the crease from a corner to an end, both among them; one if they are the same.
+    /// The points of the crease from a corner to an end, inclusive; a single point if they are the same.
     fn line_to(
         &mut self,
         corner: usize,
@@ -243,7 +251,7 @@ impl<'a> Network<'a> {
         Ok([&[corner][..], &line, &[end]].concat())
     }
 
-    /// Where three sheets are zero, from the middle of some points of the rim.
+    /// The common zero of three sheets, starting from the mean of some rim points.
     fn corner(&self, sides: [usize; 3], ends: &[usize]) -> Result<DVec3, Declined> {
         let collar = self.collar;
         let middle = ends.iter().map(|&e| self.points[e]).sum::<DVec3>() / ends.len() as f64;
@@ -255,7 +263,7 @@ impl<'a> Network<'a> {
             .fold(0.0, f64::max);
         let least = least_singular_value(sheets.map(|s| s.normal(corner)));
         let is_far = corner.length() > FARTHEST_CORNER * collar.diameter;
-        // A comparison that is false for values that are not numbers.
+        // The comparison is false for NaN.
         let is_on_all = off <= 0.1 * ON_BOTH * collar.rim_edge;
         match is_on_all && !is_far && least >= DETERMINED {
             true => Ok(corner),
@@ -263,7 +271,7 @@ impl<'a> Network<'a> {
         }
     }
 
-    /// The inner points of the crease between two points of the rim.
+    /// The inner points of the crease between two rim points.
     fn line(&mut self, [from, to]: [usize; 2], sides: [usize; 2]) -> Result<Vec<usize>, Declined> {
         let (p, q) = (self.lead_point(from, sides)?, self.lead_point(to, sides)?);
         let mut points = self.curve(p, q, sides)?;
@@ -280,7 +288,7 @@ impl<'a> Network<'a> {
         Ok(line)
     }
 
-    /// Vertices of the rim on a crease between two others, with their place along its points.
+    /// Rim vertices on a crease between two others, with their parameter along its points.
     fn touched(
         &self,
         points: &[DVec3],
@@ -310,7 +318,7 @@ impl<'a> Network<'a> {
         rim.filter(is_on).filter_map(place).collect()
     }
 
-    /// Adds the points of a crease between the vertices of the rim that it touches; those next to one are left out.
+    /// Adds the points of a crease, merged with the rim vertices that it touches; points next to these vertices are left out.
     fn add_between(&mut self, points: Vec<DVec3>, touched: Vec<(f64, usize)>) -> Vec<usize> {
         let near = 0.5 * self.collar.rim_edge;
         let is_far = |p: &DVec3| touched.iter().all(|t| self.points[t.1].distance(*p) > near);
@@ -332,7 +340,7 @@ impl<'a> Network<'a> {
         (first..self.points.len()).collect()
     }
 
-    /// Drops the first of some points if it is too near to another one.
+    /// Drops the first point if it is too close to the end point `end`.
     fn drop_near(&self, points: &mut Vec<DVec3>, end: usize) {
         let near = self.lead * self.collar.rim_edge;
         if points
@@ -347,7 +355,7 @@ impl<'a> Network<'a> {
         &self.sides.list[side].sheet
     }
 
-    /// The point of the crease next to a point of the rim, which on meshes with bevelled edges does not lie on it.
+    /// The point of the crease closest to a rim point; on meshes with bevelled edges the rim point itself is not on the crease.
     fn lead_point(&self, end: usize, sides: [usize; 2]) -> Result<DVec3, Declined> {
         let sheets = sides.map(|s| self.sheet(s));
         let point = onto(&sheets, self.points[end], 15, f64::INFINITY);
@@ -358,7 +366,7 @@ impl<'a> Network<'a> {
     }
 }
 
-/// The loops of an outline that touches itself: each point is in a loop once.
+/// The simple loops of an outline that may touch itself: each point occurs once per loop.
 pub(super) fn simple_loops(outline: &[usize]) -> Vec<Vec<usize>> {
     let mut loops = Vec::new();
     let mut open: Vec<usize> = Vec::new();
@@ -373,14 +381,14 @@ pub(super) fn simple_loops(outline: &[usize]) -> Vec<Vec<usize>> {
     loops
 }
 
-/// The places where labels change: the vertices before which a new side begins.
+/// The positions where labels change: the vertices before which a new side starts.
 pub(super) fn ends(labels: &[usize]) -> Vec<usize> {
     let count = labels.len();
     let changes = |i: &usize| labels[*i] != labels[(i + count - 1) % count];
     (0..count).filter(changes).collect()
 }
 
-/// The least singular value of the matrix whose rows are three vectors.
+/// The smallest singular value of the matrix with three vectors as rows.
 fn least_singular_value(rows: [DVec3; 3]) -> f64 {
     let gram = rows.map(|a| rows.map(|b| a.dot(b)));
     let (squares, _) = crate::linalg::symmetric_eigen(&gram);

@@ -1,4 +1,5 @@
-//! A part of a patch between creases, triangulated in the plane: projected along its mean normal, or unrolled about its axis where it turns far.
+//! Triangulation of a part of a patch between creases, in the plane: projected along its mean normal, or unrolled around its axis
+//! if it turns far.
 
 use glam::{DVec2, DVec3};
 
@@ -8,32 +9,32 @@ use super::sheet::{Sheet, onto};
 use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
 use crate::mesh::triangulate::constrained_delaunay;
 
-/// A part is unrolled when one of its normals has a smaller cosine than this to their mean.
+/// A part is unrolled if the cosine of one of its normals with their mean is below this.
 const TURNS: f64 = 0.5;
-/// Upper bound of the components along the axis of the unit normals of an unrolled part.
+/// Maximum component along the axis of the unit normals of an unrolled part.
 const ALONG_AXIS: f64 = 0.5;
-/// Upper bound of its radius, in diameters of the hole.
+/// Maximum radius of an unrolled part, in diameters of the hole.
 const MOST_RADIUS: f64 = 5.0;
-/// Inner points are farther from the outline than this, in edges.
+/// Minimum distance of inner points from the outline, in edges.
 const FROM_OUTLINE: f64 = 0.45;
-/// Steps that bring inner points to the sheet.
+/// Steps that project inner points on the sheet.
 const STEPS: usize = 12;
-/// Most inner points of a part.
+/// Maximum number of inner points of a part.
 const MOST_POINTS: f64 = 200_000.0;
 
-/// A triangulated part: positions of its inner points, and triangles whose corners are numbers within the outline, then inner points.
+/// A triangulated part: positions of its inner points, and triangles with indices into the outline followed by the inner points.
 pub(super) struct Triangles {
     pub(super) inner: Vec<DVec3>,
     pub(super) faces: Vec<[usize; 3]>,
 }
 
-/// The way between a part and the plane.
+/// The map between a part and the plane.
 enum Chart {
     Projected {
         origin: DVec3,
         axes: [DVec3; 2],
     },
-    /// About an axis: angles times the radius, and heights, whose sign keeps the orientation.
+    /// Around an axis: angles times the radius, and heights. The sign of heights keeps the orientation.
     Unrolled {
         axis: DVec3,
         across: [DVec3; 2],
@@ -43,7 +44,7 @@ enum Chart {
     },
 }
 
-/// Triangulates the inside of an outline on a sheet.
+/// Triangulates the region inside an outline on a sheet.
 pub(super) fn triangulate(
     collar: &Collar,
     sheet: &Sheet,
@@ -101,17 +102,20 @@ fn project(outline: &[DVec3], normal: DVec3) -> (Chart, Vec<DVec2>) {
     (Chart::Projected { origin, axes }, flat)
 }
 
-/// Unrolls an outline about the axis to which its normals are most nearly perpendicular. The circle is fitted to the sheet's points near by.
+/// Unrolls an outline around the axis that is most nearly perpendicular to its normals. The circle is fitted to the sheet's
+/// points nearby.
 fn unroll(
     collar: &Collar,
     sheet: &Sheet,
     outline: &[DVec3],
     normals: &[DVec3],
 ) -> Result<(Chart, Vec<DVec2>), Declined> {
+    // The axis, and coordinates across it.
     let axis = symmetric_eigen(&second_moments(normals.iter().copied())).1[0];
     let x = axis.cross(normals[0]).normalize_or_zero();
     let across = [x, axis.cross(x)];
     let flat_of = |p: DVec3| DVec2::new(p.dot(across[0]), p.dot(across[1]));
+    // The circle through the sheet's points near the outline, or through all of them if these are too few.
     let middle = outline.iter().sum::<DVec3>() / outline.len() as f64;
     let is_near = |p: &&DVec3| p.distance(middle) < 2.0 * collar.diameter;
     let mut points: Vec<DVec2> = sheet
@@ -124,6 +128,7 @@ fn unroll(
         points = sheet.points.iter().map(|p| flat_of(*p)).collect();
     }
     let (centre, radius) = circle(&points).ok_or(Declined::Turns)?;
+    // Angles around the axis, without jumps of 2π along the outline.
     let mut angles: Vec<f64> = outline
         .iter()
         .map(|p| (flat_of(*p) - centre).to_angle())
@@ -132,6 +137,7 @@ fn unroll(
         let turns = (angles[i - 1] - angles[i]) / std::f64::consts::TAU;
         angles[i] += turns.round() * std::f64::consts::TAU;
     }
+    // The outline must not go around the axis, and its normals must be across it.
     let closes = (angles[angles.len() - 1] - angles[0]).abs() <= std::f64::consts::PI;
     let along = normals
         .iter()
@@ -140,6 +146,7 @@ fn unroll(
     if !closes || along > ALONG_AXIS || radius > MOST_RADIUS * collar.diameter {
         return Err(Declined::Turns);
     }
+    // The orientation: whether normals point away from the axis.
     let outwards = outline.iter().zip(normals).map(|(p, n)| {
         let at = flat_of(*p) - centre;
         n.dot(across[0] * at.x + across[1] * at.y)
@@ -163,7 +170,7 @@ fn unroll(
     Ok((chart, flat))
 }
 
-/// The circle of least squares through some points of the plane (Kåsa 1976): its centre and radius.
+/// The least-squares circle through points of the plane (Kåsa 1976): centre and radius.
 fn circle(points: &[DVec2]) -> Option<(DVec2, f64)> {
     let middle = points.iter().sum::<DVec2>() / points.len().max(1) as f64;
     let mut matrix = [0.0; 9];
@@ -190,7 +197,7 @@ fn area(outline: &[DVec2]) -> f64 {
     0.5 * twice.sum::<f64>()
 }
 
-/// Points of a regular triangular lattice inside an outline and not too near to it.
+/// Points of a regular triangular lattice inside an outline, at a minimum distance from it.
 fn inner_points(outline: &[DVec2], edge: f64) -> Result<Vec<DVec2>, Declined> {
     let low = outline.iter().copied().fold(DVec2::INFINITY, DVec2::min);
     let high = outline
@@ -215,7 +222,7 @@ fn inner_points(outline: &[DVec2], edge: f64) -> Result<Vec<DVec2>, Declined> {
     Ok(points)
 }
 
-/// Whether a point is inside a polygon, by the parity of crossings.
+/// Whether a point is inside a polygon, by the even-odd rule.
 fn is_inside(outline: &[DVec2], p: DVec2) -> bool {
     let crosses = |i: &usize| {
         let (a, b) = (outline[*i], next(outline, *i));

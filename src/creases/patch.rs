@@ -1,4 +1,4 @@
-//! The patch between the sides of a rim: its parts triangulated and joined.
+//! The patch with creases: its parts triangulated and joined.
 
 use std::collections::{HashMap, HashSet};
 
@@ -8,21 +8,22 @@ use super::network::{CreaseLine, Network, ends, simple_loops};
 use super::rim_sides::RimSides;
 use super::{Continued, Crease, Declined, parts};
 
-/// Where creases begin inside the hole, in edges from the rim: tried in turn.
+/// Distances from the rim at which creases start inside the hole, in edges: attempted in this order.
 const LEADS: [f64; 4] = [0.3, 0.6, 1.0, 1.5];
-/// Most combinations of shifted ends.
+/// Maximum number of combinations of shifted ends.
 const MOST_SHIFTS: usize = 60;
 
 impl RimSides {
-    /// Continues the creases that end at the rim, or keeps to the one side of a rim that runs along creases. The mesh has `count` vertices.
+    /// Continues the creases that end at the rim, or fills a rim that runs along creases with its one side. The mesh has `count`
+    /// vertices.
     ///
-    /// The first valid patch, with ends of creases shifted along the rim as little as possible: on bevelled meshes the vertex at which a
-    /// crease ends is not certain.
+    /// The result is the first valid patch, with the ends of creases shifted along the rim as little as possible: on bevelled
+    /// meshes the vertex at which a crease ends is uncertain.
     pub(crate) fn continued(&self, count: usize) -> Result<Continued, Declined> {
         self.first_valid(&self.labels, count)
     }
 
-    /// The first valid patch for labels whose changes may be shifted.
+    /// The first valid patch for given sides of the rim's edges, with their changes shifted.
     pub(super) fn first_valid(
         &self,
         labels: &[usize],
@@ -56,6 +57,7 @@ impl RimSides {
         self.check(labels)?;
         let network = Network::new(&self.collar, &self.sides, labels, lead)?;
         let rim = self.collar.rim.len();
+        // Triangulates each part; numbers are the network's points, then inner points.
         let mut points = network.points.clone();
         let mut faces = Vec::new();
         let loops = network.parts.iter().flat_map(|part| {
@@ -74,11 +76,13 @@ impl RimSides {
             faces.extend(done.faces.iter().map(|f| f.map(number)));
             points.extend(done.inner);
         }
+        // Converts to vertex numbers: the rim's in the mesh, and new vertices after the mesh's.
         let number = |i: usize| match self.collar.rim.get(i) {
             Some(v) => *v,
             None => (count + i - rim) as u32,
         };
         let faces: Vec<[u32; 3]> = faces.iter().map(|f| f.map(number)).collect();
+        // Checks the patch, and measures residuals and creases.
         self.check_joined(&faces)?;
         let residuals = network.parts.iter().map(|p| &self.sides.list[p.side].sheet);
         let residuals = residuals.map(|sheet| sheet.residual / self.collar.edge);
@@ -103,7 +107,7 @@ impl RimSides {
         })
     }
 
-    /// Whether the faces use each edge of the rim once, and no edge twice.
+    /// Checks that the faces use each edge of the rim once, and no directed edge twice.
     fn check_joined(&self, faces: &[[u32; 3]]) -> Result<(), Declined> {
         let mut edges: HashMap<(u32, u32), ()> = HashMap::with_capacity(3 * faces.len());
         for f in faces {
@@ -119,7 +123,7 @@ impl RimSides {
             .collect();
         let is_right = |&(a, b): &(u32, u32)| match on_rim.contains(&(a, b)) {
             true => !edges.contains_key(&(b, a)),
-            // The other side of an inner edge is the patch's, and the mesh has no such edge.
+            // The opposite of an inner edge belongs to the patch too, and the mesh does not have such an edge.
             false => edges.contains_key(&(b, a)) && !self.taken.contains(&(b, a)),
         };
         let has_all = on_rim.iter().all(|edge| edges.contains_key(edge));
@@ -130,8 +134,8 @@ impl RimSides {
     }
 }
 
-/// The combinations of shifts of `ends` crease ends along the rim, each by up to two vertices; fewer where there are more ends. The least
-/// shifts come first.
+/// The combinations of shifts of `ends` crease ends along the rim, each by up to two vertices (fewer with more ends), smallest
+/// shifts first.
 fn shifts(ends: usize) -> Vec<Vec<i32>> {
     let most = match ends {
         0..=3 => 2,
@@ -152,7 +156,7 @@ fn shifts(ends: usize) -> Vec<Vec<i32>> {
     all
 }
 
-/// Labels with their changes shifted; none where that loses or adds one.
+/// Labels with their changes shifted; `None` if that removes or adds a change.
 fn shifted(labels: &[usize], at: &[usize], shifts: &[i32]) -> Option<Vec<usize>> {
     let count = labels.len();
     let mut all = labels.to_vec();

@@ -1,27 +1,28 @@
-//! What is left of a smooth side beside its plane or quadric, predicted from the side's vertices by simple kriging.
+//! Kriging of residuals: corrects a side's plane or quadric by simple kriging of its vertices' distances.
 //!
-//! Signed distances of the vertices from the sheet are a random field with a Matérn covariance of order 5/2 (M. L. Stein, "Interpolation of
-//! Spatial Data", 1999, section 2.7) and white noise. Range and noise are those of the largest likelihood, and the field counts only where it is
-//! clearly likelier than noise alone. Far from the vertices it is zero, and the sheet remains as it is.
+//! Signed distances of the vertices from the sheet are modelled as a random field with a Matérn covariance of order 5/2 (M. L.
+//! Stein, "Interpolation of Spatial Data", 1999, section 2.7) and white noise. Range and noise maximise the likelihood, and the
+//! field is used only if it is clearly more likely than noise alone. Far from the vertices the field is zero and the sheet is
+//! unchanged.
 
 use glam::DVec3;
 
 use crate::linalg::Cholesky;
 
-/// Most vertices from which the field is predicted: the cost of each likelihood grows with their cube.
+/// Maximum number of vertices for the prediction: the cost of each likelihood grows with its cube.
 const MOST: usize = 150;
-/// Fewest vertices.
+/// Minimum number of vertices.
 const FEWEST: usize = 20;
-/// Residuals below this part of an edge are rounding.
+/// Residuals below this fraction of an edge are rounding errors.
 const ROUNDING: f64 = 1e-4;
-/// Ranges of the covariance, in diameters of the hole.
+/// Candidate ranges of the covariance, in diameters of the hole.
 const RANGES: [f64; 3] = [0.4, 0.8, 1.6];
-/// Variance of the noise, in parts of that of the field.
+/// Candidate noise variances, as fractions of the field's variance.
 const NOISES: [f64; 4] = [1e-6, 1e-3, 3e-2, 0.3];
-/// The logarithm of the likelihood exceeds that of noise alone by at least this.
+/// Minimum gain in log-likelihood over noise alone.
 const GAIN: f64 = 10.0;
 
-/// A field of signed distances.
+/// A random field of signed distances.
 #[derive(Clone, Debug)]
 pub(super) struct Residuals {
     points: Vec<DVec3>,
@@ -30,7 +31,8 @@ pub(super) struct Residuals {
 }
 
 impl Residuals {
-    /// The field of the distances of some points, the nearest to the hole first; none where they are noise. Lengths are in the mesh's units.
+    /// Fits a field to the distances of some points, which are sorted from the hole outwards; `None` if they are noise. Lengths
+    /// are in the mesh's units.
     pub(super) fn fit(
         points: &[DVec3],
         distances: &[f64],
@@ -42,6 +44,7 @@ impl Residuals {
         if count < FEWEST || square.sqrt() < ROUNDING * edge {
             return None;
         }
+        // Half of the points from next to the hole, the others evenly from the rest.
         let near = count.min(MOST / 2);
         let step = (count - near).div_ceil(MOST - near).max(1);
         let chosen = (0..near).chain((near..count).step_by(step));
@@ -49,6 +52,7 @@ impl Residuals {
         let points: Vec<DVec3> = chosen.iter().map(|&i| points[i]).collect();
         let values: Vec<f64> = chosen.iter().map(|&i| distances[i]).collect();
         let n = points.len() as f64;
+        // The log-likelihood of noise alone, then of each range and noise.
         let square = values.iter().map(|d| d * d).sum::<f64>() / n;
         let alone = -0.5 * n * square.ln();
         let mut best: Option<(f64, Self)> = None;
@@ -71,13 +75,13 @@ impl Residuals {
         (likelihood - alone > GAIN).then_some(field)
     }
 
-    /// The predicted signed distance of the side from its sheet at a point.
+    /// The predicted signed distance between the side and its sheet at a point.
     pub(super) fn at(&self, point: DVec3) -> f64 {
         let of = |(p, w): (&DVec3, &f64)| w * covariance(p.distance(point) / self.range);
         self.points.iter().zip(&self.weights).map(of).sum()
     }
 
-    /// Its gradient.
+    /// The gradient of the predicted distance.
     pub(super) fn gradient(&self, point: DVec3) -> DVec3 {
         let of = |(p, w): (&DVec3, &f64)| {
             let apart = point - *p;
@@ -87,7 +91,7 @@ impl Residuals {
     }
 }
 
-/// Logarithm of the likelihood, but for a constant, of values of a field with a range and relative noise, its variance being the likeliest one;
+/// The log-likelihood (up to a constant) of values of a field with a given range and relative noise and the most likely variance;
 /// and the weights of simple kriging.
 fn solve(points: &[DVec3], values: &[f64], range: f64, noise: f64) -> Option<(f64, Vec<f64>)> {
     let n = points.len();
@@ -106,13 +110,13 @@ fn solve(points: &[DVec3], values: &[f64], range: f64, noise: f64) -> Option<(f6
     likelihood.is_finite().then_some((likelihood, weights))
 }
 
-/// Matérn's covariance of order 5/2 at a distance in ranges.
+/// The Matérn covariance of order 5/2 for a distance in ranges.
 fn covariance(distance: f64) -> f64 {
     let d = 5f64.sqrt() * distance;
     (1.0 + d + d * d / 3.0) * (-d).exp()
 }
 
-/// Its derivative by the distance, divided by the distance.
+/// The derivative of the covariance with respect to the distance, divided by the distance.
 fn slope(distance: f64) -> f64 {
     let d = 5f64.sqrt() * distance;
     -5.0 / 3.0 * (1.0 + d) * (-d).exp()

@@ -1,4 +1,4 @@
-//! The smooth sides round a rim: which of them continues each of its edges, and where creases end at it.
+//! The smooth sides around a rim: which side continues each rim edge, and where creases end at the rim.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -11,17 +11,17 @@ use super::network::ends;
 use super::segment::Sides;
 use crate::mesh::{Mesh, VertexFaces};
 
-/// The thresholds for a kind of mesh.
+/// Thresholds for a kind of mesh.
 #[derive(Clone, Copy, Debug)]
 struct Limits {
     labels: LabelCosts,
-    /// Whether a face may lie between two sides.
+    /// Whether a face may lie between two sides (a bevel).
     is_bevelled: bool,
-    /// Largest and median distance of rim vertices from the nearer sheet of their edges, in edges.
+    /// Maximum of the largest and of the median distance of rim vertices from the nearer sheet of their edges, in edges.
     rim: [f64; 2],
 }
 
-/// For meshes whose sides are exact and whose creases are edges.
+/// Thresholds for meshes with exact sides whose creases are edges.
 const CLEAN: Limits = Limits {
     labels: LabelCosts {
         tolerance: 0.12,
@@ -32,7 +32,7 @@ const CLEAN: Limits = Limits {
     is_bevelled: false,
     rim: [0.15, 0.03],
 };
-/// For scans, in which creases are bevelled by half a face and positions are noisy.
+/// Thresholds for scans: creases are bevelled by half a face and positions are noisy.
 const SCAN: Limits = Limits {
     labels: LabelCosts {
         tolerance: 0.25,
@@ -43,24 +43,24 @@ const SCAN: Limits = Limits {
     is_bevelled: true,
     rim: [0.9, 0.2],
 };
-/// A mesh is clean when less than this part of the collar's faces is in no sheet,
+/// A mesh is clean if less than this fraction of the collar's faces is on no sheet,
 const MOST_FREE: f64 = 0.02;
-/// and the median residual of sheets is less than this, in edges.
+/// and the median residual of sheets is below this, in edges.
 const MOST_NOISE: f64 = 0.03;
-/// Sides that meet at a smaller angle than this, in degrees, have no crease between them;
+/// Minimum angle of a crease between two sides, in degrees.
 const CREASE: f64 = 28.0;
-/// but of one crease with two ends the larger angle is at least the first, and the other at least the second: it may fade.
+/// Exception for a crease with two ends, which may fade: minimum of the larger and of the smaller angle at its ends, in degrees.
 const FADING: [f64; 2] = [25.0, 6.0];
-/// and at a larger angle than this they fold back.
+/// Sides that meet at more than this angle fold back, in degrees.
 const FOLD: f64 = 150.0;
-/// Where a crease ends the residuals of both sides are smaller than this, in edges,
+/// At the end of a crease the residuals of both sides are below this, in edges,
 const MOST_NOISE_OF_END: f64 = 0.1;
-/// and the chain of vertices at which they meet is longer than this, in edges.
+/// and the chain of vertices where they meet is longer than this, in edges.
 const LEAST_CHAIN: f64 = 2.5;
-/// A rim runs along a crease where this part of its length does.
+/// A rim runs along a crease if at least this fraction of its length does.
 const ALONG: f64 = 0.1;
 
-/// A place of a rim at which a crease of the mesh ends.
+/// A rim vertex at which a crease of the mesh ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CreaseEnd {
     /// Vertex of the rim.
@@ -69,19 +69,19 @@ pub(crate) struct CreaseEnd {
     pub(crate) angle: f64,
 }
 
-/// A rim with the smooth sides round it.
+/// A rim with the smooth sides around it.
 pub(crate) struct RimSides {
     pub(super) collar: Collar,
     pub(super) sides: Sides,
     limits: Limits,
-    /// For each edge of the rim the side that continues it.
+    /// For each edge of the rim, the side that continues it.
     pub(super) labels: Vec<usize>,
     /// Directed edges of the mesh between vertices of the rim.
     pub(super) taken: HashSet<(u32, u32)>,
 }
 
 impl RimSides {
-    /// The sides round a rim of a mesh.
+    /// Finds the sides around a rim of a mesh.
     pub(crate) fn new(mesh: &Mesh, around: &VertexFaces, rim: &[u32]) -> Result<Self, Declined> {
         let collar = Collar::new(mesh, around, rim, rings).ok_or(Declined::Rim)?;
         let sides = Sides::new(&collar);
@@ -97,8 +97,8 @@ impl RimSides {
         })
     }
 
-    /// Adds to the sheets of exact sides at the rim what is left of their vertices beside them; says whether there was any. On scans vertices at
-    /// bevelled edges and noise would be taken for shape: errors of 67 holes were three times as large.
+    /// On exact meshes, adds kriged residuals to the sheets of the sides at the rim; returns whether there were any. Not on
+    /// scans: vertices at bevelled edges and noise would be taken for shape, and errors on 67 holes were three times as large.
     pub(crate) fn refine(&mut self) -> bool {
         if self.limits.is_bevelled {
             return false;
@@ -107,11 +107,11 @@ impl RimSides {
         let refined = at_rim
             .iter()
             .map(|&side| self.sides.refine(side, &self.collar));
-        // All of them, not only until the first one.
+        // `count` and not `any`, so that all of them are refined.
         refined.filter(|is_refined| *is_refined).count() > 0
     }
 
-    /// Where creases end at the rim; none where the rim does not lie on the sides.
+    /// Where creases end at the rim; empty if the rim is not on the sides.
     pub(crate) fn ends(&self) -> Vec<CreaseEnd> {
         if self.check_rim(&self.labels).is_err() {
             return Vec::new();
@@ -127,11 +127,11 @@ impl RimSides {
         all.map(end).collect()
     }
 
-    /// Whether a chain of vertices where the sides before and after one of the rim touch each other leads away from it.
+    /// Whether a chain of vertices where the sides before and after a rim vertex meet leads away from that vertex.
     fn is_chain(&self, at: usize) -> bool {
         let count = self.labels.len();
         let [a, b] = [self.labels[(at + count - 1) % count], self.labels[at]];
-        let calm =
+        let is_exact =
             |s: usize| self.sides.list[s].sheet.residual < MOST_NOISE_OF_END * self.collar.edge;
         let is_between = |v: u32| {
             let meets = |f: u32| {
@@ -141,7 +141,7 @@ impl RimSides {
             let faces = self.collar.around(v).iter();
             let met = match self.limits.is_bevelled {
                 false => faces.map(|&f| meets(f)).fold([false; 2], either),
-                // A face lies between the sides.
+                // There may be a face between the sides.
                 true => faces
                     .flat_map(|&f| self.collar.corners_of(f))
                     .flat_map(|w| self.collar.around(w))
@@ -150,16 +150,18 @@ impl RimSides {
             };
             met == [true; 2]
         };
-        calm(a) && calm(b) && self.collar.reach(at, is_between) > LEAST_CHAIN * self.collar.edge
+        is_exact(a)
+            && is_exact(b)
+            && self.collar.reach(at, is_between) > LEAST_CHAIN * self.collar.edge
     }
 
-    /// Whether creases may be continued between sides with these labels.
+    /// Checks that creases can be continued between sides with these labels.
     pub(super) fn check(&self, labels: &[usize]) -> Result<(), Declined> {
         self.check_rim(labels)?;
         self.check_angles(labels)
     }
 
-    /// Whether the rim lies on the sheets of its edges.
+    /// Checks that the rim is on the sheets of its edges.
     fn check_rim(&self, labels: &[usize]) -> Result<(), Declined> {
         let count = labels.len();
         let off = |i: usize| {
@@ -179,7 +181,7 @@ impl RimSides {
         }
     }
 
-    /// Whether sides meet at such angles that there are creases between them.
+    /// Checks that sides meet at angles that give creases.
     fn check_angles(&self, labels: &[usize]) -> Result<(), Declined> {
         let ends = ends(labels);
         if ends.is_empty() {
@@ -190,7 +192,8 @@ impl RimSides {
         if angles.iter().any(|angle| *angle > FOLD) {
             return Err(Declined::Folds);
         }
-        // The stretch of the rim from each end to the next: where the sides before and after it are one, a crease joins its ends and may fade.
+        // The stretches of the rim between consecutive ends. If the sides before and after a stretch are the same, one crease
+        // joins its two ends and may fade.
         let count = ends.len();
         let side = |j: usize| labels[ends[j % count]];
         let mut is_sharp: Vec<bool> = angles.iter().map(|angle| *angle >= CREASE).collect();
@@ -209,7 +212,7 @@ impl RimSides {
         }
     }
 
-    /// The angle between the normals of the sides before and after a vertex of the rim, in degrees.
+    /// The angle between the normals of the sides before and after a rim vertex, in degrees.
     fn angle_at(&self, at: usize, labels: &[usize]) -> f64 {
         let count = labels.len();
         let sides = [labels[at], labels[(at + count - 1) % count]];
@@ -222,7 +225,7 @@ impl RimSides {
         a.dot(b).clamp(-1.0, 1.0).acos().to_degrees()
     }
 
-    /// Whether a rim with one side runs along a crease, or the side is flat.
+    /// Checks that a rim with a single side runs along a crease or that the side is flat.
     fn check_along(&self, side: usize) -> Result<(), Declined> {
         let (collar, count) = (&self.collar, self.collar.rim.len());
         let sheet = &self.sides.list[side].sheet;
@@ -246,7 +249,7 @@ fn either(a: [bool; 2], b: [bool; 2]) -> [bool; 2] {
     [a[0] || b[0], a[1] || b[1]]
 }
 
-/// Directed edges of a mesh between vertices of a rim.
+/// Directed edges of the mesh between vertices of a rim.
 fn edges_between(mesh: &Mesh, around: &VertexFaces, rim: &[u32]) -> HashSet<(u32, u32)> {
     let on_rim: HashSet<u32> = rim.iter().copied().collect();
     let faces = rim.iter().flat_map(|&v| around.of(v));

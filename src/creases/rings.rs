@@ -1,18 +1,18 @@
-//! A mesh without the innermost rings of faces round a rim: what is predicted there can be compared with them.
+//! Removal of the innermost rings of faces around a rim, so that predictions can be tested against them.
 
 use std::collections::HashSet;
 
 use crate::mesh::{Mesh, VertexFaces};
 
-/// A mesh whose hole was widened.
+/// A mesh with a widened hole.
 pub(crate) struct Widened {
-    /// Numbers of the faces that are left, rising.
+    /// Remaining faces, in rising order.
     pub(crate) kept: Vec<u32>,
-    /// Vertices of the faces that were taken out, rising; among them those of the new rim.
+    /// Vertices of the removed faces, in rising order; they include the vertices of the new rim.
     pub(crate) removed: Vec<u32>,
 }
 
-/// Takes the faces out that are within some rings of a rim; none where no face would be left.
+/// Removes the faces within some rings of a rim; `None` if no face would remain.
 pub(crate) fn without_rings(mesh: &Mesh, rim: &[u32], rings: u32) -> Option<Widened> {
     let (faces, _) = rings_of(mesh, &VertexFaces::new(mesh), rim, rings);
     let taken: HashSet<u32> = faces.iter().copied().collect();
@@ -25,7 +25,7 @@ pub(crate) fn without_rings(mesh: &Mesh, rim: &[u32], rings: u32) -> Option<Wide
     (!kept.is_empty()).then_some(Widened { kept, removed })
 }
 
-/// The faces of the innermost `rings` round a rim, rising, and the ring of each.
+/// The faces of the innermost `rings` rings around a rim, in rising order, and the ring of each.
 pub(super) fn rings_of(
     mesh: &Mesh,
     around: &VertexFaces,

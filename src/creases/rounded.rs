@@ -1,43 +1,44 @@
-//! Flat sides with rounded edges and corners between them: the surface on which a ball rolls along two or three sides.
+//! Model of flat sides with rounded edges and corners between them: the surface of a ball that rolls along two or three planes.
 
 use glam::{DMat3, DVec3};
 
-/// Most planes of a model.
+/// Maximum number of planes of a model.
 pub(super) const MOST_PLANES: usize = 6;
-/// Points farther off than this, in edges, are no part of the surface.
+/// Points farther than this from the surface, in edges, are outliers.
 pub(super) const OUTLIER: f64 = 0.3;
-/// A model holds when this part of the points lies nearer,
+/// A model is accepted if at least this fraction of the points are not outliers,
 const MOST: f64 = 0.9;
-/// these have at most this residual, in edges,
+/// their residual is at most this, in edges,
 const RESIDUAL: f64 = 0.1;
-/// and this part of the points lies on edges or corners that are rounded.
+/// and at least this fraction of the points are on rounded edges or corners.
 const FEWEST_ROUNDED: f64 = 0.04;
-/// Normals whose products have a smaller determinant than this depend on each other.
+/// Normals whose Gram matrix has a determinant below this are linearly dependent.
 const DEPENDENT: f64 = 1e-3;
-/// Steps that bring a point to the surface.
+/// Steps that project a point on the surface.
 const STEPS: usize = 4;
 
-/// Half-spaces with what they share rounded, or with what they cover rounded. Positions are relative to the middle of the rim.
+/// The intersection or the union of half-spaces, with rounded edges and corners. Positions are relative to the middle of the rim.
 #[derive(Clone, Debug)]
 pub(crate) struct Rounded {
     pub(super) origin: DVec3,
     pub(super) planes: Vec<Plane>,
     pub(super) faces: Vec<Face>,
-    /// 1 where the solid is what the half-spaces share, −1 where it is what any of them covers.
+    /// 1 if the solid is the intersection of the half-spaces, −1 if it is their union.
     pub(super) sign: f64,
     /// Radius of the rounding.
     pub(crate) radius: f64,
-    /// Root mean square distance of the mesh round the hole from it, in edges.
+    /// Root mean square distance of the mesh around the hole from the model, in edges.
     pub(crate) residual: f64,
 }
 
-/// A plane `normal · x = offset`, with its unit normal outwards.
+/// A plane `normal · x = offset` with an outward unit normal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plane {
     pub(super) normal: DVec3,
     pub(super) offset: f64,
-    /// Middle of its faces, and their number.
+    /// Centroid of its faces.
     pub(super) middle: DVec3,
+    /// Number of its faces.
     pub(super) faces: usize,
 }
 
@@ -48,7 +49,8 @@ impl Plane {
 }
 
 impl Rounded {
-    /// The model, if nearly all of some points lie on it, and some of them on what is rounded: else the radius is not determined.
+    /// The model, if nearly all points are on it and some of them are on rounded edges; otherwise the radius would not be
+    /// determined.
     pub(super) fn holds(mut self, points: &[DVec3], edge: f64) -> Option<Self> {
         let places = points.iter().map(|p| self.at(*p));
         let near = places.filter(|place| place.distance.abs() < OUTLIER * edge);
@@ -65,9 +67,9 @@ impl Rounded {
         holds.then_some(self)
     }
 
-    /// Signed distance of a point, and what it is the distance from.
+    /// The signed distance of a point, and the element from which it is measured.
     pub(super) fn at(&self, p: DVec3) -> Place<'_> {
-        // What lies `radius` and more below all planes; the distance from it less the radius is the rounded one.
+        // The core solid is at least `radius` below all planes; the rounded surface is at distance `radius` from the core.
         let mut depths = [0.0; MOST_PLANES];
         for (depth, plane) in depths.iter_mut().zip(&self.planes) {
             *depth = self.sign * plane.distance(p) + self.radius;
@@ -85,7 +87,8 @@ impl Rounded {
         if depths[highest] <= 0.0 {
             return alone;
         }
-        // The projection with the fewest planes that satisfies the conditions of Karush, Kuhn and Tucker is the only one.
+        // The unique projection on the core is the one that satisfies the Karush-Kuhn-Tucker conditions; elements with fewer
+        // planes come first.
         let on = self.faces.iter().find_map(|face| {
             let (away, factors) = face.away(depths)?;
             self.is_below(away, depths).then_some((face, away, factors))
@@ -106,13 +109,13 @@ impl Rounded {
         }
     }
 
-    /// Whether a point lies below all planes after a step back.
+    /// Whether a point with these depths is below all planes after moving back by `step`.
     fn is_below(&self, step: DVec3, depths: &[f64]) -> bool {
         let mut all = self.planes.iter().zip(depths);
         all.all(|(plane, depth)| depth - self.sign * plane.normal.dot(step) <= 1e-9 * self.radius)
     }
 
-    /// The nearest point of the surface to one.
+    /// The point of the surface closest to `point`.
     pub(crate) fn onto(&self, point: DVec3) -> DVec3 {
         let mut p = point - self.origin;
         for _ in 0..STEPS {
@@ -123,31 +126,31 @@ impl Rounded {
     }
 }
 
-/// Where a point is.
+/// The result of a distance query.
 pub(super) struct Place<'a> {
     pub(super) distance: f64,
     /// Gradient of the distance.
     pub(super) normal: DVec3,
-    /// The plane, the edge or the corner that is rounded there,
+    /// The plane, edge or corner of the core that is closest,
     pub(super) face: &'a Face,
-    /// the derivatives of the distance from it by the depths below its planes,
+    /// the derivatives of the distance with respect to the depths of its planes,
     pub(super) factors: DVec3,
-    /// and its nearest point, `radius` below the surface.
+    /// and its closest point, `radius` below the surface.
     pub(super) nearest: DVec3,
 }
 
-/// A plane, the edge of two or the corner of three: what is needed to project onto it.
+/// An element of the core: a plane, the edge of two planes or the corner of three, with the data to project on it.
 #[derive(Clone, Debug)]
 pub(super) struct Face {
     pub(super) planes: Vec<usize>,
-    /// Normals outwards of the solid that is rounded.
+    /// Normals that point out of the rounded solid.
     normals: Vec<DVec3>,
-    /// Inverse of the normals' products.
+    /// Inverse of the Gram matrix of the normals.
     inverse: DMat3,
 }
 
 impl Face {
-    /// All with at most three planes; those of planes that depend on each other are left out.
+    /// All elements of at most three planes, except those with linearly dependent normals.
     pub(super) fn all(planes: &[Plane], sign: f64) -> Vec<Self> {
         let mut sets: Vec<Vec<usize>> = Vec::new();
         for i in 0..planes.len() {
@@ -173,8 +176,8 @@ impl Face {
         sets.into_iter().filter_map(face).collect()
     }
 
-    /// The vector from it to a point above each of its planes by these depths, and how much of each normal is in it; none where that is
-    /// negative.
+    /// The vector from the element to a point with these depths above its planes, and its coefficients in the normals; `None` if
+    /// a coefficient is negative.
     fn away(&self, depths: &[f64]) -> Option<(DVec3, DVec3)> {
         let mut own = DVec3::ZERO;
         for (i, &plane) in self.planes.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Flat sides with rounded edges between them fitted to the mesh round a hole: the planes, then which of them and the radius.
+//! Fit of flat sides with rounded edges to the mesh around a hole: planes first, then their combination and the radius.
 
 use glam::DVec3;
 
@@ -8,78 +8,83 @@ use super::sheet::Sheet;
 use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
 use crate::mesh::{Mesh, VertexFaces};
 
-/// A plane starts from a face where smoothed normals within two rings differ by less than this, in 1 − cos,
+/// A plane is seeded at a face where smoothed normals within two rings differ by less than this, in 1 − cos.
 const CALM: f64 = 0.02;
-/// and a face joins it when its corners are nearer to it than this, in edges, and its smoothed normal is within this angle of the plane's, in degrees.
+/// A face joins a plane if its corners are closer than this, in edges,
 const NEAR: f64 = 0.1;
+/// and its smoothed normal is within this angle of the plane's normal, in degrees.
 const TURNED: f64 = 6.0;
-/// Rounds in which it grows and is fitted again.
+/// Rounds in which a plane grows and is refitted.
 const ROUNDS: usize = 6;
-/// Faces of the smallest plane.
+/// Minimum number of faces of a plane.
 const FEWEST: usize = 20;
-/// Its points count that are nearer than this many medians of their distances, of which this is the least, in edges.
+/// Minimum, in edges, of the distance within which faces join a growing plane once its noise is known.
 const EXACT_PLANE: f64 = 0.01;
-/// Points of narrower strips, such as run along a rounding, are no plane: their second standard deviation, in edges.
+/// Narrower strips, for example along a rounding, are not planes: minimum of the second standard deviation of a plane's points,
+/// in edges.
 const NARROWEST: f64 = 0.8;
-/// Planes whose normals have a larger cosine than this are one.
+/// Planes whose normals have a larger cosine than this are the same.
 const SAME: f64 = 0.99;
-/// Planes are looked for in as many rings of faces as the hole's diameter has edges, between these bounds.
+/// Planes are searched in as many rings of faces as the hole's diameter has edges, between these bounds.
 const RINGS: [f64; 2] = [10.0, 24.0];
-/// Points of the collar by which a model is judged; more are not needed to determine one radius.
+/// Number of points of the collar used to evaluate a model; more are not needed to determine one radius.
 const SAMPLES: usize = 300;
-/// The radii tried first: the smallest in edges, the largest in diameters of the hole, and their number.
+/// Radii attempted first: the smallest in edges, the largest in diameters of the hole, and their number.
 const RADII: (f64, f64, usize) = (0.5, 1.5, 12);
-/// Steps of the golden-section search between two of them.
+/// Steps of the golden-section search between two of these radii.
 const GOLDEN: usize = 16;
-/// Where a golden section cuts.
+/// The fraction at which a golden section cuts.
 const PART: f64 = 0.381_966;
 
-/// Planes of a model cover at least this part of the faces; on 135 holes of solids models that held had 0.35, on 361 of scans nearly all had
-/// less than 0.2.
+/// Minimum fraction of the faces that the planes of a model cover. On 135 holes of solids accepted models had at least 0.35; on
+/// 361 holes of scans nearly all had less than 0.2.
 const COVERED: f64 = 0.18;
-/// The search for planes ends after this number of seeds, unless the planes cover the second part of the faces.
+/// The search for planes ends after this number of seeds
 const PATIENCE: usize = 12;
+/// unless the planes cover at least this fraction of the faces.
 const EARLY: f64 = 0.08;
-/// Points of a plane count that are nearer than this multiple of their median distance.
+/// A face joins a growing plane within this multiple of the median distance of its points, once its noise is known.
 const TRIM: f64 = 4.0;
-/// Cauchy's weight is a half at this multiple of the points' median distance, but at no less than the second of these, in edges.
+/// Width of Cauchy's weight (distance at which it is ½), as a multiple of the median distance of the points;
 const SPREAD: f64 = 2.0;
+/// and its minimum, in edges.
 const EXACT: f64 = 0.002;
-/// What is added to the diagonal, in parts of it.
+/// Added to the diagonal of the normal equations, as a fraction of it.
 const DAMPING: f64 = 1e-3;
-/// Upper bound of the turn of a plane in a step, in radians.
+/// Maximum tilt of a plane in a step, in radians.
 const MOST_TILT: f64 = 0.2;
-/// Unknowns of the largest model: three of each plane, and the radius.
+/// Unknowns of the largest model: three for each plane, and the radius.
 const MOST_UNKNOWNS: usize = 3 * MOST_PLANES + 1;
-/// Steps of the refinement while planes are chosen, and at the end.
+/// Steps of the refinement while planes are selected.
 const FIRST_STEPS: usize = 5;
+/// Steps of the final refinement.
 const STEPS: usize = 20;
 
-/// The part of a mesh round a hole to which models are fitted.
+/// The part of a mesh around a hole to which models are fitted.
 struct Data {
     collar: Collar,
-    /// Points of all of it, to which planes are fitted.
+    /// Points of the whole collar, to which planes are fitted.
     all: Vec<DVec3>,
     /// Points of the rings next to the hole, on which a model must hold.
     near: Vec<DVec3>,
 }
 
 impl Data {
-    /// Sum of squared distances of the near points from a model; outliers count as no farther than [`OUTLIER`].
+    /// Sum of squared distances of the near points from a model, each clamped to [`OUTLIER`].
     fn sum(&self, model: &Rounded) -> f64 {
         let outlier = OUTLIER * self.collar.edge;
         let square = |p: &DVec3| model.at(*p).distance.abs().min(outlier).powi(2);
         self.near.iter().map(square).sum()
     }
 
-    /// A model with its residual.
+    /// Sets the residual of a model.
     fn measured(&self, mut model: Rounded) -> Rounded {
         let mean = self.sum(&model) / self.near.len().max(1) as f64;
         model.residual = mean.sqrt() / self.collar.edge;
         model
     }
 
-    /// The model with the radius between two at which the sum is least, by golden sections.
+    /// The model with the radius between two values that minimises the sum, by golden-section search.
     fn between(&self, mut model: Rounded, [mut low, mut high]: [f64; 2]) -> Rounded {
         let mut at = |radius: f64| {
             model.radius = radius;
@@ -97,7 +102,7 @@ impl Data {
         self.measured(model)
     }
 
-    /// The model of some planes with the best of all radii.
+    /// The model of given planes with the best radius.
     fn fit(&self, planes: Vec<Plane>, sign: f64) -> Rounded {
         let collar = &self.collar;
         let mut model = Rounded {
@@ -124,10 +129,11 @@ impl Data {
         self.between(model, range)
     }
 
-    /// A model with planes and radius of least squares, by Gauss-Newton steps with Cauchy's weights.
+    /// Refines planes and radius of a model in least squares, by Gauss-Newton steps with Cauchy's weights.
     fn refined(&self, mut model: Rounded, steps: usize) -> Rounded {
         let edge = self.collar.edge;
         for _ in 0..steps {
+            // The width of the weights follows the median distance.
             let mut off: Vec<f64> = self
                 .near
                 .iter()
@@ -137,6 +143,7 @@ impl Data {
             let unknowns = 3 * model.planes.len() + 1;
             let mut matrix = vec![0.0; unknowns * unknowns];
             let mut step = vec![0.0; unknowns];
+            // Normal equations of a step.
             let axes: Vec<[DVec3; 2]> = model.planes.iter().map(|p| p.axes()).collect();
             for p in self.near.iter().chain(&self.all) {
                 let place = model.at(*p);
@@ -159,9 +166,9 @@ impl Data {
         self.measured(model)
     }
 
-    /// The best model: the plane that makes it better most is added, for as long as one does.
+    /// The best model, by forward selection: adds the plane that improves the model most, as long as one does.
     fn best(&self) -> Option<Rounded> {
-        // The information criterion: each plane has three coefficients.
+        // The Bayesian information criterion; each plane has three coefficients.
         let count = self.near.len() as f64;
         let cost = |m: &Rounded| {
             count * (m.residual.powi(2) + 1e-8).ln() + 3.0 * m.planes.len() as f64 * count.ln()
@@ -193,7 +200,7 @@ impl Data {
 }
 
 impl Rounded {
-    /// Two or more flat sides with rounded edges between them; none where the mesh round a hole does not consist of these.
+    /// Fits two or more flat sides with rounded edges between them; `None` if the mesh around the hole does not have that shape.
     pub(crate) fn find(mesh: &Mesh, around: &VertexFaces, rim: &[u32]) -> Option<Self> {
         let rings = |across: f64| across.clamp(RINGS[0], RINGS[1]) as u32;
         let collar = Collar::new(mesh, around, rim, rings)?;
@@ -209,15 +216,15 @@ impl Rounded {
 }
 
 impl Plane {
-    /// Two unit vectors in it.
+    /// Two orthogonal unit vectors in the plane.
     fn axes(&self) -> [DVec3; 2] {
         let x = self.normal.any_orthonormal_vector();
         [x, self.normal.cross(x)]
     }
 }
 
-/// The derivatives of the distance of a point: by the tilts of each plane about its axes, whose unit turns it by 1 / `scale`, by its shift, and by
-/// the radius.
+/// The derivatives of a point's distance: with respect to the tilts of each plane about its axes (a unit tilts it by 1 /
+/// `scale`), to its shift, and to the radius.
 fn derivatives(
     model: &Rounded,
     place: &Place<'_>,
@@ -237,7 +244,7 @@ fn derivatives(
     row
 }
 
-/// Adds a row of weighted least squares to the lower triangle of its normal equations.
+/// Adds a row of weighted least squares to the lower triangle of the normal equations.
 fn add_row(matrix: &mut [f64], right: &mut [f64], row: &[f64], (weight, value): (f64, f64)) {
     let count = row.len();
     for i in (0..count).filter(|&i| row[i] != 0.0) {
@@ -247,7 +254,7 @@ fn add_row(matrix: &mut [f64], right: &mut [f64], row: &[f64], (weight, value): 
     }
 }
 
-/// A model after a step of its unknowns.
+/// The model after a step of its unknowns.
 fn moved(model: Rounded, step: &[f64], axes: &[[DVec3; 2]], scale: f64) -> Rounded {
     let mut planes = model.planes.clone();
     for (i, plane) in planes.iter_mut().enumerate() {
@@ -264,7 +271,7 @@ fn moved(model: Rounded, step: &[f64], axes: &[[DVec3; 2]], scale: f64) -> Round
     }
 }
 
-/// 1 where each plane's faces lie below all others, −1 where they lie above; none where neither.
+/// 1 if each plane's faces are below all other planes, −1 if they are above; otherwise `None`.
 fn bend(planes: &[Plane]) -> Option<f64> {
     let pairs = (0..planes.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
     let mut above = pairs.flat_map(|(i, j)| {
@@ -285,7 +292,7 @@ fn planes(collar: &Collar) -> Vec<Plane> {
     let mut is_taken = vec![false; collar.len()];
     let mut is_seed = vec![true; collar.len()];
     let mut planes: Vec<Plane> = Vec::new();
-    let (mut tries, mut taken) = (0, 0);
+    let (mut seeds, mut taken) = (0, 0);
     for &first in &order {
         if variation[first] > CALM {
             break;
@@ -293,12 +300,12 @@ fn planes(collar: &Collar) -> Vec<Plane> {
         if is_taken[first] || !is_seed[first] {
             continue;
         }
-        // Where the calmest faces lie in no planes, there are none.
-        if tries >= PATIENCE && (taken as f64) < EARLY * collar.len() as f64 {
+        // If the flattest faces are in no planes, there are none.
+        if seeds >= PATIENCE && (taken as f64) < EARLY * collar.len() as f64 {
             return Vec::new();
         }
-        tries += 1;
-        // What was no plane from one of its faces is none from the others.
+        seeds += 1;
+        // If one face of a region gave no plane, the others will not either.
         let (plane, faces) = grown(collar, first, &is_taken);
         faces.iter().for_each(|&f| is_seed[f] = false);
         let Some(plane) = plane else {
@@ -315,18 +322,20 @@ fn planes(collar: &Collar) -> Vec<Plane> {
             None => planes.push(plane),
         }
     }
+    // The largest planes.
     planes.sort_by_key(|p| std::cmp::Reverse(p.faces));
     planes.truncate(MOST_PLANES);
     planes
 }
 
-/// The plane that grows from a face, none where it stays too small, and its faces.
+/// Grows a plane from a face; returns it (`None` if it stays too small) and its faces.
 fn grown(collar: &Collar, first: usize, is_taken: &[bool]) -> (Option<Plane>, Vec<usize>) {
     let mut normal = collar.smoothed[first];
     let mut offset = normal.dot(collar.middle(first));
     let mut faces = Vec::new();
     let mut near = NEAR * collar.edge;
     for round in 0..ROUNDS {
+        // Grow: connected faces close to the plane in position and normal. Then refit.
         let fits = |f: usize| {
             let off = collar.corners(f).map(|p| (normal.dot(p) - offset).abs());
             !is_taken[f]
@@ -342,7 +351,7 @@ fn grown(collar: &Collar, first: usize, is_taken: &[bool]) -> (Option<Plane>, Ve
         let sheet = Sheet::plane(points, normals, collar.diameter);
         normal = sheet.normal(DVec3::ZERO);
         offset = -sheet.distance(DVec3::ZERO);
-        // What of a rounding comes along at first is left out once the noise of the plane is known.
+        // Faces of a rounding may have joined at first; they are excluded once the noise of the plane is known.
         if round >= ROUNDS / 2 {
             let mut off: Vec<f64> = sheet
                 .points
@@ -352,6 +361,7 @@ fn grown(collar: &Collar, first: usize, is_taken: &[bool]) -> (Option<Plane>, Ve
             near = (TRIM * median(&mut off)).clamp(EXACT_PLANE * collar.edge, near);
         }
     }
+    // The result must be large and wide enough, and no quadric.
     let middle = faces.iter().map(|&f| collar.middle(f)).sum::<DVec3>() / faces.len() as f64;
     let plane = Plane {
         normal,
@@ -365,7 +375,7 @@ fn grown(collar: &Collar, first: usize, is_taken: &[bool]) -> (Option<Plane>, Ve
     ((faces.len() >= FEWEST && is_wide).then_some(plane), faces)
 }
 
-/// The second of the standard deviations of some points along their principal axes.
+/// The second largest standard deviation of points along their principal axes.
 fn width(points: &[DVec3]) -> f64 {
     let count = points.len().max(1) as f64;
     let middle = points.iter().sum::<DVec3>() / count;
@@ -373,7 +383,7 @@ fn width(points: &[DVec3]) -> f64 {
     (symmetric_eigen(&moments).0[1].max(0.0) / count).sqrt()
 }
 
-/// Faces from neighbour to neighbour for which a condition holds; the first is among them in any case.
+/// The connected faces for which `holds` is true, starting from `first`, which is always included.
 fn flood(collar: &Collar, first: usize, holds: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut is_in = vec![false; collar.len()];
     let mut faces = vec![first];

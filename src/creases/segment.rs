@@ -1,4 +1,4 @@
-//! The collar cut into smooth sides by growing regions.
+//! Segmentation of a collar into smooth sides by region growing.
 
 use std::collections::HashSet;
 
@@ -7,38 +7,41 @@ use glam::DVec3;
 use super::collar::{Collar, median};
 use super::sheet::Sheet;
 
-/// A region starts from a face where smoothed normals within two rings differ by less than this, in 1 − cos.
+/// A region is seeded at a face where smoothed normals within two rings differ by less than this, in 1 − cos.
 const CALM: f64 = 0.1;
-/// Neighbours that belong to the start have normals with at least this cosine to the first.
+/// Neighbours join the seed region if their normals have at least this cosine with the first face's.
 const SIMILAR: f64 = 0.93;
-/// Faces of the smallest region.
+/// Minimum number of faces of a region.
 const FEWEST: usize = 6;
-/// A face joins a region when its corners are nearer to the sheet than this, in edges,
+/// A face joins a region if its corners are closer to the sheet than this, in edges,
 const NEAR: f64 = 0.15;
-/// and its normal is within this angle of the sheet's, in degrees.
+/// and its normal is within this angle of the sheet's normal, in degrees.
 const TURNED: f64 = 20.0;
-/// Rounds in which a region grows by two rings and its sheet is fitted again.
+/// Maximum number of rounds; in each a region grows by up to two rings and its sheet is refitted.
 const ROUNDS: usize = 25;
-/// After the outermost ring, which may be a bevel, was taken off, those faces of it are taken back whose corners are nearer than this multiple
-/// of 1.5 medians of the distances of the rest.
+/// The outermost ring of a region, which may be a bevel, is removed; then faces of it return if their corners are closer than
+/// this multiple of 1.5 times the median distance of the rest.
 const TAKE_BACK: f64 = 3.5;
-/// Lower bounds of the number and of the part of the faces that remain when the outermost ring is taken off.
+/// Minimum number of faces that must remain without the outermost ring,
 const FEWEST_OF_CORE: usize = 8;
+/// and their minimum fraction of the region's faces.
 const CORE: f64 = 0.25;
-/// Two regions are one sheet where their joint residual is less than this times the larger of theirs.
+/// Two regions are joined if their joint residual is less than this times the larger of their own.
 const JOINT: f64 = 1.6;
-/// Number of a region's points by which it is decided whether it lies off the sheet of another.
+/// Number of points of a region that are sampled to test whether it is off the sheet of another.
 const SOME: usize = 48;
-/// The sheets of a mesh are exact when the median of their residuals is less than this, in edges.
+/// The sheets of a mesh are exact if their median residual is below this, in edges.
 const EXACT: f64 = 0.02;
-/// Coplanar faces of an exact mesh that are too few for a region are a sheet when there are four, and their residual is less than this.
+/// Minimum number of coplanar faces of an exact mesh that form a sheet though they are too few for a region,
 const FEWEST_OF_FACET: usize = 4;
+/// and the maximum residual of that sheet, in edges.
 const EXACT_FACET: f64 = 0.003;
-/// Normals of such faces have at least this cosine to the first.
+/// Minimum cosine of these faces' normals with the first face's.
 const COPLANAR: f64 = 0.998;
+/// Marks a face on no side.
 const NONE: usize = usize::MAX;
 
-/// A smooth side: faces of the collar, rising, and what continues them.
+/// A smooth side: faces of the collar in rising order, and the sheet that continues them.
 pub(super) struct Side {
     pub(super) faces: Vec<usize>,
     pub(super) sheet: Sheet,
@@ -47,12 +50,12 @@ pub(super) struct Side {
 /// The smooth sides of a collar.
 pub(super) struct Sides {
     pub(super) list: Vec<Side>,
-    /// For each face of the collar its side; `usize::MAX` for those of none.
+    /// The side of each face of the collar; `usize::MAX` for none.
     pub(super) of_face: Vec<usize>,
 }
 
 impl Sides {
-    /// Grows regions from the calmest faces on, adds exact facets, and joins what is one sheet.
+    /// Grows regions from the flattest faces, adds exact facets, and joins regions on the same sheet.
     pub(super) fn new(collar: &Collar) -> Self {
         let mut growth = Growth {
             collar,
@@ -77,7 +80,7 @@ impl Sides {
         growth.finish()
     }
 
-    /// Adds to the sheet of a side what is left of its vertices beside it; says whether there is anything.
+    /// Adds the kriged residuals of its vertices to the sheet of a side; returns whether there are any.
     pub(super) fn refine(&mut self, side: usize, collar: &Collar) -> bool {
         let side = &mut self.list[side];
         let points = collar.points_from_rim(&side.faces);
@@ -92,7 +95,7 @@ impl Sides {
         }
     }
 
-    /// Share of faces that are in no sheet.
+    /// Fraction of the faces that are on no sheet.
     pub(super) fn free(&self) -> f64 {
         let free = self.of_face.iter().filter(|s| **s == NONE).count();
         free as f64 / self.of_face.len().max(1) as f64
@@ -105,7 +108,8 @@ fn median_residual(list: &[Side]) -> f64 {
 }
 
 impl Collar {
-    /// For each face by how much smoothed normals within two rings differ from its own, in 1 − cos; large where there are few.
+    /// For each face, the largest difference of smoothed normals within two rings from its own, in 1 − cos; 9 if there are fewer
+    /// than four.
     pub(super) fn variation(&self) -> Vec<f64> {
         let of = |f: usize| {
             let mut near: Vec<usize> = self.across(f).collect();
@@ -123,6 +127,7 @@ impl Collar {
         (0..self.len()).map(of).collect()
     }
 
+    /// Fits a sheet to the vertices of some faces.
     fn fit(&self, faces: &[usize]) -> Sheet {
         let (points, normals) = self.vertices(faces);
         Sheet::fit(points, normals, self.diameter, self.edge)
@@ -135,7 +140,7 @@ impl Collar {
     }
 }
 
-/// Regions that grow.
+/// Growing regions.
 struct Growth<'a> {
     collar: &'a Collar,
     of_face: Vec<usize>,
@@ -150,7 +155,7 @@ impl Growth<'_> {
         self.list.push(side);
     }
 
-    /// The region that grows from a face; none where it stays too small.
+    /// Grows a region from a face; `None` if it stays too small.
     fn region(&self, first: usize) -> Option<Side> {
         let collar = self.collar;
         let normal = collar.smoothed[first];
@@ -165,6 +170,7 @@ impl Growth<'_> {
         (faces.list.len() >= FEWEST).then_some(())?;
         let mut sheet = collar.fit(&faces.sorted());
         let mut off = Distances::new(collar);
+        // Alternates growing by up to two rings with fitting the sheet, until the region no longer changes.
         for _ in 0..ROUNDS {
             off.forget();
             let mut grown = faces.clone();
@@ -189,7 +195,7 @@ impl Growth<'_> {
         })
     }
 
-    /// The sheet of a region without those faces next to others that lie off the rest; none where nothing would remain.
+    /// The sheet of a region without outermost faces that are off the rest; `None` if too few faces would remain.
     fn without_bevel(&self, faces: &Region) -> Option<Sheet> {
         let collar = self.collar;
         let sorted = faces.sorted();
@@ -209,6 +215,7 @@ impl Growth<'_> {
         Some(collar.fit(&stay))
     }
 
+    /// Whether a face is close enough to a sheet, in position and normal.
     fn fits(&self, face: usize, sheet: &Sheet, off: &mut Distances) -> bool {
         let most = NEAR * self.collar.edge;
         let is_near = |v: u32| off.of(v, || sheet.distance(self.collar.position(v)).abs()) < most;
@@ -219,7 +226,7 @@ impl Growth<'_> {
                 > TURNED.to_radians().cos()
     }
 
-    /// Faces across edges of a region that are in no region, rising.
+    /// Faces across the edges of a region that are in no region, in rising order.
     fn front(&self, faces: &Region) -> Vec<usize> {
         let across = faces.list.iter().flat_map(|&f| self.collar.across(f));
         let mut front: Vec<usize> = across
@@ -230,7 +237,7 @@ impl Growth<'_> {
         front
     }
 
-    /// On exact meshes: coplanar faces in which no region began, such as the side of a thin wall.
+    /// On exact meshes: adds coplanar faces that seeded no region, for example the narrow side of a thin wall.
     fn add_facets(&mut self, order: &[usize]) {
         let collar = self.collar;
         if self.list.is_empty() || median_residual(&self.list) >= EXACT * collar.edge {
@@ -263,9 +270,9 @@ impl Growth<'_> {
         }
     }
 
-    /// Joins regions that are one sheet.
+    /// Joins regions that are on one sheet.
     fn join(&mut self) {
-        // For each region how often it was joined: a pair that was two sheets stays so until one of them grows.
+        // Counts how often each region was joined: a pair on two sheets is not tested again until one of them grows.
         let mut version = vec![0u32; self.list.len()];
         let mut apart = HashSet::new();
         'search: loop {
@@ -279,7 +286,7 @@ impl Growth<'_> {
                         continue;
                     }
                     if let Some(sheet) = self.joint(&self.list[i].sheet, &self.list[j].sheet) {
-                        // The place of a joined region stays, without faces.
+                        // The joined region keeps its index, without faces, so that other indices stay valid.
                         let other = std::mem::take(&mut self.list[j].faces);
                         let faces = &mut self.list[i].faces;
                         faces.extend(other);
@@ -296,7 +303,7 @@ impl Growth<'_> {
         }
     }
 
-    /// The sheet of two regions together, if they are one.
+    /// The joint sheet of two regions, if they are on one sheet.
     fn joint(&self, a: &Sheet, b: &Sheet) -> Option<Sheet> {
         let collar = self.collar;
         let is_off = |sheet: &Sheet, of: &Sheet| {
@@ -335,9 +342,9 @@ impl Growth<'_> {
     }
 }
 
-/// Distances of vertices from a sheet, each computed once.
+/// Distances of vertices from a sheet, computed on demand.
 struct Distances {
-    /// NaN where it is not known yet.
+    /// NaN if not yet computed.
     of_vertex: Vec<f64>,
     known: Vec<u32>,
 }
@@ -350,7 +357,7 @@ impl Distances {
         }
     }
 
-    /// That of a vertex; computed if it is not known.
+    /// The distance of a vertex, computed by `distance` if not yet known.
     fn of(&mut self, vertex: u32, distance: impl FnOnce() -> f64) -> f64 {
         let known = &mut self.of_vertex[vertex as usize];
         if known.is_nan() {
@@ -360,7 +367,7 @@ impl Distances {
         *known
     }
 
-    /// Forgets all, for another sheet.
+    /// Forgets all distances when the sheet changes.
     fn forget(&mut self) {
         for v in self.known.drain(..) {
             self.of_vertex[v as usize] = f64::NAN;
@@ -368,7 +375,7 @@ impl Distances {
     }
 }
 
-/// Some faces of the collar.
+/// A set of faces of the collar.
 #[derive(Clone)]
 struct Region {
     is_in: Vec<bool>,

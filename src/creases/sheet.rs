@@ -1,21 +1,21 @@
-//! A smooth side of a surface, continued beyond its data as a plane or a quadric.
+//! Sheets: a smooth side of a surface as an implicit plane or quadric, which continues beyond its data.
 
 use glam::DVec3;
 
 use super::residuals::Residuals;
 use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
 
-/// Coefficients of a quadric: those of x², y², z², xy, yz, xz, x, y, z and 1.
+/// Number of coefficients of a quadric: x², y², z², xy, yz, xz, x, y, z and 1.
 const TERMS: usize = 10;
-/// Fewer points than this determine no quadric: they are continued as a plane.
+/// Minimum number of points of a quadric; with fewer a plane is fitted.
 const FEWEST_OF_QUADRIC: usize = 14;
-/// Weight of a unit normal beside a position measured in the sheet's scale, at most; less where edges are short.
+/// Maximum weight of a unit normal relative to a position in the sheet's scale; less if edges are short.
 const NORMAL_WEIGHT: f64 = 0.3;
-/// Ridge on the quadratic terms, in parts of the normals' weight: planes and cylinders come out as what they are.
+/// Ridge on the quadratic terms, relative to the weight of normals, so that planes and cylinders stay exact.
 const RIDGE: f64 = 1e-3;
-/// Ridge on the other terms, for the system to be solvable.
+/// Ridge on the other terms, which makes the system solvable.
 const LINEAR_RIDGE: f64 = 1e-9;
-/// Residuals below this part of an edge are rounding: they do not decide between plane and quadric.
+/// Residuals below this fraction of an edge are rounding errors and do not decide between plane and quadric.
 const ROUNDING: f64 = 1e-5;
 
 /// An implicit surface `f = 0` fitted to points and normals; `f` is positive outside.
@@ -30,13 +30,14 @@ pub(crate) struct Sheet {
     pub(super) normals: Vec<DVec3>,
     /// Root mean square distance of the points.
     pub(super) residual: f64,
-    /// What is added to the plane or quadric.
+    /// Kriged residuals added to the plane or quadric, if any.
     residuals: Option<Residuals>,
 }
 
 impl Sheet {
-    /// The plane or quadric of some points with unit normals. A quadric needs a residual that pays for its six more coefficients (Bayesian
-    /// information criterion). `scale` is the length in which the fit is computed, `edge` the mean edge of the mesh.
+    /// Fits a plane or a quadric to points with unit normals. The quadric is used if its smaller residual justifies six more
+    /// coefficients (Bayesian information criterion). `scale` is the unit of length of the fit, `edge` the mean edge length of
+    /// the mesh.
     pub(super) fn fit(points: Vec<DVec3>, normals: Vec<DVec3>, scale: f64, edge: f64) -> Self {
         let plane = Self::plane(points, normals, scale);
         let count = plane.points.len() as f64;
@@ -54,7 +55,7 @@ impl Sheet {
         }
     }
 
-    /// The plane of least squares through some points; their normals give its side.
+    /// The least-squares plane of some points; their normals determine its orientation.
     pub(super) fn plane(points: Vec<DVec3>, normals: Vec<DVec3>, scale: f64) -> Self {
         let count = points.len().max(1) as f64;
         let origin = points.iter().sum::<DVec3>() / count;
@@ -82,7 +83,7 @@ impl Sheet {
         }
     }
 
-    /// The quadric of least squares of the plane's points and normals; none where the system cannot be solved.
+    /// The least-squares quadric of the plane's points and normals; `None` if the system cannot be solved.
     fn quadric(&self, edge: f64) -> Option<Self> {
         let count = self.points.len() as f64;
         let weight = NORMAL_WEIGHT.min(edge / self.scale);
@@ -124,14 +125,14 @@ impl Sheet {
         self.terms[..6].iter().all(|t| *t == 0.0)
     }
 
-    /// Adds what is left of some points beside the sheet, the nearest to the hole first; says whether there is anything.
+    /// Adds kriged residuals of some points, which are sorted from the hole outwards; returns whether there are any.
     pub(super) fn refine(&mut self, points: &[DVec3], diameter: f64, edge: f64) -> bool {
         let distances: Vec<f64> = points.iter().map(|p| self.distance(*p)).collect();
         self.residuals = Residuals::fit(points, &distances, diameter, edge);
         self.residuals.is_some()
     }
 
-    /// First-order signed distance `f/|∇f|` (Taubin 1991), in the points' unit.
+    /// First-order signed distance `f/|∇f|` (Taubin 1991), in the unit of the points.
     pub(super) fn distance(&self, point: DVec3) -> f64 {
         let x = (point - self.origin) / self.scale;
         let value = dot(&monomials(x), &self.terms);
@@ -155,10 +156,10 @@ impl Sheet {
     }
 }
 
-/// Singular values below this part of the largest count as zero: sheets that nearly coincide have no intersection to go to.
+/// Singular values below this fraction of the largest count as zero: nearly coincident sheets have no usable intersection.
 const SINGULAR: f64 = 1e-2;
 
-/// The point where some sheets, at most three, are zero, by Gauss-Newton steps with the pseudo-inverse from a point; a step is at most
+/// Projects a point on the intersection of up to three sheets, by Gauss-Newton steps with the pseudo-inverse; a step is at most
 /// `longest` long.
 pub(super) fn onto(sheets: &[&Sheet], mut point: DVec3, steps: usize, longest: f64) -> DVec3 {
     for _ in 0..steps {
@@ -195,7 +196,7 @@ fn monomials(x: DVec3) -> [f64; TERMS] {
     [x * x, y * y, z * z, x * y, y * z, x * z, x, y, z, 1.0]
 }
 
-/// Derivatives of the monomials by x, y and z.
+/// Derivatives of the monomials with respect to x, y and z.
 fn gradients(x: DVec3) -> [[f64; TERMS]; 3] {
     let [x, y, z] = x.to_array();
     [

@@ -1,4 +1,4 @@
-//! Sharp edges of solids whose shape is known.
+//! Tests of creases on solids whose shape is known.
 
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
@@ -9,12 +9,12 @@ use super::*;
 use crate::mesh::shapes::{grid, icosphere, punch};
 use crate::mesh::{Mesh, Topology, VertexFaces, area_vector, find_holes};
 
-/// Continues the creases that end at a rim, or keeps to the one side of a rim that runs along creases.
+/// Continues the creases that end at a rim, or fills a rim that runs along creases with its one side.
 fn continue_creases(mesh: &Mesh, rim: &[u32]) -> Result<Continued, Declined> {
     RimSides::new(mesh, &VertexFaces::new(mesh), rim)?.continued(mesh.positions.len())
 }
 
-/// The boundary of those unit cells of a box whose lowest corners `is_in` holds for.
+/// The boundary of the union of unit cells in a box for which `is_in` is true; a cell is given by its lowest corner.
 fn cells(size: IVec3, is_in: impl Fn(IVec3) -> bool) -> Mesh {
     let is_in = |c: IVec3| c.cmpge(IVec3::ZERO).all() && c.cmplt(size).all() && is_in(c);
     let (mut mesh, mut number) = (Mesh::default(), HashMap::new());
@@ -49,7 +49,7 @@ fn cells(size: IVec3, is_in: impl Fn(IVec3) -> bool) -> Mesh {
     mesh
 }
 
-/// A mesh with a hole where faces were within a ball, and the hole's rim.
+/// The mesh without the faces in a ball, and the rim of that hole.
 fn with_hole(mesh: &Mesh, centre: DVec3, radius: f64) -> (Mesh, Vec<u32>) {
     rim_of(punch(mesh, |c| c.distance(centre) < radius))
 }
@@ -75,7 +75,7 @@ fn area(mesh: &Mesh) -> f64 {
     corners.map(|c| area_vector(c).length()).sum()
 }
 
-/// A solid of cells with a hole gets its volume and its area back; its creases.
+/// Checks that a solid of cells with a hole regains its volume and area; returns the creases.
 fn check_restored(solid: &Mesh, centre: DVec3, radius: f64) -> Vec<Crease> {
     let (mesh, rim) = with_hole(solid, centre, radius);
     let patch = continue_creases(&mesh, &rim).unwrap();
@@ -101,7 +101,7 @@ fn edges_and_corners_of_solids_come_back() {
         check_restored(&cube(), DVec3::new(0.0, 0.0, 12.0), 3.2).len(),
         3
     );
-    // A concave edge, the end of it at a flat side, and a slot with two convex edges and two concave ones.
+    // A concave edge, its end at a flat side, and a slot with two convex and two concave edges.
     let step = cells(IVec3::splat(12), |c| c.x < 6 || c.z < 6);
     assert_eq!(
         check_restored(&step, DVec3::new(6.0, 6.0, 6.0), 3.2).len(),
@@ -127,17 +127,17 @@ fn a_hole_beside_an_edge_is_filled_in_its_own_side() {
     let patch = continue_creases(&mesh, &rim).unwrap();
     assert!(patch.creases.is_empty());
     assert!(patch.positions.iter().all(|p| (p.z - 12.0).abs() < 1e-12));
-    // Far from edges it is the flat side that is continued.
+    // Far from edges the flat side is continued.
     let (mesh, rim) = with_hole(&cube(), DVec3::new(6.0, 6.0, 12.0), 2.2);
     let patch = continue_creases(&mesh, &rim).unwrap();
     assert!(patch.is_flat && patch.creases.is_empty());
     assert!(patch.positions.iter().all(|p| (p.z - 12.0).abs() < 1e-12));
 }
 
-/// Size of a block whose edges are rounded.
+/// Size of a block with rounded edges.
 const BLOCK: DVec3 = DVec3::new(24.0, 12.0, 12.0);
 
-/// The block whose edges and corners are rounded, moved by noise.
+/// The block with rounded edges and corners, and noise.
 fn rounded_block(radius: f64, noise_part: f64) -> Mesh {
     let mut mesh = cells(IVec3::new(48, 24, 24), |_| true);
     for (i, p) in mesh.positions.iter_mut().enumerate() {
@@ -208,7 +208,7 @@ fn smooth_surfaces_have_no_creases() {
     }
 }
 
-/// The hole that a ball leaves, among those of an open mesh.
+/// The mesh with a hole from a ball, and the rim of that hole among the rims of an open mesh.
 fn rim_of_ball(mesh: &Mesh, centre: DVec3, radius: f64) -> (Mesh, Vec<u32>) {
     nearest_rim(punch(mesh, |c| c.distance(centre) < radius), centre)
 }
@@ -226,7 +226,7 @@ fn nearest_rim(mut mesh: Mesh, centre: DVec3) -> (Mesh, Vec<u32>) {
 
 #[test]
 fn the_end_edge_of_a_cylinder_is_a_circle() {
-    // A cylinder of radius 1: its side, then rings of its end.
+    // A cylinder of radius 1: its side, then rings of its end face.
     let mesh = grid(96, 40, [true, false], |u, v| {
         let (radius, z) = if v <= 0.5 {
             (1.0, 4.0 * v - 2.0)
@@ -239,7 +239,7 @@ fn the_end_edge_of_a_cylinder_is_a_circle() {
     let (mesh, rim) = rim_of_ball(&mesh, DVec3::X, 0.4);
     let patch = continue_creases(&mesh, &rim).unwrap();
     assert_eq!(patch.creases.len(), 1);
-    // About the chord of an arc of 2 · 2 asin(0.2).
+    // About the length of the arc, 2 · 2 asin(0.2).
     assert!(
         (patch.creases[0].length - 0.81).abs() < 0.12,
         "{:?}",
@@ -255,14 +255,14 @@ fn the_end_edge_of_a_cylinder_is_a_circle() {
     }
 }
 
-/// Distance of the points of a patch from a surface z(x, y) along z, at most.
+/// Largest distance along z of a patch's points from a surface z(x, y).
 fn off_graph(patch: &Continued, z: impl Fn(f64, f64) -> f64) -> f64 {
     let off = patch.positions.iter().map(|p| (p.z - z(p.x, p.y)).abs());
     off.fold(0.0, f64::max)
 }
 
 #[test]
-fn sides_that_are_no_quadrics_are_continued_by_what_their_vertices_say() {
+fn sides_that_are_no_quadrics_are_continued_with_the_residuals_of_their_vertices() {
     // A ridge along x = 0 with a wavy side.
     let z = |x: f64, y: f64| match x > 0.0 {
         true => -0.8 * x + 0.015 * (2.0 * y).sin() * x,
@@ -279,7 +279,7 @@ fn sides_that_are_no_quadrics_are_continued_by_what_their_vertices_say() {
     assert!(sides.refine());
     let refined = off_graph(&sides.continued(count).unwrap(), z);
     assert!(refined < 0.5 * plain, "{plain} {refined}");
-    // Flat sides have nothing that could be refined.
+    // Flat sides have no residuals.
     let (mesh, rim) = with_hole(&cube(), DVec3::new(6.0, 0.0, 12.0), 3.2);
     let mut flat = RimSides::new(&mesh, &VertexFaces::new(&mesh), &rim).unwrap();
     assert!(!flat.refine());
@@ -303,7 +303,7 @@ fn a_crease_that_turns_back_is_followed_round() {
     assert!(off < 0.03, "{off}");
 }
 
-/// A number from 0 to 1 for each of some integers.
+/// A pseudo-random number from 0 to 1.
 fn noise(i: usize) -> f64 {
     let x = (i as f64 * 12.9898).sin() * 43_758.545;
     x - x.floor()
@@ -317,7 +317,7 @@ fn loops_of_an_outline_are_simple() {
     assert_eq!(super::network::simple_loops(&[4, 5, 6]), [vec![4, 5, 6]]);
 }
 
-/// A hole whose rim runs along the edge of the cube and then into both sides of it.
+/// A hole whose rim runs along an edge of the cube and then into both of its sides.
 #[test]
 fn a_crease_may_touch_the_rim() {
     let is_out = |c: DVec3| {

@@ -174,7 +174,8 @@ pub enum ClosedBy {
     RimTriangles,
     /// In a repair: an offset shell under the surface around the rims. It ends where it can be closed, or covers the whole
     /// component.
-    Lining,
+    #[serde(alias = "lining")]
+    OffsetShell,
     /// At least one of its rims is still open.
     Nothing,
 }

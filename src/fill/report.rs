@@ -113,7 +113,7 @@ impl RegionReport {
                         | ClosedBy::Base
                         | ClosedBy::Faired
                         | ClosedBy::Sides
-                        | ClosedBy::Lining
+                        | ClosedBy::OffsetShell
                 )
             )
     }

@@ -1,4 +1,4 @@
-//! Linear fills of a patch from its triangles alone.
+//! Harmonic, biharmonic and minimal-surface fills of a patch: linear solves that use only its triangles.
 
 use glam::DVec3;
 use sprs::CsMat;
@@ -9,9 +9,9 @@ use crate::cancel::Cancel;
 use crate::linalg::LdlPattern;
 use crate::tuning::tuning;
 
-/// Two harmonic fills, then the biharmonic one, `min xᵀ S M⁻¹ S x` with all other vertices given, each with the cotangents of
-/// the surface before: forgets the shape of the patch but for its triangles, keeps the slope at the rim. None where a system
-/// cannot be solved. (M. Botsch, L. Kobbelt, "An intuitive framework for real-time freeform modeling", 2004.)
+/// Two harmonic fills, then the biharmonic one, `min xᵀ S M⁻¹ S x` with all other vertices fixed; each uses the cotangents of the
+/// surface before. The result depends on the patch's triangulation but not on its shape, and keeps the slope at the rim. `None`
+/// if a system cannot be solved. (M. Botsch, L. Kobbelt, "An intuitive framework for real-time freeform modeling", 2004.)
 pub(super) fn biharmonic(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
     let mut shape = shape.to_vec();
     for order in [1, 1, 2] {
@@ -20,9 +20,9 @@ pub(super) fn biharmonic(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
     Some(shape)
 }
 
-/// The surface of least area with the patch's rim and triangles, by harmonic fills with the cotangents of the one before
-/// (U. Pinkall, K. Polthier, "Computing discrete minimal surfaces and their conjugates", 1993). The slope at the rim does not
-/// matter. None where a system cannot be solved.
+/// The surface of least area with the patch's rim and triangulation, by repeated harmonic fills, each with the cotangents of the
+/// surface before (U. Pinkall, K. Polthier, "Computing discrete minimal surfaces and their conjugates", 1993). It ignores the
+/// slope at the rim. `None` if a system cannot be solved.
 pub(super) fn minimal(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
     let go_on = || (!patch.cancel.is_cancelled()).then_some(());
     go_on()?;
@@ -32,7 +32,7 @@ pub(super) fn minimal(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
         faces,
         moving,
     } = patch.neighbourhood(1, &shape);
-    // From step to step only the values of the matrix change.
+    // Only the values of the matrix change from step to step; the pattern is analysed once.
     let mut stiffness = Stiffness::new(points.len(), &faces);
     let system = System::new(
         &stiffness.matrix,
@@ -57,8 +57,8 @@ pub(super) fn minimal(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
     Some(shape)
 }
 
-/// The polyharmonic fill of an order, `L (M⁻¹ L)ᵏ⁻¹ x = 0` with the cotangents of a shape: harmonic (1), biharmonic (2) or
-/// triharmonic (3), which continues the curvature of the rim too. None where the system cannot be solved, or the token is set.
+/// The polyharmonic fill of an order, `L (M⁻¹ L)ᵏ⁻¹ x = 0`, with the cotangents of a shape: harmonic (1), biharmonic (2) or
+/// triharmonic (3), which also continues the curvature at the rim. `None` if the system cannot be solved or the token is set.
 pub(super) fn polyharmonic(patch: &Patch, shape: &[DVec3], order: usize) -> Option<Vec<DVec3>> {
     let go_on = || (!patch.cancel.is_cancelled()).then_some(());
     go_on()?;
@@ -67,7 +67,7 @@ pub(super) fn polyharmonic(patch: &Patch, shape: &[DVec3], order: usize) -> Opti
     let (weights, twice) = half_cotangents(&points, &faces);
     let mut stiffness = Stiffness::new(points.len(), &faces);
     stiffness.set(&faces, &weights);
-    // The equations of the vertices that move alone: of a small patch these are few beside all within `order` rings.
+    // Only the equations of moving vertices: in a small patch these are few compared to all vertices within `order` rings.
     let mut matrix = rows_of(&stiffness.matrix, &near.moving);
     if order > 1 {
         let areas = barycentric(points.len(), &faces, &twice);
@@ -91,7 +91,7 @@ pub(super) fn polyharmonic(patch: &Patch, shape: &[DVec3], order: usize) -> Opti
     ))
 }
 
-/// Some rows of a matrix, in the given order.
+/// The given rows of a matrix, in the given order.
 fn rows_of(matrix: &CsMat<f64>, rows: &[u32]) -> CsMat<f64> {
     let mut starts = vec![0];
     let (mut columns, mut values) = (Vec::new(), Vec::new());
@@ -105,9 +105,9 @@ fn rows_of(matrix: &CsMat<f64>, rows: &[u32]) -> CsMat<f64> {
     CsMat::new((rows.len(), matrix.cols()), starts, columns, values)
 }
 
-/// Solves `A x = 0` for the unknown vertices (rising), whose equations are the rows of the matrix with the given numbers, in their order; all
-/// other vertices are where the points are. One solution for each set of points, none where it is not finite. None at all where the
-/// matrix cannot be factorised, or the token is set.
+/// Solves `A x = 0` for the unknown vertices (in rising order). Their equations are the rows `rows` of the matrix, in that order;
+/// all other vertices are fixed at their points. Returns one solution for each set of points, `None` where it is not finite.
+/// Returns `None` altogether if the matrix cannot be factorised or the token is set.
 pub(super) fn solve_for(
     matrix: &CsMat<f64>,
     rows: impl Iterator<Item = u32>,
@@ -118,19 +118,19 @@ pub(super) fn solve_for(
     System::new(matrix, rows, unknowns, cancel)?.solve(matrix, sets)
 }
 
-/// A linear system for some vertices with all others given, without the values of its matrix.
+/// The structure of a linear system for some vertices with all others fixed, without the values of its matrix.
 struct System {
-    /// The unknown vertices' rows and columns: where a row starts, and for each entry its column and its place in the matrix.
+    /// The unknowns' rows and columns: the start of each row, and for each entry its column and its index in the matrix.
     starts: Vec<usize>,
     columns: Vec<usize>,
     places: Vec<usize>,
-    /// The entries of the given vertices in these rows: the row, the vertex, and the place in the matrix.
+    /// The entries of fixed vertices in these rows: the row, the vertex, and the index in the matrix.
     given: Vec<[usize; 3]>,
     pattern: LdlPattern,
 }
 
 impl System {
-    /// The system for unknown vertices (rising) with the rows of their equations; none where the token is set.
+    /// The system for unknown vertices (in rising order) and the rows of their equations; `None` if the token is set.
     fn new(
         matrix: &CsMat<f64>,
         rows: impl Iterator<Item = u32>,
@@ -138,10 +138,12 @@ impl System {
         cancel: &Cancel,
     ) -> Option<Self> {
         let n = unknowns.len();
+        // The column of each unknown vertex.
         let mut number = vec![usize::MAX; matrix.cols()];
         for (column, &v) in unknowns.iter().enumerate() {
             number[v as usize] = column;
         }
+        // Splits the entries of each row into unknown and fixed vertices.
         let (mut starts, mut columns, mut places) = (vec![0], Vec::new(), Vec::new());
         let mut given = Vec::new();
         for (row, i) in rows.enumerate() {
@@ -160,6 +162,7 @@ impl System {
         if cancel.is_cancelled() {
             return None;
         }
+        // Symbolic analysis of the matrix of the unknowns.
         let zeros = vec![0.0; columns.len()];
         let inner = CsMat::new((n, n), starts.clone(), columns.clone(), zeros);
         Some(Self {
@@ -195,7 +198,7 @@ impl System {
     }
 }
 
-/// The only one of some solutions.
+/// The single solution.
 fn only(solved: Option<Vec<Option<Vec<DVec3>>>>) -> Option<Vec<DVec3>> {
     solved?.pop()?
 }

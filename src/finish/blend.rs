@@ -1,34 +1,34 @@
-//! What the surroundings foretell, weighted by how well it foretold rings of what is known.
+//! The blend of candidate surfaces, weighted by their errors on rings of known vertices (ring test).
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::candidates::{Continuation, Models, candidates, models};
 use super::params::{FinishMethod, FinishParams};
-use super::patch::{Patch, rings_tried};
+use super::patch::{Patch, test_rings};
 use super::report::{Candidate, Refusal};
 use super::willmore::minimise;
 use crate::tuning::tuning;
 
-/// The blend of the energy's minimum with what else the patch may be, `Σ w e⁻⁴ x / Σ w e⁻⁴` with their errors `e` on rings of known
-/// vertices that are deleted and refilled; and the surfaces that it is made of.
+/// The candidate surfaces and their blend `Σ w e⁻⁴ x / Σ w e⁻⁴`. The errors `e` are measured on rings of known vertices around
+/// the hole that are deleted and refilled.
 pub(super) fn blend(
     patch: &Patch,
     minimum: &[DVec3],
     params: &FinishParams,
 ) -> (Vec<Continuation>, Result<Vec<DVec3>, Refusal>) {
-    // Why there is no blend, if there is none: not asked for, or too many vertices to krige.
+    // Why there is no blend, if there is none: not requested, or too many vertices for kriging.
     let is_large = minimum.len() > params.most_blended;
     let reason = if params.method == FinishMethod::Willmore {
-        Some(Refusal::NotAsked)
+        Some(Refusal::NotRequested)
     } else if is_large {
         Some(Refusal::TooLarge)
     } else {
         None
     };
     let others = reason.is_none();
-    // Without other surfaces the error only says how sure the patch is, for which one ring is enough.
-    let rings = &rings_tried()[if others { 0 } else { 1 }..];
+    // Without other surfaces the ring test only serves the expected error of the patch, for which one ring is enough.
+    let rings = &test_rings()[if others { 0 } else { 1 }..];
     // Deletes a ring of known vertices and minimises the energy on the wider hole.
     let refill = |&reach: &(f64, f64)| {
         let ring = Ring::new(patch, reach, minimum, is_large)?;
@@ -46,22 +46,22 @@ pub(super) fn blend(
     if patch.cancel.is_cancelled() {
         return (surfaces, Err(Refusal::Stopped));
     }
-    // The wider holes get the same candidates, kriged with the models estimated for the hole itself. The error of each is
+    // The wider holes get the same candidates, kriged with the models estimated for the hole itself. The error of a candidate is
     // its distance from the deleted vertices along their normals, in diameters.
     let given = models(&surfaces);
-    let tries = refilled.par_iter().map(|(ring, shape)| {
-        let tried = candidates(&ring.wider, shape, others, &given, params);
-        ring.errors(patch, &tried)
+    let ring_errors = refilled.par_iter().map(|(ring, shape)| {
+        let refills = candidates(&ring.wider, shape, others, &given, params);
+        ring.errors(patch, &refills)
     });
-    let tries: Vec<Errors> = tries.collect();
+    let ring_errors: Vec<Errors> = ring_errors.collect();
     if patch.cancel.is_cancelled() {
         return (surfaces, Err(Refusal::Stopped));
     }
-    if tries.is_empty() {
+    if ring_errors.is_empty() {
         return (surfaces, Err(reason.unwrap_or(Refusal::NoRing)));
     }
-    // Errors become weights, and the surfaces are averaged if there is more than the minimum.
-    weigh(&mut surfaces, &tries);
+    // Converts errors to weights, and averages the surfaces if there are others than the minimum.
+    weigh(&mut surfaces, &ring_errors);
     let blended = match reason {
         Some(reason) => Err(reason),
         None if surfaces.len() == 1 => Err(Refusal::NoChart),
@@ -70,9 +70,9 @@ pub(super) fn blend(
     (surfaces, blended)
 }
 
-/// Sets the error of each surface, the geometric mean of its errors on the rings, and its weight, from these errors without the noise of
-/// the rings. A surface that has no error on one of the rings gets no weight.
-fn weigh(surfaces: &mut [Continuation], tries: &[Errors]) {
+/// Sets the error of each surface (the geometric mean of its errors on the rings) and its weight (from these errors without the
+/// noise of the rings). A surface that has no error on one of the rings gets no weight.
+fn weigh(surfaces: &mut [Continuation], ring_errors: &[Errors]) {
     let noise = noise_deviation(surfaces);
     let mut sum = 0.0;
     for Continuation { found, kriged, .. } in surfaces.iter_mut() {
@@ -80,7 +80,7 @@ fn weigh(surfaces: &mut [Continuation], tries: &[Errors]) {
             let own = errors.iter().find(|e| e.0 == found.candidate);
             own.map(|e| e.1)
         };
-        let errors: Option<Vec<f64>> = tries.iter().map(on).collect();
+        let errors: Option<Vec<f64>> = ring_errors.iter().map(on).collect();
         let mean = |of: &dyn Fn(f64) -> f64| {
             let errors = errors.as_ref()?;
             let product: f64 = errors
@@ -103,7 +103,7 @@ fn weigh(surfaces: &mut [Continuation], tries: &[Errors]) {
     surfaces.iter_mut().for_each(|s| s.found.weight /= sum);
 }
 
-/// The standard deviation of the noise of the known vertices: the least that a kriging estimates. 0 where none is kriged.
+/// The standard deviation of the noise of the known vertices: the smallest estimate of the krigings, 0 if there are none.
 fn noise_deviation(surfaces: &[Continuation]) -> f64 {
     let kriged = surfaces.iter().filter_map(|s| s.kriged.as_ref());
     let deviations = kriged.map(|k| k.kriging.noise_deviation());
@@ -113,8 +113,8 @@ fn noise_deviation(surfaces: &[Continuation]) -> f64 {
         .unwrap_or(0.0)
 }
 
-/// The error of a continuation from its error on a ring whose own vertices are noisy. That noise is the same for all surfaces, and would
-/// make their weights alike.
+/// Removes the noise of the ring's own vertices from an error on that ring. The noise is the same for all surfaces and would
+/// level their weights.
 fn without_noise(error: f64, noise: f64) -> f64 {
     let squared = error.powi(2) - noise.powi(2);
     squared
@@ -122,7 +122,7 @@ fn without_noise(error: f64, noise: f64) -> f64 {
         .sqrt()
 }
 
-/// The weighted mean of the surfaces, not farther from the energy's minimum than is allowed.
+/// The weighted mean of the surfaces; displacements from the energy's minimum are scaled down to the allowed maximum.
 fn combined(
     patch: &Patch,
     minimum: &[DVec3],
@@ -149,18 +149,19 @@ fn combined(
         .collect()
 }
 
-/// The error of each surface on a ring, in diameters.
+/// The error of each surface on a ring, in diameters of the hole.
 type Errors = Vec<(Candidate, f64)>;
 
-/// Known vertices next to a hole, and the hole without them.
+/// A ring of known vertices around a hole, and the wider hole without them.
 struct Ring {
     vertices: Vec<u32>,
     wider: Patch,
 }
 
 impl Ring {
-    /// The known vertices nearer to the hole than `reach`, in diameters and in mean edges, but none on a border; none where there
-    /// are none, or nothing is left round them. Of a large patch what is beside the rim is refilled with them.
+    /// The known vertices closer to the hole than `reach` (in diameters and in mean edges, whichever is longer), except those on
+    /// an open border. In a large patch only a strip along the rim is refilled with them. `None` if there are no such vertices or
+    /// nothing remains around them.
     fn new(patch: &Patch, reach: (f64, f64), minimum: &[DVec3], is_large: bool) -> Option<Self> {
         let reach = (reach.0 * patch.diameter).max(reach.1 * patch.edge);
         let widest = if is_large {
@@ -179,8 +180,8 @@ impl Ring {
         is_one.then_some(Self { vertices, wider })
     }
 
-    /// Root mean square of the distance along the normal between the ring and what surfaces have in its place.
-    fn errors(&self, patch: &Patch, tried: &[Continuation]) -> Errors {
+    /// Root mean square distance along the normals between the ring's vertices and each refill.
+    fn errors(&self, patch: &Patch, refills: &[Continuation]) -> Errors {
         let normals = super::geometry::vertex_normals(&patch.points, &patch.faces);
         let moving = &self.wider.closure;
         let place = |v: u32| {
@@ -195,7 +196,7 @@ impl Ring {
             };
             (self.vertices.iter().map(square).sum::<f64>() / self.vertices.len() as f64).sqrt()
         };
-        tried
+        refills
             .iter()
             .map(|s| (s.found.candidate, error(s)))
             .collect()

@@ -1,4 +1,4 @@
-//! Surfaces that a patch may be: the minimum of the energy, kriged ones, polyharmonic ones.
+//! Candidate surfaces for a patch: the minimum of the energy, kriged surfaces, polyharmonic fills.
 
 use glam::{DVec2, DVec3};
 
@@ -12,7 +12,7 @@ use super::patch::Patch;
 use super::report::{Candidate, CandidateFound, ChartKind};
 use crate::tuning::tuning;
 
-/// The kriged candidates: width of the collar, and the radius up to which a sphere is the chart, in diameters.
+/// The kriged candidates: width of the collar, and the largest radius of a sphere as the chart, in diameters.
 fn kriged_candidates() -> [(Candidate, f64, f64); 2] {
     let rules = &tuning().finish;
     [
@@ -21,33 +21,34 @@ fn kriged_candidates() -> [(Candidate, f64, f64); 2] {
     ]
 }
 
-/// A surface that may be part of the blend.
+/// A candidate surface of the blend.
 pub(super) struct Continuation {
-    /// Positions of the vertices that move.
+    /// Positions of the moving vertices.
     pub(super) shape: Vec<DVec3>,
+    /// Its part of the report.
     pub(super) found: CandidateFound,
-    /// How it was kriged.
+    /// The kriging that it comes from, if any.
     pub(super) kriged: Option<Kriged>,
 }
 
-/// A kriging and what it lies over.
+/// A kriging and the chart it is a graph over.
 pub(super) struct Kriged {
     pub(super) chart: Chart,
     pub(super) kriging: Kriging,
     pub(super) model: Model,
 }
 
-/// What kriging was estimated to be in the place of a hole serves for the hole with a ring more, which is tried for its error.
+/// The models estimated for a hole; the ring test reuses them for the wider hole.
 pub(super) type Models = Vec<(Candidate, Model)>;
 
-/// The models of kriged surfaces.
+/// The models of the kriged surfaces among the candidates.
 pub(super) fn models(surfaces: &[Continuation]) -> Models {
     let model = |s: &Continuation| Some((s.found.candidate, s.kriged.as_ref()?.model));
     surfaces.iter().filter_map(model).collect()
 }
 
 impl Continuation {
-    /// One that is not kriged.
+    /// A candidate that is not kriged.
     fn new(candidate: Candidate, shape: Vec<DVec3>) -> Self {
         Self {
             shape,
@@ -63,13 +64,14 @@ impl Continuation {
         }
     }
 
-    /// Whether it is what the narrow collar foretells over a plane.
+    /// Whether it is the kriging from the narrow collar over a plane.
     fn is_over_plane(&self) -> bool {
         let narrow = self.found.candidate == Candidate::Sphere;
         narrow && self.found.chart == Some(ChartKind::Plane)
     }
 
-    /// The same as another candidate: where no sphere fits, two are over the plane and count twice.
+    /// The same surface as another candidate. If no sphere fits, both kriged candidates are over the plane and the surface counts
+    /// twice.
     fn repeated(&self, candidate: Candidate) -> Self {
         Self {
             shape: self.shape.clone(),
@@ -97,7 +99,7 @@ impl Continuation {
     }
 }
 
-/// The energy's minimum and the other surfaces that there are; kriged ones by the models that are given, if they are.
+/// The energy's minimum and, if `others` is true, the other candidates; kriged with the `given` models where there are any.
 pub(super) fn candidates(
     patch: &Patch,
     minimum: &[DVec3],
@@ -105,13 +107,13 @@ pub(super) fn candidates(
     given: &Models,
     params: &FinishParams,
 ) -> Vec<Continuation> {
-    // The minimum of the energy has all of the weight until others are compared with it.
+    // The minimum of the energy has all of the weight until the ring test compares it with others.
     let mut all = vec![Continuation::new(Candidate::Willmore, minimum.to_vec())];
     all[0].found.weight = 1.0;
     if !others || patch.cancel.is_cancelled() {
         return all;
     }
-    // Biharmonic (small slopes only) and triharmonic fill of the same triangles (Botsch and Kobbelt 2004).
+    // Biharmonic (only for small slopes) and triharmonic fill of the same triangles (Botsch and Kobbelt 2004).
     if is_slight(patch, minimum)
         && let Some(shape) = polyharmonic(patch, minimum, 2)
     {
@@ -120,12 +122,12 @@ pub(super) fn candidates(
     if let Some(shape) = polyharmonic(patch, minimum, 3) {
         all.push(Continuation::new(Candidate::Triharmonic, shape));
     }
-    // Kriging over a sphere and over a plane, from one collar of known vertices.
+    // Kriging over a sphere and over a plane, with one collar of known vertices for both.
     all.extend(kriged_surfaces(patch, minimum, given, params));
     all
 }
 
-/// The kriged surfaces, by the models that are given, if they are.
+/// The kriged candidates, with the `given` models where there are any.
 fn kriged_surfaces(
     patch: &Patch,
     minimum: &[DVec3],
@@ -140,7 +142,7 @@ fn kriged_surfaces(
         if patch.cancel.is_cancelled() {
             break;
         }
-        // Where no sphere fits, the first kriging is over the plane already, and counts twice.
+        // If no sphere fits, the first kriging is over the plane already, and counts twice.
         let is_plane = |(c, l): &(Candidate, Lifted)| {
             *c == Candidate::Sphere && l.kriged.chart.kind() == ChartKind::Plane
         };
@@ -154,7 +156,7 @@ fn kriged_surfaces(
         let Some(collar) = collars.iter().find(|c| c.width == width) else {
             continue;
         };
-        // A model from the hole itself spares the ring tests its estimate.
+        // With a model from the hole itself, the ring test needs no estimate.
         let model = given.iter().find(|m| m.0 == candidate).map(|m| m.1);
         let surface = kriged(patch, minimum, &normals, collar, largest, model, params);
         lifted.extend(surface.map(|surface| (candidate, surface)));
@@ -162,7 +164,7 @@ fn kriged_surfaces(
     if lifted.is_empty() {
         return Vec::new();
     }
-    // With noise a kriged surface passes beside the rim: the difference decays into the patch.
+    // With noise a kriged surface misses the rim: the difference is added to it and decays into the patch.
     let mismatches: Vec<&[DVec3]> = lifted.iter().map(|(_, l)| &l.mismatch[..]).collect();
     let decayed = spread(patch, &mismatches).unwrap_or_default();
     let mut all: Vec<Continuation> = Vec::new();
@@ -182,7 +184,7 @@ fn kriged_surfaces(
     all
 }
 
-/// Whether a patch bends little: nearly all of its normals and those of its rim are near to their mean.
+/// Whether a patch bends little: nearly all normals of the patch and its rim are close to their mean.
 fn is_slight(patch: &Patch, shape: &[DVec3]) -> bool {
     let closure = &patch.closure;
     let all = vertex_normals(&patch.closure_points(shape), &closure.faces);
@@ -192,16 +194,16 @@ fn is_slight(patch: &Patch, shape: &[DVec3]) -> bool {
         > tuning().finish.slight_cosine
 }
 
-/// A kriged surface before it is brought to the rim.
+/// A kriged surface before it is attached to the rim.
 struct Lifted {
-    /// Positions of the vertices that move.
+    /// Positions of the moving vertices.
     shape: Vec<DVec3>,
-    /// For each vertex of the rim the way from the kriged surface to it.
+    /// For each vertex of the rim, the vector to it from the kriged surface.
     mismatch: Vec<DVec3>,
     kriged: Kriged,
 }
 
-/// The surface kriged from a collar, lifted over the feet of the energy's minimum.
+/// The surface kriged from a collar: foot points from the energy's minimum, kriged heights.
 fn kriged(
     patch: &Patch,
     minimum: &[DVec3],
@@ -215,14 +217,14 @@ fn kriged(
         return None;
     }
     let chart = Chart::new(patch, minimum, &collar.vertices, normals, largest)?;
-    // Data: chart coordinates and heights of at most `most` known vertices, in diameters of the hole.
+    // Data: chart coordinates and heights, in diameters of the hole, of at most `most` known vertices.
     let coordinates = |most: usize| -> (Vec<DVec2>, Vec<f64>) {
         let data = collar.data(most);
         let at = data.iter().map(|&v| patch.points[v as usize]);
         at.map(|p| chart.coordinates(p)).unzip()
     };
     let edge = patch.edge / patch.diameter;
-    // Order and noise by restricted likelihood, from fewer data than the kriging itself, unless they are given.
+    // Order and noise by restricted likelihood, from fewer data than the kriging itself, unless given.
     let model = match model {
         Some(model) => model,
         None => {
@@ -235,7 +237,7 @@ fn kriged(
     if patch.cancel.is_cancelled() {
         return None;
     }
-    // Each vertex keeps its foot on the chart and gets the kriged height.
+    // Each vertex keeps its foot point on the chart and gets the kriged height.
     let lift = |p: &DVec3| chart.lifted(*p, kriging.at(chart.coordinates(*p).0));
     let shape = minimum.iter().map(lift).collect();
     let mismatch = patch.rim_points().iter().map(|p| *p - lift(p)).collect();
@@ -250,8 +252,8 @@ fn kriged(
     })
 }
 
-/// What mismatches at the rim are inside: `(S + M / δ²) c = 0` with cotangent weights S, areas M and a decay length δ; for each mismatch
-/// one correction of every vertex that moves, in diameters.
+/// Extends mismatches from the rim into the patch: solves `(S + M / δ²) c = 0` with cotangent weights S, areas M and a decay
+/// length δ. For each mismatch one correction of every moving vertex, in diameters.
 fn spread(patch: &Patch, mismatches: &[&[DVec3]]) -> Option<Vec<Option<Vec<DVec3>>>> {
     let closure = &patch.closure;
     let points = patch.closure_points(&patch.shape());

@@ -1,4 +1,4 @@
-//! Surfaces over which the neighbourhood of a hole is a graph: a sphere or a plane.
+//! Charts: a sphere or plane over which the neighbourhood of a hole is a graph.
 
 use glam::{DMat3, DVec2, DVec3};
 
@@ -7,11 +7,12 @@ use super::patch::Patch;
 use super::report::ChartKind;
 use crate::tuning::tuning;
 
-/// Plane coordinates and heights over a sphere or a plane, in diameters of the hole.
+/// Plane coordinates and heights over a sphere or plane, in diameters of the hole.
 pub(super) struct Chart {
     surface: ChartSurface,
-    /// Columns are the first two coordinates' directions and the direction of the chart's middle.
+    /// Columns: the directions of the first and second coordinate, and the direction of the chart's middle.
     frame: DMat3,
+    /// The diameter of the hole.
     unit: f64,
 }
 
@@ -21,8 +22,8 @@ enum ChartSurface {
 }
 
 impl Chart {
-    /// The chart for some known vertices round a patch, and the patch in the shape given: a sphere where the one that fits best
-    /// is smaller than `largest` in radius, else a plane; none where too many normals are steep over it. Lengths in diameters.
+    /// The chart for known vertices around a patch and the patch in the given shape: the sphere that fits best if its radius is
+    /// below `largest` (in diameters), otherwise a plane. `None` if too many normals are steep over it.
     pub(super) fn new(
         patch: &Patch,
         shape: &[DVec3],
@@ -30,25 +31,25 @@ impl Chart {
         normals: &[DVec3],
         largest: f64,
     ) -> Option<Self> {
-        // What has lost all of its faces, as between notches of a rim, has no normal.
+        // A vertex that has lost all of its faces, for example between notches of the rim, has no normal.
         let with_normal = |v: &u32| normals[*v as usize] != DVec3::ZERO;
         let data = data.iter().copied().filter(with_normal).map(|v| v as usize);
         let (points, normals): (Vec<DVec3>, Vec<DVec3>) =
             data.map(|i| (patch.points[i], normals[i])).unzip();
-        // The normals of the patch: it has to be a graph over the chart as much as the data.
+        // The patch must be a graph over the chart as well as the data, so its normals are tested too.
         let closure_points = patch.closure_points(shape);
         let own = vertex_normals(&closure_points, &patch.closure.faces);
         let own: Vec<DVec3> = patch.closure.moved(&own);
         let steep = |cosines: &mut dyn Iterator<Item = f64>| {
-            // Not a number counts as steep.
+            // NaN counts as steep.
             let least = quantile(cosines, tuning().finish.chart_outliers);
             least.is_nan() || least <= tuning().finish.chart_cosine
         };
-        // The sphere that fits positions and normals best; where the positions lie on a sphere exactly, that one.
+        // The sphere that fits positions and normals best; if the positions are exactly on a sphere, that sphere.
         let unit = patch.diameter;
         let (centre, radius) = fit_sphere(&points, &normals, unit);
         let (centre, radius) = through(&points, centre, radius, unit).unwrap_or((centre, radius));
-        // The sphere is the chart if it is small enough and neither the data nor the patch are steep over it.
+        // The sphere is the chart if it is small enough and the data and the patch are not steep over it.
         if radius.abs() < largest * unit {
             let surface = ChartSurface::Sphere { centre, radius };
             let over = |p: &DVec3| surface.over(*p);
@@ -64,7 +65,8 @@ impl Chart {
                 });
             }
         }
-        // Else the plane across the mean normal of the data, through the mean of the rim, if nothing is steep over it.
+        // Otherwise the plane perpendicular to the mean normal of the data, through the mean of the rim, if nothing is steep over
+        // it.
         let normal = normals.iter().sum::<DVec3>().try_normalize()?;
         if steep(&mut normals.iter().map(|n| n.dot(normal)))
             || steep(&mut own.iter().map(|n| n.dot(normal)))
@@ -80,7 +82,7 @@ impl Chart {
         })
     }
 
-    /// Which chart it is.
+    /// The kind of chart, for the report.
     pub(super) fn kind(&self) -> ChartKind {
         match self.surface {
             ChartSurface::Plane { .. } => ChartKind::Plane,
@@ -88,7 +90,7 @@ impl Chart {
         }
     }
 
-    /// The coordinates of the foot of a point and its height. On the sphere: the azimuthal equidistant map, which keeps
+    /// The coordinates of a point's foot and its height. On the sphere: the azimuthal equidistant projection, which preserves
     /// distances from the middle.
     pub(super) fn coordinates(&self, point: DVec3) -> (DVec2, f64) {
         match self.surface {
@@ -113,7 +115,7 @@ impl Chart {
         }
     }
 
-    /// The point with a height over the same foot.
+    /// The point with the given height over the foot of `point`.
     pub(super) fn lifted(&self, point: DVec3, height: f64) -> DVec3 {
         match self.surface {
             ChartSurface::Plane { .. } => {
@@ -128,7 +130,7 @@ impl Chart {
 }
 
 impl ChartSurface {
-    /// The unit normal of the chart's surface below a point.
+    /// The unit normal of the chart's surface at the foot of a point.
     fn over(&self, point: DVec3) -> DVec3 {
         match *self {
             ChartSurface::Plane { .. } => DVec3::ZERO,
@@ -139,8 +141,8 @@ impl ChartSurface {
     }
 }
 
-/// Centre and radius of the sphere with `x ≈ c + R n` in least squares, of positions and normals; a negative radius where the
-/// surface is hollow. Rounds after the first weigh outliers less.
+/// Centre and radius of the sphere with `x ≈ c + R n` in least squares over positions and normals; the radius is negative where
+/// the surface is hollow. Iteratively reweighted: rounds after the first reduce the weight of outliers.
 fn fit_sphere(points: &[DVec3], normals: &[DVec3], unit: f64) -> (DVec3, f64) {
     let mut weights = vec![1.0; points.len()];
     let (mut centre, mut radius) = (DVec3::ZERO, f64::INFINITY);
@@ -168,8 +170,8 @@ fn fit_sphere(points: &[DVec3], normals: &[DVec3], unit: f64) -> (DVec3, f64) {
     (centre, radius)
 }
 
-/// The sphere through points near another one, if they lie on one: `Σ (|x − c| − |R|)²` at its least, by Gauss-Newton. Normals, by
-/// which that other one was found, are those of flat faces, which at a border are tilted a little.
+/// Refines a sphere to the sphere through the points, if they are on one: minimises `Σ (|x − c| − |R|)²` by Gauss-Newton. The
+/// first fit uses normals computed from flat faces, which are slightly tilted at a rim.
 fn through(points: &[DVec3], centre: DVec3, radius: f64, unit: f64) -> Option<(DVec3, f64)> {
     let (mut centre, mut size) = (centre, radius.abs());
     if !size.is_finite() || size >= tuning().finish.farthest_sphere * unit {
@@ -177,7 +179,7 @@ fn through(points: &[DVec3], centre: DVec3, radius: f64, unit: f64) -> Option<(D
     }
     let count = points.len() as f64;
     for _ in 0..tuning().finish.chart_rounds {
-        // The radius is the mean distance from the centre, so that directions count from their mean.
+        // The radius is the mean distance from the centre, so deviations from the mean direction enter the system.
         let directions = points.iter().map(|p| (*p - centre).normalize_or_zero());
         let directions: Vec<DVec3> = directions.collect();
         let distances = points.iter().map(|p| p.distance(centre));
@@ -202,7 +204,7 @@ fn through(points: &[DVec3], centre: DVec3, radius: f64, unit: f64) -> Option<(D
     (error < tuning().finish.on_sphere * unit).then(|| (centre, size.copysign(radius)))
 }
 
-/// Two directions across a unit vector, and the vector.
+/// An orthonormal frame: two directions across a unit vector, and the vector.
 fn frame(normal: DVec3) -> DMat3 {
     let axis = if normal.x.abs() < 0.8 {
         DVec3::X
@@ -220,7 +222,7 @@ mod tests {
     use super::*;
     use crate::mesh::shapes::icosphere;
 
-    /// A band round a sphere, below the part that is missing.
+    /// A band of points on a sphere, below a missing cap.
     fn band() -> Vec<DVec3> {
         let ring = |z: f64| {
             let turn = (0..40).map(|k| f64::from(k) * std::f64::consts::TAU / 40.0);

@@ -1,12 +1,12 @@
-//! How far the true surface may be from a patch.
+//! The expected error of a patch: how far the true surface may be from it.
 //!
-//! The deviation of kriging, from which data and with what kernel, tells where in a hole and in which hole the error is large.
-//! On 80 holes cut out of eleven real meshes that were kriged, the logarithms of a hole's true error and of its deviation
-//! correlated by 0.82; with the error on the ring, by 0.72, with the spread of the candidates, by 0.74, and neither added to what
-//! the deviation tells. Where nothing could be kriged (48 holes) the error on the ring over the length of an edge, an error of
-//! slope, is the best that there is. In both cases patches that bend more are farther off than these tell. The exponents below
-//! are those of regressions over these holes, rounded; the factors such that 0.70 of all vertices of a mean hole are nearer to
-//! the truth than σ and 0.92 nearer than 2 σ.
+//! The kriging deviation depends on the positions of the data and on the kernel. It predicts where in a hole, and in which holes,
+//! the error is large. On 80 holes cut out of eleven real meshes that were kriged, the logarithms of a hole's true error and of
+//! its deviation correlated by 0.82; with the error on the ring by 0.72, with the spread of the candidates by 0.74, and neither
+//! added to the deviation. Where nothing could be kriged (48 holes) the best predictor is the error on the ring over the length
+//! of an edge, an error of slope. In both cases patches that bend more have larger errors than these predict. The exponents are
+//! from regressions over these holes, rounded; the factors are such that 0.70 of all vertices of a mean hole are within σ of the
+//! truth and 0.92 within 2 σ.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,7 +16,7 @@ use super::geometry::{area_vector, corners};
 use super::patch::Patch;
 use crate::tuning::tuning;
 
-/// The expected error of each vertex that moves, in the patch's units.
+/// The expected error of each moving vertex, in the patch's units.
 pub(super) fn expected_error(
     patch: &Patch,
     shape: &[DVec3],
@@ -29,8 +29,8 @@ pub(super) fn expected_error(
         .filter(|s| s.found.weight > 0.0)
         .filter_map(|s| s.kriged.as_ref().map(|k| (s.found.weight, k)))
         .reduce(|a, b| if b.0 > a.0 { b } else { a });
-    let foretold = best.and_then(|(_, kriged)| foretold(patch, shape, kriged));
-    let (factor, values) = match foretold {
+    let by_kriging = best.and_then(|(_, kriged)| by_kriging(patch, shape, kriged));
+    let (factor, values) = match by_kriging {
         Some(values) => (
             rules.kriged_error * bend.powf(rules.kriged_error_bend),
             values,
@@ -48,8 +48,9 @@ pub(super) fn expected_error(
     values.iter().map(|v| unit * v).collect()
 }
 
-/// `d̄ᵖ √((d/d̄)² + f²)`; none where the deviations are no numbers, as after a cancellation.
-fn foretold(patch: &Patch, shape: &[DVec3], kriged: &Kriged) -> Option<Vec<f64>> {
+/// Shape of the error over the vertices from kriging: `d̄ᵖ √((d/d̄)² + f²)` with deviations d and their root mean square d̄.
+/// `None` if the deviations are not finite, as after a cancellation.
+fn by_kriging(patch: &Patch, shape: &[DVec3], kriged: &Kriged) -> Option<Vec<f64>> {
     let deviation = |p: &DVec3| match patch.cancel.is_cancelled() {
         true => f64::NAN,
         false => kriged.kriging.deviation(kriged.chart.coordinates(*p).0),
@@ -66,6 +67,7 @@ fn foretold(patch: &Patch, shape: &[DVec3], kriged: &Kriged) -> Option<Vec<f64>>
         .then(|| deviations.iter().map(value).collect())
 }
 
+/// Shape of the error over the vertices without kriging: it grows with the distance from the rim.
 fn by_depth(patch: &Patch) -> Vec<f64> {
     let depth = patch.depth();
     let finite = depth.iter().copied().filter(|d| d.is_finite());
@@ -80,7 +82,7 @@ fn by_depth(patch: &Patch) -> Vec<f64> {
         .collect()
 }
 
-/// How much a patch bends: the part of its area that is lost when the areas of its faces are added as vectors.
+/// How much a patch bends: 1 − |Σ A n| / Σ A over its faces; 0 for a flat patch.
 fn bend(patch: &Patch, shape: &[DVec3]) -> f64 {
     let points = patch.closure_points(shape);
     let (mut sum, mut area) = (DVec3::ZERO, 0.0);

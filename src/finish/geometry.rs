@@ -1,4 +1,4 @@
-//! Discrete geometry on triangles: normals, areas, cotangent weights, curvatures.
+//! Discrete geometry of triangle meshes: normals, areas, cotangent weights, curvatures.
 //!
 //! M. Meyer, M. Desbrun, P. Schröder, A. H. Barr, "Discrete differential-geometry operators for triangulated 2-manifolds",
 //! Visualization and Mathematics III, 2003.
@@ -9,7 +9,7 @@ use crate::tuning::tuning;
 use glam::DVec3;
 use sprs::CsMat;
 
-/// Faces between local vertices.
+/// Faces as triples of local vertex numbers.
 pub(super) type Faces = [[u32; 3]];
 
 /// The corners of a face.
@@ -17,12 +17,12 @@ pub(super) fn corners(points: &[DVec3], face: [u32; 3]) -> [DVec3; 3] {
     face.map(|v| points[v as usize])
 }
 
-/// The normal of a face, as long as twice its area.
+/// The normal of a face; its length is twice the face's area.
 pub(super) fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Unit normals of vertices, faces weighted by area; zero where there is no area.
+/// Unit normals of vertices, with faces weighted by area; zero without area.
 pub(super) fn vertex_normals(points: &[DVec3], faces: &Faces) -> Vec<DVec3> {
     let mut sums = vec![DVec3::ZERO; points.len()];
     for &face in faces {
@@ -32,7 +32,7 @@ pub(super) fn vertex_normals(points: &[DVec3], faces: &Faces) -> Vec<DVec3> {
     sums.into_iter().map(DVec3::normalize_or_zero).collect()
 }
 
-/// The middle one of values, the lower of two; zero where there are none.
+/// The median, the lower of the two middle values if their number is even; zero without values.
 pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     if values.is_empty() {
@@ -42,15 +42,16 @@ pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// The least of two entries of a field that count: what is smaller is raised to a part of the median.
+/// Raises small areas to a fraction of the median.
 fn raised(mut areas: Vec<f64>) -> Vec<f64> {
     let least = tuning().finish.least_vertex * median(areas.iter().copied());
     areas.iter_mut().for_each(|a| *a = a.max(least));
     areas
 }
 
-/// Half the cotangents at the corners of each face, bounded, and twice its area. The weight of an edge is the sum of the two at the
-/// corners opposite to it (U. Pinkall, K. Polthier, "Computing discrete minimal surfaces and their conjugates", 1993).
+/// Half the cotangents at the corners of each face, clamped, and twice its area. The weight of an edge is the sum of the two
+/// values at the corners opposite to it (U. Pinkall, K. Polthier, "Computing discrete minimal surfaces and their conjugates",
+/// 1993).
 pub(super) fn half_cotangents(points: &[DVec3], faces: &Faces) -> (Vec<[f64; 3]>, Vec<f64>) {
     let rules = &tuning().finish;
     let area = |&f: &[u32; 3]| area_vector(corners(points, f)).length();
@@ -76,8 +77,8 @@ pub(super) fn barycentric(count: usize, faces: &Faces, twice: &[f64]) -> Vec<f64
     raised(areas)
 }
 
-/// Mixed Voronoi areas of vertices (Meyer et al., figure 4): obtuse faces give a half to the obtuse corner and a quarter to
-/// the others.
+/// Mixed Voronoi areas of vertices (Meyer et al., figure 4): an obtuse face gives half of its area to the obtuse corner and a
+/// quarter to each other.
 pub(super) fn voronoi(points: &[DVec3], faces: &Faces) -> Vec<f64> {
     let mut areas = vec![0.0; points.len()];
     for &face in faces {
@@ -102,7 +103,7 @@ pub(super) fn voronoi(points: &[DVec3], faces: &Faces) -> Vec<f64> {
     raised(areas)
 }
 
-/// Gaussian curvature at vertices by the angles that lack to a full turn, over the areas (Meyer et al., equation (9)).
+/// Gaussian curvature at vertices: the angle defect over the area (Meyer et al., equation (9)).
 pub(super) fn gauss_curvature(points: &[DVec3], faces: &Faces, areas: &[f64]) -> Vec<f64> {
     let mut lack = vec![2.0 * PI; points.len()];
     for &face in faces {
@@ -115,21 +116,22 @@ pub(super) fn gauss_curvature(points: &[DVec3], faces: &Faces, areas: &[f64]) ->
     lack.iter().zip(areas).map(|(l, a)| l / a).collect()
 }
 
-/// The stiffness matrix `S` of the cotangent weights, `(S u)_i = Σ_j w_ij (u_i − u_j)`, on a pattern that serves for all
-/// positions of the vertices.
+/// The stiffness matrix `S` of the cotangent weights, `(S u)_i = Σ_j w_ij (u_i − u_j)`. Its pattern depends only on the faces and
+/// is reused for all positions of the vertices.
 #[derive(Clone)]
 pub(super) struct Stiffness {
     /// The matrix by rows.
     pub(super) matrix: CsMat<f64>,
-    /// For each corner of each face the entries of the edge opposite to it, both ways.
+    /// For each corner of each face, the two entries of the edge opposite to it.
     slots: Vec<[[usize; 2]; 3]>,
+    /// The diagonal entry of each vertex.
     diagonal: Vec<usize>,
 }
 
 impl Stiffness {
     /// The pattern, with all entries zero.
     pub(super) fn new(count: usize, faces: &Faces) -> Self {
-        // Neighbours of each vertex: every edge of a face adds each end to the row of the other, and rows hold their own vertex.
+        // Neighbours of each vertex: every edge of a face adds each end to the row of the other; a row also holds its own vertex.
         let mut ends = vec![1usize; count];
         faces.iter().flatten().for_each(|&v| ends[v as usize] += 2);
         let mut sum = 0;
@@ -139,9 +141,9 @@ impl Stiffness {
             *end = start;
         }
         let first = ends.clone();
-        let mut beside = vec![0u32; sum];
+        let mut neighbours = vec![0u32; sum];
         let mut add = |i: u32, j: u32| {
-            beside[ends[i as usize]] = j;
+            neighbours[ends[i as usize]] = j;
             ends[i as usize] += 1;
         };
         (0..count as u32).for_each(|i| add(i, i));
@@ -152,10 +154,10 @@ impl Stiffness {
                 add(j, i);
             }
         }
-        // Each row sorted, without repetitions.
+        // Sorts each row and removes repetitions.
         let (mut starts, mut indices) = (vec![0], Vec::with_capacity(sum));
         for (&from, &to) in first.iter().zip(&ends) {
-            let row = &mut beside[from..to];
+            let row = &mut neighbours[from..to];
             row.sort_unstable();
             let own = indices.len();
             for &j in &*row {
@@ -165,6 +167,7 @@ impl Stiffness {
             }
             starts.push(indices.len());
         }
+        // The index of each edge's two entries.
         let slot = |i: u32, j: u32| {
             let own = starts[i as usize];
             own + indices[own..starts[i as usize + 1]].partition_point(|&c| c < j as usize)
@@ -200,8 +203,8 @@ impl Stiffness {
     }
 }
 
-/// `S x` without the matrix, for each point: over the mixed area the mean curvature normal (Meyer et al., equation (8)), whose length
-/// is the sum of the principal curvatures.
+/// `S x` for each vertex without assembling the matrix. Divided by the mixed area it is the mean curvature normal (Meyer et al.,
+/// equation (8)), whose length is the sum of the principal curvatures.
 pub(super) fn stiffness_times(
     points: &[DVec3],
     faces: &Faces,
@@ -219,7 +222,7 @@ pub(super) fn stiffness_times(
     out
 }
 
-/// A quantile by linear interpolation between the sorted values; infinite where there are none.
+/// A quantile by linear interpolation between the sorted values; infinite without values.
 pub(super) fn quantile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_unstable_by(f64::total_cmp);

@@ -1,10 +1,10 @@
 //! Universal kriging of heights over a chart.
 //!
-//! The surface is taken for a drift, a polynomial, plus an intrinsic random function with a generalised covariance (G. Matheron,
-//! "The intrinsic random functions and their applications", 1973; H. Wackernagel, "Multivariate Geostatistics", part V), seen
-//! with noise (also M. L. Stein, "Interpolation of Spatial Data", 1999). The kernel's order and the noise are those of the largest
-//! restricted likelihood (H. D. Patterson, R. Thompson, "Recovery of inter-block information when block sizes are unequal", 1971),
-//! which is that of the data without their drift.
+//! The surface is modelled as a drift (a polynomial) plus an intrinsic random function with a generalised covariance (G.
+//! Matheron, "The intrinsic random functions and their applications", 1973; H. Wackernagel, "Multivariate Geostatistics", part
+//! V), observed with noise (also M. L. Stein, "Interpolation of Spatial Data", 1999). The kernel's order and the noise maximise
+//! the restricted likelihood (H. D. Patterson, R. Thompson, "Recovery of inter-block information when block sizes are unequal",
+//! 1971): the likelihood of the data without their drift.
 
 use glam::DVec2;
 
@@ -12,15 +12,16 @@ use crate::cancel::Cancel;
 use crate::linalg::{Symmetric, Triangle, Tridiagonal};
 use crate::tuning::tuning;
 
-/// Orders of the kernel.
+/// Candidate orders of the kernel.
 const ORDERS: [u8; 4] = [2, 3, 4, 5];
-/// Noise of the data: the distance, in mean edges, at which the kernel equals the noise's variance. Noisy meshes reach the larger ones:
-/// on a sphere with noise of 3 % and 10 % of an edge every patch took 1.6 where the list ended there, with a kernel too rough.
+/// Candidate noise levels: the distance, in mean edges, at which the kernel equals the variance of the noise. Noisy meshes need
+/// the larger ones: on a sphere with noise of 3 % and 10 % of an edge, every patch took 1.6 when the list ended there, with a
+/// kernel too rough.
 const NUGGETS: [f64; 10] = [0.0, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8, 25.6];
-/// Most terms of a drift.
+/// Maximum number of terms of a drift.
 const TERMS: usize = 6;
 
-/// The generalised covariance of an order at a squared distance: `r² ln r`, `r³`, `−r⁴ ln r`, `−r⁵`.
+/// The generalised covariance of an order for a squared distance: `r² ln r`, `r³`, `−r⁴ ln r`, `−r⁵`.
 fn covariance(order: u8, squared: f64) -> f64 {
     let s = squared.max(1e-24);
     match order {
@@ -31,7 +32,7 @@ fn covariance(order: u8, squared: f64) -> f64 {
     }
 }
 
-/// Number of terms of the drift that a kernel needs: linear up to order 3, quadratic above.
+/// Number of drift terms that a kernel needs: linear up to order 3, quadratic above.
 fn terms(order: u8) -> usize {
     if order > 3 { TERMS } else { 3 }
 }
@@ -41,12 +42,12 @@ fn drift(p: DVec2) -> [f64; TERMS] {
     [1.0, p.x, p.y, p.x * p.x, p.x * p.y, p.y * p.y]
 }
 
-/// The kernel of the surface and the noise of the data.
+/// The model of a kriging: kernel of the surface and noise of the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Model {
     /// The order of the kernel.
     pub(super) order: u8,
-    /// The noise, as a length in mean edges.
+    /// The noise level, as a length in mean edges; see [`NUGGETS`].
     pub(super) nugget: f64,
 }
 
@@ -60,14 +61,14 @@ pub(super) struct Kriging {
     factor: Triangle,
     /// The variance of the surface, in units of the kernel.
     scale: f64,
-    /// That of the noise, in units of the scale.
+    /// The variance of the noise, in units of `scale`.
     noise: f64,
 }
 
-/// Householder's reflectors that turn the drift at the data into an upper triangle; what is below is free of drift.
+/// QR factorisation of the drift at the data by Householder reflectors; rows below the triangle are free of drift.
 struct DriftBasis {
     reflectors: Vec<(Vec<f64>, f64)>,
-    /// The triangle, by rows.
+    /// The triangle R, by rows.
     triangle: Vec<f64>,
     terms: usize,
 }
@@ -130,25 +131,26 @@ impl DriftBasis {
     }
 }
 
+/// Applies a Householder reflector: `x ← x − factor v vᵀ x`.
 fn reflect(v: &[f64], factor: f64, x: &mut [f64]) {
     let s: f64 = factor * v.iter().zip(x.iter()).map(|(a, b)| a * b).sum::<f64>();
     x.iter_mut().zip(v).for_each(|(x, v)| *x -= s * v);
 }
 
-/// The data without their drift, and what else of `Qᵀ K Q` and `Qᵀ z` is needed.
+/// The data without their drift, and the blocks of `Qᵀ K Q` and `Qᵀ z` needed besides.
 struct Contrasts {
     basis: DriftBasis,
-    /// The first part of `Qᵀ z`, that of the drift.
+    /// The first entries of `Qᵀ z`, one for each drift term.
     top_data: Vec<f64>,
-    /// The rest.
+    /// The other entries of `Qᵀ z`, which are free of drift.
     data: Vec<f64>,
-    /// The drift's block of `Qᵀ K Q`, and that below it.
+    /// The drift's block of `Qᵀ K Q`, and the block below it.
     top: Vec<f64>,
     cross: Vec<f64>,
 }
 
 impl Contrasts {
-    /// With `Zᵀ K Z`, the kernel's block that is free of drift.
+    /// Also returns `Zᵀ K Z`, the kernel's block that is free of drift.
     fn new(points: &[DVec2], heights: &[f64], order: u8) -> (Self, Symmetric) {
         let (n, m) = (points.len(), terms(order));
         let entry = |i: usize, j: usize| covariance(order, points[i].distance_squared(points[j]));
@@ -176,7 +178,7 @@ impl Contrasts {
         (contrasts, kernel.without_first(m))
     }
 
-    /// The block below the drift's, transposed, times a vector.
+    /// The transpose of the block below the drift's, times a vector.
     fn cross_times(&self, x: &[f64]) -> Vec<f64> {
         let m = self.basis.terms;
         let mut out = vec![0.0; m];
@@ -188,9 +190,9 @@ impl Contrasts {
 }
 
 impl Model {
-    /// That of the largest restricted likelihood, `−½ (n ln mean(yᵀ (ZᵀKZ + ν)⁻¹ y) + ln det (ZᵀKZ + ν))` with `y = Zᵀ z`; `edge`
-    /// is the mean edge in the points' unit. `ZᵀKZ` is reduced to tridiagonal form once for an order and serves all nuggets
-    /// then. None where there are too few data, they allow no number, or the token is set.
+    /// The model of largest restricted likelihood, `−½ (n ln mean(yᵀ (ZᵀKZ + ν)⁻¹ y) + ln det (ZᵀKZ + ν))` with `y = Zᵀ z`.
+    /// `edge` is the mean edge in the points' unit. `ZᵀKZ` is reduced to tridiagonal form once for each order; the form serves
+    /// all nuggets. `None` if there are too few data, if no likelihood is finite, or if the token is set.
     pub(super) fn estimate(
         points: &[DVec2],
         heights: &[f64],
@@ -213,6 +215,7 @@ impl Model {
             let reduced = Tridiagonal::new(kernel);
             let mut data = contrasts.data;
             reduced.to_reduced(&mut data);
+            // The shift by a noise level costs O(n) on the tridiagonal form.
             for nugget in NUGGETS {
                 let model = Self { order, nugget };
                 let Some(shifted) = reduced.shifted(model.noise(edge) + ridge) else {
@@ -239,7 +242,7 @@ impl Model {
 }
 
 impl Kriging {
-    /// Kriging of heights at points by a model. None where there are too few data or they allow no number.
+    /// Kriging of heights at points with a model. `None` if there are too few data or the result is not finite.
     pub(super) fn new(
         points: Vec<DVec2>,
         heights: &[f64],
@@ -252,12 +255,14 @@ impl Kriging {
         let (contrasts, kernel) = Contrasts::new(&points, heights, model.order);
         let ridge = tuning().finish.kriging_ridge * kernel.largest_eigenvalue();
         let noise = model.noise(edge) + ridge;
+        // Weights of the data: (ZᵀKZ + ν) b = Zᵀz.
         let factor = kernel.cholesky(noise)?;
         let mut solution = contrasts.data.clone();
         factor.forward(&mut solution);
         let squares: f64 = solution.iter().map(|y| y * y).sum();
         let scale = squares / solution.len() as f64;
         factor.backward(&mut solution);
+        // Coefficients of the drift: R c = top of Qᵀz − (lower block)ᵀ b.
         let cross = contrasts.cross_times(&solution);
         let both = contrasts.top_data.iter().zip(cross);
         let mut coefficients: Vec<f64> = both.map(|(z, k)| z - k).collect();
@@ -292,8 +297,8 @@ impl Kriging {
         kernel.sum::<f64>() + polynomial.sum::<f64>()
     }
 
-    /// The standard deviation of the height at a point. In the basis `Q` with `Qᵀ B = (R, 0)`, the weights of the data are `(a,
-    /// b)` with `Rᵀ a = t` (the drift's terms at the point) and `(A₂₂ + ν) b = k₂ − A₂₁ a`, and the variance in units of the
+    /// The standard deviation of the height at a point. In the basis `Q` with `Qᵀ B = (R, 0)`, the weights of the data are
+    /// `(a, b)` with `Rᵀ a = t` (the drift's terms at the point) and `(A₂₂ + ν) b = k₂ − A₂₁ a`. The variance in units of the
     /// scale is `aᵀ (A₁₁ + ν) a − 2 aᵀ k₁ − bᵀ (A₂₂ + ν) b`.
     pub(super) fn deviation(&self, p: DVec2) -> f64 {
         let c = &self.contrasts;
@@ -355,7 +360,7 @@ mod tests {
         }
     }
 
-    /// The system of universal kriging, `(K + ν, B; Bᵀ, 0)`, by elimination with pivots.
+    /// Solves the system of universal kriging, `(K + ν, B; Bᵀ, 0)`, by elimination with pivots.
     fn solved(points: &[DVec2], order: u8, noise: f64, rhs: &[f64]) -> Vec<f64> {
         let (n, m) = (points.len(), terms(order));
         let size = n + m;
@@ -417,7 +422,7 @@ mod tests {
     }
 
     #[test]
-    fn the_likelihood_tells_noise_from_shape() {
+    fn the_likelihood_separates_noise_from_shape() {
         let points = scattered(150);
         let smooth: Vec<f64> = points.iter().map(|p| (2.0 * p.x + p.y).cos()).collect();
         let exact = Model::estimate(&points, &smooth, 0.15, &Cancel::new()).unwrap();

@@ -1,18 +1,20 @@
-//! The finish of a patch on its own triangles.
+//! Finishing: moves the vertices of a patch to the minimum of the Willmore energy and blends it with kriging.
 //!
-//! The level set finds the surface and its topology; here its vertices, and nothing else, are moved to the minimum of the same
-//! energy under the exact rim, and then towards what the surroundings foretell, as far as that proves itself next to the hole:
+//! The level set finds the surface and its topology. Here only the vertices of the patch move, without new triangles: first to
+//! the minimum of the same energy under the exact rim, then towards a continuation of the surroundings, as far as a test next to
+//! the hole supports it:
 //!
-//! 1. Gauss-Newton for the discrete Willmore energy `½ Σ m h²`, from the patch as it is and, where that is slow or folds, from
-//!    the biharmonic fill of the same triangles; of a large patch a strip along the rim is filled so first.
-//! 2. Other continuations: universal kriging of heights over a sphere or plane fitted to the surroundings, kernel and noise by
-//!    restricted likelihood; the triharmonic fill; where the patch bends little, the biharmonic one.
-//! 3. A ring test: rings of known vertices are deleted and refilled; the error there tells what each continuation is worth.
-//! 4. The blend of all by the inverse fourth powers of these errors.
-//! 5. Safeguards: what has more folded faces, a higher energy, or moved too far, is refused, and the step before kept.
+//! 1. Gauss-Newton for the discrete Willmore energy `½ Σ m h²`, from the patch as it is and, if that is slow or folds, from the
+//!    biharmonic fill of the same triangles; for a large patch, a strip along the rim gets a biharmonic fill first.
+//! 2. Other candidates: universal kriging of heights over a sphere or plane fitted to the surroundings, with kernel and noise by
+//!    restricted likelihood; the triharmonic fill; where the patch bends little, the biharmonic fill.
+//! 3. A ring test: rings of known vertices are deleted and refilled; the error there measures each candidate.
+//! 4. The blend of all candidates, weighted by the inverse fourth powers of these errors.
+//! 5. Safeguards: a result with more folded faces, a higher energy, or too large displacements is refused, and the one before kept.
 //!
-//! Everything is computed relative to the rim's middle and diameter, so that neither unit nor place matter, and in an order
-//! that depends on the mesh alone. The work depends on the size of the patch and its surroundings, not on that of the mesh.
+//! All lengths are relative to the rim's middle and diameter, so results depend neither on the unit nor on the position of the
+//! mesh, and the order of computation depends only on the mesh. The work depends on the size of the patch and its surroundings,
+//! not of the whole mesh.
 
 use crate::tuning::tuning;
 
@@ -41,11 +43,11 @@ pub use report::{
 pub use surroundings::Surroundings;
 
 use patch::{Located, Patch};
-use willmore::Second;
+use willmore::SecondInitialisation;
 
-/// Finishes the patch of some vertices (in any order), which must hang together (see [`Surroundings::pieces`]). Whatever cannot
-/// be finished keeps its positions, to the bit, and [`FinishFound`] says why; so it is where the token of the surroundings is
-/// set.
+/// Finishes the patch of some vertices (in any order), which must be connected (see [`Surroundings::pieces`]). A patch that
+/// cannot be finished keeps its positions bit for bit, and [`FinishFound`] has the reason; the same holds if the token of the
+/// surroundings is set.
 pub fn finish(around: &Surroundings<'_>, vertices: &[u32], params: &FinishParams) -> Finished {
     let vertices = usable(around, vertices);
     let mut finished = Finished {
@@ -65,17 +67,16 @@ pub fn finish(around: &Surroundings<'_>, vertices: &[u32], params: &FinishParams
     finished
 }
 
-/// `½ ∫ h²` of the patch of some vertices, `h` being the sum of the principal curvatures; it does not depend on the unit.
+/// `½ ∫ h²` of the patch of some vertices, where `h` is the sum of the principal curvatures; independent of the unit.
 ///
 /// # Errors
-/// When no face uses the vertices, there are too many, or nothing that stays, or no finite shape, is round them.
+/// If no face uses the vertices, there are too many, the surroundings have no fixed vertices, or the shape is not finite.
 pub fn willmore_energy(around: &Surroundings<'_>, vertices: &[u32]) -> Result<f64, Refusal> {
     let located = located(around, &usable(around, vertices), &FinishParams::default())?;
     Ok(willmore::energy(&located.patch, &located.patch.shape()))
 }
 
-/// The number of faces of the patch of some vertices that are folded over: that look against the normals at all three of their
-/// vertices.
+/// The number of folded faces in the patch of some vertices: faces that point against the normals at all three of their vertices.
 ///
 /// # Errors
 /// As [`willmore_energy`].
@@ -84,12 +85,13 @@ pub fn folds(around: &Surroundings<'_>, vertices: &[u32]) -> Result<usize, Refus
     Ok(willmore::folds(&located.patch, &located.patch.shape()))
 }
 
-/// The biharmonic fill of the patch of some vertices, given (rising) with their new positions: it takes the triangles alone, not
-/// their shape, and continues position and slope of the rim. The second start for what cannot be found by a level set. One pair of vertex
-/// and position in units of the mesh for each vertex that a face uses (Botsch and Kobbelt 2004).
+/// The biharmonic fill of the patch of some vertices, which are given in rising order and returned with their new positions. It
+/// uses only the triangulation, not the shape, and continues position and slope at the rim. It is the alternative initialisation
+/// for holes that the level set cannot fill. One pair of vertex and position (in units of the mesh) for each vertex that a face
+/// uses (Botsch and Kobbelt 2004).
 ///
 /// # Errors
-/// As [`willmore_energy`], and when the system cannot be solved or the token is set ([`Refusal::Singular`]).
+/// As [`willmore_energy`], and [`Refusal::Singular`] if the system cannot be solved or the token is set.
 pub fn biharmonic(
     around: &Surroundings<'_>,
     vertices: &[u32],
@@ -97,8 +99,8 @@ pub fn biharmonic(
     linear(around, vertices, biharmonic::biharmonic)
 }
 
-/// The surface of least area with the rim and the triangles of the patch of some vertices, which are given (rising) with their new
-/// positions: a tight, nearly flat cap (Pinkall and Polthier 1993).
+/// The surface of least area with the rim and the triangulation of the patch of some vertices, which are given in rising order
+/// and returned with their new positions: a tight, nearly flat cap (Pinkall and Polthier 1993).
 ///
 /// # Errors
 /// As [`biharmonic()`].
@@ -121,7 +123,7 @@ fn linear(
     Ok(vertices.into_iter().zip(outward).collect())
 }
 
-/// The vertices that faces use, rising, each once.
+/// The vertices that faces use, in rising order, without repetitions.
 fn usable(around: &Surroundings<'_>, vertices: &[u32]) -> Vec<u32> {
     let used = vertices.iter().copied().filter(|&v| around.is_used(v));
     let mut used: Vec<u32> = used.collect();
@@ -144,6 +146,7 @@ fn located(
     Located::new(around, vertices)
 }
 
+/// Finishes a patch: energy minimum, blend, expected error. Writes everything to `finished`.
 fn run(located: &Located, params: &FinishParams, finished: &mut Finished) {
     let patch = &located.patch;
     let start = patch.shape();
@@ -152,11 +155,13 @@ fn run(located: &Located, params: &FinishParams, finished: &mut Finished) {
     found.edge = patch.edge * located.scale;
     found.folds_before = willmore::folds(patch, &start);
     found.folds_after = found.folds_before;
+    // The minimum of the energy.
     let mut shape = minimum(patch, &start, params, found);
     if patch.cancel.is_cancelled() {
         finished.set_stopped();
         return;
     }
+    // The blend replaces the minimum if it has no flaw.
     let (surfaces, blended) = blend::blend(patch, &shape, params);
     if patch.cancel.is_cancelled() {
         finished.set_stopped();
@@ -176,6 +181,7 @@ fn run(located: &Located, params: &FinishParams, finished: &mut Finished) {
         }
         Err(refusal) => found.blend_refused = Some(refusal),
     }
+    // Report and expected error, in units of the mesh.
     for surface in &surfaces {
         let mut one = surface.found.clone();
         one.ring_error = one.ring_error.map(|e| e * located.scale);
@@ -194,19 +200,21 @@ fn run(located: &Located, params: &FinishParams, finished: &mut Finished) {
     if found.result == FinishResult::Unchanged {
         return;
     }
+    // The final positions.
     found.folds_after = willmore::folds(patch, &shape);
     let ways = shape.iter().zip(&start).map(|(a, b)| a.distance(*b));
     found.largest_move = ways.fold(0.0, f64::max) * located.scale;
     finished.positions = shape.iter().map(|p| located.outward(*p)).collect();
 }
 
-/// The minimum of the energy, or the start where that is refused.
+/// The minimum of the energy, or the initial shape if the minimum is refused.
 fn minimum(
     patch: &Patch,
     start: &[DVec3],
     params: &FinishParams,
     found: &mut FinishFound,
 ) -> Vec<DVec3> {
+    // Minimise, and unfold the result if it has more folded faces than the initial shape.
     let (mut minimum, second) = willmore::lowest(patch, params);
     if willmore::folds(patch, &minimum.shape) > found.folds_before
         && let Some(shape) = willmore::unfolded(patch, &minimum.shape, found.folds_before)
@@ -219,10 +227,11 @@ fn minimum(
     found.energy_before = minimum.energy_before;
     found.energy_after = minimum.energy_before;
     found.restart = match second {
-        Second::NotNeeded => Restart::NotNeeded,
-        Second::Worse => Restart::Tried,
-        Second::Better => Restart::Taken,
+        SecondInitialisation::NotNeeded => Restart::NotNeeded,
+        SecondInitialisation::Worse => Restart::Attempted,
+        SecondInitialisation::Better => Restart::Taken,
     };
+    // Refuse a minimum with a flaw. A converged minimum of much lower energy may move vertices any distance.
     let rose = minimum.energy > minimum.energy_before * tuning().finish.energy_rise;
     found.willmore_refused = if !minimum.energy_before.is_finite() {
         Some(Refusal::NotFinite)
@@ -245,7 +254,7 @@ fn minimum(
     minimum.shape
 }
 
-/// Why a shape is refused in favour of the one before; `farthest` bounds the displacement of a vertex, in diameters.
+/// Why a shape is refused in favour of the one before, if it is; `farthest` bounds the displacement of a vertex, in diameters.
 fn flaw(patch: &Patch, shape: &[DVec3], before: &[DVec3], farthest: f64) -> Option<Refusal> {
     if !shape.iter().all(|p| p.is_finite()) {
         return Some(Refusal::NotFinite);

@@ -1,4 +1,4 @@
-//! A patch with its neighbourhood, in its own numbering and units.
+//! A patch and its neighbourhood as a local mesh, in units of the hole's diameter.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -11,8 +11,9 @@ use super::surroundings::Surroundings;
 use crate::cancel::Cancel;
 use crate::tuning::tuning;
 
-/// The rings of the test: known vertices nearer to the rim than this part of the diameter, or this many mean edges.
-pub(super) fn rings_tried() -> [(f64, f64); 2] {
+/// The rings of the ring test: known vertices closer to the rim than this fraction of the diameter, or this number of mean edges,
+/// whichever is farther.
+pub(super) fn test_rings() -> [(f64, f64); 2] {
     let rules = &tuning().finish;
     [
         (rules.narrow_ring, rules.narrow_ring_edges),
@@ -20,47 +21,47 @@ pub(super) fn rings_tried() -> [(f64, f64); 2] {
     ]
 }
 
-/// A patch and the mesh round it, relative to the middle of the rim and its diameter.
+/// A patch and the mesh around it; the origin is the middle of the rim, the unit its diameter.
 #[derive(Clone)]
 pub(super) struct Patch {
-    /// Positions.
+    /// Positions of the vertices.
     pub(super) points: Vec<DVec3>,
-    /// All faces, those of the patch among them.
+    /// All faces, including the patch's.
     pub(super) faces: Vec<[u32; 3]>,
     /// Whether a vertex may move.
     pub(super) moving: Vec<bool>,
     /// Whether a vertex may serve as data.
     pub(super) known: Vec<bool>,
-    /// Whether a vertex is at the border of the neighbourhood.
+    /// Whether a vertex is on an open border of the neighbourhood.
     pub(super) border: Vec<bool>,
-    /// Distance of each vertex from those that move, along edges.
+    /// Distance along edges of each vertex from the moving vertices.
     pub(super) distance: Vec<f64>,
-    /// Vertices that stay and share a face with ones that move.
+    /// Fixed vertices that share a face with moving ones.
     pub(super) rim: Vec<u32>,
-    /// The largest distance of two rim vertices: 1, but for a hole with one more ring.
+    /// The largest distance between two rim vertices: 1, except for the wider holes of the ring test.
     pub(super) diameter: f64,
-    /// Mean length of the edges round the patch.
+    /// Mean length of the edges around the patch.
     pub(super) edge: f64,
     /// The faces on which the energy of the patch depends.
     pub(super) closure: Closure,
-    /// Stops what is computed on the patch.
+    /// Cancels computations on the patch.
     pub(super) cancel: Cancel,
 }
 
-/// The vertices whose curvature depends on the patch, with all faces round them, in a numbering of their own.
+/// The vertices whose curvature depends on the patch, and all faces around them, with local numbers.
 #[derive(Clone)]
 pub(super) struct Closure {
-    /// The patch's number of each vertex, rising.
+    /// The patch's number of each vertex, in rising order.
     pub(super) vertices: Vec<u32>,
     /// All faces.
     pub(super) faces: Vec<[u32; 3]>,
-    /// The faces with a vertex that moves.
+    /// The faces with a moving vertex.
     pub(super) patch_faces: Vec<[u32; 3]>,
-    /// Vertices that move, rising.
+    /// Moving vertices, in rising order.
     pub(super) moving: Vec<u32>,
-    /// Vertices that move and those of the rim, rising.
+    /// Moving vertices and rim vertices, in rising order.
     pub(super) acting: Vec<u32>,
-    /// Vertices of the rim, rising.
+    /// Rim vertices, in rising order.
     pub(super) rim: Vec<u32>,
 }
 
@@ -93,22 +94,22 @@ impl Closure {
         }
     }
 
-    /// The values of the vertices that move.
+    /// The values of the moving vertices.
     pub(super) fn moved<T: Copy>(&self, values: &[T]) -> Vec<T> {
         self.moving.iter().map(|&v| values[v as usize]).collect()
     }
 }
 
-/// A patch and some rings of faces round it, in a numbering of their own.
+/// A patch and some rings of faces around it, with local numbers.
 pub(super) struct Neighbourhood {
     pub(super) points: Vec<DVec3>,
     pub(super) faces: Vec<[u32; 3]>,
-    /// Vertices that move, rising.
+    /// Moving vertices, in rising order.
     pub(super) moving: Vec<u32>,
 }
 
 impl Patch {
-    /// The patch in a shape, with so many rings of faces round its own.
+    /// The patch in the given shape, with `rings` rings of faces around its own.
     pub(super) fn neighbourhood(&self, rings: usize, shape: &[DVec3]) -> Neighbourhood {
         let mut inside = self.moving.clone();
         for _ in 0..rings {
@@ -142,8 +143,7 @@ impl Patch {
         }
     }
 
-    /// Mean length of the edges of the faces of the known mesh within half a diameter, or at the rim; none where there are no
-    /// such faces.
+    /// Mean edge length of the known faces within half a diameter or at the rim; `None` if there are none.
     fn mean_edge(&self) -> Option<f64> {
         let (mut sum, mut count) = (0.0, 0.0);
         for face in &self.faces {
@@ -159,7 +159,7 @@ impl Patch {
         (sum > 0.0).then_some(sum / count)
     }
 
-    /// Positions of the vertices that move.
+    /// Positions of the moving vertices.
     pub(super) fn shape(&self) -> Vec<DVec3> {
         let moving = self.closure.moving.iter();
         moving
@@ -167,7 +167,7 @@ impl Patch {
             .collect()
     }
 
-    /// Positions of all vertices, those that move being where they are said to be.
+    /// Positions of all vertices, with the moving ones in the given shape.
     pub(super) fn placed(&self, shape: &[DVec3]) -> Vec<DVec3> {
         let mut points = self.points.clone();
         for (&v, p) in self.closure.moving.iter().zip(shape) {
@@ -176,7 +176,7 @@ impl Patch {
         points
     }
 
-    /// Positions of the closure's vertices, those that move being where they are said to be.
+    /// Positions of the closure's vertices, with the moving ones in the given shape.
     pub(super) fn closure_points(&self, shape: &[DVec3]) -> Vec<DVec3> {
         let vertices = self.closure.vertices.iter();
         let mut points: Vec<DVec3> = vertices.map(|&v| self.points[v as usize]).collect();
@@ -186,7 +186,7 @@ impl Patch {
         points
     }
 
-    /// Distances of the vertices that move from the rim, along edges.
+    /// Distances along edges of the moving vertices from the rim.
     pub(super) fn depth(&self) -> Vec<f64> {
         let points = self.closure_points(&self.shape());
         let mut from = vec![false; points.len()];
@@ -198,21 +198,21 @@ impl Patch {
         self.closure.moved(&distances)
     }
 
-    /// Positions of the rim.
+    /// Positions of the rim vertices.
     pub(super) fn rim_points(&self) -> Vec<DVec3> {
         let rim = self.rim.iter();
         rim.map(|&v| self.points[v as usize]).collect()
     }
 
-    /// Unit normals of vertices from the faces that are not the patch's.
+    /// Unit vertex normals, computed without the faces of the patch.
     pub(super) fn known_normals(&self) -> Vec<DVec3> {
         let is_patch = |f: &&[u32; 3]| f.iter().any(|&v| self.moving[v as usize]);
         let faces = self.faces.iter().filter(|f| !is_patch(f));
         vertex_normals(&self.points, &faces.copied().collect::<Vec<_>>())
     }
 
-    /// The patch of a hole with one more ring round it, from the known vertices that `ring` names; `shape` tells where its own
-    /// vertices are. Those deeper in it than `deepest` stay there.
+    /// The patch of the wider hole without the known vertices in `ring`. `shape` has the positions of this patch's own vertices;
+    /// those deeper than `deepest` (distance from the rim) stay fixed there.
     pub(super) fn enlarged(&self, ring: &[u32], shape: &[DVec3], deepest: f64) -> Self {
         let points = self.placed(shape);
         let (mut moving, mut known) = (self.moving.clone(), self.known.clone());
@@ -248,15 +248,15 @@ impl Patch {
     }
 }
 
-/// How far from the patch data may lie, in diameters of the hole, along edges. The hole with one more ring is wider by two widths
-/// of the ring, and its data lie within the collar's part of that from the ring.
+/// How far data may be from the patch along edges, in diameters of the hole. The wider hole of a ring test is wider by two widths
+/// of the ring, and its data are within the collar's fraction of its diameter from the ring.
 fn reach(edge: f64) -> f64 {
-    let [_, widest] = rings_tried();
+    let [_, widest] = test_rings();
     let ring = widest.0.max(widest.1 * edge);
     tuning().finish.collar * (1.0 + 2.0 * ring) + ring
 }
 
-/// A patch and where it lies in the mesh.
+/// A patch and its place in the mesh.
 pub(super) struct Located {
     /// The patch.
     pub(super) patch: Patch,
@@ -267,9 +267,9 @@ pub(super) struct Located {
 }
 
 impl Located {
-    /// The patch of some vertices (rising) of a mesh.
+    /// The patch of some vertices (in rising order) of a mesh.
     pub(super) fn new(around: &Surroundings<'_>, vertices: &[u32]) -> Result<Self, Refusal> {
-        // Origin and unit of the patch: the mean of the rim's vertices, and their diameter in units of the mesh.
+        // Origin and unit of the patch: the mean of the rim's vertices, and the rim's diameter in units of the mesh.
         let rim = around.rim(vertices);
         if rim.is_empty() {
             return Err(Refusal::NothingKnown);
@@ -281,7 +281,7 @@ impl Located {
         if !(scale > 0.0 && scale.is_finite() && centre.is_finite()) {
             return Err(Refusal::NotFinite);
         }
-        // The vertices that data, rings and their normals may need, by distance along edges in units of the mesh.
+        // The vertices needed for data, test rings and their normals, by distance along edges in units of the mesh.
         let edge = around.edge(&rim) / scale;
         let limit = (reach(edge) + tuning().finish.data_margin * edge) * scale;
         let (ids, distance) = around.within(
@@ -291,7 +291,7 @@ impl Located {
             tuning().finish.least_edge * scale,
         );
         let faces = around.faces_within(&ids);
-        // From here on numbers are the patch's own, lengths in diameters of the hole.
+        // From here on, numbers are local and lengths in diameters of the hole.
         let own = |v: u32| ids.partition_point(|&w| w < v) as u32;
         let faces: Vec<[u32; 3]> = faces.iter().map(|f| f.map(own)).collect();
         let points: Vec<DVec3> = ids
@@ -301,7 +301,7 @@ impl Located {
         if !points.iter().all(|p| p.is_finite()) {
             return Err(Refusal::NotFinite);
         }
-        // Vertices that move, and those of the others that were measured and may be data.
+        // The moving vertices, and the known ones among the others.
         let mut moving = vec![false; ids.len()];
         vertices
             .iter()
@@ -322,7 +322,7 @@ impl Located {
             closure,
             cancel: around.cancel().clone(),
         };
-        // The mean edge needs distances and rim, so it is measured last.
+        // The mean edge depends on distances and rim, so it is measured last.
         patch.edge = patch.mean_edge().ok_or(Refusal::NothingKnown)?;
         Ok(Self {
             patch,
@@ -331,13 +331,13 @@ impl Located {
         })
     }
 
-    /// A point of the patch's coordinates in those of the mesh.
+    /// Converts a point from the patch's to the mesh's coordinates.
     pub(super) fn outward(&self, point: DVec3) -> DVec3 {
         self.centre + point * self.scale
     }
 }
 
-/// Vertices at edges that have fewer than two faces.
+/// Marks the vertices of edges that have only one face.
 fn border(count: usize, faces: &Faces) -> Vec<bool> {
     let mut edges: Vec<(u32, u32)> = faces
         .iter()
@@ -353,7 +353,8 @@ fn border(count: usize, faces: &Faces) -> Vec<bool> {
     border
 }
 
-/// The largest distance of two points.
+/// The largest distance between two points. With many points it is a lower bound, found by going from farthest point to farthest
+/// point.
 fn diameter(points: &[DVec3]) -> f64 {
     let farthest = |p: DVec3| {
         let distances = points.iter().map(|q| p.distance_squared(*q));
@@ -376,8 +377,9 @@ fn diameter(points: &[DVec3]) -> f64 {
     }
 }
 
-/// Distances along edges from the marked vertices; infinite where there is no way.
+/// Distances along edges from the marked vertices (Dijkstra); infinite if not reachable.
 fn edge_distances(points: &[DVec3], faces: &Faces, from: &[bool]) -> Vec<f64> {
+    // Adjacency lists.
     let mut starts = vec![0u32; points.len() + 1];
     for f in faces.iter().flatten() {
         starts[*f as usize + 1] += 2;
@@ -385,16 +387,17 @@ fn edge_distances(points: &[DVec3], faces: &Faces, from: &[bool]) -> Vec<f64> {
     for i in 1..starts.len() {
         starts[i] += starts[i - 1];
     }
-    let (mut at, mut beside) = (starts.clone(), vec![0u32; 6 * faces.len()]);
+    let (mut at, mut neighbours) = (starts.clone(), vec![0u32; 6 * faces.len()]);
     for face in faces {
         for k in 0..3 {
             let v = face[k] as usize;
             for other in [face[(k + 1) % 3], face[(k + 2) % 3]] {
-                beside[at[v] as usize] = other;
+                neighbours[at[v] as usize] = other;
                 at[v] += 1;
             }
         }
     }
+    // Dijkstra's algorithm; bit patterns of non-negative numbers sort like the values.
     let mut distance = vec![f64::INFINITY; points.len()];
     let mut queue = BinaryHeap::new();
     for i in (0..points.len()).filter(|&i| from[i]) {
@@ -406,7 +409,7 @@ fn edge_distances(points: &[DVec3], faces: &Faces, from: &[bool]) -> Vec<f64> {
         if d > distance[i] {
             continue;
         }
-        for &j in &beside[starts[i] as usize..starts[i + 1] as usize] {
+        for &j in &neighbours[starts[i] as usize..starts[i + 1] as usize] {
             let j = j as usize;
             let through = d + points[i]
                 .distance(points[j])

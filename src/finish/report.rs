@@ -1,26 +1,26 @@
-//! What a finish found and did.
+//! Report of a finish: what was found, done and refused.
 
 use glam::DVec3;
 
 /// A patch after its finish.
 #[derive(Clone, Debug)]
 pub struct Finished {
-    /// The vertices, rising.
+    /// The vertices, in rising order.
     pub vertices: Vec<u32>,
-    /// Their new positions, in their order, in units of the mesh; those that they had, to the bit, where the finish was refused.
+    /// The new positions of these vertices, in units of the mesh; the old ones bit for bit if the finish was refused.
     pub positions: Vec<DVec3>,
-    /// Where they are at the minimum of the energy, in their order, in units of the mesh: the step before, for callers that find
-    /// fault with a blend. Empty where the positions are not those of a blend, or the minimum was refused.
+    /// The positions of these vertices at the minimum of the energy, in units of the mesh, for callers that reject the blend.
+    /// Empty unless the result is a blend and the minimum was accepted.
     pub minimum: Vec<DVec3>,
-    /// The expected error of each, in their order, in units of the mesh: about 0.7 of a patch's vertices are nearer to the true
-    /// surface than this, 0.92 nearer than twice this. NaN where nothing can be said.
+    /// The expected error of each of these vertices, in units of the mesh: about 0.7 of a patch's vertices are within this
+    /// distance of the true surface, 0.92 within twice this. NaN if unknown.
     pub expected_error: Vec<f64>,
-    /// What was found.
+    /// The report.
     pub found: FinishFound,
 }
 
 impl Finished {
-    /// Makes it one that was stopped before the positions were taken.
+    /// Turns it into the result of a finish that was cancelled before the positions were computed.
     pub(super) fn set_stopped(&mut self) {
         self.minimum.clear();
         self.expected_error.fill(f64::NAN);
@@ -39,53 +39,53 @@ impl Finished {
     }
 }
 
-/// What a finish found and did.
+/// Report of a finish.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct FinishFound {
-    /// Number of vertices that could move.
+    /// Number of moving vertices.
     pub vertices: usize,
-    /// The largest distance of two vertices of the rim, in units of the mesh.
+    /// The largest distance between two vertices of the rim, in units of the mesh.
     pub diameter: f64,
-    /// Mean length of edges round the patch, in units of the mesh.
+    /// Mean length of the edges around the patch, in units of the mesh.
     pub edge: f64,
-    /// What the positions are.
+    /// Which surface the positions are.
     pub result: FinishResult,
-    /// Steps of Gauss-Newton, of all starts that were taken.
+    /// Gauss-Newton steps, over all initial shapes.
     pub steps: usize,
-    /// Whether they ended at a minimum: the last was shorter than the tolerance.
+    /// Whether the steps converged: the last was shorter than the tolerance.
     pub converged: bool,
-    /// Whether a second start was tried.
+    /// Whether a second initial shape was used.
     pub restart: Restart,
-    /// `½ ∫ h²` of the patch before, `h` being the sum of the principal curvatures.
+    /// `½ ∫ h²` of the initial patch, where `h` is the sum of the principal curvatures.
     pub energy_before: f64,
-    /// The same at the minimum of the energy.
+    /// `½ ∫ h²` at the minimum of the energy.
     pub energy_after: f64,
-    /// Folded faces of the patch before.
+    /// Folded faces of the initial patch.
     pub folds_before: usize,
-    /// Folded faces of the patch after.
+    /// Folded faces of the finished patch.
     pub folds_after: usize,
-    /// The surfaces that were blended.
+    /// The candidate surfaces of the blend.
     pub candidates: Vec<CandidateFound>,
-    /// Why the minimum of the energy was not taken.
+    /// Why the minimum of the energy was refused, if it was.
     pub willmore_refused: Option<Refusal>,
-    /// Why the blend was not made, or not taken.
+    /// Why there is no blend, or why it was refused.
     pub blend_refused: Option<Refusal>,
-    /// The farthest way of a vertex, in units of the mesh.
+    /// The largest displacement of a vertex, in units of the mesh.
     pub largest_move: f64,
-    /// Mean of the expected errors of the vertices, in units of the mesh; none where nothing can be said.
+    /// Mean of the expected errors of the vertices, in units of the mesh; `None` if unknown.
     #[serde(alias = "mean_sigma")]
     pub mean_expected_error: Option<f64>,
-    /// The largest of them.
+    /// The largest of the expected errors.
     #[serde(alias = "largest_sigma")]
     pub largest_expected_error: Option<f64>,
 }
 
 impl FinishFound {
-    /// The blend met other faces: the minimum is taken instead.
+    /// Records that the blend would intersect other faces, so the minimum is used instead.
     pub(crate) fn refuse_blend(&mut self) {
         if self.result == FinishResult::Blend {
-            self.blend_refused = Some(Refusal::Crossing);
+            self.blend_refused = Some(Refusal::Intersects);
             self.result = match self.willmore_refused {
                 None => FinishResult::Willmore,
                 Some(_) => FinishResult::Unchanged,
@@ -93,10 +93,10 @@ impl FinishFound {
         }
     }
 
-    /// The minimum met other faces too: the patch stays as it was.
+    /// Records that the minimum would intersect other faces too, so the patch stays unchanged.
     pub(crate) fn refuse_all(&mut self) {
         self.refuse_blend();
-        self.willmore_refused.get_or_insert(Refusal::Crossing);
+        self.willmore_refused.get_or_insert(Refusal::Intersects);
         self.result = FinishResult::Unchanged;
         self.energy_after = self.energy_before;
         self.folds_after = self.folds_before;
@@ -105,36 +105,37 @@ impl FinishFound {
     }
 }
 
-/// What the positions of a finished patch are.
+/// Which surface the positions of a finished patch are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum FinishResult {
-    /// Those that they were.
+    /// The initial patch.
     #[default]
     Unchanged,
-    /// A minimum of Willmore's energy.
+    /// A minimum of the Willmore energy.
     Willmore,
-    /// Its blend with what the surroundings foretell.
+    /// A blend of the minimum with continuations of the surroundings.
     Blend,
 }
 
-/// Whether Gauss-Newton was started a second time, from the biharmonic fill of the same triangles; of a large patch, whether its one
-/// start is with a strip along the rim filled so.
+/// Whether Gauss-Newton used a second initial shape, the biharmonic fill of the same triangles. For a large patch: whether its
+/// only initial shape has a strip along the rim filled biharmonically.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Restart {
-    /// The first start was quick and did not fold.
+    /// The first initial shape converged quickly and without folds.
     #[default]
     NotNeeded,
-    /// It was, to no better end.
-    Tried,
-    /// It was, and has fewer folds or the lower energy.
+    /// The second initial shape was used, without a better result.
+    #[serde(rename = "tried")]
+    Attempted,
+    /// The second initial shape gave fewer folds or a lower energy.
     Taken,
 }
 
-/// A surface that a blend may be made of.
+/// A candidate surface of the blend.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
 )]
@@ -147,63 +148,63 @@ pub enum Candidate {
     Sphere,
     /// Kriging over a plane, from a collar of 0.45 diameters.
     Plane,
-    /// The biharmonic fill, where the patch bends little.
+    /// The biharmonic fill, only if the patch bends little.
     Biharmonic,
     /// The triharmonic fill.
     Triharmonic,
 }
 
-/// The surface over which heights were kriged.
+/// The surface over which heights are kriged.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum ChartKind {
     /// A plane.
     Plane,
-    /// A sphere of so many diameters of the hole in radius; negative where the surface is hollow.
+    /// A sphere with this radius in diameters of the hole; negative where the surface is hollow.
     Sphere(f64),
 }
 
-/// What is known of a surface that a blend may be made of.
+/// Report of a candidate surface.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct CandidateFound {
-    /// Which.
+    /// Which candidate.
     pub candidate: Candidate,
-    /// Over what it was kriged, if it was.
+    /// The chart over which it was kriged, if it was.
     pub chart: Option<ChartKind>,
-    /// The order of the kernel, 2 to 5; 0 for what is not kriged.
+    /// The order of the kernel, 2 to 5; 0 if it is not kriged.
     pub order: u8,
-    /// The kernel's length for the noise of the data, in mean edges; 0 where they are exact.
+    /// The noise of the data as a length in mean edges: there the kernel equals the noise's variance. 0 for exact data.
     pub nugget: f64,
-    /// Root mean square of its error, along the normal, on rings of known vertices that were left out (the geometric mean of two
-    /// rings), in units of the mesh.
+    /// Root mean square error along the normals on rings of known vertices that were left out (geometric mean of two rings), in
+    /// units of the mesh.
     pub ring_error: Option<f64>,
     /// Its weight in the blend.
     pub weight: f64,
 }
 
-/// Why a patch, or a way of finishing it, was left.
+/// Why a patch, or one way of finishing it, was refused.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, thiserror::Error, serde::Serialize, serde::Deserialize,
 )]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Refusal {
-    /// No vertex of the patch is used by a face.
-    #[error("the patch has no vertex of its own that a face uses")]
+    /// No face uses a vertex of the patch.
+    #[error("no face uses a vertex of the patch")]
     NoVertices,
-    /// Too many vertices.
-    #[error("the patch has more vertices than are finished")]
+    /// The patch has too many vertices.
+    #[error("the patch has too many vertices for this step")]
     TooLarge,
-    /// Nothing is round the patch that stays.
-    #[error("nothing known is round the patch")]
+    /// There are no known vertices around the patch.
+    #[error("there are no known vertices around the patch")]
     NothingKnown,
-    /// Coordinates, or what was computed of them, are not numbers.
-    #[error("its shape gives no finite numbers")]
+    /// Coordinates or results are not finite.
+    #[error("its coordinates, or results computed from them, are not finite")]
     NotFinite,
-    /// A system could not be solved.
-    #[error("its triangles give no system that can be solved")]
+    /// A linear system could not be solved.
+    #[error("the linear system of its triangles could not be solved")]
     Singular,
     /// A vertex would move too far.
     #[error("a vertex would move too far")]
@@ -211,22 +212,24 @@ pub enum Refusal {
     /// More faces would be folded.
     #[error("more faces would be folded over")]
     Folded,
-    /// Faces would intersect others.
-    #[error("faces would intersect others")]
-    Crossing,
+    /// Faces would intersect other faces.
+    #[error("faces would intersect other faces")]
+    #[serde(rename = "crossing")]
+    Intersects,
     /// The energy would be higher.
     #[error("the energy would be higher")]
     EnergyRose,
-    /// Nothing but the minimum of the energy could be made of the surroundings.
-    #[error("the surroundings foretell nothing")]
+    /// There is no candidate besides the minimum of the energy.
+    #[error("no surface could be fitted to the surroundings")]
     NoChart,
-    /// No ring of known vertices on which continuations could be tried.
-    #[error("no ring of vertices round the hole on which to try a continuation")]
+    /// There is no ring of known vertices on which to test candidates.
+    #[error("there is no ring of vertices around the hole on which to test a blend")]
     NoRing,
-    /// The parameters do not ask for it.
-    #[error("it was not asked for")]
-    NotAsked,
-    /// Stopped by the caller.
-    #[error("it was stopped")]
+    /// Not requested by the parameters.
+    #[error("it was not requested")]
+    #[serde(rename = "not-asked")]
+    NotRequested,
+    /// Cancelled by the caller.
+    #[error("it was cancelled")]
     Stopped,
 }

@@ -1,4 +1,4 @@
-//! What is round the patches of a mesh, found without walking over the mesh.
+//! Index of a mesh that finds the neighbourhood of a patch without visiting the whole mesh.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
@@ -10,7 +10,7 @@ use super::geometry::median;
 use crate::cancel::Cancel;
 use crate::mesh::{DisjointSets, Mesh, VertexFaces};
 
-/// An index of a mesh, built once for all of its patches: which faces are round each vertex, and which vertices are data.
+/// An index of a mesh, built once for all of its patches: the faces around each vertex, and which vertices may be data.
 pub struct Surroundings<'a> {
     mesh: &'a Mesh,
     around: VertexFaces,
@@ -18,8 +18,8 @@ pub struct Surroundings<'a> {
     cancel: Cancel,
 }
 
-/// Hashing of vertex numbers by multiplication (D. E. Knuth, "The Art of Computer Programming" 3, section 6.4). Only looked up,
-/// never walked through, so that no result depends on it.
+/// Hashing of vertex numbers by multiplication (D. E. Knuth, "The Art of Computer Programming" 3, section 6.4). The map is only
+/// looked up, never iterated, so results do not depend on the hash.
 #[derive(Default)]
 struct Multiply(u64);
 
@@ -41,8 +41,8 @@ impl Hasher for Multiply {
 type Numbers = HashMap<u32, u32, BuildHasherDefault<Multiply>>;
 
 impl<'a> Surroundings<'a> {
-    /// For a mesh of whose vertices `known` says which were measured and may serve as data for what is missing: not those of
-    /// other patches.
+    /// Indexes a mesh. `known` marks the vertices that were measured and may serve as data for missing ones; vertices of other
+    /// patches are not known.
     pub fn new(mesh: &'a Mesh, known: impl Fn(u32) -> bool) -> Self {
         let count = mesh.positions.len() as u32;
         Self {
@@ -53,14 +53,14 @@ impl<'a> Surroundings<'a> {
         }
     }
 
-    /// Stops what is computed on the patches once a token is set.
+    /// Sets the token that cancels computations on the patches.
     #[must_use]
     pub fn stopped_by(mut self, cancel: &Cancel) -> Self {
         self.cancel = cancel.clone();
         self
     }
 
-    /// The token that stops what is computed on the patches.
+    /// The token that cancels computations on the patches.
     pub(super) fn cancel(&self) -> &Cancel {
         &self.cancel
     }
@@ -70,8 +70,8 @@ impl<'a> Surroundings<'a> {
         self.mesh
     }
 
-    /// The vertices of some faces that are not known, in groups of faces that hang together by edges: the patches that they belong
-    /// to, rising, and no empty ones. Each is finished on its own. Faces between known vertices alone join what is at their sides.
+    /// The unknown vertices of some faces, grouped into patches: components of faces connected by edges. Each group is finished
+    /// on its own. Groups are in rising order and not empty. Faces between known vertices also connect their neighbours.
     pub fn pieces(&self, faces: &[[u32; 3]]) -> Vec<Vec<u32>> {
         let sides = |(f, face): (usize, &[u32; 3])| {
             let [a, b, c] = *face;
@@ -112,12 +112,12 @@ impl<'a> Surroundings<'a> {
         self.known[vertex as usize]
     }
 
-    /// Whether there is such a vertex, with a face round it that has three corners.
+    /// Whether the vertex exists and has a face with three different corners.
     pub(super) fn is_used(&self, vertex: u32) -> bool {
         (vertex as usize) < self.mesh.positions.len() && self.faces(vertex).next().is_some()
     }
 
-    /// The faces round a vertex that have three different corners.
+    /// The faces around a vertex that have three different corners.
     fn faces(&self, vertex: u32) -> impl Iterator<Item = u32> + '_ {
         let whole = |f: &u32| {
             let [a, b, c] = self.mesh.faces[*f as usize];
@@ -126,30 +126,30 @@ impl<'a> Surroundings<'a> {
         self.around.of(vertex).iter().copied().filter(whole)
     }
 
-    /// The vertices that share a face with one, some more than once.
-    fn beside(&self, vertex: u32) -> impl Iterator<Item = u32> + '_ {
+    /// The vertices that share a face with `vertex`; some occur more than once.
+    fn neighbours(&self, vertex: u32) -> impl Iterator<Item = u32> + '_ {
         let corners = self.faces(vertex).flat_map(|f| self.mesh.faces[f as usize]);
         corners.filter(move |&w| w != vertex)
     }
 
-    /// The vertices that share a face with some of the given (sorted) ones and are none of them, rising.
+    /// The vertices that share a face with some of the given (sorted) ones and are not among them, in rising order.
     pub(super) fn rim(&self, vertices: &[u32]) -> Vec<u32> {
-        let all = vertices.iter().flat_map(|&v| self.beside(v));
+        let all = vertices.iter().flat_map(|&v| self.neighbours(v));
         let mut rim: Vec<u32> = all.filter(|w| vertices.binary_search(w).is_err()).collect();
         rim.sort_unstable();
         rim.dedup();
         rim
     }
 
-    /// The median length of the edges at some vertices: a few long ones do not count.
+    /// The median length of the edges at some vertices; a median, because a few long edges should not count.
     pub(super) fn edge(&self, vertices: &[u32]) -> f64 {
-        let at = |v: u32| self.beside(v).map(move |w| (v, w));
+        let at = |v: u32| self.neighbours(v).map(move |w| (v, w));
         let lengths = vertices.iter().flat_map(|&v| at(v));
         median(lengths.map(|(v, w)| self.position(v).distance(self.position(w))))
     }
 
-    /// All vertices within a distance of the given ones along edges, and those up to so many edges away; rising, with their
-    /// distances. Edges count as at least `least` long.
+    /// All vertices within distance `limit` of the given ones along edges, and those up to `rings` edges away; in rising order,
+    /// with their distances. Edges shorter than `least` count as `least`.
     pub(super) fn within(
         &self,
         vertices: &[u32],
@@ -157,7 +157,7 @@ impl<'a> Surroundings<'a> {
         rings: usize,
         least: f64,
     ) -> (Vec<u32>, Vec<f64>) {
-        // Dijkstra's algorithm from all given vertices at once. Distances are not negative, so their bits sort as they do.
+        // Dijkstra's algorithm from all given vertices at once. For non-negative numbers the bit patterns sort like the values.
         let mut numbers = Numbers::default();
         let (mut found, mut distance) = (Vec::new(), Vec::new());
         let mut queue = BinaryHeap::new();
@@ -167,19 +167,19 @@ impl<'a> Surroundings<'a> {
             found.push(v);
             distance.push(0.0);
         }
-        // The first rings belong to the result whatever their distance.
+        // The first rings belong to the result at any distance.
         self.add_rings(rings, &mut numbers, &mut found);
         let always = found.len();
         distance.resize(always, f64::INFINITY);
-        // Entries that a shorter way has overtaken are passed over; beyond the limit only the first rings go on.
+        // Skips entries that a shorter path has replaced; beyond the limit only the first rings are expanded.
         while let Some(Reverse((bits, i))) = queue.pop() {
             let (d, i) = (f64::from_bits(bits), i as usize);
             if d > distance[i] || d > limit && i >= always {
                 continue;
             }
             let from = self.position(found[i]);
-            for w in self.beside(found[i]) {
-                // Edges of length 0 count as `least`, so that distances grow along every way.
+            for w in self.neighbours(found[i]) {
+                // Edges of length 0 count as `least`, so distances grow along every path.
                 let through = d + from.distance(self.position(w)).max(least);
                 if through.is_nan() || through > limit && !numbers.contains_key(&w) {
                     continue;
@@ -195,7 +195,7 @@ impl<'a> Surroundings<'a> {
                 }
             }
         }
-        // By rising vertex, so that the result does not depend on the order of the search.
+        // Sorted by vertex, so that the result does not depend on the order of the search.
         let mut both: Vec<(u32, f64)> = found.into_iter().zip(distance).collect();
         both.sort_unstable_by_key(|b| b.0);
         both.into_iter().unzip()
@@ -206,7 +206,7 @@ impl<'a> Surroundings<'a> {
         for _ in 0..rings {
             let last = found.len();
             for i in first..last {
-                for w in self.beside(found[i]) {
+                for w in self.neighbours(found[i]) {
                     numbers.entry(w).or_insert_with(|| {
                         found.push(w);
                         found.len() as u32 - 1
@@ -217,7 +217,7 @@ impl<'a> Surroundings<'a> {
         }
     }
 
-    /// The faces whose corners are all among sorted vertices, in the mesh's order.
+    /// The faces with all corners among the given sorted vertices, in the mesh's order.
     pub(super) fn faces_within(&self, vertices: &[u32]) -> Vec<[u32; 3]> {
         let inside: Numbers = vertices.iter().map(|&v| (v, 0)).collect();
         let mut faces = Vec::new();

@@ -1,4 +1,4 @@
-//! The minimum of Willmore's energy on a patch's own triangles, by Gauss-Newton.
+//! Minimisation of the Willmore energy on a patch's own triangles, by Gauss-Newton.
 
 use std::collections::BTreeMap;
 
@@ -16,26 +16,26 @@ use crate::cancel::Cancel;
 use crate::linalg::LdlPattern;
 use crate::tuning::tuning;
 
-/// A minimum, or what was come to.
+/// The result of a minimisation, converged or not.
 #[derive(Clone, Debug)]
 pub(super) struct Minimum {
-    /// Positions of the vertices that move.
+    /// Positions of the moving vertices.
     pub(super) shape: Vec<DVec3>,
     pub(super) steps: usize,
-    /// The last displacement, in diameters.
+    /// The largest displacement of the last step, in diameters.
     pub(super) last: f64,
     pub(super) energy_before: f64,
     pub(super) energy: f64,
 }
 
-/// The second start.
-pub(super) enum Second {
+/// Outcome of the second initial shape.
+pub(super) enum SecondInitialisation {
     NotNeeded,
     Worse,
     Better,
 }
 
-/// The surface at a moment.
+/// Discrete curvature and energy of a surface.
 struct State {
     half_cotangents: Vec<[f64; 3]>,
     normals: Vec<DVec3>,
@@ -46,7 +46,8 @@ struct State {
 }
 
 impl State {
-    /// `h = n · S x / m` (mean curvature normal, Meyer et al. 2003, equation (8)) and `E = ½ Σ m h²` over the vertices that act.
+    /// `h = n · S x / m` (mean curvature normal, Meyer et al. 2003, equation (8)) and `E = ½ Σ m h²` over moving and rim
+    /// vertices.
     fn new(closure: &Closure, points: &[DVec3]) -> Self {
         let faces = &closure.faces;
         let (half_cotangents, _) = half_cotangents(points, faces);
@@ -71,17 +72,17 @@ impl State {
     }
 }
 
-/// `½ ∫ h²` of a patch, with its rim, in its own units (it does not depend on the unit).
+/// `½ ∫ h²` of a patch with its rim; it does not depend on the unit of length.
 pub(super) fn energy(patch: &Patch, shape: &[DVec3]) -> f64 {
     State::new(&patch.closure, &patch.closure_points(shape)).energy
 }
 
-/// The number of faces of a patch that look against the normals at all three of their vertices.
+/// The number of folded faces of a patch: faces that point against the normals at all three of their vertices.
 pub(super) fn folds(patch: &Patch, shape: &[DVec3]) -> usize {
     folded(patch, &patch.closure_points(shape)).len()
 }
 
-/// These faces, from the points of the closure.
+/// The folded faces, given the points of the closure.
 fn folded(patch: &Patch, points: &[DVec3]) -> Vec<[u32; 3]> {
     let normals = vertex_normals(points, &patch.closure.faces);
     let is_folded = |face: &&[u32; 3]| {
@@ -93,8 +94,8 @@ fn folded(patch: &Patch, points: &[DVec3]) -> Vec<[u32; 3]> {
     faces.copied().collect()
 }
 
-/// A shape without more than so many folds: the vertices of folded faces go to the mean of their neighbours until that is so. None
-/// where it does not come to be.
+/// Moves the vertices of folded faces to the mean of their neighbours, repeatedly, until at most `allowed` faces are folded.
+/// `None` if that does not succeed.
 pub(super) fn unfolded(patch: &Patch, shape: &[DVec3], allowed: usize) -> Option<Vec<DVec3>> {
     let closure = &patch.closure;
     let mut points = patch.closure_points(shape);
@@ -124,17 +125,19 @@ pub(super) fn unfolded(patch: &Patch, shape: &[DVec3], allowed: usize) -> Option
     None
 }
 
-/// Watches for folds on a large patch, whose steps take long: where some steps in a row leave more than there were, the last shape
-/// without them is taken.
+/// Detects folds during the minimisation of a large patch, whose steps are expensive: after some consecutive steps with too many
+/// folds it stops the minimisation, and the last shape without them is used.
 struct FoldWatch<'a> {
     patch: &'a Patch,
     allowed: usize,
+    /// Consecutive steps with too many folds.
     in_a_row: usize,
+    /// The last shape without them, as points of the closure, and its energy.
     best: (Vec<DVec3>, f64),
 }
 
 impl FoldWatch<'_> {
-    /// Whether to go on from points at an energy.
+    /// Whether to continue after a step to these points with this energy.
     fn goes_on(&mut self, points: &[DVec3], energy: f64) -> bool {
         if folds(self.patch, &self.patch.closure.moved(points)) <= self.allowed {
             self.in_a_row = 0;
@@ -146,7 +149,7 @@ impl FoldWatch<'_> {
     }
 }
 
-/// What the steps of Gauss-Newton work on.
+/// State of the Gauss-Newton iteration that is shared by its steps.
 struct Solver<'a> {
     closure: &'a Closure,
     stiffness: Stiffness,
@@ -155,11 +158,12 @@ struct Solver<'a> {
     pattern: Option<LdlPattern>,
     diameter: f64,
     edge: f64,
+    /// Factor on the diagonal (Levenberg-Marquardt).
     damping: f64,
     cancel: &'a Cancel,
 }
 
-/// `J'MJ` and the right-hand side.
+/// The matrix `Jᵀ M J` and the right-hand side.
 struct Normal {
     matrix: CsMat<f64>,
     rhs: Vec<f64>,
@@ -184,17 +188,17 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// The linearised problem: with `J = ∂h/∂d = M⁻¹ S − diag(h² − 2 K)` for displacements `d` along the normals, `(Jᵀ M J) d =
-    /// −(Jᵀ M h + ½ M h³)`, a Gauss-Newton step (J. Nocedal, S. J. Wright, "Numerical Optimization", 2006, section 10.3). Rows of `J`
-    /// are the vertices that move and the rim, whose curvature the patch sets too.
+    /// The linearised problem: with `J = ∂h/∂d = M⁻¹ S − diag(h² − 2 K)` for displacements `d` along the normals,
+    /// `(Jᵀ M J) d = −(Jᵀ M h + ½ M h³)`, a Gauss-Newton step (J. Nocedal, S. J. Wright, "Numerical Optimization", 2006, section
+    /// 10.3). `J` has a row for each moving vertex and each rim vertex, whose curvature also depends on the patch.
     ///
-    /// On the left `h² − 2 K` of a patch with many vertices is bounded by its third quartile: the roughness of a finely meshed rim
-    /// would make a well of it that has nearly flat directions, along which steps are of no use.
+    /// In a patch with many vertices, `h² − 2 K` in the matrix is bounded by its third quartile. On a finely meshed rough rim,
+    /// noise makes the Hessian nearly singular; steps along its near-null space do not lower the energy.
     fn linearised(&mut self, points: &[DVec3], state: &State) -> Normal {
         let closure = self.closure;
         self.stiffness.set(&closure.faces, &state.half_cotangents);
-        // h² − 2 K is the sum of the squared principal curvatures. More than π/2 an edge is not resolved and cut off; K is
-        // at most h²/4, as for real principal curvatures.
+        // h² − 2 K is the sum of the squared principal curvatures. Curvatures above π/2 per edge are not resolved and are
+        // clamped; K is at most h²/4, as for real principal curvatures.
         let gauss = gauss_curvature(points, &closure.faces, &state.masses);
         let most = std::f64::consts::PI / (2.0 * self.edge);
         let squares = |i: usize| {
@@ -211,7 +215,7 @@ impl<'a> Solver<'a> {
             true => quantile(squares.iter().copied(), 0.75),
             false => f64::INFINITY,
         };
-        // Rows of J, the same times m for Jᵀ M J, and the right-hand side, in which the quartile does not bound h² − 2 K.
+        // Rows of J, the same rows times m (for Jᵀ M J), and the right-hand side, where the quartile does not bound h² − 2 K.
         let (mut starts, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
         let mut weighted = Vec::new();
         let mut rhs = vec![0.0; closure.moving.len()];
@@ -234,7 +238,7 @@ impl<'a> Solver<'a> {
             }
             starts.push(columns.len());
         }
-        // Jᵀ (M J): its rows and columns are the vertices that move.
+        // Jᵀ (M J): one row and column for each moving vertex.
         let shape = (closure.acting.len(), closure.moving.len());
         let weighted = CsMat::new(shape, starts.clone(), columns.clone(), weighted);
         let jacobian = CsMat::new(shape, starts, columns, values);
@@ -245,7 +249,8 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Displacements along the normals, bounded, and the largest; none where the system has no finite solution.
+    /// Solves for the displacements along the normals, clamps them, and returns them with the largest; `None` if there is no
+    /// finite solution.
     fn displacements(&mut self, normal: Normal) -> Option<(Vec<f64>, f64)> {
         let matrix = &normal.matrix;
         let pattern = self
@@ -264,7 +269,7 @@ impl<'a> Solver<'a> {
         Some((d, largest))
     }
 
-    /// The points after a step.
+    /// The points after the fraction `part` of a step.
     fn moved(&self, points: &[DVec3], normals: &[DVec3], d: &[f64], part: f64) -> Vec<DVec3> {
         let mut moved = points.to_vec();
         for (&v, d) in self.closure.moving.iter().zip(d) {
@@ -273,16 +278,16 @@ impl<'a> Solver<'a> {
         moved
     }
 
-    /// Moves vertices along the surface towards the mean of their neighbours.
+    /// Moves vertices tangentially towards the mean of their neighbours.
     fn spread(&self, points: &mut [DVec3]) {
         let normals = vertex_normals(points, &self.closure.faces);
         let mut goals = Vec::with_capacity(self.closure.moving.len());
         for &v in &self.closure.moving {
             let i = v as usize;
             let row = self.stiffness.matrix.outer_view(i);
-            let beside = row.iter().flat_map(|row| row.indices());
+            let neighbours = row.iter().flat_map(|row| row.indices());
             let (mut sum, mut count) = (DVec3::ZERO, 0.0);
-            for &j in beside.filter(|&&j| j != i) {
+            for &j in neighbours.filter(|&&j| j != i) {
                 sum += points[j];
                 count += 1.0;
             }
@@ -294,7 +299,8 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// One step with halvings, from the state at some points; none where the energy falls nowhere on the way.
+    /// Takes a step from the given state, halving it until the energy falls; `None` if it does not. A step that is short enough
+    /// is taken even if the energy does not fall.
     fn step(
         &self,
         points: &[DVec3],
@@ -322,9 +328,9 @@ impl<'a> Solver<'a> {
     }
 }
 
-/// By how much a step is lengthened, from the one before: where steps go one way and shrink by a constant factor, as along the
-/// nearly flat valleys that the energy's invariance under inversions leaves on parts wider than their rims, to the sum of the
-/// geometric series that they begin (A. C. Aitken, 1926).
+/// Factor by which to lengthen a step, from the step before. The energy is invariant under inversions, which leaves nearly flat
+/// valleys on patches wider than their rims. There steps have the same direction and shrink by a constant factor; the factor
+/// extends a step to the sum of the geometric series (A. C. Aitken, 1926).
 fn stretch(before: &[f64], now: &[f64]) -> f64 {
     if before.len() != now.len() {
         return 1.0;
@@ -341,13 +347,14 @@ fn stretch(before: &[f64], now: &[f64]) -> f64 {
     }
 }
 
-/// Gauss-Newton from a shape.
+/// Gauss-Newton iteration from a shape.
 pub(super) fn minimise(patch: &Patch, shape: &[DVec3], params: &FinishParams) -> Minimum {
     let mut solver = Solver::new(patch);
     let mut points = patch.closure_points(shape);
     let mut state = State::new(&patch.closure, &points);
     let energy_before = state.energy;
     let (mut steps, mut last) = (0, f64::INFINITY);
+    // For large patches only: watches for folds.
     let mut before: Vec<f64> = Vec::new();
     let mut watch = (shape.len() > params.most_blended).then(|| FoldWatch {
         patch,
@@ -357,7 +364,7 @@ pub(super) fn minimise(patch: &Patch, shape: &[DVec3], params: &FinishParams) ->
     });
     while steps < params.most_steps && state.energy.is_finite() && !patch.cancel.is_cancelled() {
         steps += 1;
-        // Displacements of one step; `last` is the largest in diameters, before the step is lengthened.
+        // The displacements of a step; `last` is the largest, in diameters, before the step is lengthened.
         let normal = solver.linearised(&points, &state);
         let Some((mut d, mut largest)) = solver.displacements(normal) else {
             break;
@@ -367,7 +374,7 @@ pub(super) fn minimise(patch: &Patch, shape: &[DVec3], params: &FinishParams) ->
         before = d.clone();
         d.iter_mut().for_each(|d| *d *= stretch);
         largest *= stretch;
-        // A step that lowers the energy relaxes the damping. Without one the diagonal is raised (Levenberg and Marquardt).
+        // A step that lowers the energy reduces the damping; otherwise the damping is raised (Levenberg and Marquardt).
         if let Some((moved, next)) = solver.step(&points, &state, &d, largest) {
             (points, state) = (moved, next);
             solver.damping *= 0.1;
@@ -382,7 +389,7 @@ pub(super) fn minimise(patch: &Patch, shape: &[DVec3], params: &FinishParams) ->
             }
         }
     }
-    // Where folds remain, the last shape without them counts, as not converged.
+    // If folds remain, the last shape without them is the result, not converged.
     let (points, energy) = match watch {
         Some(watch) if watch.in_a_row > 0 => {
             last = f64::INFINITY;
@@ -399,9 +406,9 @@ pub(super) fn minimise(patch: &Patch, shape: &[DVec3], params: &FinishParams) ->
     }
 }
 
-/// The shape with a strip along its rim filled biharmonically; none where that cannot be. The surface that a patch with small faces
-/// comes from meets the rim only as well as its voxels tell, many faces beside it: crumpled there, no step of Gauss-Newton is
-/// short enough.
+/// The shape with a strip along its rim filled biharmonically; `None` if that fails. A patch with small faces meets the rim only
+/// with the accuracy of its voxels, which are many faces wide: it is crumpled there, and no Gauss-Newton step would be short
+/// enough.
 fn smoothed(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
     let strip = patch.enlarged(&[], shape, tuning().finish.strip * patch.diameter);
     let points = strip.placed(&biharmonic(&strip, &strip.shape())?);
@@ -409,27 +416,27 @@ fn smoothed(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
     Some(patch.closure.moving.iter().map(place).collect())
 }
 
-/// The minimum of lowest energy that is found, fewer folds first. The first start is the patch's own shape, of a large patch with a
-/// strip along the rim filled biharmonically. The second is the biharmonic fill of all its triangles, which unfolds them: where the
-/// first of a smaller patch did not converge or has folds, and at any size where the fill itself has much less energy than the minimum
-/// that was found.
-pub(super) fn lowest(patch: &Patch, params: &FinishParams) -> (Minimum, Second) {
+/// The minimum with the fewest folds, then the lowest energy, from up to two initial shapes. The first is the patch's own shape;
+/// for a large patch, with a strip along the rim filled biharmonically. The second is the biharmonic fill of all its triangles,
+/// which has no folds. It is used if the first did not converge or has folds (smaller patches only), or if the fill itself has
+/// much less energy than the minimum from the first.
+pub(super) fn lowest(patch: &Patch, params: &FinishParams) -> (Minimum, SecondInitialisation) {
     let shape = patch.shape();
     let is_large = shape.len() > params.most_blended;
     let mut params = params.clone();
-    let (mut start, mut second) = (shape, Second::NotNeeded);
+    let (mut start, mut second) = (shape, SecondInitialisation::NotNeeded);
     let energy_before = energy(patch, &start);
-    // A large patch gets a smooth strip along its rim first, if that lowers its energy.
+    // For a large patch, smooth a strip along the rim first if that lowers the energy.
     if is_large {
         params.most_steps = params.most_steps_of_large;
-        second = Second::Worse;
+        second = SecondInitialisation::Worse;
         if let Some(other) = smoothed(patch, &start)
             && energy(patch, &other) < energy_before
         {
-            (start, second) = (other, Second::Better);
+            (start, second) = (other, SecondInitialisation::Better);
         }
     }
-    // The first start; a converged minimum of low energy without folds needs no other.
+    // The first initial shape. A converged minimum of low energy without folds needs no second.
     let first = Minimum {
         energy_before,
         ..minimise(patch, &start, &params)
@@ -439,7 +446,7 @@ pub(super) fn lowest(patch: &Patch, params: &FinishParams) -> (Minimum, Second) 
     if is_sound && first.energy < tuning().finish.second_start_bent || patch.cancel.is_cancelled() {
         return (first, second);
     }
-    // The second start, where the first failed, or the fill has much less energy than its minimum.
+    // The second initial shape: used if the first failed or the fill has much less energy than its minimum.
     let Some(filled) = biharmonic(patch, &start) else {
         return (first, second);
     };
@@ -457,7 +464,14 @@ pub(super) fn lowest(patch: &Patch, params: &FinishParams) -> (Minimum, Second) 
             energy_before,
             ..other
         };
-        return (both, Second::Better);
+        return (both, SecondInitialisation::Better);
     }
-    (first, if is_large { second } else { Second::Worse })
+    (
+        first,
+        if is_large {
+            second
+        } else {
+            SecondInitialisation::Worse
+        },
+    )
 }

@@ -1,4 +1,4 @@
-//! The nodes and cells the energy lives on.
+//! The narrow band of grid nodes and cells on which the energy is computed.
 
 use std::sync::Arc;
 
@@ -8,15 +8,15 @@ use super::layout::Layout;
 use crate::cancel::Cancel;
 use crate::grid::{ABSENT, NodeIndex, SparseGrid, add, dilate};
 
-/// Half width of the weight χ, in voxels.
+/// b, the half width of the weight χ, in voxels.
 pub const WIDTH: f64 = 2.5;
-/// Margin of residual nodes beyond the weight.
+/// How far residual nodes extend beyond the weight's support, in voxels.
 pub const MARGIN: f64 = 1.0;
-/// No node or cell.
+/// Number that stands for "no node" and "no cell".
 pub const NONE: u32 = u32::MAX;
 
-/// The corners of a cell: the numbers of the four on its lower side along the last axis. Those on the other side come next
-/// in the order of the nodes.
+/// A cell's corners with last coordinate 0: their node numbers. The opposite corner with last coordinate 1 has the next number,
+/// because nodes are numbered in lexicographic order.
 pub type Cell = [u32; 4];
 
 /// The numbers of a cell's eight corners.
@@ -25,18 +25,18 @@ pub fn corner_numbers(cell: &Cell) -> [usize; 8] {
     std::array::from_fn(|a| cell[a / 2] as usize + a % 2)
 }
 
-/// A narrow band: residual nodes R = {|φ| < b + 1} ∩ (mask dilated a given number of times), the cells that touch R, the unknowns
-/// U = mask ∩ (R dilated once), all with compact numbers in the lexicographic order of the nodes.
+/// A narrow band: residual nodes R = {|φ| < b + 1} ∩ (mask dilated a given number of times), the cells that touch R, and the
+/// unknowns U = mask ∩ (R dilated once). Nodes are numbered compactly in lexicographic order.
 pub struct Band {
     /// Slot of each node in the grid.
     pub slots: Vec<u32>,
-    /// Where vectors keep the nodes.
+    /// Memory layout of vectors over the nodes.
     pub layout: Arc<Layout>,
-    /// Corner nodes of each cell, in the order of their first.
+    /// Corner nodes of each cell; cells are sorted by their first corner.
     pub cells: Vec<Cell>,
-    /// For each node and each pair of corners along the last axis the cells of which the node is one of them. There are at most
-    /// two, numbered in a row: four times the lower number, 1 if there is one of which it is the second corner, 2 if one of
-    /// which it is the first.
+    /// The cells around each node, packed by pair of corners along the last axis. The node can be the second corner of one cell
+    /// and the first of the next; those two cells have consecutive numbers. Entry: 4 × the lower cell number, + 1 if the node is
+    /// the second corner of a cell, + 2 if it is the first corner of one.
     node_cells: Vec<[u32; 4]>,
     /// Whether a node carries a residual.
     pub residual: Vec<bool>,
@@ -46,7 +46,7 @@ pub struct Band {
     pub unknown: Vec<bool>,
     /// Number of unknowns.
     pub unknowns: usize,
-    /// The token that stops what is computed on the band.
+    /// Token that cancels computations on the band.
     pub cancel: Cancel,
 }
 
@@ -55,7 +55,8 @@ fn corner(a: usize) -> NodeIndex {
 }
 
 impl Band {
-    /// The band of `phi` round its zero set where `mask` leaves it free; R reaches `dilations` (at least one) steps beyond.
+    /// The band of `phi` around its zero set where `mask` leaves it free. R extends `dilations` steps (at least one) beyond the
+    /// mask.
     pub fn new(grid: &SparseGrid, phi: &[f64], mask: &[bool], dilations: usize) -> Self {
         // R: nodes nearer than b + 1 voxels to the zero set and within `dilations` steps of the mask, with all 26
         // neighbours stored.
@@ -89,7 +90,8 @@ impl Band {
                 (whole && touches()).then(|| [c[0], c[2], c[4], c[6]])
             })
             .collect();
-        // The cells round each node, so that sums over them are gathered by rows, in a fixed order.
+        // The cells around each node: sums over cells are gathered row by row in a fixed order, so results do not depend on
+        // threads.
         let mut node_cells = vec![[0; 4]; slots.len()];
         for (c, cell) in cells.iter().enumerate() {
             for (k, &v) in cell.iter().enumerate() {
@@ -98,7 +100,7 @@ impl Band {
                 node_cells[v as usize + 1][k] = (c as u32) << 2 | 1;
             }
         }
-        // Marks by number in place of marks by slot.
+        // Flags by node number instead of by slot.
         let unknown: Vec<bool> = slots.iter().map(|&s| mask[s as usize]).collect();
         let residual: Vec<bool> = slots.iter().map(|&s| residual[s as usize]).collect();
         let near: Vec<bool> = slots.iter().map(|&s| near[s as usize]).collect();
@@ -124,7 +126,7 @@ impl Band {
         }
     }
 
-    /// Calls `run` with each cell round a node, and which of its corners the node is.
+    /// Calls `run` with each cell around a node and the node's corner index in that cell.
     #[inline]
     pub fn each_cell(&self, node: usize, mut run: impl FnMut(usize, usize)) {
         for (k, &pair) in self.node_cells[node].iter().enumerate() {
@@ -143,12 +145,12 @@ impl Band {
         grid.around(slot).iter().all(|&s| s != ABSENT)
     }
 
-    /// The values at the band's nodes, in their order, of a field with one value for each slot of the grid.
+    /// Gathers the values at the band's nodes from a field with one value for each slot of the grid.
     pub fn gather(&self, field: &[f64]) -> Vec<f64> {
         self.slots.iter().map(|&s| field[s as usize]).collect()
     }
 
-    /// Writes values at the band's nodes, in their order, back to a field with one value for each slot of the grid.
+    /// Writes values at the band's nodes back to a field with one value for each slot of the grid.
     pub fn scatter(&self, values: &[f64], field: &mut [f64]) {
         for (&s, &v) in self.slots.iter().zip(values) {
             field[s as usize] = v;

@@ -1,9 +1,9 @@
-//! Energies of the caller's: the integral of a density of mean curvature and place, its discretisation on a band.
+//! User-defined bending energies: the integral of a density of mean curvature and position, discretised on a band.
 //!
 //! `E(φ) = v² Σ_{i ∈ R} χ(φ_i) f(x_i, h_i) / M_i + κ/2 Σ_cells (|∇φ| − 1)²`, `h_i = −r_i / v`
 //!
-//! with the voxel's size v, and r_i and M_i as in the Willmore energy ([`super::willmore`]): 1/M_i is the lumped |∇φ|, so that by the
-//! co-area formula the sum is ∫f dA, averaged over the levels in the band. For f = ½h² it is the Willmore energy.
+//! where v is the voxel size, and r_i and M_i are as in the Willmore energy ([`super::willmore`]). 1/M_i is the lumped |∇φ|, so
+//! by the co-area formula the sum is ∫f dA averaged over the levels in the band. For f = ½h² this is the Willmore energy.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -17,15 +17,15 @@ use super::willmore::{gradient, system, weights};
 use crate::grid::{Lattice, SparseGrid, as_point};
 use crate::tuning::tuning;
 
-/// An energy `∫ f(x, h) dA` of a surface, for [`Inspection::fill_with`](crate::Inspection::fill_with).
+/// A user-defined energy `∫ f(x, h) dA` of a surface, for [`Inspection::fill_with`](crate::Inspection::fill_with).
 ///
-/// h is the mean curvature as the sum of the principal curvatures, in 1/length, positive where the surface bends away from the side
-/// that its normals point to: 2/r on a sphere of radius r with normals outward, 1/r on such a cylinder. x is the place, in the
-/// mesh's units. A patch has the position and the normal of its surroundings along its rim; under that condition it is a steady
+/// h is the mean curvature as the sum of the principal curvatures, in 1/length, positive where the surface bends away from the
+/// side that its normals point to: with outward normals 2/r on a sphere and 1/r on a cylinder of radius r. x is the position, in
+/// the mesh's units. Along the rim a patch takes position and normal from its surroundings; under that condition it is a steady
 /// state of the energy.
 ///
-/// The energy of Helfrich ("Elastic properties of lipid bilayers: theory and possible experiments", 1973, equation 12, without
-/// its Gaussian term, which is constant here) has a spontaneous curvature h₀:
+/// The energy of Helfrich ("Elastic properties of lipid bilayers: theory and possible experiments", 1973, equation 12) has a
+/// spontaneous curvature h₀. Its Gaussian term is omitted because it is constant here:
 ///
 /// ```
 /// use isomend::glam::DVec3;
@@ -45,28 +45,29 @@ use crate::tuning::tuning;
 /// }
 /// ```
 ///
-/// The energy is computed on a level set, with the weak mean curvature of Droske and Rumpf ("A level set formulation for Willmore flow",
-/// 2004, equation 10) at the nodes of a band five voxels wide. A density cannot depend on derivatives of h or on the Gaussian
-/// curvature. Steps are of Gauss-Newton type: few are needed where ∂f/∂h is small at the minimum, more where it is not.
+/// The energy is computed on a level set, with the weak mean curvature of Droske and Rumpf ("A level set formulation for Willmore
+/// flow", 2004, equation 10) at the nodes of a band five voxels wide. A density cannot depend on derivatives of h or on the
+/// Gaussian curvature. Steps are of Gauss-Newton type: few are needed if ∂f/∂h is small at the minimum, more if it is not.
 ///
-/// `examples/own_energy.rs` fills a hole in the wall of a tube by it.
+/// `examples/own_energy.rs` fills a hole in the wall of a tube with it.
 pub trait BendingEnergy: Sync {
-    /// f and its derivatives by h at a place. Called for each node of a band in each step, from several threads: a pure function, of the
-    /// order of 10 ns. Values that are not finite end the flow, and the hole is closed by other means.
+    /// f and its derivatives with respect to h at a position. Called for each node of a band in each step, from several threads:
+    /// it should be a pure function that takes about 10 ns. A value that is not finite ends the flow, and the hole is closed by
+    /// another method.
     fn density(&self, place: DVec3, h: f64) -> Density;
 }
 
 /// The density of a [`BendingEnergy`] for one h at one place.
 ///
-/// Its scale matters beside the term that keeps φ a distance: f″ should be of the order of 1, as that of ½h² is.
+/// Its scale matters relative to the term that keeps φ a distance: f″ should be of the order of 1, as for ½h².
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Density {
-    /// f, in 1/length²; not negative, or steps are shorter than they might be.
+    /// f, in 1/length². Negative values are allowed but shorten the steps.
     pub value: f64,
     /// ∂f/∂h, in 1/length.
     pub slope: f64,
-    /// ∂²f/∂h²; in the matrix of a step at least 0.01.
+    /// ∂²f/∂h²; the matrix of a step uses at least 0.01.
     pub second: f64,
 }
 
@@ -81,21 +82,21 @@ impl Density {
     }
 }
 
-/// An energy of the caller's on a lattice.
+/// A user-defined energy and the lattice it is evaluated on.
 #[derive(Clone, Copy)]
 pub struct OwnEnergy<'a> {
     /// The energy.
     pub energy: &'a dyn BendingEnergy,
-    /// Where the nodes are, in the mesh's units.
+    /// Maps nodes to positions in the mesh's units.
     pub lattice: Lattice,
 }
 
-/// A band with an energy of the caller's on it.
+/// A band with a user-defined energy.
 pub struct BendingBand<'a> {
     band: Band,
     kappa: f64,
     own: OwnEnergy<'a>,
-    /// Where the band's nodes are.
+    /// Positions of the band's nodes, in the mesh's units.
     places: Vec<DVec3>,
 }
 
@@ -111,7 +112,7 @@ impl<'a> BendingBand<'a> {
         }
     }
 
-    /// v² f and its first two derivatives by r at a node of R: h = −r/v.
+    /// v² f and its first two derivatives with respect to r at a node of R, where h = −r/v.
     fn density(&self, i: usize, r: f64) -> Density {
         let voxel = self.own.lattice.voxel;
         let density = self.own.energy.density(self.places[i], -r / voxel);
@@ -122,7 +123,7 @@ impl<'a> BendingBand<'a> {
         }
     }
 
-    /// The densities at the band's nodes, zero off R.
+    /// The densities at the band's nodes; zero outside R.
     fn densities(&self, at: &Evaluation) -> Vec<Density> {
         let of = |i: usize| match self.band.residual[i] {
             true => self.density(i, at.r[i]),
@@ -162,7 +163,7 @@ impl BandEnergy for BendingBand<'_> {
 
     fn gradient(&self, phi: &[f64], at: &Evaluation) -> Vec<f64> {
         let densities = self.densities(at);
-        // χ ∂(f/M)/∂r, and −2 χ ∂(f/M)/∂M, which is χw² of the Willmore energy.
+        // χ ∂(f/M)/∂r and −2 χ ∂(f/M)/∂M; for the Willmore energy these are χw and χw².
         let (force, weighted): (Vec<f64>, Vec<f64>) = (0..phi.len())
             .map(|i| {
                 let (weight, mass) = (chi(phi[i]), at.mass[i]);
@@ -181,7 +182,7 @@ impl BandEnergy for BendingBand<'_> {
         })
     }
 
-    /// The matrix is `BPᵀ diag(χf″/M) BP + ½ L1 + κ L[n⊗n]` whatever the variant, with L1 from where f is positive.
+    /// The matrix is `BPᵀ diag(χf″/M) BP + ½ L1 + κ L[n⊗n]` for every variant; L1 uses only nodes where f is positive.
     fn system(&self, phi: &[f64], at: &Evaluation, _: Variant, time_step: f64) -> System {
         let densities = self.densities(at);
         let weighted = |i: usize| {

@@ -1,4 +1,4 @@
-//! The terms of a band's energies, cell by cell: nodal curvature, mass, weights, and the matrices of a step.
+//! Cell-wise terms of a band's energies: nodal curvature, lumped mass, weights χ, and the matrices of a step.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -10,11 +10,12 @@ use super::element::{ELEMENT, Gradients, against_gradients, dot, gauss_gradients
 use super::settings::Variant;
 use super::stencil::Stencil;
 
+/// Items per partial sum.
 const CHUNK: usize = 1024;
-/// Its square is added to |∇φ|², so that the length of a gradient is never zero.
+/// Its square is added to |∇φ|² so that the length of a gradient is never zero.
 const EPSILON: f64 = 1e-6;
 
-/// χ(t) = ½ (1 + cos(πt/b)) inside |t| < b.
+/// The weight χ(t) = ½ (1 + cos(πt/b)) for |t| < b, else 0.
 pub fn chi(t: f64) -> f64 {
     if t.abs() < WIDTH {
         0.5 * (1.0 + (PI * t / WIDTH).cos())
@@ -23,7 +24,7 @@ pub fn chi(t: f64) -> f64 {
     }
 }
 
-/// χ′.
+/// The derivative χ′.
 pub fn chi_derivative(t: f64) -> f64 {
     if t.abs() < WIDTH {
         -0.5 * PI / WIDTH * (PI * t / WIDTH).sin()
@@ -38,12 +39,12 @@ pub fn corners(cell: &Cell, phi: &[f64]) -> [f64; 8] {
     corner_numbers(cell).map(|v| phi[v])
 }
 
-/// Length of a gradient, never zero.
+/// Length of a gradient, regularised so that it is never zero.
 pub fn norm(g: [f64; 3]) -> f64 {
     (dot(g, g) + EPSILON * EPSILON).sqrt()
 }
 
-/// Sums in chunks of fixed size, so that rounding does not depend on the threads.
+/// Sums in chunks of fixed size, so that rounding does not depend on the number of threads.
 pub fn chunked_sum<T: Sync>(items: &[T], f: impl Fn(usize, &T) -> f64 + Sync) -> f64 {
     let partial: Vec<f64> = items
         .par_chunks(CHUNK)
@@ -56,8 +57,8 @@ pub fn chunked_sum<T: Sync>(items: &[T], f: impl Fn(usize, &T) -> f64 + Sync) ->
     partial.iter().sum()
 }
 
-/// r_i and M_i at each node of the band, gathered from the cells. With N_i as the test function of equation (10) of Droske and Rumpf
-/// (2004) r_i is its right-hand side and M_i the lumped mass of its left-hand side, so that `w_i = r_i / M_i`.
+/// r_i and M_i at each node of the band, gathered from the cells. With N_i as the test function of equation (10) of Droske and
+/// Rumpf (2004), r_i is its right-hand side and M_i the lumped mass of its left-hand side, so that `w_i = r_i / M_i`.
 pub fn nodal(band: &Band, phi: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let count = phi.len();
     let (mut r, mut mass) = (Vec::with_capacity(count), Vec::with_capacity(count));
@@ -82,7 +83,7 @@ pub fn nodal(band: &Band, phi: &[f64]) -> (Vec<f64>, Vec<f64>) {
             mass.extend(slab_mass);
         },
     );
-    // A stopped computation has left the rest out.
+    // A cancelled computation leaves the remaining slabs out.
     r.resize(count, 0.0);
     mass.resize(count, 1.0);
     (r, mass)
@@ -96,7 +97,7 @@ pub fn eikonal(band: &Band, phi: &[f64]) -> f64 {
     })
 }
 
-/// The eight entries of `Σ_q ⅛ n·∇N_a` and `⅛ / |∇φ|` at the centre.
+/// The eight entries of `Σ_q ⅛ n·∇N_a`, and `⅛ / |∇φ|` at the centre.
 fn cell_residual(v: &[f64; 8]) -> ([f64; 8], f64) {
     let normals = gauss_gradients(v).map(|g| {
         let s = 0.125 / norm(g);
@@ -106,13 +107,13 @@ fn cell_residual(v: &[f64; 8]) -> ([f64; 8], f64) {
     (against_gradients(&normals), mass)
 }
 
-/// What a cell's matrices are made of, at the band's nodes.
+/// Nodal fields from which a cell's matrices are assembled.
 pub struct Fields<'a> {
     /// φ.
     pub phi: &'a [f64],
     /// χw².
     pub weighted: &'a [f64],
-    /// χw; for other energies than Willmore's the derivative by the nodal curvature.
+    /// χw; for other energies than Willmore's the derivative with respect to the nodal curvature.
     pub force: &'a [f64],
     /// Weight of the eikonal term.
     pub kappa: f64,
@@ -121,7 +122,7 @@ pub struct Fields<'a> {
 /// The upper triangle of a symmetric 8 × 8 matrix, by rows.
 pub type Packed = [f32; 36];
 
-/// Place in a [`Packed`] matrix of entry `8 a + b`.
+/// Index in a [`Packed`] matrix of entry `8 a + b`.
 const PLACE: [u8; 64] = {
     let mut table = [0; 64];
     let (mut a, mut next) = (0, 0);
@@ -138,7 +139,7 @@ const PLACE: [u8; 64] = {
     table
 };
 
-/// The upper triangle of a symmetric matrix, of which the lower left quarter need not be there.
+/// Packs the upper triangle of a symmetric matrix; its lower left quarter is not read.
 pub fn packed(matrix: &[f32; 64]) -> Packed {
     let mut out = [0.0; 36];
     for a in 0..8 {
@@ -149,7 +150,7 @@ pub fn packed(matrix: &[f32; 64]) -> Packed {
     out
 }
 
-/// What a cell adds to the stencils.
+/// A cell's contributions to the stencils.
 pub struct CellMatrices {
     /// L[P/|∇φ|].
     pub tangential: Packed,
@@ -160,12 +161,13 @@ pub struct CellMatrices {
 }
 
 impl CellMatrices {
-    /// Of the cell with these corners.
+    /// Assembles the matrices of a cell.
     pub fn new(cell: &Cell, fields: &Fields, variant: Variant) -> Self {
         let e = &*ELEMENT;
         let v = corners(cell, fields.phi);
         let kappa = (0.125 * fields.kappa) as f32;
         let (mut tangential, mut full, mut second) = ([0.0; 64], [0.0; 64], [0.0; 64]);
+        // Gauss points: L[P/|∇φ|], L[1/|∇φ|] and κ L[n⊗n].
         for (q, (shape, g)) in e.gauss.iter().zip(gauss_gradients(&v)).enumerate() {
             let l = norm(g);
             let n = g.map(|x| x / l);
@@ -183,6 +185,7 @@ impl CellMatrices {
                 }
             }
         }
+        // Centre: ½ L1.
         let l1 = fields.first_order(cell, norm(gradient(&e.centre, &v)));
         for (s, p) in second.iter_mut().zip(&e.centre_products) {
             *s += l1 as f32 * p;
@@ -196,14 +199,14 @@ impl CellMatrices {
 }
 
 impl Fields<'_> {
-    /// The weight of ½ L1 in a cell with the gradient's length at its centre.
+    /// The weight of ½ L1 in a cell; `length` is |∇φ| at its centre.
     fn first_order(&self, cell: &Cell, length: f64) -> f64 {
         let mean = 0.125 * corners(cell, self.weighted).iter().sum::<f64>();
         0.5 * mean / (length * length * length)
     }
 
-    /// What a cell adds to the gradient at its corners: `BPᵀ(χw) + ½ L1 φ + κ ∂Eik`. The first two are minus the right-hand side of
-    /// equation (9) of Droske and Rumpf (2004), tested with the shape functions and weighted by χ.
+    /// A cell's contribution to the gradient at its corners: `BPᵀ(χw) + ½ L1 φ + κ ∂Eik`. The first two terms are minus the
+    /// right-hand side of equation (9) of Droske and Rumpf (2004), tested with the shape functions and weighted by χ.
     pub fn load(&self, cell: &Cell) -> [f64; 8] {
         let e = &*ELEMENT;
         let v = corners(cell, self.phi);
@@ -227,13 +230,14 @@ impl Fields<'_> {
     }
 }
 
-/// The gradient of one shape function.
+/// The gradient of the shape function of corner `a`.
 #[inline]
 fn at_corner(shape: &Gradients, a: usize) -> [f64; 3] {
     [shape[0][a], shape[1][a], shape[2][a]]
 }
 
-/// Adds `scale (∇N·∇N − n·∇N n·∇N)` to the first matrix and `kappa n·∇N n·∇N` to the second, but for the lower left quarter.
+/// Adds `scale (∇N·∇N − n·∇N n·∇N)` to the first matrix and `kappa n·∇N n·∇N` to the second; leaves their lower left quarters
+/// out.
 #[inline]
 fn add_products(
     (tangential, second): (&mut [f32; 64], &mut [f32; 64]),
@@ -258,28 +262,29 @@ fn add_products(
     }
 }
 
-/// Nodes that are visited at a time. Cells at the border of two slabs are computed twice; with so many nodes they are few.
+/// Nodes per slab. Cells on the boundary of two slabs are computed twice; with slabs of this size they are few.
 const SLAB: usize = 32_768;
 
-/// Cells of a slab between two looks at the band's token: their matrices take about 10 ms of one thread.
-const ASKED: usize = 8192;
+/// Cells computed between two checks of the cancel token; their matrices take about 10 ms of one thread.
+const CELLS_PER_CHECK: usize = 8192;
 
-/// What was made of the cells round the nodes of a slab.
+/// The results for the cells around the nodes of a slab.
 pub struct SlabCells<C> {
     first: usize,
     cells: Vec<C>,
 }
 
 impl<C> SlabCells<C> {
-    /// What was made of a cell.
+    /// The result for a cell.
     #[inline]
     pub fn get(&self, cell: usize) -> &C {
         &self.cells[cell - self.first]
     }
 }
 
-/// Runs over `count` nodes of a band, the i-th of which is `node(i)` (rising), slab by slab, with what `make` has of the cells
-/// round them; that of a slab is kept while it lasts. Leaves the remaining slabs out once the band's token is set.
+/// Visits `count` nodes of a band slab by slab; the i-th node is `node(i)`, in rising order. For each slab, `make` computes a
+/// result for every cell around its nodes; the results are kept only while `run` processes the slab. Remaining slabs are skipped
+/// once the band's token is set.
 pub fn in_slabs<C: Send + Sync>(
     band: &Band,
     count: usize,
@@ -292,6 +297,7 @@ pub fn in_slabs<C: Send + Sync>(
             return;
         }
         let range = start..count.min(start + SLAB);
+        // The range of cells around the slab's nodes.
         let (mut first, mut end) = (0, band.cells.len());
         if count > SLAB {
             (first, end) = (end, first);
@@ -304,18 +310,18 @@ pub fn in_slabs<C: Send + Sync>(
             first = first.min(end);
         }
         let mut cells = Vec::with_capacity(end - first);
-        for from in (first..end).step_by(ASKED) {
+        for from in (first..end).step_by(CELLS_PER_CHECK) {
             if band.cancel.is_cancelled() {
                 return;
             }
-            let part = from..end.min(from + ASKED);
+            let part = from..end.min(from + CELLS_PER_CHECK);
             cells.par_extend(part.into_par_iter().map(&make));
         }
         run(range, &SlabCells { first, cells });
     }
 }
 
-/// The stencils of a band's rows, one list for each of the cells' matrices that are asked for; `make` gives what a cell has.
+/// The stencils of a band's rows, one list for each cell matrix in `which`; `make` computes a cell's matrices.
 pub fn stencils<C: Send + Sync>(
     band: &Band,
     make: impl Fn(usize) -> C + Sync,
@@ -350,7 +356,7 @@ pub fn stencils<C: Send + Sync>(
     lists
 }
 
-/// What the cells round a node add up to there.
+/// Sums the contributions of the cells around a node.
 #[inline]
 pub fn gathered(band: &Band, node: usize, load: impl Fn(usize, usize) -> f64) -> f64 {
     let mut sum = 0.0;
@@ -358,7 +364,7 @@ pub fn gathered(band: &Band, node: usize, load: impl Fn(usize, usize) -> f64) ->
     sum
 }
 
-/// For each pair of corners, `8 a + b`, the place of `b` in the stencil of `a`.
+/// For each pair of corners, `8 a + b`, the position of `b` in the 27-point stencil of `a`.
 const ENTRY: [u8; 64] = {
     let mut table = [0; 64];
     let mut i = 0;
@@ -369,7 +375,7 @@ const ENTRY: [u8; 64] = {
     table
 };
 
-/// Position in the 27-point stencil of corner `b` seen from corner `a`.
+/// Position of corner `b` in the 27-point stencil of corner `a`.
 const fn stencil_entry(a: usize, b: usize) -> u8 {
     let (x, y, z) = (
         ((b >> 2) & 1) + 1 - ((a >> 2) & 1),

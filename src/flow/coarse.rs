@@ -1,10 +1,10 @@
-//! Coarse levels for the step's system: functions that are constant along the normal.
+//! Coarse multigrid levels for the system of a step: functions that are constant along the normal.
 //!
-//! Smooth movements of the surface are nearly constant along the normal through the band. So the first coarse level
-//! interpolates trilinearly at each node's closest point on the surface, on the lattice of twice the voxel. Coarser lattices
-//! lie with their nodes between those of the finer: the eight weights of trilinear interpolation are then those by which
-//! quadratic splines are refined (Chaikin 1974), and smooth functions keep their bending energy from level to level, where
-//! linear ones gain some in each. All matrices are Galerkin products.
+//! Smooth displacements of the surface are nearly constant along the normal through the band. So the first coarse level
+//! interpolates trilinearly at each node's closest point on the surface, on a lattice of twice the voxel size. The nodes of
+//! coarser lattices are placed between the nodes of the finer one: the eight weights of trilinear interpolation then equal the
+//! refinement weights of quadratic splines (Chaikin 1974), and smooth functions keep their bending energy from level to level.
+//! With linear refinement the energy grows on each level. All matrices are Galerkin products.
 
 use rayon::prelude::*;
 
@@ -15,13 +15,13 @@ use crate::grid::{BLOCK, NodeIndex, SparseGrid, add};
 use crate::linalg::{Csr, Multigrid};
 use crate::tuning::tuning;
 
-/// Interpolation weights up to this are taken for rounding of zero.
+/// Interpolation weights up to this count as rounding errors of zero.
 const LEAST: f64 = 1e-12;
 const ABSENT: u32 = u32::MAX;
 
 /// The nodes of one coarse lattice, numbered.
 struct CoarseNodes {
-    /// The lattice's coordinates of the grid's first node.
+    /// Coarse-lattice coordinates of the first node of `grid`.
     low: NodeIndex,
     grid: SparseGrid,
     /// Number of each stored node, or `ABSENT`.
@@ -30,7 +30,7 @@ struct CoarseNodes {
 }
 
 impl CoarseNodes {
-    /// The nodes that carry weight for one of the points and that `exists` allows.
+    /// The nodes that have weight for at least one of the points and for which `exists` is true.
     fn new(
         points: &[Option<[f64; 3]>],
         exists: impl Fn(NodeIndex) -> bool,
@@ -49,7 +49,7 @@ impl CoarseNodes {
         }
         let blocks: [i32; 3] = std::array::from_fn(|d| (high[d] - low[d]) / BLOCK + 1);
         let mut touched = vec![false; blocks.iter().map(|&b| b as usize).product()];
-        // The nodes that carry weight for a point, relative to the lowest of the box; only their blocks are stored.
+        // The nodes with weight for a point, relative to the lowest corner of the box; only blocks that contain one are stored.
         let used = || {
             let points = points
                 .iter()
@@ -66,7 +66,7 @@ impl CoarseNodes {
         }
         let mut at = touched.into_iter();
         let grid = SparseGrid::new(blocks.map(|b| b * BLOCK), |_| at.next().unwrap_or(false));
-        // Marks these nodes, then numbers those that may exist, in the order of their slots.
+        // Marks these nodes, then numbers those for which `exists` is true, in the order of their slots.
         let mut number = vec![ABSENT; grid.len()];
         used().for_each(|n| {
             if let Some(slot) = grid.slot(n) {
@@ -98,7 +98,7 @@ impl CoarseNodes {
     }
 }
 
-/// The eight trilinear weights of a point.
+/// The eight nodes around a point and their trilinear weights.
 fn trilinear(p: [f64; 3]) -> [(NodeIndex, f64); 8] {
     let base = p.map(|x| x.floor());
     std::array::from_fn(|a| {
@@ -114,7 +114,7 @@ fn trilinear(p: [f64; 3]) -> [(NodeIndex, f64); 8] {
     })
 }
 
-/// Interpolation of points on a lattice of nodes that `exists` allows; nodes that no point touches do not exist.
+/// The interpolation matrix from lattice nodes to points; nodes that no point uses or for which `exists` is false are left out.
 fn interpolation(
     points: &[Option<[f64; 3]>],
     exists: impl Fn(NodeIndex) -> bool,
@@ -133,11 +133,11 @@ fn interpolation(
     (matrix, lattice)
 }
 
-/// From each row's node to its closest point on the zero set of `phi`, which is a distance at all nodes round the band, by
-/// central differences; nothing for rows that are not unknowns.
+/// For each row, the vector from its node to the closest point on the zero set of `phi`, by central differences. `phi` must be a
+/// distance at all nodes around the band. Zero for rows that are not unknowns.
 ///
-/// One-sided differences at the band's ends would not do: their normals jump from node to node, so that functions constant along
-/// them are rough, and the coarse levels would take smooth movements for stiff ones.
+/// One-sided differences at the ends of the band would not do: their normals jump from node to node, so functions that are
+/// constant along them are rough, and the coarse levels would take smooth displacements for stiff ones.
 pub fn feet(band: &Band, grid: &SparseGrid, phi: &[f64]) -> Vec<[f32; 3]> {
     let foot = |&i: &u32| {
         if !band.unknown[i as usize] || grid.is_cancelled() {
@@ -151,13 +151,15 @@ pub fn feet(band: &Band, grid: &SparseGrid, phi: &[f64]) -> Vec<[f32; 3]> {
             let step = [9, 3, 1][d];
             0.5 * (value(13 + step) - value(13 - step))
         });
+        // In a distance |∇φ| is 1; at least ¼ for its square keeps the step short where the gradient is poor.
         let gg = (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]).max(0.25);
         g.map(|g| (-own / gg * g) as f32)
     };
     band.layout.rows.par_iter().map(foot).collect()
 }
 
-/// The closest points of the nodes at a layout's positions, on a lattice of twice the voxel; unknowns only.
+/// The closest points of the unknowns in coordinates of a lattice of twice the voxel size, by layout position; `None` for other
+/// positions.
 fn halved(band: &Band, grid: &SparseGrid, feet: &[[f32; 3]]) -> Vec<Option<[f64; 3]>> {
     let layout = &band.layout;
     let mut points = vec![None; layout.len];
@@ -171,8 +173,8 @@ fn halved(band: &Band, grid: &SparseGrid, feet: &[[f32; 3]]) -> Vec<Option<[f64;
     points
 }
 
-/// The hierarchy for a system, with the closest points from [`feet`]; none where it cannot be made, and once the grid's token is
-/// set. The caller then preconditions with the diagonal.
+/// The multigrid hierarchy for a system, with the closest points from [`feet`]. `None` if it cannot be built or if the grid's
+/// token is set; the caller then preconditions with the diagonal.
 pub fn hierarchy(
     grid: &SparseGrid,
     mask: &[bool],
@@ -182,6 +184,7 @@ pub fn hierarchy(
 ) -> Option<Multigrid> {
     let free = |n: NodeIndex| grid.slot(n).is_none_or(|s| mask[s]);
     let cancel = grid.cancel();
+    // The first coarse level, on twice the voxel size.
     let exists = |n: NodeIndex| free(n.map(|i| 2 * i));
     let (first, mut lattice) = interpolation(&halved(band, grid, feet), exists, cancel);
     if lattice.nodes.is_empty() {
@@ -191,8 +194,9 @@ pub fn hierarchy(
     if cancel.is_cancelled() {
         return None;
     }
+    // Coarser levels, each on twice the voxel size of the level before.
     let mut coarser = Vec::new();
-    // Node n of a coarse lattice lies at scale n + first.
+    // Node n of a coarse lattice is at fine-grid node scale · n + first_node.
     let (mut scale, mut first_node) = (2, 0);
     while lattice.nodes.len() > tuning().flow.few_unknowns && coarser.len() < 12 {
         first_node += scale / 2;

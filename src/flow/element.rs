@@ -65,12 +65,12 @@ pub fn gradient(shape: &Gradients, v: &[f64; 8]) -> [f64; 3] {
     })
 }
 
-/// [`gauss_points`], as constants of the innermost loop: the places along an edge of the cell; either is the other's weight
-/// too.
+/// [`gauss_points`] as constants for the innermost loop: the two positions along an edge. Each is also the other's interpolation
+/// weight.
 const NEAR: f64 = 0.211_324_865_405_187_13;
 const FAR: f64 = 1.0 - NEAR;
 
-/// Values at the corners of a square, bilinearly interpolated at its 2 × 2 Gauss points. It is its own transpose.
+/// Bilinear interpolation from the corners of a square to its 2 × 2 Gauss points. The matrix is its own transpose.
 #[inline]
 fn at_gauss([a, b, c, d]: [f64; 4]) -> [f64; 4] {
     let (first, second) = (FAR * a + NEAR * c, FAR * b + NEAR * d);
@@ -83,13 +83,13 @@ fn at_gauss([a, b, c, d]: [f64; 4]) -> [f64; 4] {
     ]
 }
 
-/// For each axis the first corners of the edges along it, or the Gauss points of those of the cell's first half.
+/// For each axis, the first corners of the four edges along it; also the Gauss points in the first half of the cell along it.
 const EDGES: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 1, 4, 5], [0, 2, 4, 6]];
-/// And how far the second ones are from them.
+/// For each axis, the index difference between the two corners of an edge.
 const STEPS: [usize; 3] = [4, 2, 1];
 
-/// The gradients of the interpolant with corner values `v` at the eight Gauss points. The derivative along an axis is the same
-/// at both points on a line along it, and bilinear in the differences along the edges.
+/// The gradients at the eight Gauss points of the interpolant with corner values `v`. The derivative along an axis is constant
+/// along that axis, and bilinear in the differences along the four edges.
 #[inline]
 pub fn gauss_gradients(v: &[f64; 8]) -> [[f64; 3]; 8] {
     let mut out = [[0.0; 3]; 8];
@@ -103,7 +103,7 @@ pub fn gauss_gradients(v: &[f64; 8]) -> [[f64; 3]; 8] {
     out
 }
 
-/// What vectors at the eight Gauss points give against the gradients of the shape functions: `Σ_q p_q · ∇N_a(q)`.
+/// Tests vectors at the eight Gauss points with the gradients of the shape functions: `Σ_q p_q · ∇N_a(q)`.
 #[inline]
 pub fn against_gradients(p: &[[f64; 3]; 8]) -> [f64; 8] {
     let mut out = [0.0; 8];

@@ -1,4 +1,4 @@
-//! The energies by their names. Here and in [`Energy`] each has a line; all else about one is in its own file.
+//! Dispatch from an [`Energy`] to its implementation. To add an energy, add a line here and in [`Energy`], and a file of its own.
 
 use super::bending::{BendingBand, OwnEnergy};
 use super::energy::{BandEnergy, Needs};
@@ -11,7 +11,7 @@ use super::willmore::WillmoreBand;
 use crate::grid::SparseGrid;
 
 impl Energy {
-    /// What it asks for.
+    /// The requirements of an energy on the solver.
     pub(crate) fn needs(self) -> &'static Needs {
         match self {
             Self::Willmore => &WillmoreBand::NEEDS,
@@ -21,11 +21,11 @@ impl Energy {
     }
 }
 
-/// Lets `phi` flow on the masked nodes until it is steady, or for `max_steps`; `pull` holds it to a given surface. [`Energy::Own`] is
-/// that of `own`. `keep_going` may end it early.
+/// Lets `phi` flow on the masked nodes to the steady state, for at most `max_steps` steps. `pull` attracts it to a given surface;
+/// `own` is the energy for [`Energy::Own`]. If `keep_going` returns false the flow ends early.
 ///
-/// A step solves `A d = −∇E`, clips `d` to one voxel at each node and is halved until the energy falls; κ is raised when
-/// steps grow. At most `max_steps` steps are taken.
+/// A step solves `A d = −∇E`, clips `d` to one voxel at each node and is halved until the energy falls. κ is raised if steps
+/// grow.
 pub fn relax(
     grid: &SparseGrid,
     phi: &mut Vec<f64>,

@@ -1,33 +1,33 @@
-//! The interface of an energy to the flow, for energies whose terms are computed cell by cell; see [`super::BendingEnergy`] for the simpler
-//! one that callers have.
+//! The interface between an energy and the flow, for energies assembled cell by cell. [`super::BendingEnergy`] is the simpler
+//! public one.
 
 use super::band::Band;
 use super::cells::{eikonal, nodal};
 use super::settings::{Energy, Variant};
 use super::system::System;
 
-/// What an energy asks of those who minimise it.
+/// Requirements of an energy on the solver that minimises it.
 #[derive(Clone, Copy, Debug)]
 pub struct Needs {
-    /// How many steps beyond the mask its nodal curvature is needed.
+    /// Number of grid steps beyond the mask at which the energy needs the nodal curvature.
     pub dilations: usize,
-    /// The energies whose steady states lead to its start on the coarsest grid, one after another.
+    /// Energies whose steady states, one after another, initialise this energy on the coarsest grid.
     pub start: &'static [Energy],
-    /// The automatic voxel over the usual one, and how many voxels across a hole this may lead to.
+    /// Factor on the default voxel size, and the largest number of voxels across a hole that the factor may lead to.
     pub voxel: (f64, f64),
-    /// Length of a patch's edges over that of the edges round the hole, unless it is given.
+    /// Default edge length of a patch, relative to the length of the edges around the hole.
     pub edge_ratio: f64,
-    /// The tolerance of the stopping test over the usual one.
+    /// Factor on the default tolerance of the stopping test.
     pub tolerance: f64,
-    /// The metrics that its steps can have; another one counts as the first.
+    /// The step metrics that the energy supports; any other is replaced by the first.
     pub metrics: &'static [Variant],
-    /// The more robust energy that takes its place where it finds no surface.
+    /// The more robust energy to use if this one finds no surface.
     pub fallback: Option<Energy>,
 }
 
-/// An energy of a level set on a narrow band. Fields are values at the band's nodes, lengths are in voxels.
+/// An energy of a level set on a narrow band. Fields are values at the band's nodes; lengths are in voxels.
 pub trait BandEnergy: Sized {
-    /// What it asks for.
+    /// What the energy requires of the solver.
     const NEEDS: Needs;
 
     /// The nodes and cells.
@@ -36,18 +36,18 @@ pub trait BandEnergy: Sized {
     /// The energy of `phi`.
     fn evaluate(&self, phi: &[f64]) -> Evaluation;
 
-    /// The gradient of the energy at `phi`, which `at` is the evaluation of: zero off the unknowns.
+    /// The gradient of the energy at `phi`, zero except at the unknowns; `at` is the evaluation at `phi`.
     fn gradient(&self, phi: &[f64], at: &Evaluation) -> Vec<f64>;
 
-    /// The matrix of a step there; `time_step` is infinite for the steady state.
+    /// The matrix of a step at `phi`; `time_step` is infinite for the steady state.
     fn system(&self, phi: &[f64], at: &Evaluation, variant: Variant, time_step: f64) -> System;
 }
 
-/// Energy and the nodal quantities it is made of.
+/// An energy and the nodal quantities from which it is computed.
 pub struct Evaluation {
-    /// The whole energy.
+    /// The total energy, with the eikonal term.
     pub energy: f64,
-    /// That of the surface: without the eikonal term.
+    /// The energy of the surface, without the eikonal term.
     pub surface: f64,
     /// Weak mean curvature r_i.
     pub(super) r: Vec<f64>,
@@ -56,7 +56,7 @@ pub struct Evaluation {
 }
 
 impl Evaluation {
-    /// That of φ on a band with the weight κ of the eikonal term; `surface` computes the energy of the surface from r and M.
+    /// Evaluates φ on a band with eikonal weight κ; `surface` computes the energy of the surface from r and M.
     pub(super) fn new(
         band: &Band,
         phi: &[f64],

@@ -1,4 +1,4 @@
-//! The flow in time: linearly implicit steps whose length follows the surface's speed.
+//! Willmore flow in time: linearly implicit steps whose length follows the speed of the surface.
 
 use serde::Serialize;
 
@@ -12,15 +12,15 @@ use crate::grid::{SparseGrid, add, offset};
 use crate::sdf::redistance;
 use crate::tuning::tuning;
 
-/// How closely steps follow the flow in time.
+/// How closely the steps follow the flow in time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
     /// Steps are at most 0.15 of the time since the start, and short enough that no node moves by more than a quarter of a voxel.
-    /// Implicit steps lag behind by about half of that part: a wave that has lost two thirds of its height is a tenth higher
+    /// Implicit steps lag behind by about half of that fraction: a wave that has lost two thirds of its height is a tenth higher
     /// than it should be.
     Exact,
-    /// Steps grow with the time since the start, and a node that would move too far lags behind: what is narrow goes, what is wide
-    /// stays, in about eight steps on any data.
+    /// Steps grow with the time since the start, and nodes that would move too far are clipped. Narrow features vanish and wide
+    /// ones stay; about eight steps on any data.
     Coarse,
 }
 
@@ -31,23 +31,24 @@ pub struct EvolutionStep {
     pub time: f64,
     /// Its length.
     pub time_step: f64,
-    /// The energy that is minimised, that of the band and the eikonal term, before it.
+    /// The minimised energy (band and eikonal term) before the step.
     pub energy_before: f64,
-    /// The same after it.
+    /// The minimised energy after the step.
     pub energy_after: f64,
-    /// ½∫h² of the free part of the surface after it, by the co-area formula the mean over the levels in the band.
+    /// ½∫h² of the free part of the surface after the step: by the co-area formula the mean over the levels in the band.
     pub willmore: f64,
-    /// Largest movement of a node within one voxel of the surface, in voxels.
+    /// Largest displacement of a node within one voxel of the surface, in voxels.
     pub movement: f64,
-    /// Root mean square movement of those nodes.
+    /// Root mean square displacement of those nodes, in voxels.
     pub mean_movement: f64,
     /// Iterations of the linear solver.
     pub iterations: usize,
-    /// Steps that were tried before it, and refused because they moved too far or did not lower the energy.
+    /// Number of steps refused before this one because they moved too far or did not lower the energy; with [`Pace::Coarse`] 1 if
+    /// the step was shortened.
     pub refused: usize,
 }
 
-/// What is known of a step before its end is looked at; see [`EvolutionStep`].
+/// Data of a step before its result is evaluated; see [`EvolutionStep`].
 struct Taken {
     time_step: f64,
     energy_before: f64,
@@ -60,9 +61,9 @@ struct Taken {
 /// Why a run paused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pause {
-    /// The time asked for is reached.
+    /// The requested time is reached.
     Done,
-    /// The surface has come to the end of the stored nodes: the caller stores others and goes on.
+    /// The surface has reached the end of the stored nodes: the caller stores more nodes and continues.
     OffGrid,
     /// The callback asked to stop.
     Stopped,
@@ -72,29 +73,30 @@ pub enum Pause {
     Gone,
 }
 
-/// A Willmore flow in time, `∂φ/∂t = −|∇φ| (Δ_M h + ½ h³ − 2 k h)` with h the sum and k the product of the principal curvatures, in the
-/// weak form of Droske and Rumpf (2004), equations (9) and (10), by linearly implicit steps `(M/τ + A) d = −∇E`. The metric carries
-/// the same weight χ as the energy, so that every level in the band moves by its own flow; the eikonal term and redistancing keep
-/// them apart.
+/// Willmore flow in time, `∂φ/∂t = −|∇φ| (Δ_M h + ½ h³ − 2 k h)` where h is the sum and k the product of the principal
+/// curvatures, in the weak form of Droske and Rumpf (2004), equations (9) and (10), by linearly implicit steps
+/// `(M/τ + A) d = −∇E`. The metric has the same weight χ as the energy, so every level in the band moves by its own flow; the
+/// eikonal term and redistancing keep the levels apart.
 #[derive(Clone, Debug)]
 pub struct Evolution {
-    /// Variant, tolerance of the solves and κ.
+    /// Variant, solver tolerance and κ.
     pub settings: FlowSettings,
-    /// How closely steps follow the flow.
+    /// How closely the steps follow the flow.
     pub pace: Pace,
     /// Time reached, in units of h⁴.
     pub time: f64,
-    /// The steps.
+    /// The steps so far.
     pub steps: Vec<EvolutionStep>,
     /// Number of unknowns of the last band.
     pub unknowns: usize,
     /// ½∫h² of the free part at the start.
     pub willmore_before: f64,
+    /// Length to try for the next step, in h⁴.
     next: f64,
 }
 
 impl Evolution {
-    /// At time 0.
+    /// Starts at time 0.
     pub fn new(settings: FlowSettings) -> Self {
         Self {
             settings,
@@ -107,14 +109,14 @@ impl Evolution {
         }
     }
 
-    /// ½∫h² of the free part of the surface now.
+    /// ½∫h² of the free part of the surface at present.
     pub fn willmore(&self) -> f64 {
         self.steps
             .last()
             .map_or(self.willmore_before, |s| s.willmore)
     }
 
-    /// The run so far, described as a flow to the steady state is.
+    /// The run so far in the form of a flow to the steady state.
     pub fn outcome(&self) -> FlowOutcome {
         let record = |s: &EvolutionStep| StepRecord {
             energy: s.energy_before,
@@ -136,8 +138,8 @@ impl Evolution {
         }
     }
 
-    /// Lets `phi` (in voxels) flow on the masked nodes until the time `until` (in h⁴) or a pause; `phi` and `mask` have one entry for each
-    /// slot of the grid. `watch` is called after each step; false from it ends the run.
+    /// Lets `phi` (in voxels) flow on the masked nodes until the time `until` (in h⁴) or a pause. `phi` and `mask` have one entry
+    /// for each slot of the grid. `watch` is called after each step; if it returns false the run ends.
     pub fn run(
         &mut self,
         grid: &SparseGrid,
@@ -150,6 +152,7 @@ impl Evolution {
             if grid.is_cancelled() {
                 return Pause::Stopped;
             }
+            // A new band around the zero set, with recomputed distances.
             let distances = redistance(grid, phi, mask, REACH);
             let band = Band::new(grid, &distances, mask, WillmoreBand::NEEDS.dilations);
             self.unknowns = band.unknowns;
@@ -161,14 +164,15 @@ impl Evolution {
             if off {
                 return Pause::OffGrid;
             }
+            // Steps on the band until it is stale.
             let energy = WillmoreBand::new(band, self.settings.kappa);
             let mut state = BandState::new(grid, energy, phi, None);
             if self.willmore_before.is_nan() {
                 self.willmore_before = state.at.as_ref().map_or(f64::NAN, |at| at.surface) / WIDTH;
             }
             let pause = match self.pace {
-                Pace::Exact => self.on_band(&mut state, grid, mask, until, watch),
-                Pace::Coarse => self.coarsely(&mut state, grid, mask, until, watch),
+                Pace::Exact => self.exact_steps(&mut state, grid, mask, until, watch),
+                Pace::Coarse => self.coarse_steps(&mut state, grid, mask, until, watch),
             };
             state.energy.band().scatter(&state.values, phi);
             if let Some(pause) = pause {
@@ -178,8 +182,8 @@ impl Evolution {
         Pause::Done
     }
 
-    /// Steps until the band is stale or the run is over.
-    fn on_band(
+    /// Takes exact steps until the band is stale or the run is over.
+    fn exact_steps(
         &mut self,
         state: &mut BandState<WillmoreBand>,
         grid: &SparseGrid,
@@ -192,14 +196,14 @@ impl Evolution {
             if grid.is_cancelled() {
                 return Some(Pause::Stopped);
             }
-            // The length τ of the step, in h⁴: at most a part of the time so far, or the first length where that is longer.
+            // The step length τ, in h⁴: at most a fraction of the elapsed time, or the first step's length if that is longer.
             let settings = self.next_step(
                 self.next
                     .min((tuning().flow.step_part * self.time).max(tuning().flow.first_step)),
                 until,
             );
             let time_step = settings.time_step;
-            // Solves (M/τ + A) d = −∇E. The step is taken whole or not at all: a part of it would be of another time.
+            // Solves (M/τ + A) d = −∇E. The step is taken whole or not at all: part of it would be the flow of another time.
             let (direction, at) = state.direction(grid, mask, &settings);
             let energy_before = at.energy;
             let far =
@@ -213,11 +217,11 @@ impl Evolution {
             if !taken {
                 refused += 1;
                 if refused > tuning().flow.most_refusals {
-                    // On a new band, with distances computed again, a step may still lower the energy.
+                    // On a new band, with distances recomputed, a step may still lower the energy.
                     return (band_steps == 0).then_some(Pause::Stuck);
                 }
-                // A step that moved too far is cut to 0.7 of the movement allowed, one that raised the energy by a
-                // constant.
+                // A step that moved too far is shortened towards 0.7 of the allowed displacement; one that raised the energy, by
+                // a constant factor.
                 let wanted = 0.7 * tuning().flow.most_movement / direction.movement;
                 let cut = if far && wanted > 0.1 {
                     wanted
@@ -237,7 +241,7 @@ impl Evolution {
             };
             let step = self.record(state, step, until);
             (refused, band_steps) = (0, band_steps + 1);
-            // The next step aims at 0.7 of the movement allowed, but grows no faster than by the bound.
+            // The next step aims at 0.7 of the allowed displacement, within the bounds on its growth.
             let growth = 0.7 * tuning().flow.most_movement / direction.movement.max(1e-9);
             self.next = self.next.max(time_step)
                 * growth.clamp(tuning().flow.step_cut, tuning().flow.step_growth);
@@ -248,7 +252,7 @@ impl Evolution {
         None
     }
 
-    /// The settings of a step of the wanted length, or of what is left where that is hardly more.
+    /// Settings for a step of the wanted length, or of the remaining time if that is hardly longer.
     fn next_step(&self, wanted: f64, until: f64) -> FlowSettings {
         let left = until - self.time;
         FlowSettings {
@@ -257,7 +261,7 @@ impl Evolution {
         }
     }
 
-    /// Notes a step whose end the state is at.
+    /// Records a step; the state is at its end.
     fn record(
         &mut self,
         state: &BandState<WillmoreBand>,
@@ -287,8 +291,9 @@ impl Evolution {
         step
     }
 
-    /// Steps that double the time, until the band is stale or the run is over; each takes its time, however far it gets.
-    fn coarsely(
+    /// Takes coarse steps, each as long as the elapsed time, until the band is stale or the run is over. The time advances by the
+    /// full step even if the surface moved only part of the way.
+    fn coarse_steps(
         &mut self,
         state: &mut BandState<WillmoreBand>,
         grid: &SparseGrid,
@@ -315,7 +320,7 @@ impl Evolution {
                 return Some(Pause::Stopped);
             }
             if fraction < 1.0 {
-                // Distances computed again make a better start for the next.
+                // The next step starts better from recomputed distances.
                 break;
             }
         }
@@ -323,7 +328,7 @@ impl Evolution {
     }
 }
 
-/// Whether an unknown node beside the surface lacks stored neighbours, though it is not at the side of the box.
+/// Whether an unknown node near the surface lacks stored neighbours inside the grid's box.
 fn leaves(grid: &SparseGrid, band: &Band, phi: &[f64]) -> bool {
     let lacks = |i: usize| {
         let n = grid.node(band.slots[i] as usize);

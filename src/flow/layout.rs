@@ -1,39 +1,39 @@
-//! Where the vectors of a step's system keep the band's nodes.
+//! Memory layout of vectors over the band's nodes, for the system of a step.
 
 use crate::grid::NodeIndex;
 
-/// Free places at either end of a run of nodes.
+/// Empty positions at either end of a run of nodes.
 const PAD: u32 = 2;
-/// Positions handed to a thread at a time.
+/// Positions per unit of work of a thread.
 pub const CHUNK: usize = 4096;
 
-/// The band's nodes by columns along the last axis, with empty places at the ends of each run: the three neighbours of an
-/// active node in each of the nine columns round it lie side by side, so that a row of 27 entries is nine short ones.
+/// The band's nodes by columns along the last axis, with empty positions at the ends of each run. In each of the nine columns
+/// around an active node its three neighbours are adjacent, so a row of 27 entries is nine short ones.
 ///
-/// Positions at which no node lies hold zero in every vector.
+/// Positions without a node hold zero in every vector.
 pub struct Layout {
     /// Number of positions.
     pub len: usize,
-    /// Position of each node of the band, rising.
+    /// Position of each node of the band, in rising order.
     pub position: Vec<u32>,
-    /// The active nodes, those that have a row: rising.
+    /// The active nodes, which are the ones that have a row, in rising order.
     pub rows: Vec<u32>,
-    /// For each row the position of the first of the three neighbours in each column.
+    /// For each row, the position of the first of the three neighbours in each column.
     pub starts: Vec<[u32; 9]>,
-    /// First row of each chunk of [`CHUNK`] positions, and the number of rows.
+    /// First row of each chunk of [`CHUNK`] positions; the last entry is the number of rows.
     chunks: Vec<usize>,
 }
 
 impl Layout {
-    /// The layout of nodes in lexicographic order; `neighbours` gives the number of the node at each offset of a node, or
-    /// at least the number of nodes where there is none.
+    /// Lays out nodes given in lexicographic order. `neighbours` returns the node numbers at the 27 offsets of a node; a number
+    /// of at least `nodes.len()` means that there is no node.
     pub fn new(
         nodes: &[NodeIndex],
         active: impl Fn(usize) -> bool,
         neighbours: impl Fn(usize) -> [u32; 27],
     ) -> Self {
-        // Along a column nodes keep their distance over gaps of up to 2 PAD nodes; wider gaps and new columns leave 2 PAD
-        // places empty.
+        // Along a column, nodes keep their distance over gaps of up to 2 PAD nodes. Wider gaps and new columns leave 2 PAD
+        // positions empty.
         let mut position = Vec::with_capacity(nodes.len());
         let mut at = PAD + 1;
         for (i, n) in nodes.iter().enumerate() {
@@ -44,8 +44,8 @@ impl Layout {
             }
             position.push(at);
         }
-        // Rows of the active nodes, and for each of their nine columns where its three neighbours begin; a column without
-        // any reads the empty places at the start.
+        // The active nodes' rows, and where the three neighbours begin in each of their nine columns. A column without neighbours
+        // reads the empty positions at the start.
         let rows: Vec<u32> = (0..nodes.len() as u32)
             .filter(|&i| active(i as usize))
             .collect();
@@ -75,7 +75,7 @@ impl Layout {
         }
     }
 
-    /// The rows whose positions lie in a chunk, each with its place in it.
+    /// The rows whose positions are in a chunk, each with its index within the chunk.
     pub fn rows_of(&self, chunk: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
         (self.chunks[chunk]..self.chunks[chunk + 1])
             .map(move |r| (r, self.position_of(r) - chunk * CHUNK))
@@ -86,7 +86,7 @@ impl Layout {
         self.position[self.rows[row] as usize] as usize
     }
 
-    /// Values at the band's nodes as a vector over the positions.
+    /// Spreads values at the band's nodes to a vector over the positions.
     pub fn spread(&self, values: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; self.len];
         for (&p, &v) in self.position.iter().zip(values) {
@@ -95,7 +95,7 @@ impl Layout {
         out
     }
 
-    /// The values at the band's nodes of a vector over the positions.
+    /// Gathers the values at the band's nodes from a vector over the positions.
     pub fn gathered(&self, vector: &[f64]) -> Vec<f64> {
         self.position.iter().map(|&p| vector[p as usize]).collect()
     }

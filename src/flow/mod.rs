@@ -1,7 +1,7 @@
-//! The discrete Willmore energy of a level set, its gradient and metrics, and the flow to its steady state.
+//! Discrete Willmore energy of a level set, its gradient and metrics, and the flow to its steady state.
 //!
-//! Droske and Rumpf, "A level set formulation for Willmore flow", Interfaces and Free Boundaries 6 (2004), localised to a
-//! narrow band whose weight follows the level. Lengths are in voxels.
+//! After Droske and Rumpf, "A level set formulation for Willmore flow", Interfaces and Free Boundaries 6 (2004), localised to a
+//! narrow band with a weight that depends on the level. Lengths are in voxels.
 
 mod band;
 mod bending;

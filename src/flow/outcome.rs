@@ -1,4 +1,4 @@
-//! What a flow did, and how it ended.
+//! The outcome of a flow: its steps and how it ended.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,22 +10,22 @@ use crate::tuning::tuning;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct StepRecord {
-    /// The whole energy before it, with the eikonal term.
+    /// The total energy before the step, with the eikonal term.
     pub energy: f64,
-    /// Largest movement of a node within one voxel of the surface, in voxels.
+    /// Update: largest displacement of a node within one voxel of the surface, in voxels.
     pub movement: f64,
-    /// Root mean square movement of those nodes.
+    /// Root mean square displacement of those nodes, in voxels.
     pub mean_movement: f64,
-    /// Fraction of the step taken: 1, ½, ¼ …; 0 where none lowered the energy.
+    /// Fraction of the step taken: 1, ½, ¼ …; 0 if none lowered the energy.
     pub fraction: f64,
     /// Iterations of the linear solver.
     pub iterations: usize,
 }
 
 impl StepRecord {
-    /// No node moves by more than the tolerance; or, after `tuning::flow.long` steps, the root mean square movement is within it and no node
-    /// moves by more than [`FlowSettings::rough`] times as much.
-    pub(super) fn is_steady(&self, settings: &FlowSettings, steps: usize) -> bool {
+    /// Whether no node moves by more than the tolerance; or, after `tuning::flow.long` steps, the root mean square displacement
+    /// is within it and no node moves by more than [`FlowSettings::rough`] tolerances.
+    pub(super) fn has_converged(&self, settings: &FlowSettings, steps: usize) -> bool {
         let tolerance = settings.tolerance;
         let within = self.movement < tolerance
             || (steps >= tuning().flow.long
@@ -43,32 +43,32 @@ pub struct FlowOutcome {
     pub energy: Energy,
     /// The steps.
     pub steps: Vec<StepRecord>,
-    /// Largest movement of a node within one voxel of the surface in the step that led to the result, in voxels.
+    /// Update: largest displacement of a node within one voxel of the surface in the step that led to the result, in voxels.
     pub movement: f64,
     /// Whether the stopping test was met.
     pub converged: bool,
-    /// Whether it ended because the energy hardly changed any more, though nodes still moved: the minimum is nearly flat in some
+    /// Whether it ended because the energy hardly changed any more although nodes still moved: the minimum is nearly flat in some
     /// direction.
     pub flat: bool,
     /// Number of unknowns of the last band.
     pub unknowns: usize,
-    /// The surface's part of the energy at the start; for the Willmore energy ½∫h² of the free part times 2.5,
-    /// the half width of the band in voxels.
+    /// The surface's part of the energy at the start; for the Willmore energy ½∫h² of the free part times 2.5, the half width of
+    /// the band in voxels.
     pub energy_before: f64,
-    /// The same at the end.
+    /// The surface's part of the energy at the end.
     pub energy_after: f64,
-    /// Weight of the eikonal term at the end.
+    /// Final weight of the eikonal term.
     pub kappa: f64,
 }
 
 impl FlowOutcome {
-    /// Whether the flow ended so far from rest that its surface means nothing.
+    /// Whether the flow ended so far from convergence that its surface is meaningless.
     pub fn has_diverged(&self) -> bool {
         !(self.converged || self.movement <= tuning().flow.diverged)
     }
 
-    /// ½∫h² of the free part of the surface at the end, by the co-area formula the mean over the levels in the band, if that is
-    /// the energy that was minimised.
+    /// ½∫h² of the free part of the surface at the end: by the co-area formula the mean over the levels in the band. Valid only
+    /// if the Willmore energy was minimised.
     pub fn willmore(&self) -> f64 {
         self.energy_after / WIDTH
     }

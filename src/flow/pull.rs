@@ -1,23 +1,23 @@
-//! A pull to a given surface: `½ Σ λ_i χ_i (φ_i − φ⁰_i)²` on the unknowns, beside the bending energy.
+//! Attraction to a given surface: `½ Σ λ_i χ_i (φ_i − φ⁰_i)²` on the unknowns, added to the bending energy.
 
 use super::band::Band;
 use super::cells::{chi, chunked_sum};
 
-/// What the flow is pulled to: for each node of the grid the value wanted there and the weight λ of the pull.
+/// The target of the attraction: for each node of the grid the wanted value and the weight λ.
 ///
-/// The weight is (h/ℓ)⁴ for a length ℓ: what is narrower than about 2πℓ goes, what is wider stays.
+/// The weight is (h/ℓ)⁴ for a length ℓ: features narrower than about 2πℓ vanish, wider ones stay.
 #[derive(Clone, Debug)]
 pub struct Pull {
     /// φ⁰ in voxels, for each slot of the grid.
     pub target: Vec<f64>,
-    /// λ for each slot of the grid; 0 where there is no pull.
+    /// λ for each slot of the grid; 0 without attraction.
     pub weight: Vec<f64>,
 }
 
-/// The pull at the nodes of a band.
+/// The attraction at the nodes of a band.
 pub(super) struct BandPull {
     target: Vec<f64>,
-    /// λχ at the values with which the band was made; 0 off the unknowns.
+    /// λχ at the values from which the band was made; 0 except at the unknowns.
     weight: Vec<f64>,
 }
 

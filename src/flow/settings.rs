@@ -1,37 +1,37 @@
-//! How a flow is run.
+//! Settings of a flow: energy, metric, time step, tolerances.
 
 use serde::{Deserialize, Serialize};
 
 use super::band::{MARGIN, WIDTH};
 use crate::tuning::tuning;
 
-/// How far out redistancing goes, in voxels: one layer more, so that the band's outermost nodes have their distance.
+/// Radius of redistancing, in voxels: one layer beyond the residual nodes, so that the band's outermost nodes have a distance.
 pub(super) const REACH: f64 = WIDTH + MARGIN + 1.0;
 
-/// The energy whose steady state a fill is.
+/// The energy that a fill minimises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Energy {
-    /// `½∫ h²`: exact on spheres, minimal surfaces, Clifford tori and their Möbius images, and the most robust.
+    /// `½∫ h²`: exact on spheres, minimal surfaces, Clifford tori and their Möbius images; the most robust.
     #[default]
     Willmore,
-    /// `½∫ |∇h|²` along the surface: nearly exact on cylinders and cones too, much closer on ellipsoids, continuous in
-    /// curvature across the rim. It starts from the steady state of the Willmore energy.
+    /// `½∫ |∇h|²` along the surface: nearly exact on cylinders and cones too, much closer on ellipsoids, continuous in curvature
+    /// across the rim. It is initialised with the steady state of the Willmore energy.
     CurvatureVariation,
-    /// One of the caller's, by [`Inspection::fill_with`](crate::Inspection::fill_with). It starts from the steady state of the Willmore
-    /// energy. Reports name it so; no parameters can ask for it.
+    /// A user-defined energy, given to [`Inspection::fill_with`](crate::Inspection::fill_with). It is initialised with the steady
+    /// state of the Willmore energy. Reports use this name; parameters cannot select it.
     #[serde(skip_deserializing)]
     Own,
 }
 
-/// Which approximation of the Hessian a step uses. All share their steady states.
+/// Approximation of the Hessian in a step. All have the same steady states.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Variant {
-    /// `L2 M⁻¹ L3`, nonsymmetric: the paper's first scheme.
+    /// `L2 M⁻¹ L3`, nonsymmetric: the first scheme of Droske and Rumpf.
     I,
-    /// `L3 M⁻¹ L3`: the paper's second scheme.
+    /// `L3 M⁻¹ L3`: their second scheme.
     II,
     /// `L2 M⁻¹ L2`.
     #[default]
@@ -39,30 +39,29 @@ pub enum Variant {
     GaussNewton,
 }
 
-/// How the flow is run.
+/// Settings of a flow.
 #[derive(Clone, Copy, Debug)]
 pub struct FlowSettings {
     /// The energy that the flow minimises.
     pub energy: Energy,
-    /// The metric of a step of the Willmore flow; the variation of curvature knows Gauss-Newton alone.
+    /// The metric of a step of the Willmore flow; the variation of curvature supports only Gauss-Newton.
     pub variant: Variant,
-    /// Time step in units of h⁴ (h⁶ with the variation of curvature); infinite for the steady state at once.
+    /// Time step in units of h⁴ (h⁶ for the variation of curvature); infinite to solve for the steady state directly.
     pub time_step: f64,
-    /// Most steps to take.
+    /// Maximum number of steps.
     pub max_steps: usize,
-    /// Converged when no node within one voxel of the surface moves by more than this, in voxels; or, on rough data, once
-    /// the surface hardly moves and its energy has settled.
+    /// Converged when no node within one voxel of the surface moves by more than this, in voxels; or, on rough data, once the
+    /// surface hardly moves and its energy no longer changes.
     pub tolerance: f64,
-    /// On rough data, after some steps, no node may move by more than so many tolerances, while their root mean square is within
-    /// one.
+    /// On rough data, after some steps: the largest displacement may be up to this number of tolerances if the root mean square
+    /// displacement is within one.
     pub rough: f64,
-    /// Relative error of the linear solves (relative residual, for the variants that are not preconditioned by multigrid).
+    /// Relative error of the linear solves (relative residual for the variants that are not preconditioned by multigrid).
     pub solver_tolerance: f64,
-    /// Weight κ of the eikonal term to begin with; on nested grids that of the finest, half of it on the next, but at
-    /// least 1. It should grow with the number of voxels across: with 1 the surface drifts on fine grids.
+    /// Initial weight κ of the eikonal term. On nested grids it holds for the finest; the next coarser has half of it, and so on,
+    /// but at least 1. It should grow with the number of voxels across a hole: with 1 the surface drifts on fine grids.
     pub kappa: f64,
-    /// Where the energy at the start is more than this, and the first step long, the flow is over after it: the data contradict
-    /// each other.
+    /// Inconsistent data: if the initial energy is above this and the first step is long, the flow ends after that step.
     pub highest: f64,
 }
 
@@ -83,12 +82,12 @@ impl Default for FlowSettings {
 }
 
 impl FlowSettings {
-    /// Whether the flow goes through time instead of to the steady state.
+    /// Whether the flow proceeds in time instead of directly to the steady state.
     pub(super) fn in_time(&self) -> bool {
         self.time_step.is_finite()
     }
 
-    /// The same for a hole of so many voxels across: the eikonal weight κ grows with their number beyond 20. At a fixed
+    /// The settings for a hole of `voxels` voxels across: the eikonal weight κ grows with their number beyond 20. With a fixed
     /// weight the surface drifts on fine grids, by a distance of the order of a voxel over κ.
     #[must_use]
     pub fn across(self, voxels: f64) -> Self {

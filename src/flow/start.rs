@@ -1,4 +1,4 @@
-//! The start of the flow: a biharmonic fill of the unknown nodes.
+//! Initial surface of the flow: a biharmonic fill of the unknown nodes.
 
 use std::sync::Mutex;
 
@@ -9,7 +9,9 @@ use crate::grid::{NodeIndex, SparseGrid, as_point, linear, value_and_gradient};
 use crate::linalg::{CgOutcome, Jacobi, LinearOperator, conjugate_gradient};
 use crate::tuning::tuning;
 
+/// Nodes per unit of work of a thread.
 const CHUNK: usize = 2048;
+/// Offsets to the six neighbours of a node.
 const NEIGHBOURS: [NodeIndex; 6] = [
     [-1, 0, 0],
     [0, -1, 0],
@@ -19,21 +21,23 @@ const NEIGHBOURS: [NodeIndex; 6] = [
     [1, 0, 0],
 ];
 
-/// `Kᵀ K` of the seven-point Laplacian with rows on the mask and its neighbours. The last entry of its vectors is zero; it
-/// stands for the nodes that are not there.
+/// `Kᵀ K`, where K is the seven-point Laplacian with rows on the mask and its neighbours. Vectors have one extra entry at the
+/// end, always zero, which stands for missing nodes.
 struct Bilaplacian {
     /// Six neighbours of each node.
     near: Vec<[u32; 6]>,
+    /// Whether K has a row at a node.
     row: Vec<bool>,
+    /// Whether a node is an unknown.
     free: Vec<bool>,
     jacobi: Vec<f64>,
-    /// The Laplacian, kept from one product to the next.
+    /// Buffer for the Laplacian, reused from one product to the next.
     laplacian: Mutex<Vec<f64>>,
     cancel: Cancel,
 }
 
 impl Bilaplacian {
-    /// The Laplacian of `x` at the nodes that `wanted` marks, zero elsewhere.
+    /// The Laplacian of `x` at the nodes marked in `wanted`, zero elsewhere.
     fn laplacian(&self, x: &[f64], wanted: &[bool], y: &mut [f64]) {
         y.par_chunks_mut(CHUNK).enumerate().for_each(|(c, out)| {
             for (i, o) in (c * CHUNK..).zip(out.iter_mut()) {
@@ -69,9 +73,9 @@ impl LinearOperator for Bilaplacian {
     }
 }
 
-/// Replaces `phi` at the masked nodes by the minimiser of `∫ (Δφ)²` with φ given on the two layers of nodes round the mask:
-/// on every other node first, whose solution is the start on all. `phi` and `mask` have one entry for each slot of the grid. The
-/// tolerance is that of the residual, relative to what the given values alone leave.
+/// Replaces `phi` at the masked nodes by the minimiser of `∫ (Δφ)²`, with φ given on the two layers of nodes around the mask. The
+/// solution on every other node initialises the solve on all nodes. `phi` and `mask` have one entry for each slot of the grid.
+/// `tolerance` bounds the residual relative to the right-hand side, which is the residual with zero at all masked nodes.
 pub fn biharmonic_fill(
     grid: &SparseGrid,
     phi: &mut [f64],
@@ -81,13 +85,14 @@ pub fn biharmonic_fill(
     fill(grid, phi, mask, &vec![true; grid.len()], tolerance)
 }
 
-/// The nodes of a fill: the masked ones and two layers round them.
+/// The nodes of a fill: the masked ones and two layers around them.
 struct Nodes {
     /// For each slot of the grid, whether it is masked or in the first layer.
     one: Vec<bool>,
     /// The slots of the nodes.
     slots: Vec<usize>,
-    /// The numbers of the six neighbours of each node, and of one more that stands for what is not there.
+    /// The numbers of the six neighbours of each node; missing ones have the number after the last node, which has an entry of
+    /// its own.
     near: Vec<[u32; 6]>,
 }
 
@@ -126,7 +131,7 @@ impl Nodes {
     }
 }
 
-/// The fill on the nodes that are `there`.
+/// Fills the masked nodes of the (possibly coarser) grid that consists of the nodes marked in `there`.
 fn fill(
     grid: &SparseGrid,
     phi: &mut [f64],
@@ -134,7 +139,7 @@ fn fill(
     there: &[bool],
     tolerance: f64,
 ) -> CgOutcome {
-    // The initial guess of conjugate gradients: the solution on every other node, prolonged.
+    // Initial guess of conjugate gradients: the solution on every other node, prolonged.
     let guess = from_every_other(grid, phi, mask, there, tolerance);
     let Nodes { one, slots, near } = Nodes::new(grid, mask, there);
     let nowhere = slots.len() as u32;
@@ -157,7 +162,7 @@ fn fill(
     let spread = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
         slots.iter().map(|&s| of(s)).chain([0.0]).collect()
     };
-    // The minimum of |K φ|² over the free nodes solves Kᵀ K x = −Kᵀ K φ₀, with φ₀ the given values and 0 where free.
+    // The minimiser of |K φ|² over the free nodes solves Kᵀ K x = −Kᵀ K φ₀, where φ₀ holds the given values and 0 at free nodes.
     let known = spread(&|s| if mask[s] { 0.0 } else { phi[s] });
     let mut b = vec![0.0; known.len()];
     operator.apply(&known, &mut b);
@@ -181,7 +186,7 @@ fn fill(
     outcome
 }
 
-/// The fill of every other node, prolonged to the masked ones. None where there are too few.
+/// Solves the fill on every other node and prolongs it to the masked nodes. `None` if there are too few masked nodes.
 fn from_every_other(
     grid: &SparseGrid,
     phi: &[f64],

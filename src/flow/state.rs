@@ -1,4 +1,4 @@
-//! A band between two redistancings, and one step on it.
+//! State of a flow on one band, between two redistancings, and its steps.
 
 use super::band::{MARGIN, WIDTH};
 use super::coarse::{feet, hierarchy};
@@ -16,11 +16,11 @@ use crate::tuning::tuning;
 
 /// The direction of a step.
 pub(super) struct Direction {
-    /// The change of the values.
+    /// The change of φ at the band's nodes, in voxels.
     pub d: Vec<f64>,
-    /// Derivative of the energy along it.
+    /// Derivative of the energy along `d`.
     slope: f64,
-    /// Largest entry within one voxel of the surface, before it was clipped.
+    /// Largest entry within one voxel of the surface, before clipping.
     pub movement: f64,
     /// Root mean square of those entries.
     pub mean_movement: f64,
@@ -29,40 +29,41 @@ pub(super) struct Direction {
 }
 
 impl Direction {
-    /// Clips the change of each value.
+    /// Clips each entry to ±`most`.
     pub(super) fn clip(&mut self, most: f64) {
         self.d.iter_mut().for_each(|d| *d = d.clamp(-most, most));
     }
 }
 
-/// A band between two redistancings.
+/// The state of a flow on one band, between two redistancings.
 pub(super) struct BandState<E> {
     /// The energy on the band.
     pub energy: E,
     /// φ at the band's nodes.
     pub values: Vec<f64>,
-    /// How far each node has moved since the band was made.
+    /// Displacement of each node since the band was made, in voxels.
     moved: Vec<f64>,
-    /// The last values with the steps found there, the oldest first, and how far the last of them moved.
+    /// For Anderson acceleration: the last values and the steps computed there, oldest first; and the largest displacement of the
+    /// last step.
     history: Vec<(Vec<f64>, Vec<f64>)>,
     last_movement: f64,
-    /// The pull to a given surface, if any.
+    /// The attraction to a given surface, if any.
     pull: Option<BandPull>,
-    /// The evaluation at `values`, where it is known.
+    /// The evaluation at `values`, if it is known.
     pub at: Option<Evaluation>,
-    /// The matrix of a step, and how far the nodes near the surface may have moved since.
+    /// The matrix of a step, and a bound on the displacement of nodes near the surface since it was assembled.
     system: Option<System>,
     drift: f64,
-    /// Coarse levels, made for the first step in this band; none where they could not be made.
+    /// Coarse levels, built at the first step on this band; `Some(None)` if they could not be built.
     coarse: Option<Option<Multigrid>>,
-    /// The time step for which they were made.
+    /// The time step for which they were built.
     coarse_step: f64,
-    /// From each row's node to its closest point on the surface, when the band was made.
+    /// For each row, the vector from its node to the closest point on the surface when the band was made.
     feet: Vec<[f32; 3]>,
 }
 
 impl<E: BandEnergy> BandState<E> {
-    /// The state of an energy on a band of `phi`, a distance within [`REACH`](super::steady::REACH) of its zero set.
+    /// The state of an energy on a band of `phi`, which is a distance within [`REACH`](super::settings::REACH) of its zero set.
     pub(super) fn new(grid: &SparseGrid, energy: E, phi: &[f64], pull: Option<&Pull>) -> Self {
         let band = energy.band();
         let values = band.gather(phi);
@@ -87,14 +88,14 @@ impl<E: BandEnergy> BandState<E> {
         state
     }
 
-    /// The energy with that of the pull.
+    /// Evaluates the energy and adds the energy of the attraction.
     fn evaluate(&self, values: &[f64]) -> Evaluation {
         let mut at = self.energy.evaluate(values);
         at.energy += self.pull.as_ref().map_or(0.0, |p| p.energy(values));
         at
     }
 
-    /// Whether redistancing has changed the shape of the surface: its energy is many times the energy `before`.
+    /// Whether redistancing changed the shape of the surface: its energy is many times `before`.
     pub(super) fn has_jumped(&self, before: f64) -> bool {
         let jumped = |at: &Evaluation| {
             at.surface.is_nan()
@@ -104,8 +105,8 @@ impl<E: BandEnergy> BandState<E> {
         self.at.as_ref().is_some_and(jumped)
     }
 
-    /// Solves the system of a step: the direction, clipped to a voxel at each node, and how the solve went. Takes the
-    /// evaluation at the values, which the caller hands back.
+    /// Solves the system of a step: the direction, clipped to a voxel at each node. Takes the evaluation at the current values
+    /// out of the state; the caller puts it back.
     pub(super) fn direction(
         &mut self,
         grid: &SparseGrid,
@@ -116,14 +117,13 @@ impl<E: BandEnergy> BandState<E> {
             .at
             .take()
             .unwrap_or_else(|| self.evaluate(&self.values));
-        // The matrix of the last step serves again until the surface has drifted; a flow in time makes its own each
-        // step.
+        // The matrix of the last step is reused until the surface has drifted; a flow in time assembles a new one for each step.
         let in_time = settings.time_step.is_finite();
         let system = match self.system.take() {
             Some(system) if !in_time && self.drift < tuning().flow.drift => system,
             _ => self.assembled(&at, settings),
         };
-        // The right-hand side is minus the gradient of the energy and of the pull.
+        // The right-hand side is minus the gradient of the energy and of the attraction.
         let mut gradient = self.energy.gradient(&self.values, &at);
         if let Some(pull) = &self.pull {
             for (i, g) in gradient.iter_mut().enumerate() {
@@ -134,8 +134,8 @@ impl<E: BandEnergy> BandState<E> {
         let mut rhs = layout.spread(&gradient);
         rhs.iter_mut().for_each(|g| *g = -*g);
         let mut d = vec![0.0; rhs.len()];
-        // Coarse levels are kept for the band unless the time step changes much. For short time steps M/τ dominates, and
-        // the diagonal alone preconditions well.
+        // Coarse levels are kept for the band unless the time step changes much. For short time steps M/τ dominates, and the
+        // diagonal is a good preconditioner.
         let band = self.energy.band();
         let short = settings.time_step <= tuning().flow.short;
         if (settings.time_step / self.coarse_step).log2().abs() > tuning().flow.time_step_change {
@@ -150,8 +150,8 @@ impl<E: BandEnergy> BandState<E> {
         let solved = solve(&system, coarse, &rhs, &mut d, settings.solver_tolerance);
         let mut d = layout.gathered(&d);
         let (movement, mean_movement) = movements(&d, &self.values, &band.unknown);
-        // No value changes by more than a voxel: each is clipped, since scaling all by the worst node would stop the run.
-        // Where clipping loses the descent, all are scaled.
+        // No value may change by more than a voxel. Entries are clipped one by one, because scaling all of them by the worst
+        // would stop the flow; if clipping turns the step into an ascent, all are scaled.
         let slope_of = |d: &[f64]| -> f64 { gradient.iter().zip(d).map(|(g, d)| g * d).sum() };
         let clipped: Vec<f64> = d.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
         if slope_of(&clipped) < 0.0 {
@@ -173,7 +173,7 @@ impl<E: BandEnergy> BandState<E> {
         (direction, at)
     }
 
-    /// The matrix at the values.
+    /// Assembles the matrix at the current values.
     fn assembled(&mut self, at: &Evaluation, settings: &FlowSettings) -> System {
         self.drift = 0.0;
         let (variant, time_step) = (settings.variant, settings.time_step);
@@ -184,7 +184,7 @@ impl<E: BandEnergy> BandState<E> {
         system
     }
 
-    /// One step towards the steady state: what was done, and the surface's energy before it.
+    /// Takes a step towards the steady state; returns its record and the energy of the surface before it.
     pub(super) fn step(
         &mut self,
         grid: &SparseGrid,
@@ -194,11 +194,11 @@ impl<E: BandEnergy> BandState<E> {
         let (direction, at) = self.direction(grid, mask, settings);
         let (energy, surface) = (at.energy, at.surface);
         let combined = self.combined(&direction);
-        let tried = match combined {
+        let attempt = match combined {
             Some(d) => self.try_whole(&d, at),
             None => Err(at),
         };
-        let fraction = match tried {
+        let fraction = match attempt {
             Ok(()) => 1.0,
             Err(at) => self.search(&direction.d, at, direction.slope),
         };
@@ -212,7 +212,7 @@ impl<E: BandEnergy> BandState<E> {
         (record, surface)
     }
 
-    /// Takes a whole step if the energy falls by it, and says whether it did.
+    /// Takes the whole step if it does not raise the energy; returns whether it did.
     pub(super) fn advance(&mut self, direction: &Direction, at: Evaluation) -> bool {
         let refused = self.try_whole(&direction.d, at).err();
         let taken = refused.is_none();
@@ -222,23 +222,23 @@ impl<E: BandEnergy> BandState<E> {
         taken
     }
 
-    /// Takes the largest of the step, its half, its quarter … by which the energy falls: which part it took.
+    /// Takes the largest of the step, its half, its quarter … that does not raise the energy; returns the fraction taken.
     pub(super) fn advance_part(&mut self, direction: &Direction, at: Evaluation) -> f64 {
         self.search(&direction.d, at, 0.0)
     }
 
-    /// The step combined with those before it so that, were the map from values to steps linear, what is left of it would be
-    /// least (Anderson, "Iterative procedures for nonlinear integral equations", 1965). Steps of Gauss-Newton type shrink by
-    /// a constant factor, linear convergence, which the combination accelerates.
+    /// Anderson acceleration ("Iterative procedures for nonlinear integral equations", 1965): combines the step with earlier ones
+    /// so that the remaining step would be smallest if the map from values to steps were linear. Gauss-Newton steps converge
+    /// linearly (they shrink by a constant factor), which the combination accelerates.
     fn combined(&mut self, direction: &Direction) -> Option<Vec<f64>> {
         let d = &direction.d;
-        // Long steps, or ones that do not shrink, are far from linear convergence: the history is of no use.
+        // If steps are long or do not shrink, convergence is not linear and the history is useless.
         let shrinks = direction.movement < tuning().flow.shrinking * self.last_movement;
         self.last_movement = direction.movement;
         if direction.movement > tuning().flow.combined_movement || !shrinks {
             self.history.clear();
         }
-        // Scalar products count the nodes at which χ is positive.
+        // Scalar products are over the nodes where χ is positive.
         let product = |a: &[f64], b: &[f64]| -> f64 {
             let terms = a.iter().zip(b).zip(&self.values);
             let inside = terms.filter(|(_, v)| v.abs() < WIDTH);
@@ -247,13 +247,13 @@ impl<E: BandEnergy> BandState<E> {
         let change = |now: &[f64], then: &[f64]| -> Vec<f64> {
             now.iter().zip(then).map(|(a, b)| a - b).collect()
         };
-        // Changes Δφ of the values and Δd of the steps since each state of the history.
+        // Changes Δφ of the values and Δd of the steps since each state in the history.
         let changes: Vec<(Vec<f64>, Vec<f64>)> = self
             .history
             .iter()
             .map(|(values, steps)| (change(&self.values, values), change(d, steps)))
             .collect();
-        // Normal equations of the weights w that minimise |d − Σ w Δd|.
+        // Normal equations for the weights w that minimise |d − Σ w Δd|.
         let count = changes.len();
         let mut matrix = vec![0.0; count * count];
         let mut weights = vec![0.0; count];
@@ -270,7 +270,7 @@ impl<E: BandEnergy> BandState<E> {
         if count == 0 || !solve_spd(&mut matrix, &mut weights) {
             return None;
         }
-        // φ + d of that combination: d − Σ w (Δφ + Δd).
+        // The combined step d − Σ w (Δφ + Δd), relative to the current φ.
         let mut combined = d.clone();
         for ((values, steps), w) in changes.iter().zip(&weights) {
             for ((c, v), s) in combined.iter_mut().zip(values).zip(steps) {
@@ -281,12 +281,12 @@ impl<E: BandEnergy> BandState<E> {
         Some(combined)
     }
 
-    /// Takes a whole step if the energy falls by it, or hands the evaluation back.
+    /// Takes the whole step if it does not raise the energy; otherwise returns the evaluation.
     fn try_whole(&mut self, d: &[f64], at: Evaluation) -> Result<(), Evaluation> {
         let moved = self.values.iter().zip(d).map(|(v, d)| v + d);
         let trial: Vec<f64> = moved.collect();
         let there = self.evaluate(&trial);
-        // False too for an energy that is not a number.
+        // Also false for an energy that is NaN.
         let falls = there.energy <= at.energy;
         if !falls {
             return Err(at);
@@ -299,14 +299,15 @@ impl<E: BandEnergy> BandState<E> {
         Ok(())
     }
 
-    /// Whether the surface has moved by more than half of the band's half width, so that the band has to be made again.
+    /// Whether the surface has moved by more than half of the band's half width, so that a new band is needed.
     pub(super) fn is_stale(&self) -> bool {
         let mut moved = self.moved.iter().zip(&self.values);
         moved.any(|(m, v)| v.abs() < 1.0 && m.abs() > 0.5 * (WIDTH + MARGIN))
     }
 
-    /// Halves the step until the energy falls by 1e-4 of what its slope foretells (sufficient decrease: J. Nocedal, S. J. Wright,
-    /// "Numerical Optimization", 2006, equation (3.4)), and takes it: which part of the step that was, zero where the energy does not fall.
+    /// Halves the step until the energy falls by at least 1e-4 of the decrease that its slope predicts (sufficient decrease: J.
+    /// Nocedal, S. J. Wright, "Numerical Optimization", 2006, equation (3.4)), and takes it. Returns the fraction taken; zero if
+    /// the energy does not fall.
     fn search(&mut self, d: &[f64], at: Evaluation, slope: f64) -> f64 {
         let mut fraction = 1.0;
         let mut trial = self.values.clone();
@@ -351,8 +352,8 @@ fn movements(d: &[f64], values: &[f64], unknown: &[bool]) -> (f64, f64) {
     (top, (sum / f64::max(count, 1.0)).sqrt())
 }
 
-/// Solves a step's system: by BiCGstab where it is not symmetric, else by conjugate gradients, with a multigrid cycle where there is a
-/// hierarchy of coarser lattices.
+/// Solves the system of a step: by BiCGstab if it is not symmetric, otherwise by conjugate gradients, preconditioned with a
+/// multigrid cycle if there are coarse levels.
 fn solve(
     system: &System,
     coarse: Option<&Multigrid>,
@@ -370,8 +371,8 @@ fn solve(
         if solved.iterations > 0 {
             return solved;
         }
-        // Rounding can make the cycle indefinite, and conjugate gradients then stop before the first iteration, which does not mean
-        // that the surface is steady: the diagonal is tried instead.
+        // Rounding can make the cycle indefinite; conjugate gradients then stop before the first iteration, which does not mean
+        // that the surface has converged. Use the diagonal instead.
     }
     conjugate_gradient(system, &scaling, rhs, d, tolerance, 500)
 }

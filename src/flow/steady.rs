@@ -1,4 +1,4 @@
-//! Steps of the flow, to its steady state or for a number of steps.
+//! The flow loop: steps to the steady state, or a number of steps in time.
 
 use super::band::Band;
 use super::energy::BandEnergy;
@@ -10,7 +10,7 @@ use super::stopping::{Stop, StopRules};
 use crate::grid::SparseGrid;
 use crate::sdf::redistance;
 
-/// Lets `phi` flow to the steady state of an energy, which `make` puts on a band with the weight κ of the eikonal term; see
+/// Lets `phi` flow to the steady state of an energy; `make` builds the energy on a band with eikonal weight κ. See
 /// [`super::relax`].
 pub(super) fn relax_with<E: BandEnergy>(
     make: impl Fn(Band, f64) -> E,
@@ -51,7 +51,7 @@ pub(super) fn relax_with<E: BandEnergy>(
     run.finish(phi)
 }
 
-/// A flow to the steady state, or in time, as it goes on.
+/// A running flow, to the steady state or in time.
 struct Relaxation<'a> {
     settings: &'a FlowSettings,
     outcome: FlowOutcome,
@@ -77,8 +77,8 @@ impl<'a> Relaxation<'a> {
         }
     }
 
-    /// Redistances `phi` and makes a band round its zero set; none where redistancing has changed the shape of the surface, and
-    /// `phi` then stays as it was.
+    /// Redistances `phi` and makes a band around its zero set. `None` if redistancing changed the shape of the surface; `phi`
+    /// then stays as it was.
     fn new_band<E: BandEnergy>(
         &mut self,
         make: impl Fn(Band, f64) -> E,
@@ -102,7 +102,7 @@ impl<'a> Relaxation<'a> {
         Some(next)
     }
 
-    /// Takes a step, writes its values to `phi` and keeps the lowest energy.
+    /// Takes a step, writes its values to `phi` and keeps the state of lowest energy.
     fn step<E: BandEnergy>(
         &mut self,
         band: &mut BandState<E>,
@@ -138,7 +138,7 @@ impl<'a> Relaxation<'a> {
         band.energy.band().scatter(&band.values, phi);
     }
 
-    /// Whether the last step ends the run; notes why.
+    /// Whether the last step ends the run; records the reason.
     fn is_over(&mut self) -> bool {
         let rules = StopRules::new(self.settings);
         let stop = rules.after(&self.outcome.steps, self.outcome.unknowns);
@@ -147,7 +147,7 @@ impl<'a> Relaxation<'a> {
         stop.is_some()
     }
 
-    /// Doubles κ when the steps grow or none lowers the energy, and says whether it did.
+    /// Doubles κ if the steps grow or none lowers the energy; returns whether it did.
     fn raises_kappa(&mut self) -> bool {
         let raises = StopRules::raises_kappa(&self.outcome.steps, self.outcome.kappa);
         if raises {
@@ -156,7 +156,7 @@ impl<'a> Relaxation<'a> {
         raises
     }
 
-    /// The outcome, with `phi` of the lowest energy where the flow did not become steady.
+    /// The outcome. If the flow did not converge, `phi` becomes the state of lowest energy.
     fn finish(self, phi: &mut Vec<f64>) -> FlowOutcome {
         let mut outcome = self.outcome;
         if let (false, Some(lowest)) = (outcome.converged, self.lowest) {
@@ -170,18 +170,18 @@ impl<'a> Relaxation<'a> {
     }
 }
 
-/// The state of the lowest energy so far: the result where the flow does not become steady.
+/// The state of lowest energy so far: the result if the flow does not converge.
 struct Lowest {
-    /// All of the energy, and the surface's part.
+    /// The total energy and the energy of the surface.
     energies: (f64, f64),
-    /// The movement of the step that led there.
+    /// Update of the step that led there.
     movement: f64,
-    /// The values; none while they are the flow's own.
+    /// The values of φ; `None` while they are the flow's current ones.
     phi: Option<Vec<f64>>,
 }
 
 impl Lowest {
-    /// Whether another energy is lower; false for one that is not a number.
+    /// Whether another energy is lower; false for NaN.
     fn is_above(&self, energy: f64) -> bool {
         energy < self.energies.0
     }

@@ -1,15 +1,15 @@
-//! One row of a matrix on the lattice.
+//! A 27-point stencil: one row of a matrix on the lattice.
 
 use crate::linalg::Real;
 
-/// A 27-point stencil: nine groups of three entries, and minus their sum.
+/// The 27 entries in nine groups of three, followed by minus their sum.
 ///
-/// Groups are applied four entries wide; the fourth sum is that of the entries of the next group and is dropped.
+/// Groups are applied four entries wide; the fourth sum belongs to the next group's first entry and is dropped.
 #[derive(Clone)]
 pub struct Stencil([f32; 28]);
 
 impl Stencil {
-    /// The stencil of a row whose 27 entries add up to zero.
+    /// The stencil of a row of 27 entries; their sum, which is zero but for rounding, is subtracted at the centre.
     pub fn new(row: &[f64; 27]) -> Self {
         let mut entries = [0.0; 28];
         let mut sum = 0.0;

@@ -1,4 +1,4 @@
-//! When a flow of a level set ends: steady, on a plateau of its energy, or lost.
+//! Stopping rules of a level set flow: converged, on a plateau of its energy, or lost.
 
 use super::outcome::StepRecord;
 use super::settings::FlowSettings;
@@ -7,15 +7,15 @@ use crate::tuning::tuning;
 /// Why a flow ends after a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stop {
-    /// The surface is steady.
+    /// The stopping test is met.
     Converged,
-    /// The energy hardly changes any more, though nodes still move: the minimum is nearly flat in some direction.
+    /// The energy hardly changes any more although nodes still move: the minimum is nearly flat in some direction.
     Plateau,
-    /// Values are not finite, the data contradict each other, or no step leads any further.
+    /// Values are not finite, the data are inconsistent, or no step makes progress.
     Lost,
 }
 
-/// The rules by which a flow ends.
+/// The rules that end a flow.
 pub(super) struct StopRules<'a> {
     settings: &'a FlowSettings,
 }
@@ -25,16 +25,16 @@ impl<'a> StopRules<'a> {
         Self { settings }
     }
 
-    /// Why a flow ends after some steps on a band with so many unknowns; none where it goes on. In a flow in time small steps do not mean
-    /// that the surface is steady.
+    /// Whether and why the flow ends after the given steps on a band with `unknowns` unknowns. In a flow in time, small steps do
+    /// not mean that the surface has converged.
     pub(super) fn after(&self, steps: &[StepRecord], unknowns: usize) -> Option<Stop> {
         let last = steps.last()?;
         if !last.energy.is_finite() || !last.movement.is_finite() {
             return Some(Stop::Lost);
         }
         let in_time = self.settings.in_time();
-        let steady = last.is_steady(self.settings, steps.len()) || settled(steps);
-        if steady && !in_time {
+        let converged = last.has_converged(self.settings, steps.len()) || energy_has_settled(steps);
+        if converged && !in_time {
             return Some(Stop::Converged);
         }
         if !in_time && stagnant(steps) {
@@ -46,14 +46,14 @@ impl<'a> StopRules<'a> {
         lost.then_some(Stop::Lost)
     }
 
-    /// Whether a larger weight κ of the eikonal term is called for: the steps grow, or none lowers the energy.
+    /// Whether a larger weight κ of the eikonal term is needed: the steps grow, or none lowers the energy.
     pub(super) fn raises_kappa(steps: &[StepRecord], kappa: f64) -> bool {
         let grow = grows(steps) || steps.last().is_some_and(|s| s.fraction == 0.0);
         grow && kappa < tuning().flow.kappa_limit
     }
 }
 
-/// The first step was too long from too high an energy.
+/// Whether the first step was too long and started from too high an energy.
 fn starts_diverging(steps: &[StepRecord], unknowns: usize) -> bool {
     let rules = &tuning().flow;
     let is_one = |s: &StepRecord| {
@@ -65,13 +65,14 @@ fn starts_diverging(steps: &[StepRecord], unknowns: usize) -> bool {
     steps.first().is_some_and(is_one)
 }
 
-/// The first step was as long as one of a flow that has diverged, from a higher energy than a surface may have.
+/// Whether the first step was as long as in a diverged flow and started from more energy than a surface may have.
 fn is_too_high(steps: &[StepRecord], highest: f64) -> bool {
     let is_one = |s: &StepRecord| s.energy > highest && s.movement > tuning().flow.diverged;
     steps.first().is_some_and(is_one)
 }
 
-/// The last three steps found no lower energy, or three steps in a row were very long, or five were long and hardly lowered the energy.
+/// Whether the last three steps did not lower the energy, or the last three were very long, or the last five were long and hardly
+/// lowered the energy.
 fn stuck(steps: &[StepRecord]) -> bool {
     let rules = &tuning().flow;
     let last = |n: usize| steps.len().checked_sub(n).map(|i| &steps[i..]);
@@ -83,8 +84,8 @@ fn stuck(steps: &[StepRecord]) -> bool {
         })
 }
 
-/// After some steps the surface hardly moves and its energy hardly falls.
-fn settled(steps: &[StepRecord]) -> bool {
+/// Whether, after some steps, the surface hardly moves and its energy hardly falls.
+fn energy_has_settled(steps: &[StepRecord]) -> bool {
     let (n, rules) = (steps.len(), &tuning().flow);
     if n < rules.long.max(4) || steps[n - 1].mean_movement > rules.rough_movement {
         return false;
@@ -93,7 +94,7 @@ fn settled(steps: &[StepRecord]) -> bool {
     now <= before && before - now < rules.rough_fall * before
 }
 
-/// After some steps: the energy has hardly changed over the last five, though nodes still move.
+/// Whether, after some steps, the energy hardly changed over the last five although nodes still move.
 fn stagnant(steps: &[StepRecord]) -> bool {
     let (n, rules) = (steps.len(), &tuning().flow);
     if n < rules.plateau_steps.max(5) || steps[n - 1].movement < rules.plateau_movement {
@@ -106,7 +107,7 @@ fn stagnant(steps: &[StepRecord]) -> bool {
     high - low < rules.plateau_change * high
 }
 
-/// Every fourth step: whether steps are long and have not become shorter than those four before.
+/// Every fourth step: whether steps are long and not shorter than four steps before.
 fn grows(steps: &[StepRecord]) -> bool {
     let (n, rules) = (steps.len(), &tuning().flow);
     n >= 5
@@ -131,15 +132,15 @@ mod tests {
 
     #[test]
     fn only_a_diverging_surface_is_given_up_after_one_step() {
-        // As measured on walls without thickness: 12 voxels from 20 units for each of 2300 unknowns.
+        // Measured on walls without thickness: a step of 12 voxels, 20 units of energy for each of 2300 unknowns.
         assert!(starts_diverging(&[step(46_000.0, 12.0)], 2300));
-        // A large region that became steady, and a small rough one.
+        // A large region that converged, and a small rough one.
         assert!(!starts_diverging(&[step(15_086.0, 13.7)], 4600));
         assert!(!starts_diverging(&[step(1_528.0, 9.7)], 200));
         // A high energy spread over many unknowns, and a short step.
         assert!(!starts_diverging(&[step(36_150.0, 5.0)], 11_330));
         assert!(!starts_diverging(&[step(46_000.0, 1.0)], 2300));
-        // What was not so at first is left to the other rules.
+        // Divergence after the first step is left to the other rules.
         assert!(!starts_diverging(
             &[step(100.0, 1.0), step(46_000.0, 12.0)],
             2300
@@ -147,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn a_start_with_too_high_an_energy_is_given_up_if_it_is_far_from_rest() {
+    fn a_start_with_too_high_an_energy_is_given_up_if_its_first_step_is_long() {
         assert!(is_too_high(&[step(3651.0, 2.6)], 2400.0));
         assert!(!is_too_high(&[step(3651.0, 0.9)], 2400.0));
         assert!(!is_too_high(&[step(2300.0, 2.6)], 2400.0));

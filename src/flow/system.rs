@@ -1,8 +1,8 @@
-//! The linear system of one step, matrix-free: a few 27-point stencils a node.
+//! The linear system of one step, matrix-free: a few 27-point stencils for each node.
 //!
-//! Stencils are kept in single precision. The error that rounding leaves in the sum of a row is subtracted at its centre, in the
-//! precision of the vectors, so that constants are annihilated: smooth functions on a hole of diameter D have eigenvalues of
-//! the order (h/D)⁴, which that error would hide.
+//! Stencils are stored in single precision. The rounding error in the sum of a row is subtracted at its centre, in the precision
+//! of the vectors, so that constants are annihilated: smooth functions on a hole of diameter D have eigenvalues of the order
+//! (h/D)⁴, which that error would hide.
 
 use std::ops::Range;
 use std::sync::{Arc, LazyLock, Mutex};
@@ -16,10 +16,10 @@ use super::stencil::Stencil;
 use crate::cancel::Cancel;
 use crate::linalg::{Accumulator, Csr, LinearOperator, Real};
 
-/// Rows that are multiplied with a prolongation at a time.
+/// Rows multiplied with a prolongation at a time.
 const SLAB: usize = 16_384;
 
-/// What one row holds beside its stencils.
+/// The weights of one row, besides its stencils.
 #[derive(Clone, Copy, Default)]
 pub struct RowWeights {
     /// χ/M on R, else 0.
@@ -30,19 +30,19 @@ pub struct RowWeights {
     pub unknown: bool,
 }
 
-/// The stencils of a system, one of each list for each row of the band's layout.
+/// The stencils of a system; each list has one for each row of the band's layout.
 pub struct Factors {
     /// L[P/|∇φ|] (or L[1/|∇φ|] for variant II).
     pub curvature: Vec<Stencil>,
-    /// The right factor where it is another than the left: L[1/|∇φ|] for variant I.
+    /// The right factor if it differs from the left: L[1/|∇φ|] for variant I.
     pub inner: Option<Vec<Stencil>>,
-    /// What stands between the two factors beside the weights: K of the curvature variation.
+    /// The matrix between the two factors that replaces their weights: K of the curvature variation.
     pub middle: Option<Vec<Stencil>>,
     /// ½ L1 + κ L[n⊗n].
     pub second: Vec<Stencil>,
 }
 
-/// Scratch vectors of the two precisions, kept from one product to the next.
+/// Scratch vectors of both precisions, reused from one product to the next.
 #[derive(Default)]
 struct Scratch {
     double: [Vec<f64>; 2],
@@ -74,7 +74,7 @@ impl System {
         system
     }
 
-    /// Adds a pull to the matrix.
+    /// Adds an attraction to the matrix.
     pub(super) fn add(&mut self, pull: &BandPull) {
         for (weights, &i) in self.weights.iter_mut().zip(&self.layout.rows) {
             weights.inertia += pull.diagonal(i as usize) as f32;
@@ -82,9 +82,10 @@ impl System {
         self.jacobi = self.inverse_diagonal();
     }
 
+    /// The Jacobi preconditioner: the inverse of the diagonal, at each position.
     fn inverse_diagonal(&self) -> Vec<f64> {
         let layout = &*self.layout;
-        // χ/M at each position, zero off R.
+        // χ/M at each position, zero outside R.
         let mut weight = vec![0.0; layout.len];
         for (r, w) in self.weights.iter().enumerate() {
             weight[layout.position_of(r)] = f64::from(w.residual);
@@ -110,8 +111,8 @@ impl System {
                 }
                 // The diagonal of ½ L1 + κ L[n⊗n] + M/τ.
                 let mut d = self.factors.second[r].entry(13) + f64::from(self.weights[r].inertia);
-                // That of BPᵀ diag(χ/M) BP, from the squares of BP's column, which is its row: BP is symmetric. In variant I,
-                // whose right factor is another, it is an approximation.
+                // The diagonal of BPᵀ diag(χ/M) BP, from the squares of BP's column. BP is symmetric, so its row is used. For
+                // variant I, with its different right factor, this is an approximation.
                 let curvature = &self.factors.curvature[r];
                 if let Some(middle) = &self.factors.middle {
                     d += enclosed_diagonal(middle, curvature, |k| {
@@ -124,7 +125,7 @@ impl System {
                         d += weight[at] * entry * entry;
                     }
                 }
-                // Rows that hardly carry energy are not scaled.
+                // Rows with hardly any energy are not scaled.
                 out[place] = if d > 1e-12 { 1.0 / d } else { 1.0 };
             }
         });
@@ -141,10 +142,11 @@ impl System {
         &self.layout
     }
 
-    /// `Pᵀ A P` for a prolongation `P` whose rows run over the positions, summed over slabs of rows; empty once the token is set.
+    /// `Pᵀ A P` for a prolongation `P` whose rows are the layout's positions, summed over slabs of rows; empty once the token is
+    /// set.
     pub fn galerkin(&self, p: &Csr) -> Csr {
         let rows = self.layout.rows.len();
-        // Sums of 1, 2, 4 … slabs: each entry is added a few times only.
+        // Partial sums of 1, 2, 4 … slabs, so that each entry takes part in few additions.
         let mut sums: Vec<(u32, Csr)> = Vec::new();
         for first in (0..rows).step_by(SLAB) {
             if self.cancel.is_cancelled() {
@@ -163,7 +165,7 @@ impl System {
             .mirrored()
     }
 
-    /// What some rows contribute to the upper triangle of `Pᵀ A P`: with Q = BP·P, `Qᵀ diag(χ/M) Q + Pᵀ S P + Pᵀ M/τ P`.
+    /// The contribution of some rows to the upper triangle of `Pᵀ A P`: with Q = BP·P, `Qᵀ diag(χ/M) Q + Pᵀ S P + Pᵀ M/τ P`.
     fn galerkin_of(&self, p: &Csr, range: Range<usize>) -> Csr {
         let layout = &*self.layout;
         let (first, count) = (range.start, range.len());
@@ -254,7 +256,7 @@ impl System {
         })
     }
 
-    /// `y = (BPᵀ diag(χ/M) BP + S + M/τ) x`, or with K in place of the weights.
+    /// `y = (BPᵀ diag(χ/M) BP + S + M/τ) x`; with a middle factor K replaces diag(χ/M).
     fn product<T: Real>(&self, x: &[T], y: &mut [T], [t, between]: &mut [Vec<T>; 2]) {
         let layout = &*self.layout;
         t.resize(layout.len, T::ZERO);
@@ -297,7 +299,7 @@ impl System {
         } else {
             &t[..]
         };
-        // y = Bᵀ t + S x + M/τ x on the unknowns, zero elsewhere. B is symmetric, so that its own stencils apply Bᵀ.
+        // y = Bᵀ t + S x + M/τ x on the unknowns, zero elsewhere. B is symmetric, so its own stencils apply Bᵀ.
         let second = |(c, out): (usize, &mut [T])| {
             out.fill(T::ZERO);
             if self.cancel.is_cancelled() {
@@ -317,7 +319,7 @@ impl System {
     }
 }
 
-/// The entries `(i, k, e)` such that the neighbour at offset `k` is the neighbour at offset `e` of the one at offset `i`.
+/// All (i, k, e) such that the stencil offset from neighbour `i` to neighbour `k` of a node is neighbour offset `e`.
 static CHAINS: LazyLock<Vec<(usize, usize, usize)>> = LazyLock::new(|| {
     let axes = |i: usize| [i / 9, i / 3 % 3, i % 3];
     let pairs = (0..27 * 27).map(|n| (n / 27, n % 27));
@@ -330,7 +332,7 @@ static CHAINS: LazyLock<Vec<(usize, usize, usize)>> = LazyLock::new(|| {
         .collect()
 });
 
-/// One diagonal entry of `BPᵀ K BP`: BP's column is its row, K's rows are found by `row`.
+/// One diagonal entry of `BPᵀ K BP`. BP is symmetric, so `column` is also its row; `row` returns the row of K at each neighbour.
 fn enclosed_diagonal(middle: &[Stencil], column: &Stencil, row: impl Fn(usize) -> u32) -> f64 {
     let rows: [u32; 27] = std::array::from_fn(row);
     let column: [f64; 27] = std::array::from_fn(|k| {
@@ -347,7 +349,7 @@ fn enclosed_diagonal(middle: &[Stencil], column: &Stencil, row: impl Fn(usize) -
         .sum()
 }
 
-/// Runs over the chunks of a vector, in parallel where there are more than two.
+/// Runs over the chunks of a vector, in parallel if there are more than two.
 fn each_chunk<T: Real>(vector: &mut [T], run: impl Fn((usize, &mut [T])) + Sync + Send) {
     if vector.len() <= 2 * CHUNK {
         vector.chunks_mut(CHUNK).enumerate().for_each(run);

@@ -1,4 +1,5 @@
-//! What holds for every energy: its gradient is its derivative, its matrix symmetric and the Jacobi factor the diagonal's.
+//! Tests that hold for every energy: its gradient is the derivative, its matrix is symmetric, and the Jacobi factor is the
+//! diagonal's inverse.
 
 use glam::DVec3;
 
@@ -25,7 +26,7 @@ fn ball<E: BandEnergy>(make: impl Fn(&SparseGrid, Band) -> E) -> (E, Vec<f64>) {
     (make(&grid, band), values)
 }
 
-/// A direction on the unknowns.
+/// A test direction: a sine wave on the unknowns.
 fn waves(band: &Band, frequency: f64) -> Vec<f64> {
     let wave = |i: usize| {
         if band.unknown[i] {
@@ -127,7 +128,7 @@ impl BendingEnergy for Target {
     }
 }
 
-/// The energy on the lattice of a ball of 0.7 units, whose centre is the origin.
+/// A bending energy on the lattice of a ball of radius 0.7 units around the origin.
 fn own<'a>(energy: &'a Target) -> impl Fn(&SparseGrid, Band) -> BendingBand<'a> {
     let lattice = Lattice {
         origin: DVec3::splat(-1.13),

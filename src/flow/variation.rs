@@ -1,9 +1,9 @@
-//! The localised variation of curvature
+//! Localised energy of curvature variation:
 //!
 //! `E(φ) = ½ Σ_c χ_c Σ_q ⅛ |∇φ| (|u|² − (n·u)²) + κ/2 Σ_cells (|∇φ| − 1)²`, `u = ∇H` at the Gauss points q,
 //!
-//! of the nodal curvature `H_i = r_i`, with χ_c taken at the mean of a cell's corners, over the cells whose corners all lie in
-//! R and of which one at least is within a step of the mask.
+//! where `H_i = r_i` is the nodal curvature and χ_c is χ at the mean of a cell's corner values. The sum is over the cells that
+//! have all corners in R and at least one corner within a step of the mask.
 
 use rayon::prelude::*;
 
@@ -17,11 +17,11 @@ use super::energy::{BandEnergy, Evaluation, Needs};
 use super::settings::{Energy, Variant};
 use super::system::{Factors, RowWeights, System};
 
-/// A band with the variation of curvature on it.
+/// A band with the energy of curvature variation.
 pub struct VariationBand {
     band: Band,
     kappa: f64,
-    /// Whether a cell carries energy.
+    /// Whether a cell contributes to the energy.
     counted: Vec<bool>,
 }
 
@@ -29,11 +29,11 @@ impl BandEnergy for VariationBand {
     const NEEDS: Needs = Needs {
         dilations: 2,
         start: &[Energy::Willmore],
-        // Its surface is closer to smooth data than the width of the usual voxel's band lets it come out, and than chords of
-        // the usual length are to it.
+        // On smooth data this surface is so accurate that the default voxel (through the width of its band) and the default edge
+        // length (through the deviation of chords) would dominate its error.
         voxel: (0.4, 128.0),
         edge_ratio: 0.45,
-        // The surface comes to rest in many small steps, and the last of them says little of how far it still has to go.
+        // The surface converges in many small steps; the length of the last one says little about the remaining distance.
         tolerance: 0.15,
         metrics: &[Variant::GaussNewton],
         fallback: Some(Energy::Willmore),
@@ -80,7 +80,7 @@ impl BandEnergy for VariationBand {
         (0..phi.len()).into_par_iter().map(entry).collect()
     }
 
-    /// The matrix is `BPᵀ K BP + κ L[n⊗n]` whatever the variant.
+    /// The matrix is `BPᵀ K BP + κ L[n⊗n]` for every variant.
     fn system(&self, phi: &[f64], at: &Evaluation, _: Variant, time_step: f64) -> System {
         let band = &self.band;
         let zeros = vec![0.0; phi.len()];
@@ -171,13 +171,13 @@ fn cell_energy(phi: &[f64; 8], curvature: &[f64; 8]) -> f64 {
     0.0625 * weight * sum
 }
 
-/// What a cell adds to the gradient at its corners and to K.
+/// A cell's contribution to the gradient at its corners and to K.
 struct VariationCell {
     /// K.
     stiffness: Packed,
-    /// Derivative of its energy by the nodal curvature: K H.
+    /// Derivative of the cell's energy with respect to the nodal curvature: K H.
     by_curvature: [f64; 8],
-    /// Derivative by φ, the nodal curvature held.
+    /// Derivative with respect to φ with the nodal curvature fixed.
     by_level: [f64; 8],
 }
 
@@ -192,6 +192,7 @@ impl Default for VariationCell {
 }
 
 impl VariationCell {
+    /// Derivatives of [`cell_energy`], Gauss point by Gauss point.
     fn new(phi: &[f64; 8], curvature: &[f64; 8]) -> Self {
         let level = mean(phi);
         let (weight, slope) = (chi(level), chi_derivative(level));
@@ -209,6 +210,8 @@ impl VariationCell {
             let shift = 0.0625 * 0.125 * slope * l * (uu - s * s);
             let mut normal = [0.0f32; 8];
             for a in 0..8 {
+                // s = n·u. With respect to H: χ |∇φ| (u − s n)·∇N_a. With respect to φ: ½ χ (|u|² + s²) n·∇N_a − χ s u·∇N_a, and
+                // χ′/8 · ½ |∇φ| (|u|² − s²) from the weight at the cell's mean value.
                 let at = [shape[0][a], shape[1][a], shape[2][a]];
                 let (na, ua) = (dot(n, at), dot(u, at));
                 out.by_curvature[a] += k * (ua - s * na);

@@ -1,9 +1,10 @@
-//! The localised Willmore energy
+//! Localised Willmore energy:
 //!
 //! `E(φ) = ½ Σ_{i ∈ R} χ(φ_i) r_i² / M_i + κ/2 Σ_cells (|∇φ| − 1)²`
 //!
-//! with `r_i = Σ ⅛ n·∇N_i` (weak mean curvature: equation (10) of the paper, tested with N_i), `M_i = Σ ⅛ / |∇φ|` (lumped mass)
-//! and a weight χ that follows the level, so that by the co-area formula the energy does not fall by flattening φ or by moving out of the band.
+//! with the weak mean curvature `r_i = Σ ⅛ n·∇N_i` (equation (10) of Droske and Rumpf 2004, tested with N_i) and the lumped mass
+//! `M_i = Σ ⅛ / |∇φ|`. The weight χ depends on the level, so that by the co-area formula the energy does not fall by flattening φ
+//! or by moving out of the band.
 
 use rayon::prelude::*;
 
@@ -15,7 +16,7 @@ use super::energy::{BandEnergy, Evaluation, Needs};
 use super::settings::Variant;
 use super::system::{Factors, RowWeights, System};
 
-/// A band with what is computed from φ on it.
+/// A band with the Willmore energy.
 pub struct WillmoreBand {
     /// The nodes and cells.
     pub band: Band,
@@ -28,7 +29,7 @@ impl BandEnergy for WillmoreBand {
         dilations: 1,
         start: &[],
         voxel: (1.0, f64::INFINITY),
-        // On scans fewer, longer edges are no farther from the truth, but vertices cost time.
+        // On scans, fewer and longer edges are no less accurate, and vertices cost time.
         edge_ratio: 0.8,
         tolerance: 1.0,
         metrics: &[Variant::GaussNewton, Variant::I, Variant::II],
@@ -51,7 +52,8 @@ impl BandEnergy for WillmoreBand {
         })
     }
 
-    /// `BPᵀ(χw) + ½ L1 φ + ½ χ' w² M + κ Σ (1 − 1/|g|) g·∇N` on the unknowns; all but the third come from the cells.
+    /// `BPᵀ(χw) + ½ L1 φ + ½ χ' w² M + κ Σ (1 − 1/|g|) g·∇N` on the unknowns; all terms but the third are assembled from the
+    /// cells.
     fn gradient(&self, phi: &[f64], at: &Evaluation) -> Vec<f64> {
         let by_level = |i: usize| 0.5 * chi_derivative(phi[i]) * at.r[i] * at.r[i] / at.mass[i];
         self.with_fields(phi, at, |fields| gradient(&self.band, fields, by_level))
@@ -72,7 +74,7 @@ impl WillmoreBand {
         Self { band, kappa }
     }
 
-    /// Calls `run` with what the cells' matrices are made of.
+    /// Calls `run` with the nodal fields from which the cells' matrices are assembled.
     fn with_fields<T>(&self, phi: &[f64], at: &Evaluation, run: impl FnOnce(&Fields) -> T) -> T {
         let curvature = |i: usize| {
             if self.band.residual[i] {
@@ -97,8 +99,8 @@ impl WillmoreBand {
     }
 }
 
-/// The gradient of an energy `Σ χ e(r_i, M_i) + κ Eik` on the unknowns: `BPᵀ(χ ∂e/∂r) + ½ L1 φ + κ Σ (1 − 1/|g|) g·∇N` from the cells,
-/// with the two derivatives in `fields`, and `by_level`, which is χ′e, at the nodes of R.
+/// The gradient of an energy `Σ χ e(r_i, M_i) + κ Eik` on the unknowns. `BPᵀ(χ ∂e/∂r) + ½ L1 φ + κ Σ (1 − 1/|g|) g·∇N` is
+/// assembled from the cells, with the two derivatives in `fields`; `by_level` is χ′e at the nodes of R.
 pub(super) fn gradient(
     band: &Band,
     fields: &Fields,
@@ -130,7 +132,7 @@ pub(super) fn gradient(
     gradient
 }
 
-/// The matrix of a step of such an energy.
+/// The matrix of a step for an energy of this form.
 pub(super) fn system(
     band: &Band,
     fields: &Fields,
@@ -154,7 +156,7 @@ pub(super) fn system(
     System::new(band, factors, weights)
 }
 
-/// What the rows of a step's matrix hold beside their stencils; `residual` is χ ∂²e/∂r² at a node of R.
+/// The weights of the rows of a step's matrix; `residual` is χ ∂²e/∂r² at a node of R.
 pub(super) fn weights(
     band: &Band,
     phi: &[f64],

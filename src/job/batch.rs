@@ -1,5 +1,6 @@
-//! The same work on one mesh or on several: where each result goes, what is checked before the first is read, which documents are
-//! written, and how the whole ends. The commands `fill`, `repair`, `restore`, `fair` and `convert` are this.
+//! Batch runs: the same work on one or several meshes. Chooses the output files, checks everything that can be checked before the
+//! first mesh is read, writes the JSON documents and counts how the jobs ended. The commands `fill`, `repair`, `restore`, `fair` and
+//! `convert` are batches.
 
 use std::error::Error;
 use std::io;
@@ -14,8 +15,8 @@ use super::{
 use crate::io::{Format, Loaded};
 use crate::mend::Control;
 
-/// The same work on one mesh or on several. Several go into a folder, each under the name of its input; of several one that fails
-/// does not stop the others.
+/// The same work on one or several meshes. The results of several meshes go into a folder, each under the name of its input. If one of
+/// several jobs fails, the others still run.
 ///
 /// ```no_run
 /// use isomend::job::{Batch, Work};
@@ -33,68 +34,69 @@ use crate::mend::Control;
 pub struct Batch {
     /// The meshes to read.
     pub sources: Vec<Source>,
-    /// The file to write; or the folder, which is made where its name ends with a slash. May be missing in a plan.
+    /// The file to write, or the folder; a folder whose name ends with a slash is created. A plan needs no output.
     pub output: Option<Place>,
-    /// The format of what is written; that of the output's extension where none is given, in a folder that of the input.
+    /// The format to write. Default: the format of the output's extension; in a folder, the format of each input.
     pub format: Option<Format>,
-    /// Text instead of binary.
+    /// Write text instead of binary.
     pub ascii: bool,
     /// What is done with each mesh.
     pub work: Work,
-    /// Whether no mesh is made: it is only said what would be done.
+    /// Only plan: report what would be done and write no mesh.
     pub plan: bool,
-    /// What is drawn of it: of a single mesh that is made.
+    /// The page and the picture to draw; only for a single mesh, and not for a plan.
     pub drawings: Drawings,
-    /// What is handed on beside the mesh, and how it is reported; patches and a piece of a single mesh.
+    /// Further files besides the mesh (patches and the missing piece; only for a single mesh), and how the patches are reported.
     pub deliverables: Deliverables,
-    /// Where the JSON document goes: that of the only mesh, or a list of those of all.
+    /// Where the JSON document goes: one object for one mesh, a list for several.
     pub document: Option<Place>,
-    /// Whether only flawless fills count as done, as [`FillReport::flawless`](crate::FillReport::flawless) says.
+    /// Count only flawless fills as done; see [`FillReport::flawless`](crate::FillReport::flawless).
     pub strict: bool,
 }
 
-/// How the jobs of a batch ended, and its document.
+/// Numbers of jobs of a batch by their ends, and its document.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct BatchResult {
-    /// Jobs that did all that was asked for.
+    /// Jobs that did everything that was requested.
     pub done: usize,
-    /// Jobs after which something is still open that was to be filled, or with [`Batch::strict`] is not flawless.
+    /// Jobs that left something undone: a hole that was to be filled is still open, a deliverable is missing or an expected error is
+    /// beyond the tolerance; with [`Batch::strict`] also jobs whose fill is not flawless.
     pub in_part: usize,
-    /// Jobs that failed, of several.
+    /// Jobs that failed. If the only job of a batch fails, [`Batch::run`] returns its error instead.
     pub failed: usize,
-    /// The text of the document, where its place is the caller's memory.
+    /// The text of the document, if its place is the caller's memory.
     pub document: Option<String>,
 }
 
-/// Gets the events of a batch. An error that it returns ends the batch with [`JobError::Observer`].
+/// Receives the events of a batch. If it returns an error, the batch stops with [`JobError::Observer`].
 pub trait BatchObserver {
-    /// A job begins: nothing is read yet.
+    /// A job starts; its mesh has not been read yet.
     fn begins(&mut self, _job: &JobSpec) {}
 
-    /// Its mesh was read.
+    /// The mesh of a job has been read.
     fn has_read(&mut self, _job: &JobSpec, _loaded: &Loaded) {}
 
-    /// The plan of a job is known.
+    /// The plan of a job is ready.
     ///
     /// # Errors
-    /// When it cannot be passed on.
+    /// If the plan cannot be shown, for example because standard output is closed.
     fn planned(&mut self, _plan: &JobPlan) -> io::Result<()> {
         Ok(())
     }
 
-    /// A job ended. The bytes of its file are here where they are the caller's.
+    /// A job has ended. If its output is the caller's memory, the result holds the bytes of the file.
     ///
     /// # Errors
-    /// When it cannot be passed on.
+    /// If the result cannot be shown, for example because standard output is closed.
     fn done(&mut self, _result: &JobResult) -> io::Result<()> {
         Ok(())
     }
 
-    /// One of several jobs failed.
+    /// One of several jobs has failed; `_words` is the message.
     fn failed(&mut self, _job: &JobSpec, _words: &str) {}
 
-    /// An error in words, for [`BatchObserver::failed`] and the document.
+    /// The message of an error with its causes, for [`BatchObserver::failed`] and the document.
     fn words(&self, error: JobError) -> String {
         let mut text = error.to_string();
         let mut cause = error.source();
@@ -110,7 +112,7 @@ pub trait BatchObserver {
 impl BatchObserver for () {}
 
 impl Batch {
-    /// A work on meshes, without an output.
+    /// A batch without an output.
     pub fn new<S: Into<Source>>(sources: impl IntoIterator<Item = S>, work: Work) -> Self {
         Self {
             sources: sources.into_iter().map(Into::into).collect(),
@@ -126,19 +128,19 @@ impl Batch {
         }
     }
 
-    /// Checks what can be known before anything is read.
+    /// Checks files and parameters without reading a mesh.
     ///
     /// # Errors
-    /// As [`Batch::run`], as far as no mesh is asked.
+    /// The errors of [`Batch::run`] that do not depend on a mesh.
     pub fn check(&self) -> Result<(), JobError> {
         self.jobs().map(|_| ())
     }
 
-    /// Does all jobs, one after another, and writes the document.
+    /// Runs all jobs, one after another, and writes the document.
     ///
     /// # Errors
-    /// When the files or the parameters cannot be used so, before any mesh is read; what a single job fails with; what the observer
-    /// fails with.
+    /// Before any mesh is read: files or parameters that cannot be used. Later: the error of the only job, and the error of the
+    /// observer.
     pub fn run(
         &self,
         observer: &mut dyn BatchObserver,
@@ -175,7 +177,7 @@ impl Batch {
         Ok(result)
     }
 
-    /// Does a job; whether all of it was done.
+    /// Runs one job and adds its document. Returns whether everything that was requested was done.
     fn one(
         &self,
         job: &JobSpec,
@@ -202,7 +204,7 @@ impl Batch {
         Ok(is_whole && (!self.strict || done.report.flawless()))
     }
 
-    /// The jobs, checked.
+    /// Makes one job per source and checks files and parameters of all of them.
     fn jobs(&self) -> Result<Vec<JobSpec>, JobError> {
         let outputs = self.outputs()?;
         self.check_document(&outputs)?;
@@ -230,13 +232,16 @@ impl Batch {
         Ok(jobs)
     }
 
-    /// Where each mesh goes; none where a plan names no output.
+    /// The output of each source, in order; `None` for a plan without an output.
     fn outputs(&self) -> Result<Vec<Option<Output>>, JobError> {
         let places: Vec<Place> = self.sources.iter().map(|s| s.place.clone()).collect();
         let several = places.len() > 1;
         let wrong = |what: String| Err(JobError::Places { what });
         if let Some(stream) = places.iter().find(|p| several && p.path().is_none()) {
-            return wrong(format!("{} cannot be one of several inputs", stream.name()));
+            return wrong(format!(
+                "{} cannot be one of several inputs; read it alone",
+                stream.name()
+            ));
         }
         let Some(place) = &self.output else {
             return match self.plan {
@@ -259,7 +264,7 @@ impl Batch {
             }
             _ if several => {
                 return wrong(format!(
-                    "several inputs need a folder to go to, but {} is none; make it first, or end its name with a slash",
+                    "several inputs need a folder for their results, but {} is not one; create it first, or end its name with a slash",
                     place.name()
                 ));
             }
@@ -272,6 +277,7 @@ impl Batch {
         outputs.into_iter().map(checked).collect()
     }
 
+    /// Refuses a document that would overwrite an input, a mesh or a deliverable.
     fn check_document(&self, outputs: &[Option<Output>]) -> Result<(), JobError> {
         let Some(document) = &self.document else {
             return Ok(());

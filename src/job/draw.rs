@@ -1,4 +1,4 @@
-//! The page and the picture of a job.
+//! Drawings of a job: the HTML page and the PNG picture, and checks of their files.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,32 +16,32 @@ use crate::report::html::{Page, page};
 use crate::report::picture::{PictureError, picture};
 use crate::report::scene::{Change, Scene};
 
-/// What is drawn, in which files.
+/// The files to draw.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Drawings {
-    /// A page to look at (HTML).
+    /// File for an HTML page with a 3D view.
     pub page: Option<PathBuf>,
-    /// A picture (PNG).
+    /// File for a PNG picture.
     pub picture: Option<PathBuf>,
     /// The command line that the page shows.
     pub command_line: String,
-    /// Whether a page or a picture may be asked of the result later: what is cut out of the mesh is kept for it.
+    /// Keep the mesh before the cut, so that a page or picture can still be drawn from the result later.
     #[serde(skip)]
     pub may_follow: bool,
 }
 
-/// A mesh some of whose faces went.
+/// The input mesh of work that removed faces.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Before {
-    /// The mesh as it was read. As a value it is written without what it carries.
+    /// The mesh as it was read. Serialized without its attributes.
     #[serde(with = "bare")]
     pub(super) loaded: Arc<Loaded>,
-    /// For each of its faces whether it went.
+    /// For each of its faces, whether it was removed.
     pub(super) gone: Vec<bool>,
 }
 
-/// A mesh that was read, as a value: without what it carries, which no drawing shows.
+/// Serializes a loaded mesh as positions and faces only; drawings show no attributes.
 mod bare {
     use std::sync::Arc;
 
@@ -67,26 +67,26 @@ mod bare {
     }
 }
 
-/// What is drawn and told of a job.
+/// The content of the drawings of a job.
 pub(super) struct Drawn<'a> {
     pub(super) command: &'static str,
-    /// The mesh read and the mesh written.
+    /// The places of the input and of the output.
     pub(super) places: [&'a Place; 2],
-    /// The mesh before, where it is not `first`.
+    /// The mesh before, if it differs from `kept_input`.
     pub(super) before: Option<&'a Before>,
-    /// The mesh whose vertices and faces come first, and whose vertices the rims name.
-    pub(super) first: &'a Mesh,
+    /// The kept part of the input: `after` starts with its vertices and faces, and rims refer to its vertices.
+    pub(super) kept_input: &'a Mesh,
     /// The mesh after.
     pub(super) after: &'a Mesh,
-    /// So many of its faces, from the first on, were there before.
+    /// The first `kept` faces of `after` are the input's.
     pub(super) kept: usize,
-    /// The expected errors of its new vertices, which are the last.
+    /// The expected errors of the new vertices, which are the last of `after`.
     pub(super) errors: &'a [Option<f64>],
     /// Remarks.
     pub(super) notes: &'a [String],
-    /// What is invented, units and hashes.
+    /// Further facts for the page: invented surface, unit and hashes.
     pub(super) filed: Vec<(&'static str, String)>,
-    /// What was found and done.
+    /// The report of the fill.
     pub(super) report: &'a FillReport,
 }
 
@@ -96,7 +96,7 @@ impl Drawings {
         self.page.is_some() || self.picture.is_some()
     }
 
-    /// Refuses files that cannot be written, have another kind's name or are another file of the job.
+    /// Refuses files that cannot be written, that have the wrong extension, or that are another file of the job.
     ///
     /// # Errors
     /// [`JobError::Unwritable`] and [`JobError::Drawing`].
@@ -116,21 +116,23 @@ impl Drawings {
             let extension = path.extension().and_then(|e| e.to_str());
             if !extension.is_some_and(|e| extensions.contains(&e.to_ascii_lowercase().as_str())) {
                 return bad(format!(
-                    "{name} {shown} would not be a file of its kind; end its name in .{}",
+                    "{name} {shown} has the wrong extension; end its name in .{}",
                     extensions[0]
                 ));
             }
             let place = Place::from(path.clone());
             place.check_writable()?;
             if let Some((what, _)) = taken.iter().find(|(_, t)| place.is_same_file(t)) {
-                return bad(format!("{name} {shown} is {what} too; name another file"));
+                return bad(format!(
+                    "{name} would be written to {shown}, which is the file of {what}; name another file"
+                ));
             }
             taken.push((name, place));
         }
         Ok(())
     }
 
-    /// Draws a mesh as it is.
+    /// Draws a mesh that was not changed.
     pub(super) fn write_unchanged(&self, drawn: &Unchanged) -> Result<(), JobError> {
         if !self.is_wanted() {
             return Ok(());
@@ -140,7 +142,7 @@ impl Drawings {
         self.write_files(page, || drawn.picture_of(&scene))
     }
 
-    /// Draws what became of a mesh.
+    /// Draws a mesh before and after.
     pub(super) fn write(&self, drawn: &Drawn) -> Result<(), JobError> {
         if !self.is_wanted() {
             return Ok(());
@@ -166,12 +168,12 @@ impl Drawings {
 }
 
 impl Drawn<'_> {
-    /// The page: an HTML file that shows a command line.
+    /// The HTML page; it shows the command line.
     pub(super) fn page(&self, command_line: &str) -> String {
         self.page_of(&self.scene(), command_line)
     }
 
-    /// The picture: a PNG file.
+    /// The PNG picture.
     pub(super) fn picture(&self) -> Result<Vec<u8>, PictureError> {
         picture(&self.scene())
     }
@@ -189,7 +191,7 @@ impl Drawn<'_> {
                 "new faces",
                 (self.after.faces.len() - self.kept).to_string(),
             ),
-            ("pieces", report.pieces.to_string()),
+            ("components", report.pieces.to_string()),
         ];
         if report.seconds > 0.0 {
             facts.push(("seconds", format!("{:.2}", report.seconds)));
@@ -219,15 +221,15 @@ impl Drawn<'_> {
     fn scene(&self) -> Scene {
         let gone = match self.before {
             Some(before) => before.gone.clone(),
-            None => vec![self.kept == 0; self.first.faces.len()],
+            None => vec![self.kept == 0; self.kept_input.faces.len()],
         };
         let change = Change {
-            before: self.before.map_or(self.first, |b| &b.loaded.mesh),
+            before: self.before.map_or(self.kept_input, |b| &b.loaded.mesh),
             after: self.after,
             kept: self.kept,
             gone,
             patches: self.report.regions.iter().map(|r| r.new_faces).collect(),
-            rims: rims(self.first, self.report.holes.iter().map(|h| &h.hole)),
+            rims: rims(self.kept_input, self.report.holes.iter().map(|h| &h.hole)),
             errors: self.errors,
         };
         Scene::new(&change, FACES)

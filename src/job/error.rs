@@ -1,4 +1,4 @@
-//! Why a job was not done. What lies beneath is the error's source.
+//! Errors of jobs. The underlying error, if there is one, is the error's source.
 
 use std::path::PathBuf;
 
@@ -19,7 +19,7 @@ pub enum JobError {
     /// A file could not be read or written.
     #[error(transparent)]
     Io(#[from] IoError),
-    /// What was given as bytes could not be read.
+    /// Bytes in memory could not be read as a mesh.
     #[error("{name}")]
     Bytes {
         /// The name of the source.
@@ -28,13 +28,13 @@ pub enum JobError {
         #[source]
         error: IoError,
     },
-    /// A source that is a folder.
+    /// The source is a folder.
     #[error("{} is a folder: name a mesh file in it", path.display())]
     IsFolder {
         /// The folder.
         path: PathBuf,
     },
-    /// A mesh with more vertices than can be numbered.
+    /// The mesh has more vertices than 32-bit indices can number.
     #[error("{name} has too many vertices")]
     TooManyVertices {
         /// The name of the source.
@@ -49,7 +49,7 @@ pub enum JobError {
     /// Nothing could be faired.
     #[error("cannot fair the mesh")]
     Fair(#[from] FairError),
-    /// A mesh could not be looked at.
+    /// A mesh could not be inspected.
     #[error("cannot inspect {name}")]
     Inspect {
         /// The name of the source.
@@ -70,7 +70,7 @@ pub enum JobError {
         error: CompareError,
     },
     /// A volume has no surface at a level.
-    #[error("{name} has no such surface")]
+    #[error("cannot extract the surface from {name}")]
     NoSurface {
         /// The name of the source.
         name: String,
@@ -78,13 +78,15 @@ pub enum JobError {
         #[source]
         error: VolumeSurfaceError,
     },
-    /// 64-bit coordinates in a format that has none.
-    #[error("{format} has 32-bit coordinates only; ply, obj, vtk and vtp have others")]
+    /// 64-bit coordinates were requested of a format that has only 32-bit ones.
+    #[error(
+        "{format} has 32-bit coordinates only; for 64-bit coordinates write ply, obj, vtk or vtp"
+    )]
     No64Bit {
         /// The format.
         format: Format,
     },
-    /// There is no signed distance.
+    /// The signed distance could not be measured.
     #[error("cannot measure {name}")]
     Measure {
         /// The name of the source.
@@ -93,29 +95,29 @@ pub enum JobError {
         #[source]
         error: VolumeError,
     },
-    /// A mask makes no sense for the mesh.
+    /// The mask does not fit the mesh.
     #[error(transparent)]
     Mask(#[from] MaskError),
-    /// A mask that marks nothing.
+    /// The mask marks no face.
     #[error("the mask marks no face: {}", why.join("; "))]
     NothingMarked {
-        /// What it missed by how much.
+        /// For each part of the mask, how far it is from the mesh.
         why: Vec<String>,
     },
     /// A restoration without a mask.
-    #[error("no region is marked")]
+    #[error("no region is marked: a restoration needs a mask")]
     NoMask,
-    /// A mask that is grown or shrunk, but chooses nothing.
-    #[error("a mask is grown or shrunk, but it chooses nothing")]
+    /// The mask is grown or shrunk, but names no region.
+    #[error("the mask is grown or shrunk, but it names no region to start from")]
     EmptyMask,
-    /// A mesh that is to be a mask is not closed.
-    #[error("{} cannot be a mask: it is not closed; fill it first", path.display())]
+    /// A mesh given as a mask is not closed.
+    #[error("{} cannot be used as a mask: its surface is not closed; fill its holes first", path.display())]
     OpenMask {
         /// The file.
         path: PathBuf,
     },
-    /// A mesh that is to be a mask cannot be used.
-    #[error("cannot use {}", path.display())]
+    /// A mesh given as a mask could not be used.
+    #[error("cannot use {} as a mask", path.display())]
     MaskMesh {
         /// The file.
         path: PathBuf,
@@ -123,7 +125,7 @@ pub enum JobError {
         #[source]
         error: FillError,
     },
-    /// A list of face numbers that cannot be read.
+    /// A list of face numbers could not be read.
     #[error("{name}{}: {what}", line.map(|n| format!(", line {n}")).unwrap_or_default())]
     FaceList {
         /// The file.
@@ -133,9 +135,9 @@ pub enum JobError {
         /// What is wrong.
         what: String,
     },
-    /// A name that does not tell a format to write.
+    /// The extension of an output names no format that can be written.
     #[error(
-        "the name {} does not tell a format to write; name it otherwise; supported are {}",
+        "the file name {} has no extension of a known mesh format; supported are {}",
         path.display(),
         Format::LIST
     )]
@@ -143,17 +145,17 @@ pub enum JobError {
         /// The name.
         path: PathBuf,
     },
-    /// Text in a format that has none.
-    #[error("{name} is written as {format}, which has no text form; {other} has")]
+    /// Text was requested of a format that has no text form.
+    #[error("{name} is written as {format}, which has no text form; {other} has one")]
     NoTextForm {
         /// The name of the output.
         name: String,
         /// The format.
         format: Format,
-        /// One like it that has.
+        /// A similar format that has one.
         other: &'static str,
     },
-    /// An output that cannot be written.
+    /// An output cannot be written.
     #[error("cannot write {}: {what}", path.display())]
     Unwritable {
         /// The file.
@@ -167,38 +169,40 @@ pub enum JobError {
         /// What is wrong, and what to do.
         what: String,
     },
-    /// A page or a picture of a plan.
+    /// A page or a picture was requested for a plan.
     #[error(
         "a plan makes no mesh that a page or a picture could show; inspect the mesh to draw its holes"
     )]
     PlanDrawn,
-    /// A page or a picture of several meshes.
-    #[error("a page or a picture shows one mesh, but there are several inputs; do them one by one")]
+    /// A page or a picture was requested for several meshes.
+    #[error(
+        "a page or a picture shows one mesh, but there are several inputs; run them one by one"
+    )]
     SeveralDrawn,
-    /// A document in the place of a mesh.
-    #[error("{} would overwrite a mesh; name another file", path.display())]
+    /// The document would overwrite a mesh.
+    #[error("the document {} would overwrite a mesh; name another file", path.display())]
     DocumentOverMesh {
         /// The file.
         path: PathBuf,
     },
-    /// The observer of a batch failed, such as where standard output is closed.
+    /// The observer of a batch failed, for example because standard output is closed.
     #[error(transparent)]
     Observer(std::io::Error),
-    /// A page or picture that cannot go where it should.
+    /// The file of a page or a picture cannot be used.
     #[error("{what}")]
     Drawing {
         /// What is wrong, and what to do.
         what: String,
     },
-    /// Something beside the mesh that cannot be handed on so.
+    /// A deliverable cannot be made or written.
     #[error("{what}")]
     Deliverable {
         /// What is wrong, and what to do.
         what: String,
     },
-    /// Patches or a piece of several meshes.
+    /// Patches or a piece were requested for several meshes.
     #[error(
-        "the patches and the piece are those of one mesh, but there are several inputs; do them one by one"
+        "a file of patches or of the piece holds the result of one mesh, but there are several inputs; run them one by one"
     )]
     SeveralDelivered,
     /// A picture could not be made.
@@ -207,7 +211,7 @@ pub enum JobError {
 }
 
 impl JobError {
-    /// Whether it is in what was asked for rather than in the files.
+    /// Whether the request is wrong, rather than a file.
     pub fn is_usage(&self) -> bool {
         matches!(
             self,

@@ -1,4 +1,4 @@
-//! Meshes that are only looked at.
+//! Inspecting, checking and comparing meshes without changing them, with their JSON documents and drawings.
 
 use glam::DVec3;
 use serde::Serialize;
@@ -12,24 +12,24 @@ use crate::mend::{Control, CreaseEnd, FillError, Inspection};
 use crate::mesh::mask::Selection;
 use crate::mesh::{Defects, OpenChain};
 
-/// What a mesh file holds.
+/// The holes and properties of a mesh file.
 #[non_exhaustive]
 pub struct Inspected<'a> {
     place: &'a Place,
-    /// What was read.
+    /// The mesh that was read.
     pub loaded: &'a Loaded,
-    /// What it holds.
+    /// Its topology, holes and defects.
     pub found: Inspection<'a>,
-    /// Where sharp edges of it end at the rims of its holes.
+    /// Rim vertices of its holes at which sharp edges end.
     pub crease_ends: Vec<CreaseEnd>,
-    /// What a mask marks of it, where one is given.
+    /// The faces that a mask marks, if one was given.
     pub marked: Option<(Selection, Marked)>,
 }
 
-/// Looks at a mesh that was read, draws it where that is asked for, and marks what a mask chooses.
+/// Inspects a mesh, draws it if requested, and applies a mask if one is given.
 ///
 /// # Errors
-/// When it cannot be measured, the mask does not fit it, or a file cannot be written. A mask that marks nothing is none.
+/// If the mesh cannot be inspected, the mask does not fit it, or a file cannot be written. A mask that marks no face is not an error.
 pub fn inspect<'a>(
     source: &'a Source,
     loaded: &'a Loaded,
@@ -74,13 +74,13 @@ struct InspectBody<'a> {
     open_chains: &'a [OpenChain],
     holes: Vec<HoleRow>,
     crease_ends: Vec<CreaseEndRow>,
-    /// What the mask selects, where one is given.
+    /// The selection of the mask, if one was given.
     #[serde(skip_serializing_if = "Option::is_none")]
     mask: Option<&'a Selection>,
 }
 
 impl Inspected<'_> {
-    /// The document.
+    /// The JSON document of the inspection.
     pub fn document(&self) -> Document<impl Serialize> {
         let Self { loaded, found, .. } = self;
         let body = InspectBody {
@@ -105,18 +105,18 @@ impl Inspected<'_> {
 #[non_exhaustive]
 pub struct Checked<'a> {
     place: &'a Place,
-    /// What was read.
+    /// The mesh that was read.
     pub loaded: &'a Loaded,
-    /// What it holds.
+    /// Its topology, holes and defects.
     pub found: Inspection<'a>,
     /// The verdict.
     pub verdict: Verdict,
 }
 
-/// Looks for everything that may be wrong with a mesh that was read, and draws it where that is asked for.
+/// Checks a mesh for all kinds of defects, and draws it if requested.
 ///
 /// # Errors
-/// When it cannot be measured, or a file cannot be written.
+/// If the parameters are invalid, the mesh cannot be inspected, or a file cannot be written.
 pub fn check<'a>(
     source: &'a Source,
     loaded: &'a Loaded,
@@ -154,7 +154,7 @@ struct CheckBody<'a> {
 }
 
 impl Checked<'_> {
-    /// The document.
+    /// The JSON document of the check.
     pub fn document(&self) -> Document<impl Serialize> {
         let body = CheckBody {
             input: FileInfo::new(self.place, self.loaded.format, &self.loaded.mesh),
@@ -173,18 +173,18 @@ struct CompareBody<'a> {
     comparison: &'a Comparison,
 }
 
-/// Two meshes beside each other.
+/// The comparison of two mesh files.
 #[non_exhaustive]
 pub struct Compared {
     files: [FileInfo; 2],
-    /// What was measured.
+    /// The distances between the meshes.
     pub comparison: Comparison,
 }
 
-/// Compares two meshes that were read, with so many samples on each.
+/// Compares two meshes, with `samples` sample points on each.
 ///
 /// # Errors
-/// [`JobError::Compare`] when there is nothing to compare.
+/// [`JobError::Compare`] if the meshes cannot be compared, for example because one has no surface.
 pub fn compare(meshes: [(&Source, &Loaded); 2], samples: usize) -> Result<Compared, JobError> {
     let [(first, a), (second, b)] = meshes;
     let comparison = compare_meshes(&a.mesh, &b.mesh, samples);
@@ -203,7 +203,7 @@ pub fn compare(meshes: [(&Source, &Loaded); 2], samples: usize) -> Result<Compar
 }
 
 impl Compared {
-    /// The document.
+    /// The JSON document of the comparison.
     pub fn document(&self) -> Document<impl Serialize> {
         let [first, second] = &self.files;
         let comparison = &self.comparison;

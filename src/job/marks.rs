@@ -1,4 +1,4 @@
-//! Masks as they are written down: in numbers, colours, names and files.
+//! Masks as users specify them: by boxes, balls, closed meshes, face numbers, colours and materials. Applies them to a mesh.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use crate::mesh::mask::{Mask, Selector};
 use crate::report::missed_lines;
 use crate::spatial::{Bvh, WindingTree};
 
-/// Chooses faces; what several of its fields choose adds up. See [`Mask`](crate::Mask).
+/// Specifies a set of faces: the union of the faces that its fields select. See [`Mask`](crate::Mask).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MaskSpec {
@@ -21,7 +21,7 @@ pub struct MaskSpec {
     pub boxes: Vec<[DVec3; 2]>,
     /// Balls by their centres and radii.
     pub balls: Vec<(DVec3, f64)>,
-    /// Files of closed meshes: what lies inside.
+    /// Files of closed meshes; selects the faces inside them.
     pub inside: Vec<PathBuf>,
     /// Face numbers, from 0.
     pub faces: Vec<usize>,
@@ -31,36 +31,36 @@ pub struct MaskSpec {
     pub colours: Vec<PaintedColour>,
     /// Names of materials.
     pub materials: Vec<String>,
-    /// Takes in what is at most so far from the marked faces, along the edges of the mesh.
+    /// Adds the faces within this distance of the selected ones, measured along the edges of the mesh.
     pub grow: Option<f64>,
-    /// Then leaves out what is nearer than this to faces that are not marked.
+    /// After growing, removes the faces that are nearer than this to faces outside the selection.
     pub shrink: Option<f64>,
 }
 
-/// A colour and how far off others may be.
+/// A vertex colour with a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PaintedColour {
     /// Red, green and blue, from 0 to 1.
     pub rgb: [f64; 3],
-    /// The most that any of the three may be off.
+    /// Largest difference allowed in each of the three channels.
     pub tolerance: f64,
 }
 
-/// What a mask marks of a mesh.
+/// The faces of a mesh that a mask marks.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Marked {
-    /// For each face whether it is marked.
+    /// For each face, whether it is marked.
     pub faces: Vec<bool>,
-    /// Where nothing is marked, why.
+    /// If no face is marked: the reasons, one line per part of the mask.
     pub missed: Vec<String>,
 }
 
 impl Marked {
-    /// The marks.
+    /// The marks, if any face is marked.
     ///
     /// # Errors
-    /// [`JobError::NothingMarked`].
+    /// [`JobError::NothingMarked`] with the reasons.
     pub fn some(self) -> Result<Vec<bool>, JobError> {
         match self.missed.is_empty() {
             true => Ok(self.faces),
@@ -69,14 +69,14 @@ impl Marked {
     }
 }
 
-/// A mask, and the bounds of the closed meshes among its selectors.
+/// A mask with its files read, and the bounding boxes of the closed meshes among its selectors.
 struct Chosen {
     mask: Mask,
     inside: Vec<[DVec3; 2]>,
 }
 
 impl MaskSpec {
-    /// Whether it chooses nothing.
+    /// Whether it has no selectors.
     pub fn is_empty(&self) -> bool {
         let Self {
             boxes,
@@ -97,10 +97,10 @@ impl MaskSpec {
             && materials.is_empty()
     }
 
-    /// Whether its files can be read and its numbers make sense.
+    /// Checks the mask without a mesh: that its files can be read and used.
     ///
     /// # Errors
-    /// As [`MaskSpec::marked`], as far as the mesh is not asked; [`JobError::EmptyMask`].
+    /// [`JobError::EmptyMask`], and the errors of [`MaskSpec::marked`] that do not depend on the mesh.
     pub fn check(&self) -> Result<(), JobError> {
         if self.is_empty() && self.grow.or(self.shrink).is_some() {
             return Err(JobError::EmptyMask);
@@ -108,10 +108,10 @@ impl MaskSpec {
         self.chosen().map(|_| ())
     }
 
-    /// Which faces of a mesh are marked.
+    /// Applies the mask to a mesh.
     ///
     /// # Errors
-    /// When a file cannot be read or used, or the mesh has no such faces, colours or materials.
+    /// If a file cannot be read or used, or if the mesh does not have the faces, colours or materials that the mask names.
     pub fn marked(&self, loaded: &Loaded) -> Result<Marked, JobError> {
         let Chosen { mask, inside } = self.chosen()?;
         let (mesh, attributes) = (&loaded.mesh, &loaded.attributes);
@@ -123,6 +123,7 @@ impl MaskSpec {
         Ok(Marked { faces, missed })
     }
 
+    /// Reads the files and makes the mask.
     fn chosen(&self) -> Result<Chosen, JobError> {
         let box_of = |&[low, high]: &[DVec3; 2]| Selector::Box { low, high };
         let ball_of = |&(centre, radius): &(DVec3, f64)| Selector::Ball { centre, radius };
@@ -155,7 +156,7 @@ impl MaskSpec {
     }
 }
 
-/// What lies inside a closed mesh, by its generalized winding number; and the bounds of the mesh.
+/// A selector for points inside a closed mesh (generalized winding number above 1/2 in absolute value), and the bounds of the mesh.
 fn within(path: &Path) -> Result<(Selector, [DVec3; 2]), JobError> {
     let loaded = read_path(path, None)?;
     let bounds = loaded.mesh.bounds();
@@ -173,19 +174,19 @@ fn within(path: &Path) -> Result<(Selector, [DVec3; 2]), JobError> {
     Ok((selector, bounds))
 }
 
-/// Face numbers from a file: a JSON array, or one on each line, with `#` before remarks.
+/// Reads face numbers from a file: a JSON array, or one number per line with comments after `#`.
 ///
 /// # Errors
-/// When it cannot be read, or holds something else.
+/// If the file cannot be read or contains anything else.
 pub fn face_numbers(path: &Path) -> Result<Vec<usize>, JobError> {
     let text = read_text(path)?;
     parse_face_numbers(&text, &path.display().to_string())
 }
 
-/// As `face_numbers`, from the text of a file of that name.
+/// Parses face numbers: a JSON array, or one number per line with comments after `#`. `name` is the file's name in errors.
 ///
 /// # Errors
-/// When it holds something else.
+/// If the text contains anything else.
 pub fn parse_face_numbers(text: &str, name: &str) -> Result<Vec<usize>, JobError> {
     let bad = |line, what: String| JobError::FaceList {
         name: name.to_owned(),
@@ -194,7 +195,7 @@ pub fn parse_face_numbers(text: &str, name: &str) -> Result<Vec<usize>, JobError
     };
     if text.trim_start().starts_with('[') {
         return serde_json::from_str(text)
-            .map_err(|error| bad(None, format!("no JSON array of face numbers: {error}")));
+            .map_err(|error| bad(None, format!("not a JSON array of face numbers: {error}")));
     }
     let mut numbers = Vec::new();
     for (i, line) in text.lines().enumerate() {
@@ -203,7 +204,7 @@ pub fn parse_face_numbers(text: &str, name: &str) -> Result<Vec<usize>, JobError
             let number = line.parse().map_err(|error| {
                 bad(
                     Some(i + 1),
-                    format!("'{line}' is not the number of a face: {error}"),
+                    format!("'{line}' is not a face number: {error}"),
                 )
             });
             numbers.push(number?);

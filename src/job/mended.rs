@@ -1,4 +1,4 @@
-//! A mesh that a job mended, before it is written: what it is, its page and picture, and its writing.
+//! The result of a job in memory, before it is written: access to mesh and report, HTML page and picture, and writing to files.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::deliver::{Deliverables, Delivered, forget_clock};
+use super::deliver::{Deliverables, Delivered, clear_run_times};
 use super::draw::{Before, Drawings, Drawn};
 use super::outcome::JobResult;
 use super::output::Saving;
@@ -19,32 +19,33 @@ use crate::io::Loaded;
 use crate::mend::{FillReport, Inspection};
 use crate::mesh::{Mesh, Model};
 
-/// A job whose mesh was mended. A copy shares its meshes. As a value it can be written and read again, whole: its mesh, what that carries, its report.
+/// A job whose mesh has been mended. Clones share the meshes. Serialization keeps everything: the mesh, its attributes and the report.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Mended<'s> {
     pub(super) spec: Cow<'s, JobSpec>,
-    /// The mesh whose vertices and faces come first; that which was read where all of it is there.
-    pub(super) first: Arc<Loaded>,
-    /// Vertices and faces of the mesh that was read.
+    /// The kept part of the input, or all of it if nothing was removed. `made` starts with its vertices and faces.
+    #[serde(rename = "first")]
+    pub(super) kept_input: Arc<Loaded>,
+    /// Numbers of vertices and faces of the mesh that was read.
     pub(super) size: [usize; 2],
-    /// The mesh before, where something was cut out and it is to be drawn.
+    /// The mesh before, if faces were removed and it is needed for a drawing or for the missing piece.
     pub(super) before: Option<Before>,
-    /// The mesh after; of a copy it is empty, and `first` has the mesh.
+    /// The mended mesh. Empty for a copy, whose mesh is `kept_input`.
     pub(super) made: Arc<Mesh>,
-    /// For each vertex of a patch its expected error.
+    /// The expected error of each new vertex.
     pub(super) expected_error: Vec<Option<f64>>,
-    /// Whether nothing of the input is in it.
+    /// Whether the mesh contains nothing of the input.
     pub(super) whole: bool,
-    /// Which vertices and faces of the input are kept, where something was cut out.
+    /// Which vertices and faces of the input are kept, if some were removed.
     pub(super) kept: Option<Kept>,
-    /// For each face of `first` the face of the input that it is or was made of.
+    /// For each face of `kept_input`, the face of the input that it is or was made from.
     pub(super) face_origins: Vec<u32>,
-    /// SHA-256 of what was read, where it was a file or bytes.
+    /// SHA-256 of the file or the bytes that were read; `None` if the mesh was given in memory.
     #[serde(default)]
     pub(super) sha256: Option<String>,
-    /// What was done beside filling.
+    /// The kind of work, with its report without the fill.
     pub extent: Extent,
-    /// What was found and done.
+    /// The report of the fill.
     pub report: FillReport,
 }
 
@@ -52,35 +53,35 @@ impl<'s> Mended<'s> {
     /// The mesh, in full precision.
     pub fn mesh(&self) -> &Mesh {
         match self.extent {
-            Extent::Copied => &self.first.mesh,
+            Extent::Copied => &self.kept_input.mesh,
             _ => &self.made,
         }
     }
 
-    /// Whether nothing that was to be filled is still open.
+    /// Whether the work is complete: no hole that was to be filled is still open, and after a repair the mesh is sound.
     pub fn complete(&self) -> bool {
         self.extent.is_complete(&self.report)
     }
 
-    /// The same, after a repair with the verdict on the mesh in full precision. [`Mended::write`] gives that on what is written.
+    /// After a repair, adds the verdict on the mesh in full precision. [`Mended::write`] gives the verdict on the written file instead.
     ///
     /// # Errors
-    /// When the mesh cannot be measured.
+    /// If the mesh cannot be inspected.
     pub fn judged(mut self) -> Result<Self, JobError> {
         self.extent.judge(&self.made, None)?;
         Ok(self)
     }
 
-    /// The name of the command that made it.
+    /// The name of the command that does this work.
     pub fn command(&self) -> &'static str {
         self.spec.work.name()
     }
 
-    /// The same with a job of its own.
+    /// The same, with an owned copy of the job.
     pub fn into_owned(self) -> Mended<'static> {
         Mended {
             spec: Cow::Owned(self.spec.into_owned()),
-            first: self.first,
+            kept_input: self.kept_input,
             size: self.size,
             before: self.before,
             made: self.made,
@@ -94,67 +95,70 @@ impl<'s> Mended<'s> {
         }
     }
 
-    /// The same, with this handed on beside it when it is written, and reported so.
+    /// Sets the deliverables to write and report.
     ///
     /// # Errors
-    /// [`JobError::Deliverable`] where that makes no sense.
+    /// [`JobError::Deliverable`] if the job cannot make them or a file cannot be used.
     pub fn delivering(mut self, deliverables: Deliverables) -> Result<Self, JobError> {
         deliverables.check(&self.spec)?;
         if deliverables.is_filed() {
-            forget_clock(&mut self.report);
+            clear_run_times(&mut self.report);
         }
         self.spec.to_mut().deliverables = deliverables;
         Ok(self)
     }
 
-    /// The same, to be written elsewhere.
+    /// Sets the output to write to.
     #[must_use]
     pub fn to(mut self, output: Output) -> Self {
         self.spec.to_mut().output = Some(output);
         self
     }
 
-    /// The same, drawn in these files.
+    /// Sets the drawings to make.
     #[must_use]
     pub fn drawn(mut self, drawings: Drawings) -> Self {
         self.spec.to_mut().drawings = drawings;
         self
     }
 
-    /// The mesh with what it carries, in full precision.
+    /// The mesh with its attributes, in full precision.
     pub fn model(&self) -> Model {
         match (self.whole, &self.extent) {
             (true, _) => Mesh::clone(&self.made).into(),
-            (false, Extent::Copied) => Loaded::clone(&self.first).into(),
+            (false, Extent::Copied) => Loaded::clone(&self.kept_input).into(),
             (false, _) => {
                 let made = Mesh::clone(&self.made);
-                transfer(&self.first.mesh, &self.first.attributes, made)
+                transfer(&self.kept_input.mesh, &self.kept_input.attributes, made)
             }
         }
     }
 
-    /// So many of the mesh's vertices and faces, from the first on, are the input's.
+    /// Numbers of vertices and faces that are the input's; they are the first of the mesh.
     pub fn kept_size(&self) -> [usize; 2] {
         match self.whole {
             true => [0, 0],
-            false => [self.first.mesh.positions.len(), self.first.mesh.faces.len()],
+            false => [
+                self.kept_input.mesh.positions.len(),
+                self.kept_input.mesh.faces.len(),
+            ],
         }
     }
 
-    /// Which vertices and faces of the input are kept; none where all or none are.
+    /// Which vertices and faces of the input are kept; `None` if all are kept or none.
     pub fn kept(&self) -> Option<&Kept> {
         self.kept.as_ref()
     }
 
-    /// The corners of a face, if there is such a face.
+    /// The corners of a face; `None` if the mesh has fewer faces.
     pub fn face_corners(&self, face: usize) -> Option<[DVec3; 3]> {
         let mesh = self.mesh();
         let face = mesh.faces.get(face)?;
         Some(face.map(|v| mesh.positions[v as usize]))
     }
 
-    /// For each face of the mesh the face of the input that it is or was made of, turned over or with corners moved apart; none for a
-    /// new one.
+    /// For each face of the mesh, the face of the input that it is or was made from (flipped, or with separated corners); `None` for a new
+    /// face.
     pub fn face_origins(&self) -> Vec<Option<u32>> {
         let mut origins = vec![None; self.mesh().faces.len()];
         if !self.whole {
@@ -167,18 +171,17 @@ impl<'s> Mended<'s> {
         origins
     }
 
-    /// For each new vertex its expected error in the mesh's units, none where nothing can be said; empty for a whole level set
-    /// and a faired surface.
+    /// For each new vertex its expected error in the mesh's units, `None` if unknown. Empty for a whole level set and for a faired surface.
     pub fn expected_error(&self) -> &[Option<f64>] {
         &self.expected_error
     }
 
-    /// Number of vertices that are not the input's, without copies of others that [`Mended::model`] may add.
+    /// Number of new vertices, without the copies of vertices that [`Mended::model`] may add.
     pub fn new_vertices(&self) -> usize {
         self.mesh().positions.len() - self.kept_size()[0]
     }
 
-    /// The vertices, those of the input that are kept first, in full precision, without the copies that [`Mended::model`] may add.
+    /// The vertices in full precision, first the kept ones of the input, without the copies that [`Mended::model`] may add.
     pub fn positions(&self) -> &[DVec3] {
         &self.mesh().positions
     }
@@ -188,31 +191,31 @@ impl<'s> Mended<'s> {
         &self.spec.source.place
     }
 
-    /// What was read, or what is left of it where something was cut out.
+    /// The mesh that was read; after a cut or a repair, its kept part.
     pub fn first(&self) -> &Arc<Loaded> {
-        &self.first
+        &self.kept_input
     }
 
-    /// The page of the mesh in full precision: an HTML file that shows a command line. What was cut out is on it where the job was to
-    /// be drawn.
+    /// The HTML page of the mesh in full precision; it shows `command_line`. It shows faces that were cut out only if the job asks for
+    /// drawings.
     ///
     /// # Errors
-    /// When a mesh that was copied cannot be measured.
+    /// If a copied mesh cannot be inspected.
     pub fn page(&self, command_line: &str) -> Result<String, JobError> {
         match self.extent {
             Extent::Copied => self.unchanged(|drawn| Ok(drawn.page(command_line))),
             _ => {
-                let (nowhere, notes) = (nowhere(), &self.first.notes);
+                let (nowhere, notes) = (nowhere(), &self.kept_input.notes);
                 let drawn = self.drawing(&self.made, &nowhere, notes, self.filed_facts(None, None));
                 Ok(drawn.page(command_line))
             }
         }
     }
 
-    /// The picture of the mesh in full precision: a PNG file. It shows what was cut out where the job was to be drawn.
+    /// The PNG picture of the mesh in full precision. It shows faces that were cut out only if the job asks for drawings.
     ///
     /// # Errors
-    /// As [`Mended::page`], and for want of memory.
+    /// As [`Mended::page`], and if memory runs out.
     pub fn picture(&self) -> Result<Vec<u8>, JobError> {
         match self.extent {
             Extent::Copied => self.unchanged(|drawn| drawn.picture()),
@@ -220,22 +223,22 @@ impl<'s> Mended<'s> {
         }
     }
 
-    /// Calls a function with a mesh that was copied as it is drawn.
+    /// Calls `draw` with the drawing of a copied mesh.
     fn unchanged<R>(
         &self,
         draw: impl FnOnce(&Unchanged<'_>) -> Result<R, JobError>,
     ) -> Result<R, JobError> {
-        let found = Inspection::new(&self.first.mesh)?;
+        let found = Inspection::new(&self.kept_input.mesh)?;
         draw(&Unchanged {
             place: &self.spec.source.place,
-            loaded: &self.first,
+            loaded: &self.kept_input,
             found: &found,
             crease_ends: &[],
             verdict: None,
         })
     }
 
-    /// What is drawn: `after` is the mesh in the positions that are shown, `output` where it goes.
+    /// The content of the drawings. `after` is the mesh as it is shown, `output` its place.
     fn drawing<'a>(
         &'a self,
         after: &'a Mesh,
@@ -247,7 +250,7 @@ impl<'s> Mended<'s> {
             command: self.spec.work.name(),
             places: [&self.spec.source.place, output],
             before: self.before.as_ref(),
-            first: &self.first.mesh,
+            kept_input: &self.kept_input.mesh,
             after,
             kept: self.kept_size()[1],
             errors: &self.expected_error,
@@ -257,13 +260,14 @@ impl<'s> Mended<'s> {
         }
     }
 
-    /// Rounds, carries attributes over, checks what is written, writes and draws it.
+    /// Writes the mesh, the deliverables and the drawings: rounds new positions to the format, transfers attributes, and after a repair
+    /// checks the written bytes.
     ///
     /// # Errors
-    /// When a file cannot be written.
+    /// If there is no output, or a file cannot be written.
     pub fn write(mut self) -> Result<JobResult<'s>, JobError> {
         let output = self.spec.output.clone().ok_or_else(|| JobError::Places {
-            what: "the job names no output; set one with `Mended::to`".to_owned(),
+            what: "the job has no output; set one with `Mended::to`".to_owned(),
         })?;
         self.spec.deliverables.check(&self.spec)?;
         let components = self.components();
@@ -275,14 +279,14 @@ impl<'s> Mended<'s> {
         let own = std::mem::take(&mut self.made);
         let (mesh, notes, bytes, sha256) = match &self.extent {
             Extent::Copied => {
-                let stored = output.write_copy(&self.first, self.spec.deliverables.unit)?;
+                let stored = output.write_copy(&self.kept_input, self.spec.deliverables.unit)?;
                 (None, stored.notes, stored.bytes, stored.sha256)
             }
             _ => {
-                // Only where another has the mesh too, as the page's step has, is it copied.
+                // Copies the mesh only if it is shared, as with a step of the interactive view.
                 let own = Arc::unwrap_or_clone(own);
                 let saving = Saving {
-                    input: &self.first,
+                    input: &self.kept_input,
                     whole: self.whole,
                     expected_error: &self.expected_error,
                     judges: self.extent.judged_by(),
@@ -296,8 +300,8 @@ impl<'s> Mended<'s> {
                 (Some(saved.mesh), saved.notes, saved.bytes, saved.sha256)
             }
         };
-        let notes_read = self.first.notes.len();
-        let notes = [&self.first.notes[..], &notes, &delivered.notes].concat();
+        let notes_read = self.kept_input.notes.len();
+        let notes = [&self.kept_input.notes[..], &notes, &delivered.notes].concat();
         let drawings = &self.spec.drawings;
         match &mesh {
             None if !drawings.is_wanted() => {}
@@ -309,11 +313,11 @@ impl<'s> Mended<'s> {
         }
         Ok(JobResult {
             spec: self.spec,
-            format: self.first.format,
+            format: self.kept_input.format,
             size: self.size,
             extent: self.extent,
             report: self.report,
-            mesh: mesh.unwrap_or_else(|| Arc::unwrap_or_clone(self.first).mesh),
+            mesh: mesh.unwrap_or_else(|| Arc::unwrap_or_clone(self.kept_input).mesh),
             bytes,
             notes,
             notes_read,
@@ -323,7 +327,7 @@ impl<'s> Mended<'s> {
     }
 }
 
-/// The place of a result that is written nowhere, on its page.
+/// The output that the page of an unwritten result shows.
 fn nowhere() -> Place {
     Place::memory("in memory")
 }

@@ -1,7 +1,7 @@
-//! From file to file: read, mark, mend, round, carry over, check what is written, write.
+//! Jobs from mesh file to mesh file: read, mark faces, mend, round, transfer attributes, check the result and write it.
 //!
-//! The command line, and whatever else takes files, does this and nothing of its own: a [`JobSpec`] says what is wanted,
-//! [`run`] does it, a [`JobResult`] says what came of it, as values and as the JSON document of the command line.
+//! The command line and all other front ends that work on files use this module. A [`JobSpec`] describes the work, [`run`] does it, and
+//! a [`JobResult`] reports the outcome, as values and as the JSON document that the command line writes.
 //!
 //! ```no_run
 //! use isomend::job::{JobSpec, Work, run};
@@ -16,10 +16,10 @@
 //! # Ok::<(), isomend::job::JobError>(())
 //! ```
 //!
-//! A [`Batch`] is the same for several files, into a folder, with one document for all.
-//! [`JobSpec::read`], [`Read::mend`] and [`Mended::write`] are its three steps, for those who tell something in between.
-//! [`inspect`] makes the document of what a mesh holds, [`check`] that of what is wrong with it, [`compare`] that of two meshes,
-//! [`measure`] that of a signed distance volume. A [`SurfaceSpec`] goes from a volume to the surface at one of its levels.
+//! A [`Batch`] does the same for several files; it writes into a folder, with one document for all.
+//! [`JobSpec::read`], [`Read::mend`] and [`Mended::write`] are the three steps of [`run`], for callers that report in between.
+//! [`inspect`] documents the holes and properties of a mesh, [`check`] its defects, [`compare`] the distance of two meshes, and
+//! [`measure`] a signed distance volume. A [`SurfaceSpec`] extracts the surface at a level of a volume.
 
 mod batch;
 mod deliver;

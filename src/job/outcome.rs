@@ -1,4 +1,4 @@
-//! What comes of a job: what it would do, and what it did.
+//! Outcomes of jobs: the plan of a dry run, and the result of a run.
 
 use std::borrow::Cow;
 
@@ -10,7 +10,7 @@ use crate::io::Format;
 use crate::mend::{FairPlan, FillPlan, FillReport, RestorePlan};
 use crate::mesh::Mesh;
 
-/// What a job would do.
+/// The plan of a job: what it would do.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct JobPlan<'s> {
@@ -18,15 +18,15 @@ pub struct JobPlan<'s> {
     pub spec: Cow<'s, JobSpec>,
     /// The format that was read.
     pub format: Format,
-    /// Vertices and faces of the mesh that was read.
+    /// Numbers of vertices and faces of the mesh that was read.
     pub size: [usize; 2],
-    /// What would be done.
+    /// The plan of the work.
     pub plan: WorkPlan,
     /// Remarks of the reader.
     pub notes: Vec<String>,
 }
 
-/// What would be done with a mesh, by the kind of work.
+/// The plan for a mesh, by the kind of work.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum WorkPlan {
@@ -36,18 +36,18 @@ pub enum WorkPlan {
     Restore(RestorePlan),
     /// The surface, or a marked region, would be faired.
     Fair(FairPlan),
-    /// What is wrong would be mended; which of its holes will be left then to be filled is not known before.
+    /// Defects would be repaired and holes filled. The repair may close or open holes, so the holes to fill are not known in advance.
     Repair {
-        /// What is wrong.
+        /// The defects.
         before: Box<Verdict>,
-        /// The fill of the holes that it has now.
+        /// The plan for the holes of the input.
         fill: FillPlan,
     },
-    /// It would be written as it was read.
+    /// The mesh would be written as it was read.
     Copy,
 }
 
-/// What came of a job.
+/// The result of a job.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct JobResult<'s> {
@@ -55,23 +55,23 @@ pub struct JobResult<'s> {
     pub spec: Cow<'s, JobSpec>,
     /// The format that was read.
     pub format: Format,
-    /// Vertices and faces of the mesh that was read.
+    /// Numbers of vertices and faces of the mesh that was read.
     pub size: [usize; 2],
-    /// What of the mesh was replaced.
+    /// The kind of work, with its report without the fill.
     pub extent: Extent,
-    /// What was found and done.
+    /// The report of the fill.
     pub report: FillReport,
     /// The mesh as it was written.
     pub mesh: Mesh,
-    /// The bytes, where they are the caller's.
+    /// The bytes of the file, if the output is the caller's memory; else empty.
     pub bytes: Vec<u8>,
-    /// Remarks of the reader and the writer.
+    /// Remarks, first of the reader, then of the writer.
     pub notes: Vec<String>,
-    /// How many of them are the reader's.
+    /// Number of remarks of the reader.
     pub notes_read: usize,
-    /// SHA-256 of what was read and of what was written, where they are files or bytes.
+    /// SHA-256 of the input and of the output; `None` for an input that was a mesh in memory.
     pub(super) sha256: [Option<String>; 2],
-    /// What was handed on beside the mesh.
+    /// The deliverables besides the mesh.
     pub(super) delivered: Delivered,
 }
 
@@ -81,12 +81,12 @@ impl JobResult<'_> {
         &self.notes[self.notes_read..]
     }
 
-    /// Whether all that was asked for beside the mesh was handed on, and expected errors are within the tolerance.
+    /// Whether the missing piece was written if it was requested, and all patches are within the tolerance.
     pub fn delivered(&self) -> bool {
         self.delivered.is_complete()
     }
 
-    /// How much is invented and how sure it is, in lines: in all, and in a report that is to be filed for each hole.
+    /// Area and expected error of the invented surface, in lines: totals, and for an archived report one line per patch.
     pub fn delivery_lines(&self) -> Vec<String> {
         let wanted = &self.spec.deliverables;
         let mut lines = self.delivered.lines(wanted.unit, wanted.tolerance);
@@ -96,13 +96,13 @@ impl JobResult<'_> {
         lines
     }
 
-    /// What of [`JobResult::delivered`] does not hold, in lines.
+    /// Why [`JobResult::delivered`] is false, in lines.
     pub fn delivery_warnings(&self) -> Vec<String> {
         let wanted = &self.spec.deliverables;
         self.delivered.warnings(wanted.unit, wanted.tolerance)
     }
 
-    /// Whether nothing that was to be filled is still open.
+    /// Whether the work is complete: no hole that was to be filled is still open, and after a repair the mesh is sound.
     pub fn complete(&self) -> bool {
         self.extent.is_complete(&self.report)
     }

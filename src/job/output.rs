@@ -1,4 +1,4 @@
-//! Writing.
+//! Writes mended meshes and copies: rounding to the format, attributes, marks, materials of patches, and the check of written bytes.
 
 use std::borrow::Cow;
 use std::fs;
@@ -22,79 +22,81 @@ use crate::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
 use crate::mesh::{Attributes, Mesh, Model, Unit};
 use crate::stitch::count_crossing;
 
-/// The file that describes the material of patches, beside an OBJ file that has material files.
+/// The file with the material of patches, written next to an OBJ file that has material files.
 pub(super) const PATCH_LIBRARY: &str = "isomend_patch.mtl";
-pub(super) const PATCH_MATERIAL: &str = "# The material of patches that the texture of what is round them cannot cover.\n\
+/// The content of that file.
+pub(super) const PATCH_MATERIAL: &str = "# The material of patches that the texture of their surroundings cannot cover.\n\
                               newmtl isomend_patch\nKd 0.8 0.8 0.8\n";
 
-/// Where a mesh goes, in which format.
+/// The place and the format of a mesh to write.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Output {
-    /// The file, or bytes for the caller.
+    /// The file, or the caller's memory.
     pub place: Place,
     /// The format.
     pub format: Format,
-    /// Text instead of binary.
+    /// Write text instead of binary.
     pub ascii: bool,
-    /// Make its folder where it is not there.
+    /// Create the folder of the file if it does not exist.
     pub make_folder: bool,
 }
 
-/// What was written.
+/// A mesh that was written.
 #[derive(Debug)]
 pub(super) struct Saved {
-    /// The mesh, its new vertices as they were rounded.
+    /// The mesh, with new vertices rounded as in the file.
     pub(super) mesh: Mesh,
-    /// What it carries.
+    /// Its attributes.
     pub(super) attributes: Attributes,
     /// Remarks.
     pub(super) notes: Vec<String>,
-    /// The bytes, where they are the caller's.
+    /// The bytes of the file, if the output is the caller's memory; else empty.
     pub(super) bytes: Vec<u8>,
-    /// Their hash.
+    /// Hash of the bytes.
     pub(super) sha256: String,
-    /// The verdict on the bytes, where it was asked for and they can be read without other files.
+    /// The verdict on the bytes, if it was requested and they can be read without other files.
     pub(super) verdict: Option<Verdict>,
 }
 
-/// What is written, and how.
+/// The data for writing a mended mesh.
 #[derive(Clone)]
 pub(super) struct Saving<'a> {
-    /// What was read, as far as it is kept.
+    /// The kept part of the input.
     pub(super) input: &'a Loaded,
     /// Whether nothing of the input is kept.
     pub(super) whole: bool,
-    /// For each vertex of a patch its expected error.
+    /// The expected error of each new vertex.
     pub(super) expected_error: &'a [Option<f64>],
-    /// How the bytes are to be judged once they are read again, if they are.
+    /// If set, the bytes are read back and checked with these parameters.
     pub(super) judges: Option<CheckParams>,
-    /// The components of the patches, and how they are marked.
+    /// The components of the patches.
     pub(super) components: &'a [Component],
+    /// How the patches are marked.
     pub(super) mark: Option<Mark>,
-    /// The unit of the coordinates, where it was given.
+    /// The unit of the coordinates, if it was given.
     pub(super) unit: Option<Unit>,
 }
 
 /// Bytes that were written.
 pub(super) struct Stored {
-    /// They, where they are the caller's.
+    /// The bytes, if the output is the caller's memory; else empty.
     pub(super) bytes: Vec<u8>,
-    /// Their hash.
+    /// Hash of the bytes.
     pub(super) sha256: String,
     /// Remarks.
     pub(super) notes: Vec<String>,
 }
 
 impl Output {
-    /// An output in the format that is given, else in that of the extension.
+    /// An output in the given format; without one, in the format of the extension.
     ///
     /// # Errors
     /// [`JobError::NoFormat`].
     pub fn new(place: impl Into<Place>, format: Option<Format>) -> Result<Self, JobError> {
         let place = place.into();
-        let told = || Format::from_extension(place.path()?);
-        match format.or_else(told) {
+        let by_extension = || Format::from_extension(place.path()?);
+        match format.or_else(by_extension) {
             Some(format) => Ok(Self {
                 place,
                 format,
@@ -107,7 +109,7 @@ impl Output {
         }
     }
 
-    /// Checks what can be known before the mesh is.
+    /// Checks the output before the mesh is known.
     ///
     /// # Errors
     /// [`JobError::NoTextForm`] and [`JobError::Unwritable`].
@@ -132,18 +134,18 @@ impl Output {
         self.place.check_writable()
     }
 
-    /// Whether what is written is text.
+    /// Whether the file is text.
     pub fn is_text(&self) -> bool {
         let text = [Format::Obj, Format::Gltf, Format::Vtp, Format::Off].contains(&self.format);
         text || (self.ascii && !matches!(self.format, Format::Glb | Format::ThreeMf))
     }
 
-    /// Whether it is glTF, whose documents go through as they are.
+    /// Whether the format is glTF, where the input's document is passed through unchanged.
     pub(super) fn is_gltf(&self) -> bool {
         matches!(self.format, Format::Gltf | Format::Glb)
     }
 
-    /// The transform to the coordinates of the mesh from those that the file holds as 32-bit floats, if that is what it holds.
+    /// The transform from the file's coordinates to the mesh's, if the file stores 32-bit floats; else `None`.
     pub(super) fn stored(&self, input: &Loaded) -> Option<DMat4> {
         match self.format {
             Format::Gltf | Format::Glb => Some(match &input.document {
@@ -156,10 +158,10 @@ impl Output {
         }
     }
 
-    /// Gives the patches of a mended mesh their attributes and writes it.
+    /// Transfers attributes to the patches of a mended mesh and writes it.
     ///
-    /// Where the input's coordinates are all 32-bit floats the output's are too: only new vertices are rounded. The faces of
-    /// patches that intersect others are counted again in what is written.
+    /// If all coordinates of the input are 32-bit floats, the output's are too; then only new vertices are rounded. Rounding can change
+    /// which faces of patches intersect others, so these are counted again in the rounded mesh.
     pub(super) fn write_mended(
         &self,
         mut mesh: Mesh,
@@ -175,11 +177,11 @@ impl Output {
             for position in &mut mesh.positions[kept..] {
                 *position = rounded(position);
             }
-            count_crossing_again(&mesh, input, whole, regions);
+            recount_intersections(&mesh, input, whole, regions);
         } else if rounds {
             let positions = mesh.positions.iter().map(rounded).collect();
             let written = Mesh::new(positions, mesh.faces.clone());
-            count_crossing_again(&written, input, whole, regions);
+            recount_intersections(&written, input, whole, regions);
         }
         if whole {
             return self.write_whole(mesh, saving);
@@ -208,7 +210,7 @@ impl Output {
         Ok(saved)
     }
 
-    /// Writes a mesh as it was read: remarks, and the bytes where they are the caller's.
+    /// Writes a mesh as it was read.
     pub(super) fn write_copy(
         &self,
         input: &Loaded,
@@ -228,7 +230,7 @@ impl Output {
         Ok(stored)
     }
 
-    /// Writes level sets by themselves.
+    /// Writes whole level sets, which have no attributes of the input.
     fn write_whole(&self, mesh: Mesh, saving: &Saving) -> Result<Saved, JobError> {
         let attributes = Attributes {
             unit: saving.unit.or(saving.input.attributes.unit),
@@ -237,13 +239,13 @@ impl Output {
         let mut saved = self.write_model(mesh, attributes, None, saving)?;
         let listed = saving.input.attributes.listed();
         if !listed.is_empty() {
-            let what = format!("left out, because a whole level set has none: {listed}");
+            let what = format!("left out, because a whole level set has no attributes: {listed}");
             saved.notes.push(what);
         }
         Ok(saved)
     }
 
-    /// Writes the file that describes the material of patches, unless there is one, which may be the user's own.
+    /// Writes the file with the material of patches, unless it exists: the user may have edited it.
     fn write_material(&self) -> Result<(), JobError> {
         let beside = self.place.path().map(|p| p.with_file_name(PATCH_LIBRARY));
         match beside.filter(|path| !path.exists()) {
@@ -252,6 +254,7 @@ impl Output {
         }
     }
 
+    /// Encodes a mesh, checks the bytes if requested, and stores them.
     fn write_model(
         &self,
         mesh: Mesh,
@@ -272,7 +275,7 @@ impl Output {
             Some(Ok(verdict)) => Some(verdict),
             Some(Err(error)) => {
                 notes.push(format!(
-                    "the verdict is of the mesh in memory, since the bytes cannot be read alone: {error}"
+                    "the verdict is on the mesh in memory, not on the written file, since the file cannot be read back alone: {error}"
                 ));
                 None
             }
@@ -289,10 +292,10 @@ impl Output {
         })
     }
 
-    /// Writes a mesh and what it carries as it is: remarks, and the bytes where they are the caller's.
+    /// Writes a mesh and its attributes unchanged. Returns remarks, and the bytes if the output is the caller's memory.
     ///
     /// # Errors
-    /// When the format cannot hold it, or the file cannot be written.
+    /// If the format cannot hold the mesh, or the file cannot be written.
     pub fn write(
         &self,
         model: &Contents<'_>,
@@ -302,7 +305,7 @@ impl Output {
         Ok((stored.notes, stored.bytes))
     }
 
-    /// Writes a model that is handed on beside the mesh.
+    /// Writes a deliverable besides the mesh.
     pub(super) fn write_beside(
         &self,
         model: &Model,
@@ -329,7 +332,7 @@ impl Output {
         })
     }
 
-    /// A mesh and what it carries as the bytes of a file.
+    /// Encodes a mesh and its attributes as the bytes of a file.
     fn encode(&self, model: &Contents<'_>, precision: Precision) -> Result<Written, JobError> {
         let options = WriteOptions {
             precision,
@@ -345,7 +348,7 @@ impl Output {
         })
     }
 
-    /// Writes bytes to the file, or returns them where they are the caller's.
+    /// Writes bytes to the file, or returns them if the output is the caller's memory.
     fn store(&self, bytes: Vec<u8>) -> Result<Vec<u8>, JobError> {
         let Place::File(path) = &self.place else {
             return Ok(bytes);
@@ -353,14 +356,14 @@ impl Output {
         if let Some(folder) = path.parent().filter(|_| self.make_folder) {
             fs::create_dir_all(folder).map_err(|cause| JobError::Unwritable {
                 path: folder.to_path_buf(),
-                what: format!("the folder cannot be made: {cause}"),
+                what: format!("the folder cannot be created: {cause}"),
             })?;
         }
         write_bytes(path, &bytes)?;
         Ok(Vec::new())
     }
 
-    /// A remark on material and texture files that the output refers to and that are not beside it.
+    /// A remark on material and texture files that the output refers to but that are not in its folder.
     fn side_files(&self, input: &Loaded) -> Option<String> {
         let names = match (input.format, self.format) {
             (Format::Obj, Format::Obj) => input.attributes.libraries.clone(),
@@ -383,21 +386,23 @@ impl Output {
             .filter(|name| !folder.join(name).exists())
             .collect();
         let listed = gone.join(", ");
-        (!gone.is_empty()).then(|| format!("put beside it, since it refers to them: {listed}"))
+        (!gone.is_empty()).then(|| {
+            format!("the written file refers to files that are not in its folder; copy them there: {listed}")
+        })
     }
 }
 
-/// The verdict on the bytes of a file.
+/// Reads the bytes of a file back and checks the mesh.
 fn judged(bytes: &[u8], format: Format, params: &CheckParams) -> Result<Verdict, JobError> {
     let bad = |error: IoError| JobError::Bytes {
-        name: "what was written".to_owned(),
+        name: "the written mesh".to_owned(),
         error,
     };
     let loaded = read_bytes(bytes, format, &no_side_files).map_err(bad)?;
     Ok(Inspection::new(&loaded.mesh)?.check(params))
 }
 
-/// The floats that hold the coordinates of what was read.
+/// The smallest float type that holds the coordinates of the input exactly.
 fn precision_of(input: &Loaded) -> Precision {
     match input.f32_exact {
         true => Precision::F32,
@@ -405,7 +410,7 @@ fn precision_of(input: &Loaded) -> Precision {
     }
 }
 
-/// Writes text beside its target and moves it over it.
+/// Writes a text file atomically: to a temporary file next to the target, then renamed.
 ///
 /// # Errors
 /// [`IoError::Write`].
@@ -413,16 +418,16 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), JobError> {
     write_bytes(path, text.as_bytes())
 }
 
-/// Writes bytes beside their target and moves them over it.
+/// Writes a file atomically: to a temporary file next to the target, then renamed.
 pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), JobError> {
     let path = path.to_path_buf();
     replace_file(&path, bytes).map_err(|cause| JobError::Io(IoError::Write { path, cause }))
 }
 
-/// Counts the faces of patches that intersect others in the positions that are written.
-fn count_crossing_again(mesh: &Mesh, input: &Loaded, whole: bool, regions: &mut [RegionReport]) {
+/// Counts the faces of patches that intersect others, in the positions that are written.
+fn recount_intersections(mesh: &Mesh, input: &Loaded, whole: bool, regions: &mut [RegionReport]) {
     if whole && regions.iter().any(|r| !r.holes.is_empty()) {
-        // Zero sets by themselves may pass through each other.
+        // Whole zero sets of different regions may overlap; that is not a defect.
         return;
     }
     let kept = if whole { 0 } else { input.mesh.faces.len() };
@@ -433,7 +438,8 @@ fn count_crossing_again(mesh: &Mesh, input: &Loaded, whole: bool, regions: &mut 
     }
 }
 
-/// Names the file of the patches' material where other material files are named and a patch has that material.
+/// Adds the material file of patches to the list of material files, if that list is not empty and a patch uses the material. Returns
+/// whether the file is needed.
 fn refer_to_material(attributes: &mut Attributes) -> bool {
     let materials = attributes.labels_of(LabelKind::Material);
     let place = materials.and_then(|m| m.names.iter().position(|name| name == PATCH_NAME));

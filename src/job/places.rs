@@ -1,4 +1,4 @@
-//! Where meshes come from and go to, and what can be checked of that before the long work.
+//! Places of meshes (files or memory), and checks of input and output paths before the work starts.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,17 +15,17 @@ use crate::io::Format;
 pub enum Place {
     /// A file.
     File(PathBuf),
-    /// The caller's memory: bytes in a format, or a mesh itself.
+    /// The caller's memory: the bytes of a file, or a mesh.
     Memory {
         /// Its name in messages.
         name: String,
-        /// The folder of what the mesh refers to by name, such as materials and images; none where nothing is looked for.
+        /// The folder of files that the mesh refers to, such as materials and images; with `None` they are not looked up.
         folder: Option<PathBuf>,
     },
 }
 
 impl Place {
-    /// The caller's memory under a name.
+    /// The caller's memory, with a name for messages.
     pub fn memory(name: impl Into<String>) -> Self {
         let name = name.into();
         Self::Memory { name, folder: None }
@@ -39,7 +39,7 @@ impl Place {
         }
     }
 
-    /// The folder of what its mesh refers to by name, if there is one.
+    /// The folder of files that the mesh refers to, if there is one.
     pub fn folder(&self) -> Option<&Path> {
         match self {
             Self::File(path) => path.parent(),
@@ -55,7 +55,7 @@ impl Place {
         }
     }
 
-    /// Whether it is the same file as another place.
+    /// Whether both places are the same file, also through links.
     pub fn is_same_file(&self, other: &Place) -> bool {
         match (self, other) {
             (Self::File(a), Self::File(b)) => same_file(a, b),
@@ -63,7 +63,7 @@ impl Place {
         }
     }
 
-    /// Refuses a file whose folder is not there, or that is a folder itself.
+    /// Refuses a file whose folder does not exist, and a path that is a folder.
     ///
     /// # Errors
     /// [`JobError::Unwritable`].
@@ -84,14 +84,14 @@ impl Place {
         };
         if !folder.is_dir() {
             let folder = folder.display();
-            return bad(format!("there is no folder {folder}; make it first"));
+            return bad(format!("there is no folder {folder}; create it first"));
         }
         Ok(())
     }
 }
 
 impl Place {
-    /// Refuses a place for a JSON document that cannot be written or is one of these meshes.
+    /// Refuses a place for a JSON document that cannot be written or is one of `meshes`.
     pub(crate) fn check_document<'a>(
         &self,
         mut meshes: impl Iterator<Item = &'a Place>,
@@ -113,6 +113,7 @@ impl<P: Into<PathBuf>> From<P> for Place {
     }
 }
 
+/// Whether two paths name the same file. Links are followed; a file that does not exist yet is compared by its folder and name.
 fn same_file(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| {
         std::fs::canonicalize(path).ok().or_else(|| {
@@ -124,18 +125,17 @@ fn same_file(a: &Path, b: &Path) -> bool {
     place(a).is_some_and(|a| place(b) == Some(a))
 }
 
-/// Whether a path is a folder, or its name ends as that of one that is to be made.
+/// Whether a path is a folder, or ends with a slash and so names a folder to create.
 pub fn is_folder_name(path: &Path) -> bool {
     let name = path.as_os_str().to_string_lossy();
     path.is_dir() || name.ends_with(['/', std::path::MAIN_SEPARATOR])
 }
 
-/// The files in a folder that several inputs go to: each under the name of its input, with the extension of the format where
-/// one is given.
+/// The output files of several inputs in a folder: each has the name of its input, with the extension of `format` if one is given.
 ///
 /// # Errors
-/// [`JobError::Places`] when an input has no name, two would go to one file or one to another input; and when the folder is a
-/// file or cannot be made.
+/// [`JobError::Places`] if an input has no file name, if two inputs have the same output, if an output is another input, or if the
+/// folder is a file; [`JobError::Unwritable`] if the folder cannot be created.
 pub fn in_folder(
     folder: &Path,
     inputs: &[Place],
@@ -154,7 +154,7 @@ pub fn in_folder(
     for input in inputs {
         let Some(name) = input.path().and_then(Path::file_name) else {
             return bad(format!(
-                "{} has no name that its result could have in {}; name a file",
+                "{} has no name for its result in the folder {}; name an output file",
                 input.name(),
                 folder.display()
             ));
@@ -165,19 +165,19 @@ pub fn in_folder(
         }
         if let Some(other) = taken.insert(path.clone(), input.name()) {
             return bad(format!(
-                "{other} and {} would both go to {}",
+                "{other} and {} would both be written to {}; run them one by one, or rename one",
                 input.name(),
                 path.display()
             ));
         }
         outputs.push(path);
     }
-    refuse_crossing(inputs, &outputs)?;
+    refuse_other_inputs(inputs, &outputs)?;
     Ok(outputs)
 }
 
-/// Refuses outputs that are other inputs, such as by a link.
-fn refuse_crossing(inputs: &[Place], outputs: &[PathBuf]) -> Result<(), JobError> {
+/// Refuses outputs that are another input, for example through a link.
+fn refuse_other_inputs(inputs: &[Place], outputs: &[PathBuf]) -> Result<(), JobError> {
     let place = |path: &Path| std::fs::canonicalize(path).ok();
     let named = inputs.iter().enumerate();
     let places: BTreeMap<PathBuf, usize> = named
@@ -187,7 +187,7 @@ fn refuse_crossing(inputs: &[Place], outputs: &[PathBuf]) -> Result<(), JobError
         let found = place(output).and_then(|p| places.get(&p));
         if let Some(&other) = found.filter(|other| **other != i) {
             let what = format!(
-                "{} would go to {}, which is another input",
+                "the result of {} would overwrite {}, which is another input; name another folder",
                 inputs[i].name(),
                 inputs[other].name()
             );

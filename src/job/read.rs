@@ -1,4 +1,4 @@
-//! Reading.
+//! Reads meshes from files, from bytes, or takes meshes that are in memory.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,23 +10,23 @@ use super::output::{PATCH_LIBRARY, PATCH_MATERIAL};
 use super::{JobError, Place};
 use crate::io::{Format, IoError, Loaded, beside, bytes_of, no_side_files, read_as, read_bytes};
 
-/// What is read: a file, bytes, or a mesh that is there already.
+/// The source of a mesh: a file, bytes in memory, or a mesh in memory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Source {
-    /// Where it comes from.
+    /// The file, or the name of the memory in messages.
     pub place: Place,
-    /// The bytes, where it is neither a file nor a mesh.
+    /// The bytes, if the source is bytes in memory.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bytes: Vec<u8>,
-    /// The mesh, where it was read before, or made: it is shared, not copied. It is not serialised.
+    /// The mesh, if it is in memory already. It is shared, not copied, and not serialized.
     #[serde(skip)]
     pub mesh: Option<Arc<Loaded>>,
-    /// Its format; told from the content, else from the extension, where none is given.
+    /// The format. Default: detected from the content, else from the extension.
     pub format: Option<Format>,
 }
 
 impl Source {
-    /// Bytes, with their name in messages.
+    /// Bytes in memory, with their name in messages.
     pub fn bytes(name: impl Into<String>, bytes: Vec<u8>) -> Self {
         Self {
             bytes,
@@ -34,7 +34,7 @@ impl Source {
         }
     }
 
-    /// A mesh that was read before, or made, and where from.
+    /// A mesh in memory, and the place that it came from.
     pub fn mesh(place: impl Into<Place>, mesh: impl Into<Arc<Loaded>>) -> Self {
         Self {
             mesh: Some(mesh.into()),
@@ -42,15 +42,15 @@ impl Source {
         }
     }
 
-    /// Reads the mesh; one that is there already is shared.
+    /// Reads the mesh; a mesh in memory is shared.
     ///
     /// # Errors
-    /// When it cannot be read, its format is not supported, or its content is damaged or holds no surface.
+    /// If the source cannot be read, its format is not supported, or its content is damaged or contains no surface.
     pub fn read(&self) -> Result<Arc<Loaded>, JobError> {
         Ok(self.read_hashed()?.0)
     }
 
-    /// The same, and the SHA-256 of the file or the bytes where it was read from such.
+    /// Reads the mesh, with the SHA-256 of the file or the bytes; a mesh in memory has no hash.
     pub(super) fn read_hashed(&self) -> Result<(Arc<Loaded>, Option<String>), JobError> {
         let mut hash = None;
         let loaded = match (&self.mesh, &self.place) {
@@ -92,7 +92,7 @@ impl Source {
         };
         let inside = folder.join("mesh");
         let beside = beside(&inside);
-        // The material of patches is written together with a file, unless it is there.
+        // The material file of patches need not exist in memory: its content is known.
         let resolve = |name: &str, most| match (beside(name, most), name) {
             (Err(_), PATCH_LIBRARY) => Ok(PATCH_MATERIAL.as_bytes().to_vec()),
             (found, _) => found,

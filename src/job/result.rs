@@ -1,4 +1,4 @@
-//! What a job's work makes, before it is written.
+//! The mesh and reports that the work of a job makes, before attributes are transferred: fill, restoration, fairing, repair or copy.
 
 use std::sync::Arc;
 
@@ -15,34 +15,35 @@ use crate::mesh::cut::Remainder;
 use crate::mesh::{FaceOrigin, Mesh, Origins};
 use crate::repair::{Carried, RepairParams, RepairReport, repair};
 
-/// For each vertex and each face of a mesh whether it is kept.
+/// The vertices and faces of a mesh that are kept.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Kept {
-    /// For each vertex.
+    /// For each vertex, whether it is kept.
     pub vertices: Vec<bool>,
-    /// For each face.
+    /// For each face, whether it is kept.
     pub faces: Vec<bool>,
 }
 
-/// What of the mesh was replaced, beside its holes.
+/// The kind of work that was done, with its report. The reports here do not contain the fill: it is in
+/// [`JobResult::report`](super::JobResult::report).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Extent {
-    /// Nothing.
+    /// Only holes were filled.
     Holes,
-    /// A marked region. The report of its fill is [`report`](super::JobResult::report), and empty here.
+    /// A marked region was replaced.
     Region(RestoreReport),
-    /// The surface or a region of it, faired. The report of its regions is [`report`](super::JobResult::report), and empty here.
+    /// The surface, or a region of it, was faired.
     Faired(FairReport),
-    /// What was wrong. The report of its fills is [`report`](super::JobResult::report), and empty here.
+    /// Defects were repaired.
     Repaired(Box<RepairReport>),
-    /// Nothing, and no hole was looked for either: the report of fills is empty.
+    /// The mesh was copied; holes were not looked for.
     Copied,
 }
 
 impl Extent {
-    /// After a repair adds the verdict on the result: that on the bytes which were written, where it is known.
+    /// After a repair, adds the verdict on the result. `known` is the verdict on the written bytes; without it `after` is checked.
     pub(super) fn judge(&mut self, after: &Mesh, known: Option<Verdict>) -> Result<(), JobError> {
         let params = self.judged_by();
         if let (Self::Repaired(report), Some(params)) = (self, params) {
@@ -55,7 +56,7 @@ impl Extent {
         Ok(())
     }
 
-    /// How the result is judged, if it is: as the input was.
+    /// The parameters for checking the result of a repair: those with which the input was checked. `None` for other work.
     pub(super) fn judged_by(&self) -> Option<CheckParams> {
         match self {
             Self::Repaired(report) => {
@@ -66,8 +67,8 @@ impl Extent {
         }
     }
 
-    /// Whether the work is complete: after a fill or a restoration no hole that was to be filled is open, after a repair the mesh is
-    /// sound; a fairing always is.
+    /// Whether the work is complete: after a fill or a restoration, no hole that was to be filled is open; after a repair, the mesh is
+    /// sound. A fairing or a copy is always complete.
     pub(super) fn is_complete(&self, fill: &FillReport) -> bool {
         match self {
             Self::Faired(_) | Self::Copied => true,
@@ -80,11 +81,12 @@ impl Extent {
     }
 }
 
-/// What the work made.
+/// The mesh that the work made, with its reports.
 pub(super) struct Made {
     pub(super) mesh: Mesh,
+    /// The expected error of each new vertex.
     pub(super) expected_error: Vec<Option<f64>>,
-    pub(super) first: First,
+    pub(super) kept_input: KeptInput,
     pub(super) extent: Extent,
     pub(super) report: FillReport,
 }
@@ -94,7 +96,7 @@ impl From<Filled> for Made {
         Self {
             mesh: filled.mesh,
             expected_error: filled.expected_error,
-            first: First::All,
+            kept_input: KeptInput::All,
             extent: Extent::Holes,
             report: filled.report,
         }
@@ -106,7 +108,7 @@ impl From<Restored> for Made {
         Self {
             mesh: restored.mesh,
             expected_error: restored.expected_error,
-            first: First::Cut(restored.kept),
+            kept_input: KeptInput::Cut(restored.kept),
             report: std::mem::take(&mut restored.report.fill),
             extent: Extent::Region(restored.report),
         }
@@ -118,7 +120,7 @@ impl From<Faired> for Made {
         Self {
             mesh: faired.mesh,
             expected_error: Vec::new(),
-            first: faired.kept.map_or(First::All, First::Cut),
+            kept_input: faired.kept.map_or(KeptInput::All, KeptInput::Cut),
             report: std::mem::take(&mut faired.report.fill),
             extent: Extent::Faired(faired.report),
         }
@@ -126,12 +128,12 @@ impl From<Faired> for Made {
 }
 
 impl Made {
-    /// A copy of a mesh, which is that of the input itself: there is none of its own.
+    /// A copy of the input. Its mesh stays empty; the input is used in its place.
     pub(super) fn copy(mesh: &Mesh) -> Self {
         Self {
             mesh: Mesh::default(),
             expected_error: Vec::new(),
-            first: First::All,
+            kept_input: KeptInput::All,
             extent: Extent::Copied,
             report: FillReport {
                 vertices: mesh.positions.len(),
@@ -142,32 +144,32 @@ impl Made {
     }
 }
 
-/// What of the input is before the patches.
-pub(super) enum First {
-    /// All of it.
+/// The part of the input with which the mended mesh starts, before the patches.
+pub(super) enum KeptInput {
+    /// The whole input.
     All,
-    /// What a cut left.
+    /// The faces that remain after a cut.
     Cut(Remainder),
-    /// What a repair made of it.
-    Repaired { first: Mesh, origins: Origins },
+    /// The repaired input, with the origins of its vertices and faces.
+    Repaired { mesh: Mesh, origins: Origins },
 }
 
-impl First {
-    /// The input's part of the output, and which vertices and faces of the input are kept where not all are.
+impl KeptInput {
+    /// The kept part with its attributes, and which vertices and faces of the input are kept; `None` if all are.
     pub(super) fn of(self, loaded: Arc<Loaded>) -> (Arc<Loaded>, Option<Kept>) {
         match self {
             Self::All => (loaded, None),
             Self::Cut(kept) => {
-                let first = loaded.restricted(kept.mesh, [&kept.vertices, &kept.faces]);
+                let kept_input = loaded.restricted(kept.mesh, [&kept.vertices, &kept.faces]);
                 let (vertices, faces) = (kept.vertices, kept.faces);
-                (Arc::new(first), Some(Kept { vertices, faces }))
+                (Arc::new(kept_input), Some(Kept { vertices, faces }))
             }
-            Self::Repaired { first, origins } => {
+            Self::Repaired { mesh, origins } => {
                 let mut kept = Kept {
                     vertices: vec![false; loaded.mesh.positions.len()],
                     faces: vec![false; loaded.mesh.faces.len()],
                 };
-                for (face, origin) in first.faces.iter().zip(&origins.faces) {
+                for (face, origin) in mesh.faces.iter().zip(&origins.faces) {
                     let old = origin.face as usize;
                     kept.faces[old] |=
                         *origin == FaceOrigin::same(origin.face) && *face == loaded.mesh.faces[old];
@@ -175,13 +177,13 @@ impl First {
                 for &old in &origins.vertices {
                     kept.vertices[old as usize] = true;
                 }
-                let first = loaded.derived(first, &origins, &kept.faces);
-                (Arc::new(first), Some(kept))
+                let kept_input = loaded.derived(mesh, &origins, &kept.faces);
+                (Arc::new(kept_input), Some(kept))
             }
         }
     }
 
-    /// For each face of the input's part of the output the face of the input, of which there are `faces`, that it is or was made of.
+    /// For each face of the kept part, the face of the input that it is or was made from. The input has `faces` faces.
     pub(super) fn face_origins(&self, faces: usize) -> Vec<u32> {
         let all = 0..faces as u32;
         match self {
@@ -191,7 +193,7 @@ impl First {
         }
     }
 
-    /// For each face of the input whether it is gone; none where none is.
+    /// For each face of the input, whether it was removed; `None` if the whole input is kept.
     pub(super) fn gone(&self, faces: usize) -> Option<Vec<bool>> {
         let kept = match self {
             Self::All => return None,
@@ -202,7 +204,7 @@ impl First {
     }
 }
 
-/// A mesh repaired. `in_place` keeps the numbers of its vertices, `stored` is as in [`Carried::stored`].
+/// Repairs a mesh. With `in_place` its vertices keep their numbers; `stored` is as in [`Carried::stored`].
 pub(super) fn repaired(
     loaded: &Loaded,
     (in_place, stored): (bool, Option<DMat4>),
@@ -217,15 +219,15 @@ pub(super) fn repaired(
     };
     let mut done = repair(&loaded.mesh, params, &carried, control)?;
     let (vertices, faces) = (done.origins.vertices.len(), done.origins.faces.len());
-    let first = Mesh::new(
+    let kept_mesh = Mesh::new(
         done.mesh.positions[..vertices].to_vec(),
         done.mesh.faces[..faces].to_vec(),
     );
     Ok(Made {
         mesh: done.mesh,
         expected_error: done.expected_error,
-        first: First::Repaired {
-            first,
+        kept_input: KeptInput::Repaired {
+            mesh: kept_mesh,
             origins: done.origins,
         },
         report: std::mem::take(&mut done.report.fill),

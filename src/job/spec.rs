@@ -1,4 +1,4 @@
-//! What a job is to do.
+//! The description of a job: source, work with its parameters, output, drawings and deliverables.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,20 +9,20 @@ use crate::fill::FillParams;
 use crate::mend::{FairParams, RestoreParams};
 use crate::repair::RepairParams;
 
-/// What is done with a mesh.
+/// The work to do with a mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Work {
-    /// Holes are filled.
+    /// Fill holes.
     Fill(FillParams),
-    /// What a mask marks is replaced.
+    /// Replace the faces that a mask marks.
     Restore(MaskSpec, RestoreParams),
-    /// The surface, or what a mask marks, is faired.
+    /// Fair (smooth) the surface, or the faces that a mask marks.
     Fair(Option<MaskSpec>, FairParams),
-    /// What is wrong is mended, and holes are filled.
+    /// Repair defects and fill holes.
     Repair(RepairParams),
-    /// Nothing: the mesh is written as it was read, as far as the format of the output can hold it.
+    /// Write the mesh as it was read, as far as the format of the output can hold it.
     Copy,
 }
 
@@ -38,10 +38,10 @@ impl Work {
         }
     }
 
-    /// Whether its parameters make sense and the files of its mask can be read.
+    /// Checks its parameters, and that the files of its mask can be read.
     ///
     /// # Errors
-    /// The first thing that does not.
+    /// The first problem.
     pub fn check(&self) -> Result<(), JobError> {
         match self {
             Self::Fill(params) => Ok(params.check()?),
@@ -62,19 +62,19 @@ impl Work {
     }
 }
 
-/// One mesh from a file to a file.
+/// A job: one mesh from its source to an output.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct JobSpec {
     /// The mesh to read.
     pub source: Source,
-    /// Where the result goes; none where it is only said what would be done.
+    /// The output; `None` for a plan.
     pub output: Option<Output>,
-    /// What is done.
+    /// The work to do.
     pub work: Work,
-    /// What is drawn of it.
+    /// The page and the picture to draw.
     pub drawings: Drawings,
-    /// What is handed on beside the mesh, and how it is reported.
+    /// Further files besides the mesh, and how patches are marked and reported.
     #[serde(default)]
     pub deliverables: Deliverables,
 }
@@ -96,7 +96,7 @@ impl JobSpec {
         })
     }
 
-    /// A job that only says what would be done.
+    /// A job without an output, for a plan.
     pub fn plan(source: impl Into<Source>, work: Work) -> Self {
         Self {
             source: source.into(),
@@ -107,10 +107,10 @@ impl JobSpec {
         }
     }
 
-    /// Checks what can be known before anything is read.
+    /// Checks parameters and files without reading the mesh.
     ///
     /// # Errors
-    /// When the parameters make no sense, or a file cannot be written or would go over another one.
+    /// If a parameter is invalid, or if a file cannot be written or would overwrite another file of the job.
     pub fn check(&self) -> Result<(), JobError> {
         if let Some(output) = &self.output {
             output.check()?;

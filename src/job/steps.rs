@@ -1,38 +1,38 @@
-//! The steps of a job: read, plan or mend.
+//! The steps of a job: read the mesh, plan the work or do it.
 
 use std::borrow::Cow;
 use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
 
-use super::deliver::forget_clock;
+use super::deliver::clear_run_times;
 use super::draw::Before;
 use super::mended::Mended;
 use super::outcome::{JobPlan, JobResult, WorkPlan};
-use super::result::{Extent, First, Made, repaired};
+use super::result::{Extent, KeptInput, Made, repaired};
 use super::{JobError, JobSpec, MaskSpec, Work};
 use crate::fill::SurfaceKind;
 use crate::io::Loaded;
 use crate::mend::{Control, FairError, Filled, Inspection, RestoreError};
 use crate::mesh::Mesh;
 
-/// A job whose mesh was read.
+/// A job whose mesh has been read.
 pub struct Read<'s> {
     spec: Cow<'s, JobSpec>,
-    /// SHA-256 of the file or the bytes, where it was read from such.
+    /// SHA-256 of the file or the bytes; `None` for a mesh in memory.
     sha256: Option<String>,
-    /// What was read. It is shared with whatever else has it.
+    /// The mesh that was read; shared, not copied.
     pub loaded: Arc<Loaded>,
 }
 
-/// Does a job: reads, mends and writes.
+/// Runs a job: reads, mends and writes.
 ///
 /// # Errors
-/// [`JobError`]; [`JobError::Places`] where it has no output. A hole that cannot be filled is none: the report says so.
+/// [`JobError`]; [`JobError::Places`] if the job has no output. A hole that cannot be filled is not an error; the report lists it.
 pub fn run<'s>(spec: &'s JobSpec, control: &Control) -> Result<JobResult<'s>, JobError> {
     spec.check()?;
     if spec.output.is_none() {
-        let what = "the job names no output; `Read::plan` says what it would do".to_owned();
+        let what = "the job has no output; set one, or use `Read::plan` for a plan".to_owned();
         return Err(JobError::Places { what });
     }
     spec.read()?.mend(control)?.write()
@@ -51,16 +51,16 @@ impl JobSpec {
         })
     }
 
-    /// What the job would do, whether it has an output or not.
+    /// Reads the mesh and plans the job; an output is not needed.
     ///
     /// # Errors
-    /// As [`run`], as far as that is known before the work.
+    /// The errors of [`run`] that are known before the work.
     pub fn preview(&self) -> Result<JobPlan<'_>, JobError> {
         self.check()?;
         self.read()?.plan()
     }
 
-    /// The job with a mesh that was read before, or made.
+    /// The job with a mesh in memory instead of its source.
     pub fn with(&self, loaded: impl Into<Arc<Loaded>>) -> Read<'_> {
         Read {
             spec: Cow::Borrowed(self),
@@ -69,14 +69,14 @@ impl JobSpec {
         }
     }
 
-    /// Whether vertices that no face uses any more are kept: a glTF document goes through as it is, and so do its numbers. It may
-    /// still be asked for where there is no output yet.
+    /// Whether vertices stay that no face uses after the work. They stay if a glTF document is written as glTF: the document is passed
+    /// through unchanged, so vertices must keep their numbers. Without an output yet, glTF output is assumed.
     fn keeps_vertices(&self, loaded: &Loaded) -> bool {
         let to_gltf = self.output.as_ref().is_none_or(|o| o.is_gltf());
         to_gltf && loaded.document.is_some()
     }
 
-    /// A remark on how far a repair for an output of 32-bit floats rounded the positions of the input.
+    /// A remark on how far the positions of the input were rounded, if a repair works on 32-bit floats because its output stores them.
     fn rounding_note(&self, loaded: &Loaded) -> Option<String> {
         let is_repair = matches!(self.work, Work::Repair(_)) && !loaded.f32_exact;
         if !is_repair || self.carried(loaded) != (false, Some(DMat4::IDENTITY)) {
@@ -90,7 +90,10 @@ impl JobSpec {
         Some(note)
     }
 
-    /// What a repair has to know of the output: whether vertices keep their numbers, and in which coordinates it holds 32-bit floats.
+    /// The properties of the output that a repair needs: whether vertices keep their numbers, and [`Carried::stored`], the coordinates in
+    /// which the output stores 32-bit floats.
+    ///
+    /// [`Carried::stored`]: crate::repair::Carried::stored
     fn carried(&self, loaded: &Loaded) -> (bool, Option<DMat4>) {
         let stored = match &self.output {
             Some(output) => output.stored(loaded),
@@ -101,10 +104,10 @@ impl JobSpec {
 }
 
 impl<'s> Read<'s> {
-    /// What would be done, without doing it.
+    /// Plans the work without doing it.
     ///
     /// # Errors
-    /// When the mask or the parameters do not fit the mesh.
+    /// If the mask or the parameters do not fit the mesh.
     pub fn plan(self) -> Result<JobPlan<'s>, JobError> {
         let Self { spec, loaded, .. } = self;
         Ok(JobPlan {
@@ -119,7 +122,7 @@ impl<'s> Read<'s> {
     /// Does the work.
     ///
     /// # Errors
-    /// When the mask or the parameters do not fit the mesh, or the run is stopped.
+    /// If the mask or the parameters do not fit the mesh, or if the run is cancelled.
     pub fn mend(self, control: &Control) -> Result<Mended<'s>, JobError> {
         let made = match &self.spec.work {
             Work::Repair(params) => repaired(
@@ -134,7 +137,7 @@ impl<'s> Read<'s> {
         Ok(self.mended(made))
     }
 
-    /// Does the work on a mesh that was inspected before: `found` is what its mesh holds.
+    /// Does the work on a mesh that has been inspected; `found` is the inspection.
     ///
     /// # Errors
     /// As [`Read::mend`].
@@ -143,11 +146,12 @@ impl<'s> Read<'s> {
         Ok(self.mended(made))
     }
 
-    /// Takes what was filled elsewhere, such as by [`crate::Regions::assemble`].
+    /// Takes a mesh that was filled elsewhere, for example by [`crate::Regions::assemble`].
     pub fn filled(self, filled: Filled) -> Mended<'s> {
         self.mended(filled.into())
     }
 
+    /// Does the work.
     fn make(&self, found: &Inspection, control: &Control) -> Result<Made, JobError> {
         let Self { spec, loaded, .. } = self;
         let keep_vertices = spec.keeps_vertices(loaded);
@@ -170,6 +174,7 @@ impl<'s> Read<'s> {
         })
     }
 
+    /// Combines the job, the input and the result of the work.
     fn mended(self, mut made: Made) -> Mended<'s> {
         let Self {
             spec,
@@ -177,30 +182,30 @@ impl<'s> Read<'s> {
             loaded,
         } = self;
         if spec.deliverables.is_filed() {
-            forget_clock(&mut made.report);
+            clear_run_times(&mut made.report);
         }
         let whole = match (&spec.work, &made.extent) {
             (Work::Fill(params), _) => params.surface == SurfaceKind::Whole,
-            (_, Extent::Faired(_)) => matches!(made.first, First::All),
+            (_, Extent::Faired(_)) => matches!(made.kept_input, KeptInput::All),
             _ => false,
         };
         let size = [loaded.mesh.positions.len(), loaded.mesh.faces.len()];
         let drawn = spec.drawings.is_wanted() || spec.drawings.may_follow;
         let wanted = drawn || spec.deliverables.piece.is_some();
-        let gone = wanted.then(|| made.first.gone(size[1])).flatten();
+        let gone = wanted.then(|| made.kept_input.gone(size[1])).flatten();
         let before = gone.map(|gone| Before {
             loaded: loaded.clone(),
             gone,
         });
-        let face_origins = made.first.face_origins(size[1]);
+        let face_origins = made.kept_input.face_origins(size[1]);
         let note = spec.rounding_note(&loaded);
-        let (mut first, kept) = made.first.of(loaded);
+        let (mut kept_input, kept) = made.kept_input.of(loaded);
         if let Some(note) = note {
-            Arc::make_mut(&mut first).notes.push(note);
+            Arc::make_mut(&mut kept_input).notes.push(note);
         }
         Mended {
             spec,
-            first,
+            kept_input,
             size,
             before,
             made: Arc::new(made.mesh),
@@ -216,7 +221,7 @@ impl<'s> Read<'s> {
 }
 
 impl Work {
-    /// What a mesh holds, with errors in this work's words.
+    /// Inspects a mesh; errors get the type of this work's errors.
     fn inspect<'m>(&self, mesh: &'m Mesh) -> Result<Inspection<'m>, JobError> {
         let found = Inspection::new(mesh);
         Ok(match self {
@@ -227,7 +232,7 @@ impl Work {
     }
 }
 
-/// What would be done with a mesh.
+/// Plans the work on a mesh.
 fn planned(work: &Work, loaded: &Loaded) -> Result<WorkPlan, JobError> {
     let mesh = &loaded.mesh;
     Ok(match work {
@@ -252,7 +257,7 @@ fn planned(work: &Work, loaded: &Loaded) -> Result<WorkPlan, JobError> {
     })
 }
 
-/// The marks of a mask, which must mark something.
+/// The marked faces of a mask; an error if there are none.
 fn marks(mask: &MaskSpec, loaded: &Loaded) -> Result<Vec<bool>, JobError> {
     mask.marked(loaded)?.some()
 }

@@ -1,4 +1,4 @@
-//! The surface at a level of a volume, from file to file.
+//! Extracts the surface at a level of a volume file and writes it as a mesh file.
 
 use serde::Serialize;
 
@@ -8,21 +8,21 @@ use crate::grid::Volume;
 use crate::io::{Contents, Format, Precision, read_volume_bytes, read_volume_path};
 use crate::mesh::{Attributes, Mesh};
 
-/// A volume file whose surface at a level is written as a mesh.
+/// The extraction of a level surface from a volume file.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SurfaceSpec {
     /// The volume to read: VTI, or VTK legacy structured points.
     pub source: Source,
-    /// The point data to take, where there are several arrays.
+    /// The name of the point data array, if the file has several.
     pub array: Option<String>,
-    /// The level. Inside is where values are below it.
+    /// The level, in units of the array. Values below it are inside.
     pub level: f64,
-    /// Whether flat caps close the surface at the volume's border.
+    /// Close the surface by planar caps at the faces of the volume's box.
     pub close: bool,
-    /// Where the mesh goes.
+    /// The output for the mesh.
     pub output: Output,
-    /// The floats of its coordinates, in formats that have a choice.
+    /// The float type of the coordinates, in formats that have a choice.
     pub precision: Precision,
 }
 
@@ -37,7 +37,7 @@ pub struct SurfaceResult<'s> {
     pub mesh: Mesh,
     /// Remarks of the writer.
     pub notes: Vec<String>,
-    /// The bytes, where they are the caller's.
+    /// The bytes of the file, if the output is the caller's memory; else empty.
     pub bytes: Vec<u8>,
 }
 
@@ -64,7 +64,7 @@ impl SurfaceSpec {
         }
     }
 
-    /// Checks what can be known before the volume is read.
+    /// Checks output and precision without reading the volume.
     ///
     /// # Errors
     /// As [`Output::check`], and [`JobError::No64Bit`].
@@ -79,10 +79,10 @@ impl SurfaceSpec {
         }
     }
 
-    /// Reads, extracts and writes.
+    /// Reads the volume, extracts the surface and writes it.
     ///
     /// # Errors
-    /// When the volume cannot be read or has no surface at the level, or the mesh cannot be written.
+    /// If the volume cannot be read or has no surface at the level, or if the mesh cannot be written.
     pub fn run(&self) -> Result<SurfaceResult<'_>, JobError> {
         self.check()?;
         let volume = self.volume()?;
@@ -97,7 +97,7 @@ impl SurfaceSpec {
             document: None,
         };
         let (mut notes, bytes) = self.output.write(&model, self.precision)?;
-        // Positions between nodes have no exact value that rounding could lose.
+        // Drop the remark on rounding: interpolated positions have no exact values that rounding could lose.
         notes.retain(|note| !note.starts_with("positions were rounded"));
         Ok(SurfaceResult {
             spec: self,
@@ -125,7 +125,7 @@ impl SurfaceSpec {
 }
 
 impl SurfaceResult<'_> {
-    /// The document.
+    /// The JSON document of the extraction.
     pub fn document(&self) -> Document<impl Serialize> {
         let output = &self.spec.output;
         let body = Body {

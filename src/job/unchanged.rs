@@ -1,4 +1,4 @@
-//! The page and the picture of a mesh as it is: with its holes, or with its defects marked.
+//! The HTML page and the picture of a mesh that was not changed, with its holes or with its defects marked.
 
 use glam::DVec3;
 
@@ -13,34 +13,34 @@ use crate::report::picture::{PictureError, picture_of_marked, picture_of_one};
 use crate::report::scene::{Change, Colour, Scene};
 use crate::report::{crease_end_line, defect_lines, verdict_rows};
 
-/// Most faces that are drawn.
+/// Most faces of a drawing; larger meshes are simplified for it.
 pub(super) const FACES: usize = 300_000;
 
-/// A mesh as it is, to be drawn: with its holes, or where there is a verdict with the faces that have defects.
+/// A drawing of a mesh that was not changed: with its holes, or, if there is a verdict, with the faces that have defects.
 #[derive(Clone, Copy)]
 pub struct Unchanged<'a> {
-    /// Where it came from.
+    /// The place of the mesh.
     pub place: &'a Place,
     /// The mesh.
     pub loaded: &'a Loaded,
-    /// What it holds.
+    /// Its topology, holes and defects.
     pub found: &'a Inspection<'a>,
-    /// Where sharp edges of it end at rims, which are marked.
+    /// Rim vertices at which sharp edges end; they are marked.
     pub crease_ends: &'a [CreaseEnd],
-    /// What is wrong with it, where that is drawn.
+    /// The verdict whose defects are drawn instead of the holes.
     pub verdict: Option<&'a Verdict>,
 }
 
 impl Unchanged<'_> {
-    /// The page: an HTML file that shows a command line.
+    /// The HTML page; it shows the command line.
     pub fn page(&self, command_line: &str) -> String {
         self.page_of(&self.scene(), command_line)
     }
 
-    /// The picture: a PNG file.
+    /// The PNG picture.
     ///
     /// # Errors
-    /// [`JobError::Picture`], for want of memory only.
+    /// [`JobError::Picture`] if memory runs out.
     pub fn picture(&self) -> Result<Vec<u8>, JobError> {
         Ok(self.picture_of(&self.scene())?)
     }
@@ -95,7 +95,7 @@ impl Unchanged<'_> {
         })
     }
 
-    /// The rows of the page of a verdict: name and value.
+    /// Name and value of the facts on the page of a verdict.
     fn facts_of_verdict(&self, verdict: &Verdict) -> Vec<(&'static str, String)> {
         let [low, high] = self.loaded.mesh.bounds();
         let mut facts = vec![("input", self.place.name()), ("verdict", verdict.line())];
@@ -111,7 +111,7 @@ impl Unchanged<'_> {
         facts
     }
 
-    /// The rows of the page of a mesh without a verdict: name and value.
+    /// Name and value of the facts on the page of a mesh without a verdict.
     fn facts(&self) -> Vec<(&'static str, String)> {
         let mesh = &self.loaded.mesh;
         let topology = &self.found.topology;
@@ -121,7 +121,7 @@ impl Unchanged<'_> {
             ("input", self.place.name()),
             ("vertices", mesh.positions.len().to_string()),
             ("faces", mesh.faces.len().to_string()),
-            ("pieces", topology.component_faces.len().to_string()),
+            ("components", topology.component_faces.len().to_string()),
             ("from", point(low, size)),
             ("to", point(high, size)),
         ];
@@ -136,7 +136,7 @@ impl Unchanged<'_> {
     }
 }
 
-/// A mesh with the faces that have defects as the new ones, each kind as a region.
+/// A scene in which the faces with defects are sorted to the end and drawn like new faces, each kind of defect as a region.
 fn marked_scene(mesh: &Mesh, found: &Inspection, verdict: &Verdict) -> Scene {
     let marks = verdict.marks();
     let of_kind = |kind: DefectKind| marks.iter().filter(move |(_, k)| **k == kind);
@@ -160,7 +160,7 @@ fn marked_scene(mesh: &Mesh, found: &Inspection, verdict: &Verdict) -> Scene {
     Scene::new(&change, FACES).with_palette(&DefectKind::ALL.map(colour))
 }
 
-/// The colour of a kind of defect, with its name.
+/// The colour of a kind of defect.
 fn colour(kind: DefectKind) -> Colour {
     let (name, rgb) = match kind {
         DefectKind::Border => ("blue", [0x2b, 0x6c, 0xc4]),
@@ -182,7 +182,7 @@ pub(super) fn title(input: &Place) -> String {
     name.map_or_else(|| input.name(), |n| n.to_string_lossy().into_owned())
 }
 
-/// The rims of holes as points.
+/// The rims of holes as lists of positions.
 pub(super) fn rims<'a>(mesh: &Mesh, holes: impl Iterator<Item = &'a Hole>) -> Vec<Vec<DVec3>> {
     let points = |hole: &Hole| {
         let rim = hole.rim.iter();

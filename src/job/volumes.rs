@@ -1,4 +1,4 @@
-//! Signed distance volumes of mesh files.
+//! Signed distance volumes of mesh files: measuring, writing as VTI, and the JSON document.
 
 use glam::DVec3;
 use serde::Serialize;
@@ -9,21 +9,21 @@ use crate::grid::Volume;
 use crate::io::{IoError, Loaded, Precision, volume_to_bytes};
 use crate::volume::{Measured, MeasuredSeconds, VolumeParams, measure_volume};
 
-/// The name of the array of a signed distance in a volume file.
+/// The name of the signed distance array in a volume file.
 pub const DISTANCE: &str = "distance";
 
 /// The signed distance volume of a mesh file.
 #[non_exhaustive]
 pub struct MeasuredFile {
     input: FileInfo,
-    /// The volume and what it took.
+    /// The volume, with run times and counts.
     pub measured: Measured,
 }
 
-/// Measures the signed distance of a mesh that was read.
+/// Measures the signed distance of a mesh on a grid.
 ///
 /// # Errors
-/// [`JobError::Measure`] when the mesh or the parameters make no sense, or the volume would be too large.
+/// [`JobError::Measure`] if the mesh cannot be measured, a parameter is invalid, or the volume would be too large.
 pub fn measure(
     source: &Source,
     loaded: &Loaded,
@@ -40,10 +40,10 @@ pub fn measure(
     })
 }
 
-/// Writes a volume as VTI: its bytes, where they are the caller's.
+/// Writes a volume as VTI. Returns the bytes if the place is the caller's memory, else nothing.
 ///
 /// # Errors
-/// When a value is not finite or too large for its type, or the file cannot be written.
+/// If a value is not finite or too large for its type, or if the file cannot be written.
 pub fn write_volume(
     volume: &Volume,
     name: &str,
@@ -64,7 +64,7 @@ pub fn write_volume(
     }
 }
 
-/// What the files of a volume took, in seconds of the clock.
+/// Run times of reading and writing the files of a volume, in seconds.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[non_exhaustive]
 pub struct VolumeSeconds {
@@ -72,7 +72,7 @@ pub struct VolumeSeconds {
     pub reading: f64,
     /// Writing the volume.
     pub writing: f64,
-    /// In all, with the measuring.
+    /// In total, including the measuring.
     pub total: f64,
 }
 
@@ -86,7 +86,7 @@ struct Body<'a> {
     origin: DVec3,
     voxel: f64,
     range: [f64; 2],
-    /// Nodes whose distance is not cut off.
+    /// Number of nodes with a measured distance; the others hold the distance limit.
     measured: usize,
     seconds: Seconds,
 }
@@ -100,7 +100,7 @@ struct Seconds {
 }
 
 impl MeasuredFile {
-    /// The document. `written` is where the volume went and what its files took; none where it was not written.
+    /// The JSON document. `written` is the place of the written volume and the run times of the files; `None` if it was not written.
     pub fn document(&self, written: Option<(&Place, VolumeSeconds)>) -> Document<impl Serialize> {
         let volume = &self.measured.volume;
         let body = Body {

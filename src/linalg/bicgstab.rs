@@ -1,14 +1,14 @@
-//! BiCGstab for nonsymmetric systems, with guards against its breakdowns.
+//! BiCGstab for nonsymmetric linear systems, with guards against breakdown.
 
 use super::cg::{CgOutcome, LinearOperator, Preconditioner, dot};
 
-/// Below this part of the norms a scalar product counts as zero.
+/// A scalar product below this fraction of the product of the norms counts as zero.
 const BREAKDOWN: f64 = 1e-14;
 
-/// Solves `A x = b` from zero until the residual has fallen to `tolerance` times `b` (van der Vorst 1992).
+/// Solves `A x = b` from x = 0 until the residual is at most `tolerance` times the norm of `b` (van der Vorst 1992).
 ///
-/// A scalar product that vanishes starts the recurrence anew from the residual; after three such restarts, or when the
-/// iterations run out, the best iterate so far is returned with its residual.
+/// When a scalar product vanishes, the recurrence restarts from the true residual. After three passes, or when the iterations are
+/// used up, the result is the best iterate so far with its residual.
 pub fn bicgstab(
     operator: &impl LinearOperator,
     preconditioner: &dyn Preconditioner,
@@ -26,7 +26,7 @@ pub fn bicgstab(
     let (mut iterations, mut restarts) = (0, 0);
     let (mut y, mut v, mut z, mut t) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     let goes_on = |iterations| iterations < max_iterations && !operator.is_cancelled();
-    // Each pass starts from the best iterate with its true residual, which is its shadow residual too.
+    // Each pass starts from the best iterate. Its true residual is also the shadow residual.
     'restart: while best.0 > goal && goes_on(iterations) && restarts < 3 {
         restarts += 1;
         x.copy_from_slice(&best.1);
@@ -88,7 +88,7 @@ mod tests {
     use super::super::cg::Jacobi;
     use super::*;
 
-    /// Convection and diffusion on a line.
+    /// Convection and diffusion in one dimension.
     struct Line(Vec<f64>);
 
     impl LinearOperator for Line {

@@ -1,11 +1,11 @@
-//! Preconditioned conjugate gradients whose result does not depend on the number of threads.
+//! Preconditioned conjugate gradients; results do not depend on the number of threads.
 
 use rayon::prelude::*;
 
-/// Vectors are summed in chunks of this many entries, so that rounding is the same for every number of threads.
+/// Entries per partial sum of a scalar product, so that rounding is the same for every number of threads.
 const CHUNK: usize = 2048;
 
-/// A symmetric positive (semi)definite operator.
+/// A square linear operator. Conjugate gradients need it symmetric and positive (semi)definite; BiCGstab does not.
 pub trait LinearOperator: Sync {
     /// `y = A x`.
     fn apply(&self, x: &[f64], y: &mut [f64]);
@@ -16,9 +16,9 @@ pub trait LinearOperator: Sync {
         self.apply(&x, &mut wide);
         y.iter_mut().zip(wide).for_each(|(y, v)| *y = v as f32);
     }
-    /// The inverse of the preconditioner, one positive factor for each unknown.
+    /// The Jacobi preconditioner: the inverse of the diagonal, one positive factor for each unknown.
     fn jacobi(&self) -> &[f64];
-    /// Whether solvers are to stop where they are: their result will not be used.
+    /// Whether solvers should stop early; their result will not be used.
     fn is_cancelled(&self) -> bool {
         false
     }
@@ -28,14 +28,14 @@ pub trait LinearOperator: Sync {
 pub trait Preconditioner: Sync {
     /// `z ≈ A⁻¹ r`.
     fn apply(&self, r: &[f64], z: &mut [f64]);
-    /// Whether `z` is good enough an approximation to tell the error of a solution from its residual. Solvers then stop by
-    /// that: where eigenvalues spread over many orders, a small residual may hide a large smooth error.
+    /// Whether `z` approximates the error of a solution well enough, given its residual. Solvers then stop by the size of `z`: if
+    /// eigenvalues spread over many orders of magnitude, a small residual may hide a large smooth error.
     fn estimates_error(&self) -> bool {
         false
     }
 }
 
-/// Scaling by the diagonal.
+/// Jacobi preconditioner: scaling by the inverse diagonal.
 pub struct Jacobi<'a>(pub &'a [f64]);
 
 impl Preconditioner for Jacobi<'_> {
@@ -46,15 +46,16 @@ impl Preconditioner for Jacobi<'_> {
     }
 }
 
-/// How a solve ended.
+/// Outcome of an iterative solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CgOutcome {
     /// Iterations done.
     pub iterations: usize,
-    /// Norm of the residual over that of the right-hand side.
+    /// Norm of the residual over the norm of the right-hand side.
     pub relative_residual: f64,
 }
 
+/// Scalar product, summed in chunks.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     if a.len() <= CHUNK {
         return a.iter().zip(b).map(|(x, y)| x * y).sum();
@@ -67,10 +68,10 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     partial.iter().sum()
 }
 
-/// Solves `A x = b` from the given `x` until the residual has fallen to `tolerance` times `b`, or where the preconditioner
-/// estimates the error, that to `tolerance` times `x`; in at most `max_iterations` (Hestenes and Stiefel 1952; preconditioned:
-/// J. Nocedal, S. J. Wright, "Numerical Optimization", 2006, algorithm 5.3). Stops early
-/// where the operator shows no positive curvature.
+/// Solves `A x = b` from the given `x` until the residual is at most `tolerance` times `b` or, if the preconditioner estimates
+/// the error, the error is at most `tolerance` times `x`; in at most `max_iterations` (Hestenes and Stiefel 1952; preconditioned:
+/// J. Nocedal, S. J. Wright, "Numerical Optimization", 2006, algorithm 5.3). Stops early at a direction without positive
+/// curvature.
 pub fn conjugate_gradient(
     operator: &impl LinearOperator,
     preconditioner: &dyn Preconditioner,
@@ -80,7 +81,7 @@ pub fn conjugate_gradient(
     max_iterations: usize,
 ) -> CgOutcome {
     let n = b.len();
-    // The product A p and the preconditioned residual are never needed at once.
+    // `z` holds the preconditioned residual and A p in turn; they are never needed at the same time.
     let (mut r, mut z, mut p) = (b.to_vec(), vec![0.0; n], vec![0.0; n]);
     let reference = dot(b, b);
     // The residual of the given x.
@@ -96,7 +97,7 @@ pub fn conjugate_gradient(
     let mut rr = dot(&r, &r);
     let goal = tolerance * tolerance * reference;
     let mut iterations = 0;
-    // Stops at |z| ≤ tolerance |x| if z = A⁻¹ r approximately, the error; else at |r| ≤ tolerance |b|.
+    // Stops at |z| ≤ tolerance |x| if z ≈ A⁻¹ r estimates the error, otherwise at |r| ≤ tolerance |b|.
     let by_error = preconditioner.estimates_error();
     let reached = |rr: f64, z: &[f64], x: &[f64]| {
         if by_error {
@@ -114,14 +115,14 @@ pub fn conjugate_gradient(
         if curvature <= 0.0 || !curvature.is_finite() {
             break;
         }
-        // The minimum of ½ xᵀ A x − bᵀ x along p.
+        // The minimiser of ½ xᵀ A x − bᵀ x along p.
         let alpha = rz / curvature;
         for i in 0..n {
             x[i] += alpha * p[i];
             r[i] -= alpha * z[i];
         }
         preconditioner.apply(&r, &mut z);
-        // A direction conjugate to all before, from the new preconditioned residual.
+        // The next direction: the preconditioned residual made conjugate to all directions before.
         let next = dot(&r, &z);
         let beta = next / rz;
         for i in 0..n {

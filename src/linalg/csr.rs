@@ -1,38 +1,38 @@
-//! Compressed sparse rows, with the products a Galerkin hierarchy needs.
+//! Sparse matrices in compressed row storage (CSR), with the products that a Galerkin hierarchy needs.
 
 use rayon::prelude::*;
 use sprs::CsMatI;
 
 use super::real::Real;
 
-/// Rows handed to a thread at a time.
+/// Rows per unit of work of a thread when a matrix is assembled.
 const CHUNK: usize = 64;
-/// The same for products with vectors, which are done by one thread where there are few entries.
-const APPLIED: usize = 1024;
+/// Rows per unit of work of a thread in products with vectors.
+const APPLY_CHUNK: usize = 1024;
+/// Matrices with fewer entries are applied by one thread.
 const SERIAL: usize = 100_000;
 
-/// A general sparse matrix, for assembly and products of matrices. Its product A·A of the Laplacian of a square of 400 by 400
-/// points takes 28 ms, that of [`Csr`] 41 ms on two threads; its product with a vector 1.7 ms against 1.0 ms, so that solvers
-/// take a [`Csr`].
+/// A general sparse matrix, for assembly and matrix products. For the Laplacian on 400 × 400 points, A·A takes 28 ms, and 41 ms
+/// as a [`Csr`] on two threads; a product with a vector takes 1.7 ms, and 1.0 ms as a [`Csr`]. So solvers use [`Csr`].
 pub type SparseMatrix = CsMatI<f64, u32, usize>;
 
-/// A sparse matrix by rows.
+/// A sparse matrix stored by rows.
 #[derive(Clone, Debug, Default)]
 pub struct Csr<T = f64> {
     /// Number of columns.
     pub columns: usize,
-    /// Start of each row in `indices`, and their end.
+    /// Start of each row in `indices`; the last entry is the number of entries.
     pub offsets: Vec<usize>,
-    /// Column of each entry, rising within a row.
+    /// Column of each entry, in rising order within a row.
     pub indices: Vec<u32>,
     /// The entries.
     pub values: Vec<T>,
 }
 
-/// Consecutive rows: the length of each, and their entries one after another.
+/// Consecutive rows: their lengths, and their entries one row after another.
 type Rows = (Vec<usize>, Vec<(u32, f64)>);
 
-/// Gathers one sparse row: a dense array with a list of the columns in use.
+/// Accumulates one sparse row: a dense array and a list of the columns in use.
 pub struct Accumulator {
     values: Vec<f64>,
     used: Vec<bool>,
@@ -59,7 +59,7 @@ impl Accumulator {
         self.values[c] += value;
     }
 
-    /// The row, by rising column; leaves the accumulator empty.
+    /// Appends the row to `row` in rising order of columns and empties the accumulator.
     fn take(&mut self, row: &mut Vec<(u32, f64)>) {
         self.list.sort_unstable();
         for &c in &self.list {
@@ -72,12 +72,13 @@ impl Accumulator {
 }
 
 impl Csr {
-    /// A matrix whose row `i` is the sum of what `emit(i, sink)` adds to the sink.
+    /// Builds a matrix: `emit(i, sink)` adds the entries of row `i` to the sink.
     pub fn from_rows(
         rows: usize,
         columns: usize,
         emit: impl Fn(usize, &mut Accumulator) + Sync,
     ) -> Self {
+        // Rows in chunks, each with an accumulator of its thread.
         let chunks: Vec<Rows> = (0..rows.div_ceil(CHUNK))
             .into_par_iter()
             .map_init(
@@ -94,6 +95,7 @@ impl Csr {
                 },
             )
             .collect();
+        // Concatenates the chunks.
         let total = chunks.iter().map(|c| c.1.len()).sum();
         let mut out = Self {
             columns,
@@ -125,7 +127,7 @@ impl Csr {
         })
     }
 
-    /// `self + other`, of the same shape.
+    /// `self + other`, for matrices of the same shape.
     pub fn plus(&self, other: &Self) -> Self {
         Self::from_rows(self.rows(), self.columns, |i, sink| {
             let both = self.row(i).chain(other.row(i));
@@ -133,7 +135,7 @@ impl Csr {
         })
     }
 
-    /// The symmetric matrix whose upper triangle, with the diagonal, this one is.
+    /// The symmetric matrix with this matrix as its upper triangle (including the diagonal).
     pub fn mirrored(&self) -> Self {
         let lower = self.transposed();
         let mut out = Self {
@@ -163,7 +165,7 @@ impl Csr {
         }
     }
 
-    /// The diagonal.
+    /// The diagonal entries.
     pub fn diagonal(&self) -> Vec<f64> {
         (0..self.rows())
             .map(|i| self.row(i).find(|e| e.0 as usize == i).map_or(0.0, |e| e.1))
@@ -171,7 +173,7 @@ impl Csr {
     }
 }
 
-/// The rows as they are; a matrix by columns is turned first.
+/// Converts a matrix; one stored by columns is converted to rows first.
 impl From<SparseMatrix> for Csr {
     fn from(matrix: SparseMatrix) -> Self {
         let columns = matrix.cols();
@@ -235,7 +237,7 @@ impl<T: Real> Csr<T> {
             .zip(self.values[range].iter().copied())
     }
 
-    /// The entries of a row from a column on.
+    /// The entries of a row in columns `column` and higher.
     #[inline]
     pub fn row_from(&self, i: usize, column: u32) -> impl Iterator<Item = (u32, T)> + '_ {
         let range = self.offsets[i]..self.offsets[i + 1];
@@ -250,18 +252,18 @@ impl<T: Real> Csr<T> {
     /// `y = A x`.
     pub fn apply(&self, x: &[T], y: &mut [T]) {
         let run = |(c, out): (usize, &mut [T])| {
-            for (i, o) in (c * APPLIED..).zip(out.iter_mut()) {
+            for (i, o) in (c * APPLY_CHUNK..).zip(out.iter_mut()) {
                 *o = self.row_times(i, x);
             }
         };
         if self.values.len() < SERIAL {
-            y.chunks_mut(APPLIED).enumerate().for_each(run);
+            y.chunks_mut(APPLY_CHUNK).enumerate().for_each(run);
         } else {
-            y.par_chunks_mut(APPLIED).enumerate().for_each(run);
+            y.par_chunks_mut(APPLY_CHUNK).enumerate().for_each(run);
         }
     }
 
-    /// One entry of the product, in four sums that do not wait for each other.
+    /// One entry of the product, in four independent sums (for instruction-level parallelism).
     #[inline]
     fn row_times(&self, i: usize, x: &[T]) -> T {
         let range = self.offsets[i]..self.offsets[i + 1];

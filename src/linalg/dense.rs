@@ -1,15 +1,15 @@
-//! Small dense systems and eigenvalues.
+//! Small dense systems (Cholesky) and eigenvalues of symmetric 3 × 3 matrices.
 
 use glam::DVec3;
 
-/// A Cholesky factorisation.
+/// A Cholesky factorisation of a dense matrix.
 pub struct Cholesky {
     factor: Vec<f64>,
     n: usize,
 }
 
 impl Cholesky {
-    /// Factorises a row-major `n × n` matrix; none where it is not positive definite.
+    /// Factorises a row-major `n × n` matrix; `None` if it is not positive definite.
     pub fn new(matrix: &[f64], n: usize) -> Option<Self> {
         let mut factor = matrix.to_vec();
         factorise(&mut factor, n).then_some(Self { factor, n })
@@ -27,8 +27,8 @@ impl Cholesky {
     }
 }
 
-/// Solves a symmetric positive definite system in place by Cholesky factorisation; `matrix` is row-major `n × n`, of which
-/// the lower triangle is read and overwritten. False where it is not positive definite.
+/// Solves a symmetric positive definite system in place by Cholesky factorisation. `matrix` is row-major `n × n`; its lower
+/// triangle is read and overwritten. Returns false if it is not positive definite.
 pub fn solve_spd(matrix: &mut [f64], rhs: &mut [f64]) -> bool {
     let n = rhs.len();
     if !factorise(matrix, n) {
@@ -38,6 +38,7 @@ pub fn solve_spd(matrix: &mut [f64], rhs: &mut [f64]) -> bool {
     true
 }
 
+/// Cholesky factorisation of the lower triangle in place; false if the matrix is not positive definite.
 fn factorise(matrix: &mut [f64], n: usize) -> bool {
     for j in 0..n {
         let mut d = matrix[j * n + j];
@@ -60,6 +61,7 @@ fn factorise(matrix: &mut [f64], n: usize) -> bool {
     true
 }
 
+/// Forward and back substitution with a Cholesky factor.
 fn substitute(matrix: &[f64], rhs: &mut [f64], n: usize) {
     for i in 0..n {
         for k in 0..i {
@@ -75,7 +77,7 @@ fn substitute(matrix: &[f64], rhs: &mut [f64], n: usize) {
     }
 }
 
-/// The sum of the products of the components of some vectors, Σ x xᵀ.
+/// The second moment matrix Σ x xᵀ of some vectors.
 pub fn second_moments(vectors: impl Iterator<Item = DVec3>) -> [[f64; 3]; 3] {
     let mut moments = [[0.0; 3]; 3];
     for x in vectors.map(|v| v.to_array()) {
@@ -84,11 +86,11 @@ pub fn second_moments(vectors: impl Iterator<Item = DVec3>) -> [[f64; 3]; 3] {
     moments
 }
 
-/// Most sweeps of Jacobi's method: it converges quadratically, within six.
+/// Maximum number of sweeps of Jacobi's method. It converges quadratically, within six.
 const SWEEPS: usize = 30;
 
-/// The eigenvalues of a symmetric 3 × 3 matrix, rising, and unit eigenvectors, by Jacobi's cyclic method (Golub and Van Loan, Matrix
-/// Computations, section 8.5).
+/// The eigenvalues of a symmetric 3 × 3 matrix in rising order, and unit eigenvectors, by Jacobi's cyclic method (Golub and Van
+/// Loan, Matrix Computations, section 8.5).
 pub fn symmetric_eigen(matrix: &[[f64; 3]; 3]) -> ([f64; 3], [DVec3; 3]) {
     let mut a = *matrix;
     let mut axes = [DVec3::X, DVec3::Y, DVec3::Z];
@@ -97,7 +99,7 @@ pub fn symmetric_eigen(matrix: &[[f64; 3]; 3]) -> ([f64; 3], [DVec3; 3]) {
             if a[p][q] == 0.0 {
                 continue;
             }
-            // The rotation in the plane of p and q that makes their entry zero.
+            // The rotation in the plane of axes p and q that makes entry (p, q) zero.
             let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
             let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
             let c = 1.0 / t.hypot(1.0);

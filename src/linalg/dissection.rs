@@ -1,9 +1,9 @@
-//! An order of elimination by nested dissection (A. George, "Nested dissection of a regular finite element mesh", SIAM J. Numer. Anal.
-//! 10, 1973).
+//! Nested dissection: an elimination order with little fill (A. George, "Nested dissection of a regular finite element mesh",
+//! SIAM J. Numer. Anal. 10, 1973).
 //!
-//! A set of unknowns is cut by a level of a breadth-first search from one of its ends (A. George, J. W. H. Liu, "An automatic
-//! nested dissection algorithm for irregular finite element problems", SIAM J. Numer. Anal. 15, 1978); the cut is eliminated
-//! last, and the parts are cut in turn.
+//! A set of unknowns is separated by one level of a breadth-first search from one of its ends (A. George, J. W. H. Liu, "An
+//! automatic nested dissection algorithm for irregular finite element problems", SIAM J. Numer. Anal. 15, 1978). The separator is
+//! eliminated last; the two sides are dissected in turn.
 
 use std::collections::VecDeque;
 
@@ -11,13 +11,13 @@ use sprs::CsMat;
 
 use crate::cancel::Cancel;
 
-/// Sets of at most so many unknowns are not cut any more. On a squared Laplacian of 3600 unknowns the factor had 171,000 entries
-/// with 8, 184,000 with 48, and 169,000 by multiple minimum degree.
+/// Sets with at most this number of unknowns are not dissected further. On a squared Laplacian of 3600 unknowns the factor had
+/// 171,000 entries with 8, 184,000 with 48, and 169,000 with multiple minimum degree.
 const LEAF: usize = 8;
-/// Marks of a search that has not come to an unknown.
+/// Mark of an unknown that no search has reached.
 const UNSEEN: u32 = u32::MAX;
 
-/// The unknowns of a symmetric matrix in an order of elimination with little fill; in any order once the token is set.
+/// The unknowns of a symmetric matrix in an elimination order with little fill; in any order once the token is set.
 pub(super) fn dissect(matrix: &CsMat<f64>, cancel: &Cancel) -> Vec<u32> {
     let n = matrix.rows();
     let mut search = Search {
@@ -25,7 +25,7 @@ pub(super) fn dissect(matrix: &CsMat<f64>, cancel: &Cancel) -> Vec<u32> {
         part: vec![0; n],
         level: vec![UNSEEN; n],
     };
-    // The order is found from its end: what is eliminated last first.
+    // The order is built from its end: the unknowns eliminated last come first.
     let mut reversed = Vec::with_capacity(n);
     let mut parts = 1u32;
     let mut stack: Vec<(u32, Vec<u32>)> = vec![(0, (0..n as u32).collect())];
@@ -35,11 +35,11 @@ pub(super) fn dissect(matrix: &CsMat<f64>, cancel: &Cancel) -> Vec<u32> {
             reversed.extend(set);
             continue;
         }
-        // Edges join unknowns of one level or of two successive ones, so that each inner level separates those before it
+        // Edges join unknowns of the same level or of two successive levels, so each inner level separates the levels before it
         // from those after it.
         let levels = search.levels_from_an_end(part, *first);
         let reached = levels.iter().map(Vec::len).sum::<usize>();
-        // The set is not connected: its parts are handled one by one.
+        // If the set is not connected, its components are handled one by one.
         if reached < set.len() {
             let rest: Vec<u32> = search.unreached(&set);
             parts += 1;
@@ -51,12 +51,12 @@ pub(super) fn dissect(matrix: &CsMat<f64>, cancel: &Cancel) -> Vec<u32> {
             continue;
         }
         search.forget(&levels);
-        // Small sets, and those without an inner level, are eliminated as they are.
+        // Small sets, and sets without an inner level, are eliminated without dissection.
         if set.len() <= LEAF || levels.len() < 3 {
             reversed.extend(levels.concat());
             continue;
         }
-        // The separator is eliminated after both sides, and no later search enters it.
+        // The separator is eliminated after both sides; later searches do not enter it.
         let cut = middle(&levels, reached);
         reversed.extend(&levels[cut]);
         for side in [&levels[..cut], &levels[cut + 1..]] {
@@ -73,7 +73,7 @@ pub(super) fn dissect(matrix: &CsMat<f64>, cancel: &Cancel) -> Vec<u32> {
     reversed
 }
 
-/// The smallest inner level that leaves between a third and two thirds of all on each side, else the one at the half.
+/// The smallest inner level that leaves at most two thirds of all unknowns on each side; if there is none, the one at the half.
 fn middle(levels: &[Vec<u32>], all: usize) -> usize {
     let (mut before, mut best) = (0, None::<(usize, usize)>);
     let mut half = 1;
@@ -92,16 +92,17 @@ fn middle(levels: &[Vec<u32>], all: usize) -> usize {
     best.map_or(half, |b| b.1)
 }
 
+/// Breadth-first searches in the graph of a matrix.
 struct Search<'a> {
     matrix: &'a CsMat<f64>,
     /// The set that each unknown belongs to.
     part: Vec<u32>,
-    /// The level of the unknowns that a search has come to.
+    /// The level of each unknown in the current search; [`UNSEEN`] if not reached.
     level: Vec<u32>,
 }
 
 impl Search<'_> {
-    /// Levels of breadth-first search within a set.
+    /// Levels of a breadth-first search within a set.
     fn levels(&mut self, part: u32, from: u32) -> Vec<Vec<u32>> {
         let mut levels: Vec<Vec<u32>> = Vec::new();
         let mut queue = VecDeque::from([from]);
@@ -123,8 +124,8 @@ impl Search<'_> {
         levels
     }
 
-    /// Levels from an unknown that is nearly as far from all others as any, found by going to the far end a few times. The
-    /// levels stay marked.
+    /// Levels from an unknown at an end of the set (a pseudo-peripheral node), found by restarting a few times from the last
+    /// level. The levels stay marked.
     fn levels_from_an_end(&mut self, part: u32, from: u32) -> Vec<Vec<u32>> {
         let mut levels = self.levels(part, from);
         for _ in 0..3 {

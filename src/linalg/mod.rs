@@ -1,4 +1,4 @@
-//! Linear algebra that knows nothing of surfaces.
+//! Linear algebra, independent of geometry: sparse and dense matrices, iterative and direct solvers, multigrid.
 
 mod bicgstab;
 mod cg;

@@ -1,7 +1,7 @@
-//! A Galerkin multigrid cycle as a preconditioner.
+//! Galerkin multigrid as a preconditioner.
 //!
-//! The caller brings the prolongations; coarse matrices are Galerkin products, smoothers are Chebyshev polynomials in
-//! D⁻¹A, the coarsest system is solved by a Cholesky factorisation. The cycle runs in single precision.
+//! The caller supplies the prolongations; coarse matrices are Galerkin products. Smoothers are Chebyshev polynomials in D⁻¹A; the
+//! coarsest system is solved by Cholesky factorisation. The cycle (V-cycle) runs in single precision.
 
 use std::sync::Mutex;
 
@@ -9,48 +9,53 @@ use super::cg::{LinearOperator, Preconditioner};
 use super::csr::Csr;
 use super::dense::Cholesky;
 
-/// How a level is smoothed.
+/// Parameters of the smoother on a level.
 struct Smoothing {
     degree: usize,
-    /// λ over the smallest eigenvalue that is damped.
+    /// Largest eigenvalue λ over the smallest eigenvalue that is damped.
     ratio: f32,
-    /// Power iterations for λ, the largest eigenvalue of D⁻¹A, and the factor for what they miss: on the finest level, where
-    /// they cost most, 16 to 20 %, on the others less.
+    /// Power iterations to estimate λ, the largest eigenvalue of D⁻¹A, and the factor for their underestimate: 16 to 20 % on the
+    /// finest level, where iterations cost most; less on the others.
     power_iterations: usize,
     safety: f32,
 }
 
+/// Smoother of the finest level.
 const FINE: Smoothing = Smoothing {
     degree: 2,
     ratio: 6.0,
     power_iterations: 6,
     safety: 1.22,
 };
+/// Smoother of the coarse levels.
 const COARSE: Smoothing = Smoothing {
     degree: 4,
     ratio: 8.0,
     power_iterations: 15,
     safety: 1.08,
 };
-/// Coarse matrices are lifted by this part of their largest diagonal entry.
+/// Added to the diagonal of coarse matrices, as a fraction of their largest diagonal entry.
 const SHIFT: f64 = 1e-10;
-/// Systems up to this size are factorised.
+/// Systems with at most this number of unknowns are solved directly.
 const DIRECT: usize = 400;
 
+/// A coarse level.
 struct Coarse {
     matrix: Csr<f32>,
     inverse_diagonal: Vec<f32>,
     smoother: Chebyshev,
-    /// To the next coarser level, and back.
+    /// Restriction to the next coarser level, and prolongation from it.
     transfer: Option<(Csr<f32>, Csr<f32>)>,
 }
 
-/// The vectors of one level, kept from one cycle to the next.
+/// Scratch vectors of one level, reused from one cycle to the next.
 #[derive(Clone, Default)]
 struct Space {
-    /// Right-hand side and solution.
+    /// Right-hand side.
     b: Vec<f32>,
+    /// Solution.
     x: Vec<f32>,
+    /// Residual.
     rest: Vec<f32>,
     direction: Vec<f32>,
     product: Vec<f32>,
@@ -69,21 +74,21 @@ impl Space {
     }
 }
 
-/// The coarse levels of a hierarchy, to be used with the fine operator they were made for or one close to it.
+/// The coarse levels of a hierarchy, for use with the fine operator they were made for or one close to it.
 pub struct Multigrid {
     restriction: Csr<f32>,
     prolongation: Csr<f32>,
     smoother: Chebyshev,
     levels: Vec<Coarse>,
     direct: Cholesky,
-    /// One for the finest and for each coarse level; whoever runs a cycle takes them.
+    /// Scratch vectors of the finest and of each coarse level; a running cycle takes them out.
     spaces: Mutex<Vec<Space>>,
 }
 
 impl Multigrid {
-    /// From the fine operator, the prolongation to the finest level, the Galerkin matrix of the first coarse level, and the prolongations
-    /// between the coarse levels, finest first. None where the coarsest matrix is not positive definite, and once the operator is
-    /// cancelled.
+    /// Builds the levels from the fine operator, the prolongation to the finest level, the Galerkin matrix of the first coarse
+    /// level, and the prolongations between the coarse levels, finest first. `None` if the coarsest matrix is not positive
+    /// definite, or once the operator is cancelled.
     pub fn new(
         operator: &impl LinearOperator,
         prolongation: Csr,
@@ -92,6 +97,7 @@ impl Multigrid {
     ) -> Option<Self> {
         let apply = |x: &[f32], y: &mut [f32]| operator.apply_single(x, y);
         let diagonal: Vec<f32> = operator.jacobi().iter().map(|&d| d as f32).collect();
+        // The smoother of the finest level.
         let smoother = Chebyshev::new(&FINE, &apply, &diagonal);
         let prolongation = prolongation.into_single();
         let mut levels = Vec::new();
@@ -100,9 +106,11 @@ impl Multigrid {
             if operator.is_cancelled() {
                 return None;
             }
+            // The remaining levels are not needed: this one is solved directly.
             if matrix.rows() <= DIRECT {
                 break;
             }
+            // The Galerkin product RAP with R = Pᵀ.
             let r = p.transposed();
             let next = r.times(&matrix.times(&p));
             levels.push(Coarse::new(
@@ -123,6 +131,7 @@ impl Multigrid {
         })
     }
 
+    /// Takes the scratch vectors, or allocates them if another cycle has them.
     fn spaces(&self) -> Vec<Space> {
         let kept = self.spaces.lock().map(|mut s| std::mem::take(&mut *s));
         match kept {
@@ -134,7 +143,7 @@ impl Multigrid {
         }
     }
 
-    /// Solves for `spaces[0].b` at a coarse level, into `spaces[0].x`.
+    /// A V-cycle from a coarse level down: solves approximately for the right-hand side `spaces[0].b`, into `spaces[0].x`.
     fn cycle(&self, level: usize, spaces: &mut [Space]) {
         let coarse = &self.levels[level];
         let [here, coarser @ ..] = spaces else {
@@ -170,7 +179,7 @@ impl Space {
         }
     }
 
-    /// Adds the product to the solution.
+    /// Adds the coarse correction, which is in `product`, to the solution.
     fn correct(&mut self) {
         for (x, c) in self.x.iter_mut().zip(&self.product) {
             *x += c;
@@ -178,6 +187,7 @@ impl Space {
     }
 }
 
+/// Adds a small multiple of its largest entry to the diagonal.
 fn shifted(mut matrix: Csr) -> Csr {
     let top = matrix.diagonal().into_iter().fold(0.0, f64::max);
     for i in 0..matrix.rows() {
@@ -190,7 +200,7 @@ fn shifted(mut matrix: Csr) -> Csr {
     matrix
 }
 
-/// The factor of the coarsest matrix, lifted further where rounding has left it indefinite.
+/// The factor of the coarsest matrix, with a growing diagonal shift if rounding has made it indefinite.
 fn factorised(matrix: &Csr) -> Option<Cholesky> {
     let n = matrix.rows();
     let top = matrix.diagonal().into_iter().fold(0.0, f64::max);
@@ -235,7 +245,7 @@ impl Coarse {
     }
 }
 
-/// Chebyshev iteration over [λ/ratio, λ] of D⁻¹A (Adams, Brezina, Hu, Tuminaro 2003).
+/// Chebyshev smoother for the interval [λ/ratio, λ] of eigenvalues of D⁻¹A (Adams, Brezina, Hu, Tuminaro 2003).
 struct Chebyshev {
     degree: usize,
     theta: f32,
@@ -258,7 +268,7 @@ impl Chebyshev {
         }
     }
 
-    /// Improves `space.x` for the right-hand side `space.b`.
+    /// Smooths `space.x` for the right-hand side `space.b`; the initial x counts as zero if `from_zero`.
     fn run(
         &self,
         apply: &dyn Fn(&[f32], &mut [f32]),
@@ -280,7 +290,7 @@ impl Chebyshev {
             product,
             ..
         } = space;
-        // First direction: D⁻¹ r / θ, θ being the middle of the interval and δ half its length (Y. Saad, "Iterative Methods
+        // First direction: D⁻¹ r / θ, where θ is the middle of the interval and δ half its length (Y. Saad, "Iterative Methods
         // for Sparse Linear Systems", 2003, algorithm 12.1).
         let sigma = self.theta / self.delta;
         let mut rho = 1.0 / sigma;
@@ -294,7 +304,8 @@ impl Chebyshev {
             *p = scale * d * r;
             *x += *p;
         }
-        // Each further direction is ρ ρ₋ times the last plus 2ρ/δ times D⁻¹ r, with ρ = 1 / (2θ/δ − ρ₋).
+        // Each further direction is ρ ρ₋ times the last plus 2ρ/δ times D⁻¹ r, with ρ = 1 / (2θ/δ − ρ₋) where ρ₋ is the ρ of the
+        // step before.
         for _ in 1..self.degree {
             apply(direction, product);
             let next = 1.0 / (2.0 * sigma - rho);
@@ -315,7 +326,7 @@ impl Chebyshev {
     }
 }
 
-/// The largest eigenvalue of D⁻¹A by power iterations from a fixed rough vector.
+/// The largest eigenvalue of D⁻¹A by power iterations from a fixed pseudo-random vector.
 fn largest_eigenvalue(
     apply: &dyn Fn(&[f32], &mut [f32]),
     inverse_diagonal: &[f32],
@@ -354,7 +365,7 @@ fn largest_eigenvalue(
     lambda
 }
 
-/// A multigrid cycle round a fine operator.
+/// A multigrid cycle on a fine operator, as a preconditioner.
 pub struct MultigridCycle<'a, A: LinearOperator> {
     operator: &'a A,
     coarse: &'a Multigrid,
@@ -362,7 +373,7 @@ pub struct MultigridCycle<'a, A: LinearOperator> {
 }
 
 impl<'a, A: LinearOperator> MultigridCycle<'a, A> {
-    /// From the fine operator and the coarse levels.
+    /// Combines the fine operator and the coarse levels.
     pub fn new(operator: &'a A, coarse: &'a Multigrid) -> Self {
         Self {
             operator,
@@ -384,7 +395,7 @@ impl<A: LinearOperator> Preconditioner for MultigridCycle<'_, A> {
         let [fine, coarser @ ..] = &mut spaces[..] else {
             return;
         };
-        // Keeps the entries well inside the range of single precision.
+        // Scales the right-hand side so that entries stay well inside the range of single precision.
         let top = r.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let scale = if top > 0.0 { top.recip() } else { 1.0 };
         for (b, r) in fine.b.iter_mut().zip(r) {

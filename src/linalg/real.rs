@@ -1,4 +1,4 @@
-//! The two floating-point types of vectors.
+//! The scalar types of vectors, `f32` and `f64`.
 
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Mul, Sub};
@@ -18,7 +18,7 @@ pub trait Real:
 {
     /// Zero.
     const ZERO: Self;
-    /// From single precision, exactly.
+    /// Converts from single precision, exactly.
     fn of(value: f32) -> Self;
 }
 

@@ -1,6 +1,6 @@
-//! Inner loops over rows of dense matrices.
+//! Inner loops over rows of dense matrices: scalar product and axpy.
 
-/// `a · b`, in eight sums that do not wait for each other.
+/// `a · b`, in eight independent sums (for instruction-level parallelism).
 #[inline]
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let n = a.len().min(b.len());

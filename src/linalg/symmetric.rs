@@ -1,8 +1,8 @@
-//! Dense symmetric matrices.
+//! Dense symmetric matrices: Cholesky factorisation, reflections, largest eigenvalue.
 
 use super::rows::{axpy, dot};
 
-/// A dense symmetric matrix, of which the lower triangle is stored, row after row.
+/// A dense symmetric matrix; the lower triangle is stored row by row.
 #[derive(Clone)]
 pub struct Symmetric {
     n: usize,
@@ -12,13 +12,13 @@ pub struct Symmetric {
 /// Steps of the power method: enough for the first digit.
 const POWERS: usize = 8;
 
-/// Start of a row of the lower triangle.
+/// Start of row `i` in the stored lower triangle.
 fn start(i: usize) -> usize {
     i * (i + 1) / 2
 }
 
 impl Symmetric {
-    /// The matrix with the entries that a function gives for rows not above the columns.
+    /// A matrix from a function of row and column, which is called only for rows ≥ columns.
     pub fn new(n: usize, entry: impl Fn(usize, usize) -> f64) -> Self {
         let mut entries = Vec::with_capacity(start(n));
         for i in 0..n {
@@ -37,7 +37,7 @@ impl Symmetric {
         self.entries[start(i.max(j)) + i.min(j)]
     }
 
-    /// The largest eigenvalue, from below, by a few steps of the power method from the sum of all columns.
+    /// A lower bound of the largest eigenvalue, by a few steps of the power method from the vector of ones.
     pub fn largest_eigenvalue(&self) -> f64 {
         let (mut x, mut largest) = (vec![1.0; self.n], 0.0);
         for _ in 0..POWERS {
@@ -63,7 +63,7 @@ impl Symmetric {
         &self.entries[start(i)..=start(i) + i]
     }
 
-    /// The rows before one, and that one without its diagonal.
+    /// The stored rows before row `k`, and row `k` without its diagonal.
     pub(super) fn split(&mut self, k: usize) -> (&mut [f64], &mut [f64]) {
         let (above, row) = self.entries.split_at_mut(start(k));
         (above, &mut row[..k])
@@ -82,11 +82,11 @@ impl Symmetric {
     }
 }
 
-/// The lower triangle `L` of `L Lᵀ`.
+/// The Cholesky factor: the lower triangle `L` of `L Lᵀ`.
 pub struct Triangle(Symmetric);
 
 impl Symmetric {
-    /// The Cholesky factor of the matrix plus `shift` on the diagonal; none where that is not positive definite.
+    /// The Cholesky factor of the matrix with `shift` added to the diagonal; `None` if that is not positive definite.
     pub fn cholesky(mut self, shift: f64) -> Option<Triangle> {
         for i in 0..self.n {
             let (above, row) = self.entries.split_at_mut(start(i));
@@ -125,7 +125,7 @@ impl Triangle {
     }
 }
 
-/// Reflects the first rows of a lower triangle, as many as `v` is long.
+/// Applies a reflection to the leading rows and columns of a lower triangle, `v.len()` of them; `p` is scratch space.
 pub(super) fn reflect(entries: &mut [f64], v: &[f64], factor: f64, p: &mut [f64]) {
     p.fill(0.0);
     for i in 0..v.len() {

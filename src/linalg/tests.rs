@@ -1,4 +1,4 @@
-//! Sparse products against dense ones, and the solvers on Laplacians.
+//! Tests: sparse products against dense ones, and the solvers on Laplacians.
 
 use super::{
     Csr, Jacobi, LinearOperator, Multigrid, MultigridCycle, Preconditioner, SparseMatrix,
@@ -7,7 +7,7 @@ use super::{
 
 type Dense = Vec<Vec<f64>>;
 
-/// A fixed sequence of numbers in [-1, 1).
+/// A fixed pseudo-random sequence in [-1, 1).
 fn noise(n: usize) -> Vec<f64> {
     let mut state = 1u64;
     (0..n)
@@ -20,7 +20,7 @@ fn noise(n: usize) -> Vec<f64> {
         .collect()
 }
 
-/// A matrix of which about a fifth is not zero; each entry is sent in two parts.
+/// A matrix with about a fifth of the entries nonzero; each entry is added in two parts.
 fn sparse(rows: usize, columns: usize) -> Csr {
     let values = noise(rows * columns);
     Csr::from_rows(rows, columns, |i, sink| {
@@ -110,7 +110,7 @@ impl Operator {
         }
     }
 
-    /// Iterations to a residual of 1e-10, which the solution is checked for.
+    /// Iterations until the residual is 1e-10 of the right-hand side; also checks the solution.
     fn iterations(&self, preconditioner: &dyn Preconditioner) -> usize {
         let n = self.matrix.rows();
         let (b, mut x, mut ax) = (noise(n), vec![0.0; n], vec![0.0; n]);
@@ -155,7 +155,7 @@ fn laplacian(n: usize, scale: impl Fn(usize) -> f64 + Sync) -> Csr {
 /// Bilinear prolongation from `n × n` to `(2 n + 1) × (2 n + 1)` inner nodes.
 fn bilinear(n: usize) -> Csr {
     let fine = 2 * n + 1;
-    // Fine node 2 i + 1 is coarse node i; fine node 2 i lies between coarse nodes i - 1 and i.
+    // Fine node 2 i + 1 is coarse node i; fine node 2 i is between coarse nodes i - 1 and i.
     let parents = move |f: usize| {
         let (c, odd) = (f / 2, f % 2 == 1);
         let both = [(c, if odd { 1.0 } else { 0.5 }), (c.wrapping_sub(1), 0.5)];

@@ -1,7 +1,7 @@
-//! Symmetric matrices as `Q T Qᵀ` with a tridiagonal `T`, for many shifts of one matrix.
+//! Symmetric matrices as `Q T Qᵀ` with tridiagonal `T`, for systems with many diagonal shifts of one matrix.
 //!
-//! Householder's reduction (G. H. Golub, C. F. Van Loan, "Matrix Computations", 8.3.1), after which `T + s 1` is factorised
-//! for every shift `s` in linear time.
+//! Householder's reduction (G. H. Golub, C. F. Van Loan, "Matrix Computations", 8.3.1); after it, `T + s 1` is factorised for
+//! each shift `s` in linear time.
 
 use super::rows::{axpy, dot};
 use super::symmetric::{Symmetric, reflect};
@@ -11,15 +11,15 @@ pub struct Tridiagonal {
     n: usize,
     /// The diagonal of `T`.
     pub diagonal: Vec<f64>,
-    /// What is beside it.
-    pub beside: Vec<f64>,
-    /// The reflectors: that of step `k` in row `k`, its first `k` entries.
+    /// The off-diagonal entries of `T`.
+    pub off_diagonal: Vec<f64>,
+    /// The Householder vectors: the vector of step `k` is the first `k` entries of row `k`.
     reflectors: Symmetric,
-    /// The factor of each.
+    /// The factor of each reflector; 0 where there is none.
     factors: Vec<f64>,
 }
 
-/// `T + s 1 = L D Lᵀ` for one shift.
+/// The factorisation `T + s 1 = L D Lᵀ` for one shift.
 pub struct Shifted {
     /// The pivots `D`.
     pub pivots: Vec<f64>,
@@ -27,24 +27,24 @@ pub struct Shifted {
 }
 
 impl Tridiagonal {
-    /// Reduces a matrix.
+    /// Reduces a matrix to tridiagonal form.
     pub fn new(mut matrix: Symmetric) -> Self {
         let n = matrix.rows();
-        let (mut beside, mut factors) = (vec![0.0; n.saturating_sub(1)], vec![0.0; n]);
+        let (mut off_diagonal, mut factors) = (vec![0.0; n.saturating_sub(1)], vec![0.0; n]);
         let mut p = vec![0.0; n];
-        // From the last row up: row k is reflected to have one entry beside its diagonal, at k - 1.
+        // From the last row up: reflects row k so that its only entry left of the diagonal is at k - 1.
         for k in (1..n).rev() {
             let (above, v) = matrix.split(k);
             let scale = v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
             let tail = v[..k - 1].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
             if tail == 0.0 || !scale.is_finite() {
-                beside[k - 1] = v[k - 1];
+                off_diagonal[k - 1] = v[k - 1];
                 continue;
             }
             v.iter_mut().for_each(|x| *x /= scale);
             let norm = dot(v, v).sqrt();
             let first = -norm.copysign(v[k - 1]);
-            beside[k - 1] = first * scale;
+            off_diagonal[k - 1] = first * scale;
             factors[k] = 1.0 / (norm * (norm + v[k - 1].abs()));
             v[k - 1] -= first;
             reflect(above, v, factors[k], &mut p[..k]);
@@ -52,7 +52,7 @@ impl Tridiagonal {
         Self {
             n,
             diagonal: (0..n).map(|i| matrix.get(i, i)).collect(),
-            beside,
+            off_diagonal,
             reflectors: matrix,
             factors,
         }
@@ -76,14 +76,14 @@ impl Tridiagonal {
         }
     }
 
-    /// The factors of `T + shift`; none where a pivot is not positive.
+    /// The factorisation of `T + shift`; `None` if a pivot is not positive.
     pub fn shifted(&self, shift: f64) -> Option<Shifted> {
         let (mut pivots, mut multipliers) = (Vec::with_capacity(self.n), Vec::new());
         for i in 0..self.n {
             let mut pivot = self.diagonal[i] + shift;
             if i > 0 {
-                let multiplier = self.beside[i - 1] / pivots[i - 1];
-                pivot -= multiplier * self.beside[i - 1];
+                let multiplier = self.off_diagonal[i - 1] / pivots[i - 1];
+                pivot -= multiplier * self.off_diagonal[i - 1];
                 multipliers.push(multiplier);
             }
             if pivot <= 0.0 || !pivot.is_finite() {

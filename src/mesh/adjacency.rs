@@ -1,17 +1,17 @@
-//! Faces round each vertex.
+//! Vertex-face adjacency, face normals and vertex normals.
 
 use glam::DVec3;
 
 use super::{Mesh, area_vector};
 
-/// For each vertex the faces that use it, as one flat list.
+/// The faces of each vertex, as one flat list.
 pub struct VertexFaces {
     first: Vec<u32>,
     faces: Vec<u32>,
 }
 
 impl VertexFaces {
-    /// Counts and lists; faces appear in rising order.
+    /// Builds the lists; faces are in rising order.
     pub fn new(mesh: &Mesh) -> Self {
         let mut first = vec![0u32; mesh.positions.len() + 1];
         for v in mesh.faces.iter().flatten() {
@@ -31,19 +31,19 @@ impl VertexFaces {
         Self { first, faces }
     }
 
-    /// The faces round a vertex.
+    /// The faces of a vertex.
     pub fn of(&self, vertex: u32) -> &[u32] {
         let v = vertex as usize;
         &self.faces[self.first[v] as usize..self.first[v + 1] as usize]
     }
 }
 
-/// Unit normal of a face, or zero where it has no area.
+/// Unit normal of a face; zero for a face without area.
 pub fn face_normal(mesh: &Mesh, face: u32) -> DVec3 {
     area_vector(mesh.corners(face)).normalize_or_zero()
 }
 
-/// Angle-weighted unit normal of a vertex (Thürmer and Wüthrich 1998; the sign test of Bærentzen and Aanæs 2005).
+/// Angle-weighted unit normal of a vertex (Thürmer and Wüthrich 1998; used in the sign test of Bærentzen and Aanæs 2005).
 pub fn vertex_normal(mesh: &Mesh, around: &VertexFaces, vertex: u32) -> DVec3 {
     let mut sum = DVec3::ZERO;
     for &f in around.of(vertex) {

@@ -1,4 +1,4 @@
-//! Boundary chains that do not close, and why.
+//! Open boundary chains: boundary chains that do not close, and the reason.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -11,24 +11,26 @@ use super::{Mesh, VertexFaces};
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum ChainReason {
-    /// At an end of it an edge has more than two faces, such as where faces are there twice.
+    /// An edge at one of its ends has more than two faces, for example because faces are duplicated.
     NonManifold,
-    /// Faces at an end of it are oriented against each other and cannot be made to agree: the surface is one-sided there,
-    /// as a Möbius band or a Klein bottle is.
+    /// Faces at one of its ends have opposite orientations that cannot be made consistent: the surface is one-sided there, like a
+    /// Möbius band or a Klein bottle.
     OneSided,
 }
 
 impl ChainReason {
-    /// The reason in words.
+    /// The reason in words, for reports.
     pub fn text(self) -> &'static str {
         match self {
             Self::NonManifold => "it ends where an edge has more than two faces",
-            Self::OneSided => "the surface is one-sided there: its faces cannot be oriented alike",
+            Self::OneSided => {
+                "the surface is one-sided there: its faces cannot be oriented consistently"
+            }
         }
     }
 }
 
-/// A part of the boundary that comes back to none of its vertices, so that it bounds no hole.
+/// A part of the boundary that does not return to any of its vertices and therefore bounds no hole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct OpenChain {
@@ -42,7 +44,7 @@ pub struct OpenChain {
     pub reason: ChainReason,
 }
 
-/// Describes chains of boundary half-edges, each against the mesh's own direction.
+/// Describes chains of boundary half-edges, each in the direction opposite to the mesh's.
 pub(super) fn describe_chains(
     mesh: &Mesh,
     topology: &Topology,

@@ -1,27 +1,28 @@
-//! Cutting marked faces out of a mesh along its edges.
+//! Cutting: removes marked faces from a mesh and leaves clean rims.
 
 use std::collections::BTreeSet;
 
 use super::topology::NONE;
 use super::{Mesh, Topology, VertexFaces};
 
-/// Pieces left inside of at most this many faces go with the marked ones, and so do those of at most this part of them.
+/// Remaining parts with at most this number of faces are removed too,
 const SMALL_FACES: usize = 2;
+/// and remaining parts with at most 1 / `SMALL_PART` of the faces removed from their component.
 const SMALL_PART: usize = 10;
 
-/// Rounds in which single faces that stick out of a cut's edge are taken too. One more would eat further along it: on a regular
-/// mesh the edge of a mask goes up and down by steps of a row.
+/// Rounds in which single faces that stick out of the edge of a cut are removed too. One more would eat further along the edge:
+/// on a regular mesh the edge of a mask rises and falls in steps of one row.
 const SPIKE_ROUNDS: usize = 2;
 
-/// Marks with those faces that have marked ones at two sides at least: a mask's edge is a staircase, at whose inner corners single
-/// faces would stick into the cut.
+/// The marks plus the faces with at least two marked neighbours: the edge of a mask is a staircase, and at its inner corners
+/// single faces would stick into the cut.
 pub fn without_spikes(topology: &Topology, marked: &[bool]) -> Vec<bool> {
     let mut marked = marked.to_vec();
     for _ in 0..SPIKE_ROUNDS {
         let is_spike = |f: &usize| {
             let sides = &topology.opposite[3 * f..3 * f + 3];
-            let beside = |o: &&u32| **o != NONE && marked[**o as usize / 3];
-            !marked[*f] && sides.iter().filter(beside).count() > 1
+            let is_marked_neighbour = |o: &&u32| **o != NONE && marked[**o as usize / 3];
+            !marked[*f] && sides.iter().filter(is_marked_neighbour).count() > 1
         };
         let spikes: Vec<usize> = (0..marked.len()).filter(is_spike).collect();
         spikes.iter().for_each(|&f| marked[f] = true);
@@ -32,11 +33,11 @@ pub fn without_spikes(topology: &Topology, marked: &[bool]) -> Vec<bool> {
     marked
 }
 
-/// Which faces are to be taken out so that those that are marked go and clean rims are left.
+/// The faces to remove so that all marked faces are removed and clean rims remain.
 ///
-/// Where the faces that stay would meet in a vertex alone, the smaller fan goes too; so do small parts: pieces of few faces that
-/// would be left inside, and degenerate faces that would hang on nothing. `mesh` is welded, `topology` its own.
-/// `small_parts` says whether small parts that are left, but for those of a face or two, count too.
+/// If remaining faces would meet only in a vertex, the smaller fan is removed too. So are small parts that would remain inside
+/// (parts of a few faces), and degenerate faces that would be connected to nothing. `mesh` is welded, `topology` is its topology.
+/// If `small_parts` is false, only parts of one or two faces are removed.
 pub fn settled(mesh: &Mesh, topology: &Topology, marked: &[bool], small_parts: bool) -> Vec<bool> {
     let around = VertexFaces::new(mesh);
     let mut removed = marked.to_vec();
@@ -62,7 +63,7 @@ pub fn settled(mesh: &Mesh, topology: &Topology, marked: &[bool], small_parts: b
     removed
 }
 
-/// The faces at a vertex that stay connected to one another only by way of it, save the largest fan of each that was one.
+/// The remaining faces at a vertex that are no longer connected around it, except the largest sector of each former fan.
 fn smaller_fans(
     mesh: &Mesh,
     topology: &Topology,
@@ -73,6 +74,7 @@ fn smaller_fans(
     let known = |f: u32| topology.component[f as usize] != NONE;
     let faces: Vec<u32> = faces.iter().copied().filter(|&f| known(f)).collect();
     let stays = |i: usize| !removed[faces[i] as usize];
+    // Fans before the removal and sectors after it, as labels of the vertex's faces.
     let (mut fan, mut sector): (Vec<usize>, Vec<usize>) = (0..faces.len()).map(|i| (i, i)).unzip();
     for (i, &f) in faces.iter().enumerate() {
         for k in 0..3 {
@@ -107,25 +109,27 @@ fn smaller_fans(
     (0..faces.len()).filter(goes).map(|i| faces[i]).collect()
 }
 
-/// Gives all that has the label of `j` or `i` the smaller one.
+/// Merges the labels of `i` and `j`; the smaller one stays.
 fn relabel(labels: &mut [usize], i: usize, j: usize) {
     let (a, b) = (labels[i].min(labels[j]), labels[i].max(labels[j]));
     labels.iter_mut().filter(|l| **l == b).for_each(|l| *l = a);
 }
 
-/// Small parts of pieces that lost faces; the largest part of each is none.
+/// The faces of small parts of components that lost faces; the largest part of each component is not small.
 fn small_parts_of(topology: &Topology, removed: &[bool], small_parts: bool) -> Vec<u32> {
+    // Number of removed faces of each component.
     let mut lost = vec![0usize; topology.component_faces.len()];
-    for (&piece, _) in topology.component.iter().zip(removed).filter(|(_, r)| **r) {
-        if piece != NONE {
-            lost[piece as usize] += 1;
+    for (&component, _) in topology.component.iter().zip(removed).filter(|(_, r)| **r) {
+        if component != NONE {
+            lost[component as usize] += 1;
         }
     }
+    // The connected parts of what remains of these components.
     let mut seen = removed.to_vec();
     let mut parts: Vec<(u32, Vec<u32>)> = Vec::new();
     for seed in 0..removed.len() {
-        let piece = topology.component[seed];
-        if piece == NONE || seen[seed] || lost[piece as usize] == 0 {
+        let component = topology.component[seed];
+        if component == NONE || seen[seed] || lost[component as usize] == 0 {
             continue;
         }
         seen[seed] = true;
@@ -140,24 +144,25 @@ fn small_parts_of(topology: &Topology, removed: &[bool], small_parts: bool) -> V
             }
             next += 1;
         }
-        parts.push((piece, part));
+        parts.push((component, part));
     }
+    // Keeps the small ones in the list.
     let mut largest = vec![0; topology.component_faces.len()];
-    for (piece, part) in &parts {
-        let most = &mut largest[*piece as usize];
+    for (component, part) in &parts {
+        let most = &mut largest[*component as usize];
         *most = part.len().max(*most);
     }
-    parts.retain(|(piece, part)| {
+    parts.retain(|(component, part)| {
         let most = match small_parts {
-            true => SMALL_FACES.max(lost[*piece as usize] / SMALL_PART),
+            true => SMALL_FACES.max(lost[*component as usize] / SMALL_PART),
             false => SMALL_FACES,
         };
-        part.len() <= most && part.len() < largest[*piece as usize]
+        part.len() <= most && part.len() < largest[*component as usize]
     });
     parts.into_iter().flat_map(|(_, part)| part).collect()
 }
 
-/// Takes out degenerate faces that touch what is removed and have a vertex that no other face keeps.
+/// Removes degenerate faces that touch removed ones and have a vertex that no remaining face uses.
 fn remove_loose(mesh: &Mesh, topology: &Topology, around: &VertexFaces, removed: &mut [bool]) {
     for f in 0..mesh.faces.len() {
         if topology.component[f] != NONE || removed[f] {
@@ -172,21 +177,21 @@ fn remove_loose(mesh: &Mesh, topology: &Topology, around: &VertexFaces, removed:
     }
 }
 
-/// A mesh without some of its faces.
+/// The result of a cut: a mesh without some of its faces.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Remainder {
-    /// The mesh that is left.
+    /// The remaining mesh.
     pub mesh: Mesh,
-    /// Which faces are still there.
+    /// Marks the remaining faces.
     pub faces: Vec<bool>,
-    /// Which vertices are still there.
+    /// Marks the remaining vertices.
     pub vertices: Vec<bool>,
 }
 
 impl Remainder {
-    /// The mesh without the removed faces; all else stays in order. Vertices that only removed faces used go too, unless
-    /// `all_vertices` stay.
+    /// The mesh without the removed faces; everything else keeps its order. Vertices that only removed faces used are removed
+    /// too, unless `all_vertices` is true.
     pub fn new(mesh: &Mesh, removed: &[bool], all_vertices: bool) -> Self {
         let mut vertices = vec![true; mesh.positions.len()];
         if !all_vertices {
@@ -220,7 +225,7 @@ mod tests {
     use super::*;
     use glam::DVec3;
 
-    /// A flat sheet of `n` by `n` squares, each of two faces.
+    /// A flat sheet of `n` × `n` squares, each of two faces.
     fn sheet(n: u32) -> Mesh {
         let mut mesh = Mesh::default();
         for i in 0..=n {
@@ -238,7 +243,7 @@ mod tests {
         mesh
     }
 
-    fn settle(mesh: &Mesh, marked: impl Fn(DVec3) -> bool) -> Vec<bool> {
+    fn removed_faces(mesh: &Mesh, marked: impl Fn(DVec3) -> bool) -> Vec<bool> {
         let mut mesh = mesh.clone();
         let topology = Topology::new(&mut mesh);
         let centre =
@@ -251,7 +256,7 @@ mod tests {
     fn regions_that_meet_in_a_vertex_become_one() {
         let mesh = sheet(8);
         let square = |p: DVec3, x: f64| p.x > x && p.x < x + 2.0 && p.y > x && p.y < x + 2.0;
-        let removed = settle(&mesh, |p| square(p, 2.0) || square(p, 4.0));
+        let removed = removed_faces(&mesh, |p| square(p, 2.0) || square(p, 4.0));
         let count = removed.iter().filter(|r| **r).count();
         assert!((17..=20).contains(&count), "{count}");
         let mut left = Remainder::new(&mesh, &removed, false).mesh;
@@ -266,7 +271,7 @@ mod tests {
         let mesh = sheet(8);
         let inner = |p: DVec3| (p - DVec3::new(4.3, 4.6, 0.0)).length() < 0.3;
         let ring = |p: DVec3| p.x > 2.0 && p.x < 6.0 && p.y > 2.0 && p.y < 6.0 && !inner(p);
-        let removed = settle(&mesh, ring);
+        let removed = removed_faces(&mesh, ring);
         assert_eq!(removed.iter().filter(|r| **r).count(), 32);
         let left = Remainder::new(&mesh, &removed, false);
         assert_eq!(left.mesh.positions.len(), 81 - 9);
@@ -277,8 +282,8 @@ mod tests {
     }
 
     #[test]
-    fn a_piece_that_is_marked_whole_goes_whole() {
-        assert!(settle(&sheet(3), |_| true).iter().all(|r| *r));
-        assert!(settle(&sheet(3), |_| false).iter().all(|r| !*r));
+    fn a_component_that_is_marked_entirely_is_removed_entirely() {
+        assert!(removed_faces(&sheet(3), |_| true).iter().all(|r| *r));
+        assert!(removed_faces(&sheet(3), |_| false).iter().all(|r| !*r));
     }
 }

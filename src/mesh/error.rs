@@ -1,35 +1,35 @@
-//! Why a mesh cannot be worked on.
+//! Validation of meshes: why a mesh cannot be processed.
 
 use glam::DVec3;
 use thiserror::Error;
 
 use super::{LARGEST, Mesh, SMALLEST, bounds};
 
-/// The largest number of faces: half-edges, three for each face, are numbered by 32 bits, and the last number stands for none.
+/// Maximum number of faces: half-edges, three for each face, are numbered with 32 bits, and the last number stands for none.
 const MOST_FACES: usize = (u32::MAX / 3) as usize - 1;
-/// The largest number of vertices, for the same reason.
+/// Maximum number of vertices, for the same reason.
 const MOST_VERTICES: usize = u32::MAX as usize - 1;
 
-/// Why a mesh cannot be worked on.
+/// Why a mesh cannot be processed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum MeshError {
     /// The mesh has no faces.
     #[error("the mesh has no faces; triangles are needed")]
     Empty,
-    /// More vertices or faces than can be numbered.
+    /// More vertices or faces than 32-bit numbers allow.
     #[error(
         "the mesh has {count} {what}, but at most {most} can be numbered; cut it into parts, or make it coarser"
     )]
     TooMany {
-        /// Of what.
+        /// "vertices" or "faces".
         what: &'static str,
-        /// How many there are.
+        /// Their number.
         count: usize,
-        /// How many there may be.
+        /// The maximum number.
         most: usize,
     },
-    /// A face refers to a vertex that is not there.
+    /// A face refers to a vertex that does not exist.
     #[error(
         "face {face} refers to vertex {vertex}, but there are only {count} vertices, numbered from 0; remove the face, or add the vertex"
     )]
@@ -47,7 +47,7 @@ pub enum MeshError {
         /// The vertex, from 0.
         vertex: usize,
     },
-    /// A coordinate is so large that areas cannot be measured.
+    /// A coordinate is too large to compute areas.
     #[error(
         "vertex {vertex} has a coordinate of {size:e}, which is too large to measure; the largest that can be is {LARGEST:e}: \
          scale the mesh down, or remove the vertex if it is a mistake"
@@ -58,9 +58,9 @@ pub enum MeshError {
         /// Its largest coordinate.
         size: f64,
     },
-    /// All vertices are so near each other that areas cannot be measured.
+    /// The mesh is too small to compute areas.
     #[error(
-        "the vertices lie within {extent:e} of each other, which is too small to measure; the smallest mesh that can be \
+        "all vertices are within {extent:e} of each other, which is too small to measure; the smallest mesh that can be \
          measures {SMALLEST:e}: scale it up"
     )]
     TooSmall {
@@ -69,7 +69,7 @@ pub enum MeshError {
     },
 }
 
-/// Refuses more vertices or faces than 32 bits can number.
+/// Fails for more vertices or faces than 32 bits can number.
 fn validate_size(vertices: usize, faces: usize) -> Result<(), MeshError> {
     let too_many = |what, count, most| Err(MeshError::TooMany { what, count, most });
     if faces > MOST_FACES {
@@ -82,10 +82,10 @@ fn validate_size(vertices: usize, faces: usize) -> Result<(), MeshError> {
 }
 
 impl Mesh {
-    /// Whether it can be worked on: it has faces, whose corners are vertices that are there, at places that can be measured.
+    /// Checks that the mesh can be processed: it has faces, their corners exist, and positions can be measured.
     ///
     /// # Errors
-    /// What is wrong, and where.
+    /// The first defect, with its place.
     pub fn validate(&self) -> Result<(), MeshError> {
         let mesh = self;
         if mesh.faces.is_empty() {

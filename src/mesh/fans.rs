@@ -1,12 +1,13 @@
-//! Fans: the faces round a vertex that hang together by edges.
+//! Fans: the edge-connected faces around a vertex.
 
 use super::topology::{NONE, Topology, end, start};
 use super::{Mesh, VertexFaces};
 
-/// The fans of faces round a vertex, each in rising order, the one with the smallest face first. Degenerate faces are in none.
+/// The fans of faces around a vertex, each in rising order, the one with the smallest face number first. Degenerate faces are in
+/// none.
 ///
-/// A vertex of a manifold mesh has one. Faces hang together where the connectivity pairs their half-edges, so that the faces of an
-/// edge that is in more than two hang together nowhere.
+/// A vertex of a manifold mesh has one fan. Faces are connected where the topology pairs their half-edges, so the faces of a
+/// non-manifold edge are not connected across it.
 pub fn fans(mesh: &Mesh, topology: &Topology, around: &VertexFaces, vertex: u32) -> Vec<Vec<u32>> {
     let all = around.of(vertex);
     let mut seen = vec![false; all.len()];
@@ -39,7 +40,7 @@ pub fn fans(mesh: &Mesh, topology: &Topology, around: &VertexFaces, vertex: u32)
     fans
 }
 
-/// Whether a vertex has more than one of the [`fans`].
+/// Whether a vertex has more than one fan; see [`fans`].
 pub fn has_several_fans(
     mesh: &Mesh,
     topology: &Topology,
@@ -50,7 +51,7 @@ pub fn has_several_fans(
     if all.len() > 64 {
         return fans(mesh, topology, around, vertex).len() > 1;
     }
-    // A bit for each face: those in any fan, those reached from the first of them, and of these the ones to go on from.
+    // One bit for each face: `in_fans` the ones in any fan, `seen` the ones reached from the first, `next` the ones to expand.
     let in_fans = all.iter().rev().fold(0u64, |bits, f| {
         bits << 1 | u64::from(topology.component[*f as usize] != NONE)
     });
@@ -86,7 +87,7 @@ mod tests {
         let shift = 2.0 * ball.positions[0];
         mesh.positions
             .extend(ball.positions.iter().map(|p| shift - *p));
-        // The second ball's vertex 0 is the first one's.
+        // The second ball uses the first ball's vertex 0.
         let number = |v: u32| if v == 0 { 0 } else { v + count };
         mesh.faces
             .extend(ball.faces.iter().map(|f| [f[0], f[2], f[1]].map(number)));

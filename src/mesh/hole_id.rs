@@ -1,10 +1,10 @@
-//! The number of a hole.
+//! Hole numbers.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// The number of a hole in its mesh: from 1, by falling length of the rim. Written and printed as a plain number.
+/// The number of a hole in its mesh, from 1, in falling order of the rim's length. Serialised and printed as a plain number.
 ///
 /// ```
 /// use isomend::HoleId;

@@ -1,4 +1,4 @@
-//! Boundary loops, and the holes they bound.
+//! Boundary loops and the holes that they bound.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -10,47 +10,48 @@ use super::{
     topology::{NONE, Topology, end, start},
 };
 
-/// A vector area below this part of the areas it is the sum of is rounding.
+/// A vector area below this fraction of the sum of its parts' areas is a rounding error.
 const FLAT: f64 = 1e-9;
 
 /// A hole: one simple boundary loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Hole {
-    /// Number of the hole, from 1, by falling length.
+    /// Number of the hole, from 1, in falling order of length.
     pub id: HoleId,
-    /// Its vertices, in the direction the faces of a patch use its edges (against the mesh's own).
+    /// Its vertices, in the direction in which the faces of a patch use its edges (opposite to the mesh's).
     pub rim: Vec<u32>,
-    /// For each edge `rim[i] → rim[i + 1]`, the direction in which the surface would continue: unit, in the plane of the
-    /// face at that edge, pointing out of it.
+    /// For each edge `rim[i] → rim[i + 1]`, the direction in which the surface would continue: a unit vector in the plane of the
+    /// edge's face that points out of the face.
     pub conormals: Vec<DVec3>,
     /// Number of edges.
     pub edges: usize,
     /// Length of the loop.
     pub length: f64,
-    /// Largest distance between two of its vertices.
+    /// Largest distance between two vertices.
     pub diameter: f64,
-    /// Width: four times the (vector) area over the length, the diameter for a circle, at most the diameter.
+    /// Width: five times the (vector) area over the length, at most the diameter. For a circle whose rim zigzags in the usual way
+    /// this is the diameter.
     pub width: f64,
-    /// Root mean square distance of the vertices from their best plane, over the diameter: 0 is planar.
+    /// Root mean square distance of the vertices from their best-fit plane, over the diameter; 0 for a planar rim.
     pub planarity: f64,
-    /// Extent of the rim along its normal: the largest less the smallest height of its vertices. 0 is planar.
+    /// Extent of the rim along its normal: largest minus smallest height of its vertices; 0 for a planar rim.
     pub height: f64,
     /// Mean of the vertices, weighted by edge length.
     pub centre: DVec3,
-    /// Unit normal of the rim's plane by its vector area, to the side to which the faces of a patch show: out of the surface.
-    /// Zero where the rim encloses no area, such as the two sides of a slit.
+    /// Unit normal of the rim, from its vector area, on the outer side of the surface (where the faces of a patch point). Zero if
+    /// the rim encloses no area, like the two sides of a slit.
     pub normal: DVec3,
-    /// The piece of the mesh it bounds, from 0.
+    /// The component of the mesh that it bounds, from 0.
     pub component: u32,
-    /// Whether it is taken for the outer border of an open sheet.
+    /// Whether it is classified as the outer border of an open sheet.
     pub outer_border: bool,
 }
 
-/// All holes of a mesh, the longest first.
+/// All holes of a mesh, longest first, and the boundary chains that do not close.
 ///
-/// Loops are simple: where the boundary passes a vertex twice it is cut into loops that touch there. Degenerate faces and
-/// faces at non-manifold edges bound nothing. Chains that do not close bound none; they are the second value.
+/// Loops are simple: where the boundary passes a vertex twice, it is cut into loops that touch there. Degenerate faces,
+/// faces at non-manifold edges and open chains bound no holes.
 pub fn find_holes(mesh: &Mesh, topology: &mut Topology) -> (Vec<Hole>, Vec<OpenChain>) {
     let (loops, chains) = boundary_loops(mesh, topology);
     let open_chains = describe_chains(mesh, topology, &chains);
@@ -70,8 +71,9 @@ pub fn find_holes(mesh: &Mesh, topology: &mut Topology) -> (Vec<Hole>, Vec<OpenC
     (holes, open_chains)
 }
 
-/// Simple loops of boundary half-edges, each in the direction of a patch: the mesh's own half-edges backwards.
+/// Simple loops of boundary half-edges, each in the direction of a patch (the mesh's half-edges backwards), and the open chains.
 fn boundary_loops(mesh: &Mesh, topology: &mut Topology) -> (Vec<Vec<u32>>, Vec<Vec<u32>>) {
+    // Boundary half-edges by the vertex at which they start in the direction of a patch.
     let mut outgoing: Vec<(u32, u32)> = (0..topology.boundary.len() as u32)
         .filter(|&h| topology.boundary[h as usize])
         .map(|h| (end(mesh, h), h))
@@ -85,7 +87,7 @@ fn boundary_loops(mesh: &Mesh, topology: &mut Topology) -> (Vec<Vec<u32>>, Vec<V
         if used[seed] {
             continue;
         }
-        // A path of half-edges; whenever it comes back to one of its vertices the cycle is taken off.
+        // A path of half-edges; whenever it returns to one of its vertices, the cycle is split off.
         let mut path: Vec<u32> = Vec::new();
         let mut next = Some(seed);
         position[outgoing[seed].0 as usize] = 0;
@@ -102,6 +104,7 @@ fn boundary_loops(mesh: &Mesh, topology: &mut Topology) -> (Vec<Vec<u32>>, Vec<V
                 loops.push(cycle);
             }
             position[vertex as usize] = path.len() as u32;
+            // Continue with an unused half-edge from this vertex.
             let first = outgoing.partition_point(|&(v, _)| v < vertex);
             next = (first..outgoing.len())
                 .take_while(|&k| outgoing[k].0 == vertex)
@@ -123,6 +126,7 @@ fn boundary_loops(mesh: &Mesh, topology: &mut Topology) -> (Vec<Vec<u32>>, Vec<V
     )
 }
 
+/// Number of distinct first entries that occur more than once in a sorted list.
 fn count_repeats(sorted: &[(u32, u32)]) -> usize {
     let mut count = 0;
     for i in 1..sorted.len() {
@@ -138,6 +142,7 @@ fn describe(mesh: &Mesh, topology: &Topology, half_edges: &[u32]) -> Hole {
     let point = |v: u32| mesh.positions[v as usize];
     let (mut length, mut centre) = (0.0, DVec3::ZERO);
     let mut conormals = Vec::with_capacity(rim.len());
+    // Length, centre of gravity of the edges, and conormals.
     for &h in half_edges {
         let (a, b) = (point(end(mesh, h)), point(start(mesh, h)));
         length += a.distance(b);
@@ -151,11 +156,12 @@ fn describe(mesh: &Mesh, topology: &Topology, half_edges: &[u32]) -> Hole {
     };
     let points: Vec<DVec3> = rim.iter().map(|&v| point(v)).collect();
     let diameter = diameter(&points);
+    // Vector area, width and planarity.
     let area = (0..points.len()).fold(DVec3::ZERO, |sum, i| {
         let (a, b) = (points[i] - centre, points[(i + 1) % points.len()] - centre);
         sum + 0.5 * a.cross(b)
     });
-    // Rims of triangles zigzag, which makes them about a quarter longer than the curve they follow.
+    // Rims of triangles zigzag: they are about a quarter longer than the curve that they follow.
     let width = (1.25 * 4.0 * area.length() / length.max(f64::MIN_POSITIVE)).min(diameter);
     let planarity = if diameter > 0.0 {
         plane_residual(&points) / diameter
@@ -184,9 +190,9 @@ fn describe(mesh: &Mesh, topology: &Topology, half_edges: &[u32]) -> Hole {
     }
 }
 
-/// Unit normal of a closed loop by its vector area; zero where that is nothing but rounding.
+/// Unit normal of a closed loop from its vector area; zero if that is only rounding error.
 ///
-/// Measured in diameters, so that squares of very large and very small lengths stay numbers.
+/// Computed in diameters, so that squares of very large and very small lengths do not overflow or underflow.
 fn normal(points: &[DVec3], centre: DVec3, diameter: f64) -> DVec3 {
     let at = |i: usize| (points[i % points.len()] - centre) / diameter;
     let parts = (0..points.len()).map(|i| at(i).cross(at(i + 1)));
@@ -200,7 +206,7 @@ fn normal(points: &[DVec3], centre: DVec3, diameter: f64) -> DVec3 {
     }
 }
 
-/// Unit vector in the face's plane, across its half-edge, out of the face.
+/// Unit vector in the plane of a face, perpendicular to its half-edge, out of the face.
 fn conormal(mesh: &Mesh, half_edge: u32) -> DVec3 {
     let face = mesh.faces[half_edge as usize / 3];
     let [a, b, c] = face.map(|v| mesh.positions[v as usize]);
@@ -210,7 +216,7 @@ fn conormal(mesh: &Mesh, half_edge: u32) -> DVec3 {
     along.cross(normal).normalize_or_zero()
 }
 
-/// Largest distance between two points; for many points, between those extreme in one of 49 directions.
+/// Largest distance between two points; for many points, between points that are extreme in one of 49 directions.
 fn diameter(points: &[DVec3]) -> f64 {
     let mut candidates: Vec<DVec3> = points.to_vec();
     if points.len() > 200 {
@@ -233,7 +239,7 @@ fn diameter(points: &[DVec3]) -> f64 {
     best.sqrt()
 }
 
-/// Root mean square distance of points from their plane of least squares.
+/// Root mean square distance of points from their least-squares plane.
 fn plane_residual(points: &[DVec3]) -> f64 {
     let n = points.len() as f64;
     let mean = points.iter().sum::<DVec3>() / n;
@@ -249,14 +255,14 @@ fn plane_residual(points: &[DVec3]) -> f64 {
     super::measures::smallest_eigenvalue(&m).max(0.0).sqrt()
 }
 
-/// The outer border of an open sheet: the longest loop of its piece where, on the whole, the surface would continue
-/// away from the loop's centre, and as wide as half the piece.
+/// Marks the outer border of open sheets: the longest loop of a component, if on average the surface would continue away from the
+/// loop's centre, and if its diameter is at least half of the component's.
 fn mark_outer_borders(mesh: &Mesh, topology: &Topology, holes: &mut [Hole]) {
     let extent = topology.component_bounds(mesh);
     let mut seen = vec![false; topology.component_faces.len()];
     for hole in holes.iter_mut() {
-        let piece = hole.component as usize;
-        if std::mem::replace(&mut seen[piece], true) {
+        let component = hole.component as usize;
+        if std::mem::replace(&mut seen[component], true) {
             continue;
         }
         let mut outward = 0.0;
@@ -266,7 +272,7 @@ fn mark_outer_borders(mesh: &Mesh, topology: &Topology, holes: &mut [Hole]) {
             let away = (0.5 * (a + b) - hole.centre).normalize_or_zero();
             outward += away.dot(*c) * a.distance(b) / hole.length;
         }
-        let (low, high) = extent[piece];
+        let (low, high) = extent[component];
         hole.outer_border = outward > 0.25 && hole.diameter >= 0.5 * (high - low).length();
     }
 }

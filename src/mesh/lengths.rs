@@ -1,14 +1,14 @@
-//! Lengths and points as text of bounded width, whatever the unit of the mesh.
+//! Formatting of lengths and points with bounded width for any unit of the mesh.
 
 use glam::DVec3;
 
-/// Lengths and coordinates within these bounds are printed with fixed decimals, all others by powers of ten: the first has
-/// four digits that count with six decimals, the last keeps a number within fourteen characters.
+/// Lengths and coordinates in this range are printed with fixed decimals, all others in scientific notation. The lower bound
+/// still has four significant digits with six decimals; the upper bound keeps numbers within fourteen characters.
 const ORDINARY: std::ops::Range<f64> = 1e-3..1e7;
-/// Coordinates below this part of the size that goes with them are rounding.
+/// Values below this fraction of their reference size are rounding errors.
 const NOTHING: f64 = 1e-9;
 
-/// A length: six decimals, or a power of ten where it is very large or small.
+/// Formats a length: six decimals, or scientific notation if it is very large or small.
 pub fn length(x: f64) -> String {
     if x == 0.0 || ORDINARY.contains(&x.abs()) {
         format!("{x:.6}")
@@ -17,12 +17,12 @@ pub fn length(x: f64) -> String {
     }
 }
 
-/// As [`length`], of what belongs to something of a size: 0 for what is nothing but rounding beside it.
+/// Formats a length relative to a reference size: 0 if it is only rounding error.
 pub fn length_beside(x: f64, size: f64) -> String {
     length(beside(x, size))
 }
 
-/// A length that belongs to something of a size: 0 where it is nothing but rounding beside it.
+/// A length relative to a reference size: 0 if it is only rounding error.
 pub fn beside(x: f64, size: f64) -> f64 {
     match x.abs() <= NOTHING * size.abs() {
         true => 0.0,
@@ -30,8 +30,8 @@ pub fn beside(x: f64, size: f64) -> f64 {
     }
 }
 
-/// The coordinates of a point with commas between them: five decimals, or powers of ten where they and the size of what the
-/// point belongs to are very large or small.
+/// Formats a point with commas between its coordinates: five decimals, or scientific notation if the coordinates and the
+/// reference size are very large or small.
 pub fn point(p: DVec3, size: f64) -> String {
     let scale = size.abs().max(p.abs().max_element());
     let one = |x: f64| {

@@ -1,14 +1,14 @@
-//! Small geometric measures.
+//! Area vectors of triangles and eigenvalues of 3 × 3 matrices.
 
 use glam::DVec3;
 
-/// The normal of a triangle, as long as twice its area.
+/// The normal of a triangle; its length is twice the area.
 #[inline]
 pub fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// The smallest eigenvalue of a symmetric 3 × 3 matrix (trigonometric solution of the characteristic cubic).
+/// The smallest eigenvalue of a symmetric 3 × 3 matrix, by the trigonometric solution of the characteristic cubic.
 pub fn smallest_eigenvalue(m: &[[f64; 3]; 3]) -> f64 {
     let off = m[0][1].powi(2) + m[0][2].powi(2) + m[1][2].powi(2);
     let q = (m[0][0] + m[1][1] + m[2][2]) / 3.0;

@@ -1,4 +1,4 @@
-//! Indexed triangle meshes in double precision.
+//! Indexed triangle meshes in double precision, their topology, holes and attributes.
 
 mod adjacency;
 pub mod attributes;
@@ -46,15 +46,15 @@ pub use unit::Unit;
 pub(crate) use weld::Welder;
 pub use weld::{weld_map, welded};
 
-/// The largest coordinate: the fourth power of lengths up to three times as large, of which squares of areas are made, is a
-/// number.
+/// Maximum absolute coordinate: squares of areas, which contain fourth powers of lengths up to three times as large, must not
+/// overflow.
 pub(crate) const LARGEST: f64 = 1e75;
-/// The smallest extent: the fourth power of the thousandth of such a length is a number of full precision.
+/// Minimum extent: fourth powers of a thousandth of it must not lose precision by underflow.
 pub(crate) const SMALLEST: f64 = 1e-70;
 
 /// An indexed triangle mesh.
 ///
-/// Faces are counter-clockwise seen from outside. Coordinates are in the units of the file the mesh came from.
+/// Faces are counter-clockwise seen from outside. Coordinates are in the units of the file that the mesh comes from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
     /// Vertex positions.
@@ -69,10 +69,10 @@ impl Mesh {
         Self { positions, faces }
     }
 
-    /// Smallest and largest coordinates of the vertices that faces use; infinite, the wrong way round, where there are none.
+    /// Smallest and largest coordinates of the vertices that faces use; (+∞, −∞) without faces.
     ///
     /// # Panics
-    /// When a face uses a vertex that there is not.
+    /// If a face uses a vertex that does not exist.
     pub fn bounds(&self) -> [DVec3; 2] {
         let used = self.faces.iter().flatten();
         let (low, high) = bounds(used.map(|&v| self.positions[v as usize]));
@@ -82,7 +82,7 @@ impl Mesh {
     /// The corners of a face.
     ///
     /// # Panics
-    /// When there is no such face, or it uses a vertex that there is not.
+    /// If the face or one of its vertices does not exist.
     pub fn corners(&self, face: u32) -> [DVec3; 3] {
         let [a, b, c] = self.faces[face as usize];
         [
@@ -93,7 +93,7 @@ impl Mesh {
     }
 }
 
-/// The smallest and the largest coordinates of points; infinite, the wrong way round, where there are none.
+/// Smallest and largest coordinates of points; (+∞, −∞) without points.
 pub fn bounds(points: impl IntoIterator<Item = DVec3>) -> (DVec3, DVec3) {
     let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     points

@@ -1,15 +1,15 @@
-//! A mesh with what it carries.
+//! A mesh together with its attributes.
 
 use super::{Attributes, Mesh};
 
-/// A mesh with what it carries beside its shape.
+/// A mesh with attributes and notes for the user.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Model {
     /// The mesh.
     pub mesh: Mesh,
-    /// Colours, texture coordinates, materials, named values and the like.
+    /// Colours, texture coordinates, materials, named values and other attributes.
     pub attributes: Attributes,
-    /// Remarks for the user, one sentence each.
+    /// Notes for the user, one sentence each.
     pub notes: Vec<String>,
 }
 

@@ -1,26 +1,26 @@
-//! Where the vertices and faces of a mesh come from, after it was changed.
+//! Provenance of the vertices and faces of a changed mesh.
 
 use super::Mesh;
 use super::attributes::NONE;
 
-/// Where a face comes from.
+/// The origin of a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct FaceOrigin {
-    /// The face that it is, or was made of; `u32::MAX` for a new one.
+    /// The old face that it is, or from which it was made; `u32::MAX` for a new face.
     pub face: u32,
-    /// For each corner the corner of that face which it is; 3 where it is none of them.
+    /// For each corner, the corner of the old face that it is; 3 for none.
     pub corners: [u8; 3],
 }
 
 impl FaceOrigin {
-    /// That of a new face.
+    /// The origin of a new face.
     pub const NEW: Self = Self {
         face: NONE,
         corners: [3; 3],
     };
 
-    /// That of a face as it was.
+    /// The origin of an unchanged face.
     pub fn same(face: u32) -> Self {
         Self {
             face,
@@ -29,18 +29,18 @@ impl FaceOrigin {
     }
 }
 
-/// Where the vertices and faces of a mesh come from.
+/// The origins of a mesh's vertices and faces.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Origins {
-    /// For each vertex the one that it is or is a copy of.
+    /// For each vertex, the old vertex that it is or copies.
     pub vertices: Vec<u32>,
-    /// For each face the one that it is.
+    /// For each face, its origin.
     pub faces: Vec<FaceOrigin>,
 }
 
 impl Origins {
-    /// Those of a mesh that was not changed.
+    /// The origins of an unchanged mesh.
     pub fn of(mesh: &Mesh) -> Self {
         Self {
             vertices: (0..mesh.positions.len() as u32).collect(),
@@ -48,7 +48,7 @@ impl Origins {
         }
     }
 
-    /// For each of `count` faces whether some face comes from it.
+    /// Marks which of `count` old faces are the origin of at least one face.
     pub fn living(&self, count: usize) -> Vec<bool> {
         let mut living = vec![false; count];
         let known = self.faces.iter().filter(|o| o.face != NONE);

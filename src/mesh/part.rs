@@ -1,34 +1,34 @@
-//! A part of a mesh with its own numbering.
+//! Parts of a mesh with local numbers.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::Mesh;
 
-/// Some faces of a mesh with their vertices. Faces and vertices keep their order, so that what works on the part alone comes
-/// to the same result as on the whole.
+/// Some faces of a mesh with their vertices. Faces and vertices keep their order, so that algorithms give the same result on the
+/// part as on the whole.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Part {
-    /// The part on its own.
+    /// The part as a mesh.
     pub mesh: Mesh,
-    /// The whole's number of each vertex, rising.
+    /// The number in the whole of each vertex, in rising order.
     vertices: Vec<u32>,
 }
 
 impl Part {
-    /// The part with the given faces, in the order given, and the given vertices beside theirs.
+    /// The part with the given faces, in the given order, and with the given vertices in addition to theirs.
     ///
     /// # Panics
-    /// When a number is past the end of the faces or of the positions.
+    /// If a face or vertex number is out of range.
     pub fn new(whole: &Mesh, faces: &[u32], vertices: impl Iterator<Item = u32>) -> Self {
         let faces: Vec<[u32; 3]> = faces.iter().map(|&f| whole.faces[f as usize]).collect();
         Self::of_faces(&whole.positions, &faces, vertices)
     }
 
-    /// The same for faces that need not be those of a mesh, between vertices at these positions.
+    /// The same for any faces between vertices with these positions.
     ///
     /// # Panics
-    /// When a number is past the end of the positions.
+    /// If a vertex number is out of range.
     pub fn of_faces(
         positions: &[DVec3],
         faces: &[[u32; 3]],
@@ -47,18 +47,18 @@ impl Part {
         part
     }
 
-    /// For each of its vertices the whole's number, rising.
+    /// The number in the whole of each vertex, in rising order.
     pub fn vertices(&self) -> &[u32] {
         &self.vertices
     }
 
-    /// The part's number of a vertex of the whole that is in it.
+    /// The local number of a vertex of the whole; the vertex must be in the part.
     pub fn local(&self, vertex: u32) -> u32 {
         self.vertices.partition_point(|&v| v < vertex) as u32
     }
 
-    /// The part's number of a vertex that is in it, or of a new one that follows the `count` vertices of the whole and then those of the
-    /// part: the inverse of [`Part::original`].
+    /// The local number of a vertex of the part, or of a new vertex: new vertices are numbered after the `count` vertices of the
+    /// whole, and locally after the part's. Inverse of [`Part::original`].
     pub fn local_or_new(&self, vertex: u32, count: usize) -> u32 {
         match vertex.checked_sub(count as u32) {
             Some(new) => self.vertices.len() as u32 + new,
@@ -66,8 +66,8 @@ impl Part {
         }
     }
 
-    /// The whole's number of a vertex of the part. Numbers past the part's vertices are those of new ones, which follow the
-    /// `count` vertices of the whole.
+    /// The number in the whole of a local vertex. Local numbers past the part's vertices are new vertices, which are numbered
+    /// after the `count` vertices of the whole.
     pub fn original(&self, vertex: u32, count: usize) -> u32 {
         match self.vertices.get(vertex as usize) {
             Some(&v) => v,

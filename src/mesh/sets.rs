@@ -1,15 +1,15 @@
-//! Disjoint sets of numbered things that are joined step by step.
+//! Disjoint sets (union-find).
 
-/// Disjoint sets of the numbers below a count (union-find with path halving). A set is named by its smallest member, so that
-/// names do not depend on the order of joins.
+/// Disjoint sets of the numbers below a count (union-find with path halving). The representative of a set is its smallest member,
+/// so it does not depend on the order of joins.
 #[derive(Clone, Debug)]
 pub struct DisjointSets {
-    /// Another member of the set, smaller than the number itself unless it is the smallest.
+    /// Another member of the set, smaller than the number itself; the smallest member is its own parent.
     parent: Vec<u32>,
 }
 
 impl DisjointSets {
-    /// Each number below `count` alone.
+    /// Each number below `count` in a set of its own.
     pub fn new(count: usize) -> Self {
         Self {
             parent: (0..count as u32).collect(),
@@ -19,7 +19,7 @@ impl DisjointSets {
     /// The smallest member of a number's set.
     ///
     /// # Panics
-    /// When the number is not below the count.
+    /// If the number is out of range.
     pub fn find(&mut self, mut i: u32) -> u32 {
         while self.parent[i as usize] != i {
             self.parent[i as usize] = self.parent[self.parent[i as usize] as usize];
@@ -28,10 +28,10 @@ impl DisjointSets {
         i
     }
 
-    /// Makes the sets of two numbers one. Returns whether they were two.
+    /// Joins the sets of two numbers; returns whether they were different.
     ///
     /// # Panics
-    /// When a number is not below the count.
+    /// If a number is out of range.
     pub fn join(&mut self, a: u32, b: u32) -> bool {
         let (a, b) = (self.find(a), self.find(b));
         self.parent[a.max(b) as usize] = a.min(b);
@@ -44,7 +44,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sets_are_named_by_their_smallest_member_in_any_order_of_joins() {
+    fn representatives_are_the_smallest_members_in_any_order_of_joins() {
         let joins = [(7, 3), (9, 7), (1, 8), (3, 8), (4, 5)];
         let mut forth = DisjointSets::new(10);
         let new = joins.map(|(a, b)| forth.join(a, b));

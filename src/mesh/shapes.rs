@@ -6,7 +6,8 @@ use glam::DVec3;
 
 use super::Mesh;
 
-/// Numbers from 0 to 1 that look random, the same for a seed each time (D. E. Knuth, "The Art of Computer Programming" 2, section 3.3.4).
+/// Pseudo-random numbers from 0 to 1, reproducible from the seed (D. E. Knuth, "The Art of Computer Programming" 2, section
+/// 3.3.4).
 pub fn noise(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
@@ -17,7 +18,7 @@ pub fn noise(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// The mesh without the faces whose centroid `remove` holds for, and without vertices that are used no more.
+/// The mesh without the faces for whose centroid `remove` is true, and without unused vertices.
 pub fn punch(mesh: &Mesh, mut remove: impl FnMut(DVec3) -> bool) -> Mesh {
     let mut renumber = BTreeMap::new();
     let mut out = Mesh::default();
@@ -35,7 +36,7 @@ pub fn punch(mesh: &Mesh, mut remove: impl FnMut(DVec3) -> bool) -> Mesh {
     out
 }
 
-/// An icosahedron with each face in four, `levels` times, on the unit sphere.
+/// An icosahedron whose faces are divided into four, `levels` times, on the unit sphere.
 pub fn icosphere(levels: usize) -> Mesh {
     let g = (1.0 + 5f64.sqrt()) / 2.0;
     let mut positions = Vec::new();
@@ -87,7 +88,7 @@ pub fn icosphere(levels: usize) -> Mesh {
     Mesh::new(positions.into_iter().map(DVec3::normalize).collect(), faces)
 }
 
-/// A grid of `n` by `m` squares cut in triangles; `closed` says which directions run round.
+/// A grid of `n` × `m` squares divided into triangles; `closed` marks periodic directions.
 pub fn grid(n: usize, m: usize, closed: [bool; 2], at: impl Fn(f64, f64) -> DVec3) -> Mesh {
     let (rows, columns) = (n + usize::from(!closed[0]), m + usize::from(!closed[1]));
     let index = |i: usize, j: usize| ((i % rows) * columns + j % columns) as u32;
@@ -116,7 +117,7 @@ pub fn grid(n: usize, m: usize, closed: [bool; 2], at: impl Fn(f64, f64) -> DVec
     mesh
 }
 
-/// The unit cube, of twelve triangles.
+/// The unit cube as twelve triangles.
 pub fn cube() -> Mesh {
     let corner = |i: u32| DVec3::new((i & 1).into(), (i >> 1 & 1).into(), (i >> 2).into());
     let quads = [

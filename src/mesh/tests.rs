@@ -1,11 +1,11 @@
-//! Boundary loops, pieces and orientation of small meshes.
+//! Tests: boundary loops, components and orientation of small meshes.
 
 use glam::DVec3;
 
 use super::shapes::{grid, icosphere, punch};
 use super::{Hole, Mesh, Topology, find_holes};
 
-/// A flat square of 10 × 10 squares of side 1.
+/// A flat sheet of 10 × 10 unit squares.
 fn sheet() -> Mesh {
     grid(10, 10, [false, false], |u, v| {
         DVec3::new(10.0 * u, 10.0 * v, 0.0)
@@ -37,7 +37,7 @@ fn holes_that_touch_at_a_vertex_are_two_loops() {
 }
 
 #[test]
-fn a_rim_runs_against_the_faces_beside_it() {
+fn a_rim_is_opposite_to_the_half_edges_of_its_faces() {
     let mut mesh = punch(&icosphere(3), |c| c.z > 0.5);
     let (_, holes) = holes_of(&mut mesh);
     assert_eq!(holes.len(), 1);
@@ -57,14 +57,14 @@ fn a_rim_runs_against_the_faces_beside_it() {
 fn a_hole_has_the_normal_of_its_patch_and_a_height() {
     let mut mesh = punch(&icosphere(3), |c| c.x > 0.8);
     let (_, holes) = holes_of(&mut mesh);
-    // A zigzag of triangles about the plane x = 0.8.
+    // A zigzag of triangles around the plane x = 0.8.
     assert!(holes[0].normal.dot(DVec3::X) > 0.99, "{}", holes[0].normal);
     assert!((holes[0].normal.length() - 1.0).abs() < 1e-12);
     assert!(holes[0].height > 0.01 && holes[0].height < 0.2);
     let mut inside_out = mesh.clone();
     inside_out.faces.iter_mut().for_each(|f| f.swap(1, 2));
     assert!(holes_of(&mut inside_out).1[0].normal.x < -0.99);
-    // A step of height 0.25 in the border of a sheet's hole, at any scale.
+    // A step of height 0.25 in the rim of a hole in a sheet, at any scale.
     for scale in [1.0, 1e-100, 1e100] {
         let middle = DVec3::new(5.0, 5.0, 0.0);
         let mut sheet = punch(&sheet(), |c| c.distance(middle) < 2.0);
@@ -90,7 +90,7 @@ fn a_hole_has_the_normal_of_its_patch_and_a_height() {
 #[test]
 fn a_slit_has_no_normal() {
     let mut mesh = sheet();
-    // The two sides of a cut along an edge: the faces above it get vertices of their own.
+    // The two sides of a cut along an edge: the faces above it get their own vertices.
     let along: Vec<u32> = (0..mesh.positions.len() as u32)
         .filter(|&v| {
             let p = mesh.positions[v as usize];
@@ -131,7 +131,7 @@ fn a_loose_triangle_is_a_small_component() {
 }
 
 #[test]
-fn a_face_that_disagrees_is_turned_over() {
+fn an_inconsistent_face_is_reversed() {
     let right = punch(&icosphere(2), |c| c.z > 0.5);
     let loops = |holes: &[Hole]| holes.iter().map(|h| h.rim.clone()).collect::<Vec<_>>();
     let wanted = loops(&holes_of(&mut right.clone()).1);

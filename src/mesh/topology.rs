@@ -1,4 +1,4 @@
-//! Edges, pieces, orientation and defects of a triangle mesh.
+//! Topology of a triangle mesh: half-edge connectivity, components, orientation and defects.
 
 use std::collections::VecDeque;
 
@@ -7,26 +7,26 @@ use rayon::prelude::*;
 
 use super::Mesh;
 
-/// No neighbour.
+/// Marks a missing half-edge or component.
 pub const NONE: u32 = u32::MAX;
 
-/// What is wrong with a mesh's connectivity; counts are of the mesh as given.
+/// Defects of a mesh's connectivity; counts are for the mesh as given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct Defects {
-    /// Faces that repeat a vertex or have no area.
+    /// Faces that repeat a vertex.
     pub degenerate_faces: usize,
     /// Edges with more than two faces.
     pub non_manifold_edges: usize,
-    /// Edges whose two faces run the same way along it.
+    /// Edges whose two faces use them in the same direction.
     pub misoriented_edges: usize,
-    /// Vertices where the boundary passes more than once.
+    /// Vertices that the boundary passes more than once.
     pub non_manifold_boundary_vertices: usize,
-    /// Vertices that share their position with an earlier one.
+    /// Vertices at the position of an earlier vertex.
     pub duplicate_vertices: usize,
-    /// Pieces of one or two triangles.
+    /// Components of one or two triangles.
     pub small_components: usize,
-    /// Faces that had to be turned over, for the computation only, to agree with their piece.
+    /// Faces that had to be reversed (only for the computation) to agree with their component.
     pub faces_turned: usize,
 }
 
@@ -35,27 +35,28 @@ pub struct Defects {
 /// Half-edge `3 f + k` runs from corner `k` to corner `k + 1` of face `f`.
 #[derive(Clone)]
 pub struct Topology {
-    /// For each half-edge the half-edge on the other side, or `u32::MAX` (boundary, non-manifold or degenerate face).
+    /// For each half-edge, the opposite half-edge, or `u32::MAX` (boundary, non-manifold edge or degenerate face).
     pub opposite: Vec<u32>,
-    /// Piece of each face: connected through edges. Degenerate faces have `u32::MAX`.
+    /// Edge-connected component of each face; `u32::MAX` for degenerate faces.
     pub component: Vec<u32>,
-    /// Number of faces of each piece.
+    /// Number of faces of each component.
     pub component_faces: Vec<usize>,
-    /// For each face, whether it was turned over to agree with its piece.
+    /// Marks the faces that were reversed to agree with their component.
     pub turned: Vec<bool>,
-    /// For each half-edge, whether it is the only one on its edge.
+    /// Marks the half-edges that are the only one on their edge.
     pub boundary: Vec<bool>,
-    /// What is wrong with it.
+    /// Defects of the mesh.
     pub defects: Defects,
 }
 
+/// One number for an undirected edge.
 fn edge_key(a: u32, b: u32) -> u64 {
     (u64::from(a.min(b)) << 32) | u64::from(a.max(b))
 }
 
 impl Topology {
-    /// Finds the connectivity of a welded mesh, and turns over, in `mesh`, the faces that disagree with the majority of
-    /// their piece where the piece can be oriented at all.
+    /// Computes the topology of a welded mesh, and reverses in `mesh` the faces that disagree with the majority of their
+    /// component, if the component is orientable.
     pub fn new(mesh: &mut Mesh) -> Self {
         let mut topology = Self::as_it_is(mesh);
         if topology.defects.misoriented_edges > 0 {
@@ -64,7 +65,7 @@ impl Topology {
         topology
     }
 
-    /// Finds the connectivity of a welded mesh and leaves its faces as they are.
+    /// Computes the topology of a welded mesh without reversing faces.
     pub fn as_it_is(mesh: &Mesh) -> Self {
         let degenerate: Vec<bool> = mesh.faces.par_iter().map(is_degenerate).collect();
         let mut defects = Defects {
@@ -85,12 +86,12 @@ impl Topology {
         topology
     }
 
-    /// The faces that belong to a piece: all but degenerate ones.
+    /// The faces that belong to a component: all but degenerate ones.
     pub fn faces(&self) -> impl Iterator<Item = u32> {
         (0..self.component.len() as u32).filter(|f| self.component[*f as usize] != NONE)
     }
 
-    /// The bounding box of each piece, as its lowest and highest corner.
+    /// The bounding box of each component, as lowest and highest corner.
     pub fn component_bounds(&self, mesh: &Mesh) -> Vec<(DVec3, DVec3)> {
         let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut boxes = vec![empty; self.component_faces.len()];
@@ -103,7 +104,7 @@ impl Topology {
         boxes
     }
 
-    /// The half-edges of each edge that is in more than two faces, degenerate faces not counted, in the order of edges.
+    /// The half-edges of each non-manifold edge, not counting degenerate faces, in the order of edges.
     pub fn crowded_edges(&self, mesh: &Mesh) -> Vec<Vec<u32>> {
         let crowded = |h: &u32| {
             let h = *h as usize;
@@ -121,6 +122,7 @@ impl Topology {
             .collect()
     }
 
+    /// Pairs half-edges on the same edge; marks boundary half-edges and counts defective edges.
     fn pair(&mut self, mesh: &Mesh, degenerate: &[bool], defects: &mut Defects) {
         let (first, edges) = edges_by_vertex(mesh, degenerate);
         let mut at_vertex: Vec<(u32, u32)> = Vec::new();
@@ -146,6 +148,7 @@ impl Topology {
         }
     }
 
+    /// Finds edge-connected components by depth-first search.
     fn find_components(&mut self, degenerate: &[bool]) {
         let mut stack = Vec::new();
         for (f, &degenerate) in degenerate.iter().enumerate() {
@@ -171,10 +174,11 @@ impl Topology {
         self.defects.small_components = self.component_faces.iter().filter(|&&n| n <= 2).count();
     }
 
-    /// Orients every piece that can be oriented as the majority of its faces.
+    /// Reverses the minority of the faces in every orientable component.
     fn orient(&mut self, mesh: &mut Mesh) {
         let n = mesh.faces.len();
         let mut side = vec![0i8; n];
+        // The side of each face relative to the first of its component.
         for seed in 0..n {
             if side[seed] != 0 || self.component[seed] == NONE {
                 continue;
@@ -202,6 +206,7 @@ impl Topology {
                     }
                 }
             }
+            // The smaller side is reversed.
             let minority = members.iter().filter(|&&f| side[f] < 0).count();
             let turn = if 2 * minority <= members.len() { -1 } else { 1 };
             if orientable {
@@ -218,7 +223,7 @@ impl Topology {
         }
     }
 
-    /// Swaps corners 1 and 2 of a face: half-edges 0 and 2 change places.
+    /// Reverses a face by swapping corners 1 and 2; half-edges 0 and 2 are swapped too.
     fn turn(&mut self, mesh: &mut Mesh, f: usize) {
         mesh.faces[f].swap(1, 2);
         self.boundary.swap(3 * f, 3 * f + 2);
@@ -232,22 +237,23 @@ impl Topology {
     }
 }
 
+/// Whether a face repeats a vertex.
 fn is_degenerate(f: &[u32; 3]) -> bool {
     f[0] == f[1] || f[1] == f[2] || f[2] == f[0]
 }
 
-/// The vertex a half-edge starts from.
+/// The vertex at which a half-edge starts.
 pub fn start(mesh: &Mesh, half_edge: u32) -> u32 {
     mesh.faces[half_edge as usize / 3][half_edge as usize % 3]
 }
 
-/// The vertex a half-edge leads to.
+/// The vertex at which a half-edge ends.
 pub fn end(mesh: &Mesh, half_edge: u32) -> u32 {
     mesh.faces[half_edge as usize / 3][(half_edge as usize % 3 + 1) % 3]
 }
 
-/// The half-edges of faces that are not degenerate, by the smaller vertex of their edges: those of vertex `v` begin at the `v`th of
-/// the numbers that come first. Sorting pairs of key and half-edge would take six times the memory.
+/// The half-edges of non-degenerate faces, sorted by the smaller vertex of their edge. The first list has the start of each
+/// vertex in the second. Sorting pairs of key and half-edge would take six times the memory.
 fn edges_by_vertex(mesh: &Mesh, degenerate: &[bool]) -> (Vec<u32>, Vec<u32>) {
     let all = || {
         let faces = (0..mesh.faces.len()).filter(|&f| !degenerate[f]);
@@ -262,7 +268,7 @@ fn edges_by_vertex(mesh: &Mesh, degenerate: &[bool]) -> (Vec<u32>, Vec<u32>) {
         *count = sum;
     }
     let mut edges = vec![0u32; sum as usize];
-    // Each number goes down from the end of its vertex to the beginning, so that half-edges come in falling order.
+    // Each start is counted down from the end of its vertex's range, so half-edges are in falling order.
     all().for_each(|h| {
         let at = &mut first[smaller(h)];
         *at -= 1;

@@ -1,4 +1,4 @@
-//! Units of length.
+//! Units of length of mesh coordinates.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::length;
 
-/// A unit of length: what one unit of a mesh's coordinates is.
+/// The unit of length of a mesh's coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Unit {
@@ -32,7 +32,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// All of them.
+    /// All units.
     pub const ALL: [Self; 6] = [
         Self::Micrometre,
         Self::Millimetre,
@@ -42,7 +42,7 @@ impl Unit {
         Self::Foot,
     ];
 
-    /// Its sign, such as `mm`.
+    /// The unit's symbol, for example `mm`.
     pub fn sign(self) -> &'static str {
         match self {
             Self::Micrometre => "um",
@@ -54,7 +54,7 @@ impl Unit {
         }
     }
 
-    /// How many metres it is.
+    /// Its length in metres.
     pub fn metres(self) -> f64 {
         match self {
             Self::Micrometre => 1e-6,
@@ -66,7 +66,7 @@ impl Unit {
         }
     }
 
-    /// A length in this unit as text, as [`length`] has it; without a unit where none is known.
+    /// Formats a length with this unit as [`length`] does; without a symbol if the unit is unknown.
     pub(crate) fn text(unit: Option<Self>, x: f64) -> String {
         match unit {
             Some(unit) => format!("{} {unit}", length(x)),
@@ -88,7 +88,7 @@ impl FromStr for Unit {
         let found = Self::ALL.into_iter().find(|unit| unit.sign() == text);
         found.ok_or_else(|| {
             let signs = Self::ALL.map(Self::sign).join(", ");
-            format!("there is no unit '{text}'; there are {signs}")
+            format!("unknown unit '{text}'; the units are {signs}")
         })
     }
 }

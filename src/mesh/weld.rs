@@ -1,13 +1,12 @@
-//! Welding of points that are exactly equal; zero and minus zero are.
+//! Vertex welding: merges points that are exactly equal (zero equals minus zero).
 
 use glam::DVec3;
 
 use super::Mesh;
 
-/// For each vertex the first vertex at exactly the same position.
+/// For each vertex, the first vertex at exactly the same position.
 ///
-/// Files that split vertices at seams, or that have no indices at all, become connected through this map; the mesh
-/// itself keeps its vertices.
+/// This map connects files that split vertices at seams or have no indices; the mesh itself keeps its vertices.
 pub fn weld_map(mesh: &Mesh) -> Vec<u32> {
     let mut welder = Welder::with_capacity(mesh.positions.len());
     let mut first = Vec::with_capacity(mesh.positions.len());
@@ -23,7 +22,7 @@ pub fn weld_map(mesh: &Mesh) -> Vec<u32> {
     mesh.positions.iter().enumerate().map(of).collect()
 }
 
-/// The mesh with its faces on welded vertices, and the number of vertices that were merged into another.
+/// The mesh with its faces on welded vertices, and the number of merged vertices.
 pub fn welded(mesh: &Mesh) -> (Mesh, usize) {
     let map = weld_map(mesh);
     let merged = map
@@ -39,9 +38,9 @@ pub fn welded(mesh: &Mesh) -> (Mesh, usize) {
     (Mesh::new(mesh.positions.clone(), faces), merged)
 }
 
-/// Gives equal points the same index, in the order of their first occurrence. Zero and minus zero are equal.
+/// Assigns the same index to equal points, in the order of their first occurrence. Zero and minus zero are equal.
 ///
-/// An open-addressing table of indices; the points themselves are the keys.
+/// An open-addressing hash table of indices; the points themselves are the keys.
 pub(crate) struct Welder {
     /// The distinct points.
     pub(crate) points: Vec<DVec3>,
@@ -51,7 +50,7 @@ pub(crate) struct Welder {
 const EMPTY: u32 = u32::MAX;
 
 impl Welder {
-    /// A welder with room for about so many distinct points.
+    /// A welder with room for about `points` distinct points.
     pub(crate) fn with_capacity(points: usize) -> Self {
         let slots = (points * 2).next_power_of_two().max(64);
         Self {
@@ -60,7 +59,7 @@ impl Welder {
         }
     }
 
-    /// The index of a point; `None` when there are more than 32-bit indices can name.
+    /// The index of a point; `None` if 32-bit indices are exhausted.
     pub(crate) fn index(&mut self, point: DVec3) -> Option<u32> {
         if self.points.len() * 2 > self.slots.len() {
             self.grow();
@@ -76,7 +75,7 @@ impl Welder {
         Some(self.slots[slot])
     }
 
-    /// The slot that holds the point, or the empty one where it belongs.
+    /// The slot that contains the point, or the empty slot where it would be inserted.
     fn slot_of(&self, point: DVec3) -> usize {
         let mask = self.slots.len() - 1;
         let mut slot = hash(point) as usize & mask;
@@ -134,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn vertices_go_to_the_first_at_their_place() {
+    fn vertices_map_to_the_first_at_their_position() {
         let (a, b) = (DVec3::X, DVec3::new(0.0, -0.0, 2.0));
         let mesh = Mesh::new(
             vec![a, b, a, -DVec3::ZERO + b, a],

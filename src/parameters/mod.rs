@@ -1,10 +1,10 @@
-//! The parameters of the commands: name, unit, bounds, default and a sentence of each, declared once in the tables of
-//! [`Table::ALL`].
+//! The parameters of the commands, declared once in the tables of [`Table::ALL`]: name, unit, bounds, default and description of
+//! each.
 //!
-//! From these tables come the options of the command line with their help, the keys of `--config`, the bounds that the library
-//! checks and the messages of its errors, the form of the local page, the checks of Python's keywords, the words of a recipe, and
-//! the tables of `docs/options.md`. The structs of parameters, such as [`FillParams`](crate::FillParams), hold the values; a test
-//! compares their fields and defaults with the tables.
+//! These tables generate the options of the command line with their help, the keys of `--config`, the bounds that the library checks
+//! and its error messages, the forms of the local page, the checks of Python's keywords, the commands of a recipe, and the tables of
+//! `docs/options.md`. The parameter structs, such as [`FillParams`](crate::FillParams), hold the values; a test compares their fields
+//! and defaults with the tables.
 
 mod rows;
 pub(crate) mod solve;
@@ -19,40 +19,40 @@ pub use rows::{ChoiceRow, Row, document};
 pub struct Parameter {
     /// Name in Python and in messages; the option of the command line is the same with dashes.
     pub name: &'static str,
-    /// Path of the value in the serialised parameters, with dots between its steps; empty where the parameter chooses the work.
+    /// Path of the value in the serialised parameters, separated by dots; empty if the parameter selects the command's work instead.
     pub field: &'static str,
-    /// What values there are.
+    /// The type of its values.
     pub kind: Kind,
     /// Unit of a number; empty where it has none.
     pub unit: &'static str,
-    /// The value where none is given.
+    /// The value if none is given.
     pub default: Usual,
-    /// What the parameter does, in one sentence. Other parameters and words stand in backticks.
+    /// What the parameter does, in one sentence. Names of other parameters and values are in backticks.
     pub sentence: &'static str,
-    /// More about it, for the long help and the table of the documentation; may be empty.
+    /// Further text for the long help and the documentation; may be empty.
     pub details: &'static str,
-    /// A parameter that cannot be given beside this one; empty where there is none.
+    /// A parameter that cannot be combined with this one; may be empty.
     pub excludes: &'static str,
-    /// Whether files are mended without it: the library and Python have it, the command line and the page do not.
+    /// Whether only the library and Python have it, not the command line and the page.
     pub library_only: bool,
 }
 
-/// What values a parameter has, and how they are typed.
+/// The type of a parameter's values, and how they are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
-    /// A number within bounds, and what stands for it in the help.
+    /// A number within bounds, and its placeholder in the help.
     Number(Bounds, &'static str),
-    /// A whole number from 1 to a largest one.
+    /// A whole number from 1 to the given maximum.
     Whole(usize),
     /// A positive length, or `auto`; serialised as a [`VoxelSize`](crate::VoxelSize).
     Voxel,
-    /// A positive length, or `full` for none.
+    /// A positive length, or `full` for no limit.
     Band,
-    /// One of some words.
+    /// One of several words.
     Choice(&'static [Choice]),
-    /// A flag, and the value of the field where it is given.
+    /// A flag, and the value of the field if the flag is given.
     Flag(bool),
-    /// Numbers of holes; where this is set also `all`, which is serialised as none.
+    /// Numbers of holes; if `true`, also `all`, which is serialised as none.
     Holes(bool),
     /// Groups of holes.
     Groups,
@@ -63,18 +63,18 @@ pub enum Kind {
 /// A word that can be chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choice {
-    /// The word, as it is typed and serialised.
+    /// The word, as it is written and serialised.
     pub name: &'static str,
-    /// What it stands for; may be empty.
+    /// Its meaning; may be empty.
     pub sentence: &'static str,
 }
 
-/// Bounds of a number, which has to be finite.
+/// Bounds of a number, which must be finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// The lower bound.
     pub low: f64,
-    /// The upper bound; infinite where there is none.
+    /// The upper bound; infinite for none.
     pub high: f64,
     /// Whether the bounds themselves are excluded.
     pub open: bool,
@@ -83,37 +83,38 @@ pub struct Bounds {
 /// The value of a parameter that is not given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Usual {
-    /// There is none: nothing is bounded or chosen.
+    /// None: there is no limit or selection.
     Unset,
-    /// A value, as it is typed.
+    /// A value, as it is written.
     Value(&'static str),
-    /// It depends on the mesh, or nothing is done: in words.
+    /// A default that depends on the mesh, or no action; described in words.
     Words(&'static str),
-    /// It depends on other parameters: that of the last case that holds.
+    /// A default that depends on other parameters: the value of the last case that applies.
     Cases(&'static [Case]),
 }
 
-/// A default that holds where another parameter has a certain value.
+/// A default that applies if another parameter has one of several values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Case {
     /// The default.
     pub value: &'static str,
-    /// The other parameter and the values of it; none for the first case, which holds always.
+    /// The other parameter and its values; none for the first case, which always applies.
     pub with: Option<(&'static str, &'static [&'static str])>,
 }
 
 /// The parameters of a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Table {
-    /// The command.
+    /// The command's name.
     pub command: &'static str,
-    /// Those of its own.
+    /// The parameters of this command alone.
     pub own: &'static [Parameter],
-    /// Where the parameters of a solve stand in its serialised parameters, for commands that fill holes; empty for the top.
+    /// For commands that fill holes: path of the shared parameters of [`solve::SOLVE`] in the serialised parameters; empty for the top
+    /// level.
     pub solve: Option<&'static str>,
 }
 
-/// A number that a parameter cannot have.
+/// The error of a number outside a parameter's bounds.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{parameter} must be {}, but is {value}", bounds.text(*whole))]
 pub struct OutOfBounds {
@@ -121,9 +122,9 @@ pub struct OutOfBounds {
     pub parameter: &'static str,
     /// The number.
     pub value: f64,
-    /// The bounds that it has to keep.
+    /// The allowed bounds.
     pub bounds: Bounds,
-    /// Whether only whole numbers are allowed.
+    /// Whether the parameter takes whole numbers only.
     pub whole: bool,
 }
 
@@ -134,20 +135,20 @@ impl Bounds {
         high: f64::INFINITY,
         open: true,
     };
-    /// 0 or any greater number.
+    /// 0 or any positive number.
     pub const NOT_NEGATIVE: Self = Self {
         low: 0.0,
         high: f64::INFINITY,
         open: false,
     };
-    /// A part of a whole.
+    /// A fraction, from 0 to 1.
     pub const PART: Self = Self {
         low: 0.0,
         high: 1.0,
         open: false,
     };
 
-    /// Whether a number keeps them.
+    /// Whether a finite number is within the bounds.
     pub fn hold(&self, value: f64) -> bool {
         let inside = match self.open {
             true => value > self.low && value < self.high,
@@ -156,7 +157,7 @@ impl Bounds {
         inside && value.is_finite()
     }
 
-    /// The numbers that keep them, in words.
+    /// The allowed numbers, in words.
     pub fn text(&self, whole: bool) -> String {
         let Self { low, high, open } = self;
         match (whole, *open) {
@@ -169,7 +170,7 @@ impl Bounds {
 }
 
 impl Kind {
-    /// The bounds of its numbers.
+    /// The bounds of its numbers; none for other types.
     pub fn bounds(&self) -> Option<Bounds> {
         match *self {
             Self::Number(bounds, _) => Some(bounds),
@@ -185,7 +186,7 @@ impl Kind {
 }
 
 impl Parameter {
-    /// What a parameter has of which nothing else is said: a flag.
+    /// The values that a table entry takes over: a flag without name and text.
     const PLAIN: Self = Self {
         name: "",
         field: "",
@@ -198,10 +199,10 @@ impl Parameter {
         library_only: false,
     };
 
-    /// Whether a number keeps the bounds; none always does.
+    /// Checks a number against the bounds; an absent number always passes.
     ///
     /// # Errors
-    /// With the name and what is allowed.
+    /// [`OutOfBounds`], with the parameter's name and the allowed numbers.
     pub fn check(&self, value: impl Into<Option<f64>>) -> Result<(), OutOfBounds> {
         match (value.into(), self.kind.bounds()) {
             (Some(value), Some(bounds)) if !bounds.hold(value) => Err(OutOfBounds {
@@ -214,14 +215,14 @@ impl Parameter {
         }
     }
 
-    /// Its option on the command line, without the dashes before it.
+    /// Its option on the command line, without the leading dashes.
     pub fn option(&self) -> String {
         self.name.replace('_', "-")
     }
 }
 
 impl Usual {
-    /// In words; empty where there is nothing to say.
+    /// The default in words; empty for [`Usual::Unset`].
     pub fn text(&self) -> String {
         match self {
             Self::Unset => String::new(),
@@ -254,14 +255,14 @@ impl Table {
         })
     }
 
-    /// A text in which other parameters are named as options of the command line, as `--max-diameter`.
+    /// Replaces the names of parameters in a text by the options of the command line, such as `--max-diameter`.
     pub fn as_options(&self, text: &str) -> String {
         self.entries().fold(text.to_owned(), |text, (_, p)| {
             text.replace(&format!("`{}`", p.name), &format!("`--{}`", p.option()))
         })
     }
 
-    /// The parameter of a name.
+    /// The parameter with the given name.
     pub fn get(&self, name: &str) -> Option<&'static Parameter> {
         let mut parameters = self.entries().map(|(_, parameter)| parameter);
         parameters.find(|parameter| parameter.name == name)

@@ -1,4 +1,4 @@
-//! The tables of parameters as a document: what the local page, Python and the test of the documentation read.
+//! The tables of parameters as a serialisable document, which the local page, Python and the test of the documentation read.
 
 use std::collections::BTreeMap;
 
@@ -11,39 +11,39 @@ use super::{Kind, Parameter, Table, Usual};
 pub struct Row {
     /// Name in Python.
     pub name: &'static str,
-    /// Option of the command line, without the dashes before it.
+    /// Option of the command line, without the leading dashes.
     pub option: String,
-    /// Steps of the path of the value in the serialised parameters; none where the parameter chooses the work.
+    /// Path of the value in the serialised parameters; empty if the parameter selects the command's work instead.
     pub path: Vec<&'static str>,
-    /// What values it has: `number`, `whole`, `voxel`, `band`, `choice`, `flag`, `holes`, `groups` or `pairs`.
+    /// Type of its values: `number`, `whole`, `voxel`, `band`, `choice`, `flag`, `holes`, `groups` or `pairs`.
     pub kind: &'static str,
-    /// What stands for the value in the help.
+    /// Placeholder of the value in the help.
     pub placeholder: String,
     /// Unit of a number.
     pub unit: &'static str,
     /// Lower bound of a number.
     pub low: Option<f64>,
-    /// Upper bound of a number, where there is one.
+    /// Upper bound of a number, if there is one.
     pub high: Option<f64>,
     /// Whether the bounds are excluded.
     pub open: bool,
-    /// The numbers that keep the bounds, in words.
+    /// The allowed numbers, in words.
     pub allowed: Option<String>,
     /// The words of a choice.
     pub choices: Vec<ChoiceRow>,
-    /// The value of the field where a flag is given.
+    /// The value of the field if a flag is given.
     pub sets: Option<bool>,
-    /// The default as it is typed, where it is one value.
+    /// The default as it is written, if it is one value.
     pub default: Option<&'static str>,
-    /// The default in words; empty where there is nothing to say.
+    /// The default in words; may be empty.
     pub usual: String,
-    /// What the parameter does.
+    /// What the parameter does, in one sentence.
     pub sentence: &'static str,
-    /// More about it.
+    /// Further text; may be empty.
     pub details: &'static str,
-    /// A parameter that cannot be given beside it; empty where there is none.
+    /// A parameter that cannot be combined with this one; may be empty.
     pub excludes: &'static str,
-    /// Whether the command line and the page do not have it.
+    /// Whether only the library and Python have it, not the command line and the page.
     pub library_only: bool,
 }
 
@@ -52,12 +52,12 @@ pub struct Row {
 pub struct ChoiceRow {
     /// The word.
     pub name: &'static str,
-    /// What it stands for; may be empty.
+    /// Its meaning; may be empty.
     pub sentence: &'static str,
 }
 
 impl Table {
-    /// Its parameters as rows of a document.
+    /// The parameters as rows of the document.
     pub fn rows(&self) -> Vec<Row> {
         let entries = self.entries();
         entries.map(|(path, p)| p.row(path)).collect()
@@ -112,7 +112,7 @@ impl Parameter {
 }
 
 impl Kind {
-    /// Its name in the document.
+    /// The name of the type in the document.
     fn name(&self) -> &'static str {
         match self {
             Self::Number(..) => "number",
@@ -127,7 +127,7 @@ impl Kind {
         }
     }
 
-    /// What stands for a value in the help of the command line.
+    /// The placeholder of a value in the help of the command line.
     pub fn placeholder(&self) -> String {
         let text = match self {
             Self::Number(_, text) => text,

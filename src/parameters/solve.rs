@@ -1,15 +1,15 @@
-//! The parameters that all commands share which fill holes. To add one: its constant and its place in [`SOLVE`] here, and its
-//! field and default in [`FillParams`](crate::FillParams).
+//! The parameters that all hole-filling commands share. To add one, add its constant and its entry in [`SOLVE`] here, and its field
+//! and default in [`FillParams`](crate::FillParams).
 
 use super::{Bounds, Case, Choice, Kind, Parameter, Usual};
 
-/// Lengths are in it.
+/// Unit of lengths.
 pub(super) const MESH_UNIT: &str = "the mesh's unit";
 
-/// Most steps of the flow on a grid: each is kept in the report.
+/// Upper bound of `steps`, the number of flow steps on a grid. Each step is stored in the report.
 pub const MOST_STEPS: usize = 1_000_000;
 
-/// `auto`, or the distance of neighbouring nodes of the grid.
+/// Voxel size: the distance of neighbouring nodes of the grid, or `auto`.
 pub const VOXEL: Parameter = Parameter {
     name: "voxel",
     field: "voxel",
@@ -17,13 +17,13 @@ pub const VOXEL: Parameter = Parameter {
     unit: MESH_UNIT,
     default: Usual::Value("auto"),
     sentence: "Voxel size in the mesh's units.",
-    details: "`auto` takes 16 voxels across the hole, 12 where its rim has at most 25 edges, more where it is a slot, up to 96 in a region with a small loop. Where patches \
-              are not finished it takes 32, up to 64 where the rim is finer or the hole is a slot; with curvature-variation 2.5 times \
-              as many, at most 128. A length of less than 1/1024 of the hole is refused.",
+    details: "`auto` takes 16 voxels across the hole, 12 if its rim has at most 25 edges, more if the hole is a slot, and up to 96 in a \
+              region with a small loop. If patches are not finished, it takes 32, up to 64 if the rim is finer or the hole is a slot; \
+              with curvature-variation 2.5 times as many, at most 128. A length below 1/1024 of the hole is refused.",
     ..Parameter::PLAIN
 };
 
-/// The energy that patches minimise.
+/// The bending energy that patches minimise.
 pub const ENERGY: Parameter = Parameter {
     name: "energy",
     field: "energy",
@@ -34,26 +34,26 @@ pub const ENERGY: Parameter = Parameter {
         },
         Choice {
             name: "curvature-variation",
-            sentence: "The integral of the squared slope of the mean curvature along the surface.",
+            sentence: "The integral of the squared gradient of the mean curvature along the surface.",
         },
     ]),
     default: Usual::Value("willmore"),
-    sentence: "What the patch makes small.",
-    details: "The default continues spheres, minimal surfaces and tori and is the most robust, on rough scans above all. Take the \
-              other where the surroundings are smooth and like a cylinder, a cone or an ellipsoid, which the Willmore energy cannot \
+    sentence: "The bending energy that patches minimise.",
+    details: "The default continues spheres, minimal surfaces and tori. It is the more robust one, above all on rough scans. Use \
+              curvature-variation for smooth surroundings like a cylinder, a cone or an ellipsoid, which the Willmore energy cannot \
               continue exactly; it takes a few times as long, on voxels 0.4 times as large and with finer triangles.",
     ..Parameter::PLAIN
 };
 
-/// How patches are finished.
+/// How patches are finished on their own triangles.
 pub const FINISH: Parameter = Parameter {
     name: "finish",
     field: "finish",
     kind: Kind::Choice(&[
         Choice {
             name: "auto",
-            sentence: "By Newton steps of the Willmore energy, and by what the surroundings predict as far as that proves itself at \
-                       the rim.",
+            sentence: "By Newton steps of the Willmore energy, then by surfaces fitted to the surroundings, as far as these predict \
+                       the faces at the rim.",
         },
         Choice {
             name: "willmore",
@@ -61,11 +61,11 @@ pub const FINISH: Parameter = Parameter {
         },
         Choice {
             name: "none",
-            sentence: "Not at all: the level set's surface as it is, on finer grids.",
+            sentence: "Not at all: the surface of the level set, on finer grids.",
         },
     ]),
     default: Usual::Value("auto"),
-    sentence: "How patches are finished on their own triangles, once the level set has found them.",
+    sentence: "How the patches of the level set are finished on their own triangles.",
     details: "Patches of `energy` curvature-variation, and those with `steps` or `time_step`, are not finished.",
     ..Parameter::PLAIN
 };
@@ -77,7 +77,7 @@ pub const SHARP: Parameter = Parameter {
     kind: Kind::Choice(&[
         Choice {
             name: "auto",
-            sentence: "Where that predicts the faces round the hole clearly better than a smooth patch.",
+            sentence: "If a patch with sharp edges predicts the faces round the hole clearly better than a smooth one.",
         },
         Choice {
             name: "off",
@@ -86,12 +86,12 @@ pub const SHARP: Parameter = Parameter {
     ]),
     default: Usual::Value("auto"),
     sentence: "Whether sharp edges of man-made shapes that end at a hole are continued across it.",
-    details: "The smooth sides round the hole are continued as planes and quadrics, and meet in edges and corners, which between flat \
-              sides may be rounded. Patches that are not finished have none.",
+    details: "The smooth sides round the hole are continued as planes and quadrics that meet in edges and corners; these may be rounded \
+              between flat sides. Patches that are not finished have no sharp edges.",
     ..Parameter::PLAIN
 };
 
-/// The scheme of the flow's steps.
+/// The numerical scheme of the flow's steps.
 pub const VARIANT: Parameter = Parameter {
     name: "variant",
     field: "variant",
@@ -110,7 +110,7 @@ pub const VARIANT: Parameter = Parameter {
         },
     ]),
     default: Usual::Value("gauss-newton"),
-    sentence: "Scheme of the flow's steps: I and II are the paper's, for the Willmore energy; all have the same steady surface.",
+    sentence: "Scheme of the flow's steps. I and II are the paper's, for the Willmore energy; all have the same steady surface.",
     ..Parameter::PLAIN
 };
 
@@ -122,11 +122,11 @@ pub const TIME_STEP: Parameter = Parameter {
     unit: "the voxel size to the fourth power",
     default: Usual::Words("straight to the steady state"),
     sentence: "Time step of the flow, in units of the voxel size to the fourth power.",
-    details: "The flow then runs on one grid for all its steps.",
+    details: "With a time step, the flow runs on one grid for all its steps.",
     ..Parameter::PLAIN
 };
 
-/// The largest number of steps.
+/// Upper bound of the number of flow steps on each grid.
 pub const STEPS: Parameter = Parameter {
     name: "steps",
     field: "steps",
@@ -141,11 +141,11 @@ pub const STEPS: Parameter = Parameter {
             with: Some(("variant", &["I", "II"])),
         },
     ]),
-    sentence: "Most steps of the flow on each grid.",
+    sentence: "Largest number of steps of the flow on each grid.",
     ..Parameter::PLAIN
 };
 
-/// The size of the patch's triangles.
+/// Edge length of a patch relative to its surroundings.
 pub const EDGE_RATIO: Parameter = Parameter {
     name: "edge_ratio",
     field: "edge_ratio",
@@ -171,16 +171,16 @@ pub const EDGE_RATIO: Parameter = Parameter {
             with: Some(("energy", &["curvature-variation"])),
         },
     ]),
-    sentence: "Length of the patch's edges over that of the edges round the hole.",
+    sentence: "Length of the patch's edges relative to the edges round the hole.",
     ..Parameter::PLAIN
 };
 
-/// The parameters that all commands share which fill holes.
+/// The parameters that all hole-filling commands share.
 pub const SOLVE: &[Parameter] = &[
     VOXEL, ENERGY, FINISH, SHARP, VARIANT, TIME_STEP, STEPS, EDGE_RATIO,
 ];
 
-/// The widest hole to fill.
+/// Diameter above which holes stay open.
 pub const MAX_DIAMETER: Parameter = Parameter {
     name: "max_diameter",
     field: "max_diameter",

@@ -1,30 +1,30 @@
-//! The parameters of each command. To add one: its place in the table of its command here, and its field and default in the
-//! command's struct of parameters.
+//! The tables of parameters of each command. To add one, add its entry in the table of its command here, and its field and default
+//! in the command's parameter struct.
 
 use super::solve::{EDGE_RATIO, ENERGY, MAX_DIAMETER, MESH_UNIT, VARIANT, VOXEL};
 use super::{Bounds, Choice, Kind, Parameter, Table, Usual};
 
-/// Most samples of a surface, so that they fit into memory.
+/// Upper bound of the number of samples on a mesh, so that they fit into memory.
 pub const MOST_SAMPLES: usize = 100_000_000;
 
-/// Whether open sheets stand on a flat base.
+/// Whether open sheets are closed by walls and a flat base.
 const FLAT_BASE: Parameter = Parameter {
     name: "flat_base",
     field: "flat_base",
     sentence: "Put open sheets such as terrains on a flat base, with straight walls down from their outer borders.",
-    details: "The base is perpendicular to the axis along which the border is seen widest, on the side away from the surface. Holes inside \
-              the sheet are filled as usual.",
+    details: "The base is perpendicular to the axis along which the border's projection has the largest area, on the side away from the \
+              surface. Holes inside the sheet are filled as usual.",
     ..Parameter::PLAIN
 };
 
-/// How far below a sheet its base lies.
+/// Distance of the base below its sheet.
 pub(crate) const BASE_OFFSET: Parameter = Parameter {
     name: "base_offset",
     field: "base_offset",
     kind: Kind::Number(Bounds::NOT_NEGATIVE, "LENGTH"),
     unit: MESH_UNIT,
     default: Usual::Words("the mean edge of the border"),
-    sentence: "How far below the lowest vertex of its sheet the base of `flat_base` lies, in the mesh's units.",
+    sentence: "Distance from the lowest vertex of the sheet down to the base of `flat_base`, in the mesh's units.",
     ..Parameter::PLAIN
 };
 
@@ -37,12 +37,12 @@ pub const FILL: Table = Table {
             field: "holes",
             kind: Kind::Holes(true),
             default: Usual::Value("all"),
-            sentence: "Numbers of the holes to fill; of all holes the outer borders of open sheets stay open.",
-            details: "Numbers are those of `isomend inspect`. An outer border is filled when it is named here.",
+            sentence: "Numbers of the holes to fill; with `all`, the outer borders of open sheets stay open.",
+            details: "`isomend inspect` lists the numbers. An outer border is filled only if it is named here.",
             ..Parameter::PLAIN
         },
         Parameter {
-            details: "Holes that `holes` names are filled nevertheless.",
+            details: "Holes that `holes` names are filled even if they are wider.",
             ..MAX_DIAMETER
         },
         Parameter {
@@ -56,9 +56,9 @@ pub const FILL: Table = Table {
             name: "bridge",
             field: "bridge",
             kind: Kind::Groups,
-            default: Usual::Words("near ones are joined"),
+            default: Usual::Words("holes that are near each other share a region"),
             sentence: "Groups of holes to fill in one region each, whatever their distance.",
-            details: "On the command line such as `3+7` or `3+7+9`; may be given several times.",
+            details: "Written as `3+7` or `3+7+9` on the command line; may be given several times.",
             ..Parameter::PLAIN
         },
         FLAT,
@@ -66,10 +66,10 @@ pub const FILL: Table = Table {
             name: "crease",
             field: "crease",
             kind: Kind::Pairs,
-            default: Usual::Words("those that predict the faces round the hole"),
+            default: Usual::Words("the pairs that predict the faces round the hole"),
             sentence: "Pairs of crease ends between which a sharp edge is continued across their hole.",
-            details: "Numbers are those of `isomend inspect -v`, such as `1+2`; may be given several times. In a hole with such a pair \
-                      it is not asked whether sharp edges predict the faces round it.",
+            details: "Written as `1+2`, with the numbers that `isomend inspect -v` lists; may be given several times. In a hole with a \
+                      given pair, sharp edges are continued without the test of `sharp`.",
             ..Parameter::PLAIN
         },
         FLAT_BASE,
@@ -84,42 +84,42 @@ pub const FILL: Table = Table {
                 },
                 Choice {
                     name: "whole",
-                    sentence: "The zero sets of the level sets alone, as marching cubes gives them.",
+                    sentence: "The zero sets of the level sets alone, triangulated by marching cubes.",
                 },
             ]),
             default: Usual::Value("stitched"),
-            sentence: "What is returned or written: the mesh with its patches, or the level sets alone.",
-            details: "The level sets have the triangles of the grid, without an `edge_ratio`, and are not finished.",
+            sentence: "The surface to return or write: the mesh with its patches, or the level sets alone.",
+            details: "The level sets have the triangles of the grid, ignore `edge_ratio` and are not finished.",
             ..Parameter::PLAIN
         },
         Parameter {
             name: "repair",
-            sentence: "First mend what else is wrong, as `isomend repair` does; numbers of holes are those of the input.",
-            details: "The exit code is that of `isomend check` on what is written.",
+            sentence: "First mend the other defects, as `isomend repair` does; numbers of holes refer to the input.",
+            details: "The exit code is the one that `isomend check` gives for the output.",
             ..Parameter::PLAIN
         },
     ],
     solve: Some(""),
 };
 
-/// Whether vertices keep their numbers.
+/// Whether unused vertices stay, so that vertices keep their numbers.
 const KEEP_VERTICES: Parameter = Parameter {
     name: "keep_vertices",
     field: "keep_vertices",
-    sentence: "Keep vertices that no face uses any more, so that those of the input keep their numbers.",
+    sentence: "Keep vertices that no face uses any more, so that the input's vertices keep their numbers.",
     library_only: true,
     ..Parameter::PLAIN
 };
 
-/// How much of a damaged shape is kept.
+/// How much of the old shape a restored region keeps.
 pub(crate) const KEEP_SHAPE: Parameter = Parameter {
     name: "keep_shape",
     field: "keep_shape",
     kind: Kind::Number(Bounds::PART, "W"),
     default: Usual::Value("0"),
-    sentence: "How much of the damaged shape to keep, from 0 (nothing) to 1 (all that the grid can hold).",
-    details: "With W the flow starts from the damaged surface and is pulled to it: features narrower than about (1 - W) / W times the \
-              diameter of the region go, wider ones stay.",
+    sentence: "How much of the old shape to keep, from 0 (nothing) to 1 (everything that the grid can represent).",
+    details: "The flow starts from the old surface and is attracted to it: features narrower than about (1 - W) / W times the diameter \
+              of the region disappear, wider ones stay.",
     ..Parameter::PLAIN
 };
 
@@ -130,36 +130,36 @@ pub const RESTORE: Table = Table {
     solve: Some("fill"),
 };
 
-/// How far a surface is faired, as a length.
+/// Amount of fairing, as a length.
 pub(crate) const STRENGTH: Parameter = Parameter {
     name: "strength",
     field: "extent.strength",
     kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
     unit: MESH_UNIT,
     default: Usual::Words("eight mean edges, more on surfaces of over 400,000 faces"),
-    sentence: "Features narrower than this length go, in the mesh's units.",
-    details: "Waves of this length lose all but a third of their height, those of half of it everything. It is the time \
+    sentence: "Features narrower than this length disappear, in the mesh's units.",
+    details: "Waves of this length keep about a third of their height, waves of half this length nothing. The flow time is \
               (LENGTH / 2 pi)^4.",
     excludes: "time",
     ..Parameter::PLAIN
 };
 
-/// How far a surface is faired, as a time.
+/// Amount of fairing, as a flow time.
 pub(crate) const TIME: Parameter = Parameter {
     name: "time",
     field: "extent.time",
     kind: Kind::Number(Bounds::POSITIVE, "T"),
     unit: "the mesh's unit to the fourth power",
-    default: Usual::Words("that of the strength"),
+    default: Usual::Words("the time of the strength"),
     sentence: "Time of the Willmore flow, in the mesh's units to the fourth power.",
     excludes: "strength",
     ..Parameter::PLAIN
 };
 
-/// The size of a faired surface's triangles.
+/// Edge length of a faired surface.
 pub(crate) const FAIR_EDGE_RATIO: Parameter = Parameter {
     default: Usual::Value("1"),
-    sentence: "Length of the new edges over that of the edges round the region, or over the mean of all.",
+    sentence: "Length of the new edges relative to the edges round the region, or to the mean edge of the mesh.",
     ..EDGE_RATIO
 };
 
@@ -170,7 +170,8 @@ pub const FAIR: Table = Table {
         STRENGTH,
         TIME,
         Parameter {
-            details: "`auto` is an eighth of the features that go, at least a third of the mean edge, and more on large models.",
+            details: "`auto` is an eighth of the length of features that disappear, at least a third of the mean edge, and more on large \
+                      models.",
             ..VOXEL
         },
         VARIANT,
@@ -180,58 +181,58 @@ pub const FAIR: Table = Table {
     solve: None,
 };
 
-/// Distance within which vertices of the border are merged.
+/// Distance up to which boundary vertices are merged.
 pub(crate) const WELD: Parameter = Parameter {
     name: "weld",
     field: "weld",
     kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
     unit: MESH_UNIT,
-    sentence: "Merge vertices of the border that are no farther apart than this, in the mesh's units. Those at exactly the same \
-               position are merged anyway, and by default those of edges that coincide but for the precision of the coordinates.",
+    sentence: "Merge boundary vertices that are no farther apart than this, in the mesh's units. Vertices at exactly the same position \
+               are always merged; by default also vertices of edges that coincide within the precision of the coordinates.",
     ..Parameter::PLAIN
 };
 
-/// Holes that get flat caps.
+/// Holes that are closed by nearly flat caps.
 pub(crate) const FLAT: Parameter = Parameter {
     name: "flat",
     field: "flat",
     kind: Kind::Holes(false),
     sentence: "Numbers of holes to close by nearly flat caps instead of continuing the surface: necks, bases, mouths of \
                vessels.",
-    details: "The caps are the surfaces of least area with their rims. Their vertices are as dense as those round the hole.",
+    details: "A cap is the surface of least area that its rim bounds. Its vertices are as dense as those round the hole.",
     ..Parameter::PLAIN
 };
 
-/// Size below which components are taken out.
+/// Relative area below which components are removed.
 pub(crate) const DEBRIS: Parameter = Parameter {
     name: "debris",
     field: "debris",
     kind: Kind::Number(Bounds::PART, "PART"),
-    default: Usual::Words("they stay"),
-    sentence: "Take out components with less than this part, from 0 to 1, of the area of the largest one.",
+    default: Usual::Words("all components stay"),
+    sentence: "Remove components whose area is below this fraction, from 0 to 1, of the area of the largest one.",
     ..Parameter::PLAIN
 };
 
-/// Thickness of walls.
+/// Thickness of the walls that `close_borders` makes.
 pub(crate) const WALL: Parameter = Parameter {
     name: "wall",
     field: "wall",
     kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
     unit: MESH_UNIT,
-    default: Usual::Words("a mean edge of the component"),
-    sentence: "Thickness of the walls that `close_borders` makes of open sheets which no flat cap closes, in the mesh's units.",
-    details: "Walls are thinner where they would cross something; the report says how thick they are.",
+    default: Usual::Words("the mean edge of the component"),
+    sentence: "Thickness of the walls that `close_borders` makes of open sheets that no flat cap closes, in the mesh's units.",
+    details: "Walls are thinner where they would intersect other faces; the report gives their thickness.",
     ..Parameter::PLAIN
 };
 
-/// Thickness below which walls are defects.
+/// Thickness below which a wall is a defect.
 pub(crate) const MIN_WALL: Parameter = Parameter {
     name: "min_wall",
     field: "min_wall",
     kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
     unit: MESH_UNIT,
-    sentence: "Say no where a wall is thinner than this, in the mesh's units.",
-    details: "A wall is a patch of the surface whose other side is parallel to it within 15 degrees: sharp edges are none.",
+    sentence: "Report walls thinner than this as a defect, in the mesh's units.",
+    details: "A wall is a part of the surface whose other side is parallel to it within 15 degrees, so sharp edges do not count.",
     ..Parameter::PLAIN
 };
 
@@ -252,35 +253,36 @@ pub const REPAIR: Table = Table {
         Parameter {
             name: "drop_inside",
             field: "drop_inside",
-            sentence: "Take out components that lie wholly inside another one.",
+            sentence: "Remove components that lie wholly inside another one.",
             ..Parameter::PLAIN
         },
         Parameter {
             name: "keep_duplicates",
             field: "clean",
             kind: Kind::Flag(false),
-            sentence: "Leave coinciding vertices, and degenerate and duplicate faces.",
+            sentence: "Keep coinciding vertices, and degenerate and duplicate faces.",
             ..Parameter::PLAIN
         },
         Parameter {
             name: "keep_orientation",
             field: "orient",
             kind: Kind::Flag(false),
-            sentence: "Turn no faces over.",
+            sentence: "Keep the orientation of all faces.",
             ..Parameter::PLAIN
         },
         Parameter {
             name: "keep_non_manifold",
             field: "split",
             kind: Kind::Flag(false),
-            sentence: "Leave edges with more than two faces, and vertices where surfaces meet in a point only.",
+            sentence: "Keep non-manifold edges, which have more than two faces, and non-manifold vertices, where surfaces meet in a point \
+                       only.",
             ..Parameter::PLAIN
         },
         Parameter {
             name: "keep_crossings",
             field: "crossings",
             kind: Kind::Flag(false),
-            sentence: "Leave faces that cross others.",
+            sentence: "Keep self-intersections.",
             ..Parameter::PLAIN
         },
         Parameter {
@@ -293,21 +295,21 @@ pub const REPAIR: Table = Table {
             name: "keep_holes",
             field: "holes",
             kind: Kind::Flag(false),
-            sentence: "Leave the holes of the mesh open; those that the repair makes are filled.",
+            sentence: "Leave the holes of the mesh open; holes that the repair makes are filled.",
             excludes: "close_borders",
             ..Parameter::PLAIN
         },
         Parameter {
             name: "close_borders",
             field: "borders",
-            sentence: "Close the outer borders of open sheets too, which are left open otherwise.",
+            sentence: "Also close the outer borders of open sheets, which otherwise stay open.",
             excludes: "keep_holes",
             ..Parameter::PLAIN
         },
         WALL,
         Parameter {
             default: Usual::Words(
-                "half a mean edge for walls that the repair makes, others are only told",
+                "half a mean edge for walls that the repair makes; other walls are only reported",
             ),
             ..MIN_WALL
         },
@@ -323,15 +325,15 @@ pub const REPAIR: Table = Table {
     solve: Some("fill"),
 };
 
-/// Thickness below which parts are looked for.
+/// Thickness below which parts are reported.
 pub(crate) const THIN: Parameter = Parameter {
     name: "thin",
     field: "thin",
     kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
     unit: MESH_UNIT,
-    sentence: "Also look for parts thinner than this, in the mesh's units.",
-    details: "The thickness at a face is the length of the ray from its centre inward to the next face that faces the other \
-              way, within 60 degrees; faces that share a vertex with it do not count.",
+    sentence: "Also report parts thinner than this, in the mesh's units.",
+    details: "The thickness at a face is the length of the ray from its centre inward to the next face of the opposite direction, \
+              within 60 degrees; faces that share a vertex with it do not count.",
     ..Parameter::PLAIN
 };
 
@@ -341,26 +343,26 @@ pub const CHECK: Table = Table {
     own: &[
         THIN,
         Parameter {
-            default: Usual::Words("the least and the mean wall are only told"),
+            default: Usual::Words("the thinnest and the mean wall are only reported"),
             ..MIN_WALL
         },
         Parameter {
             default: Usual::Value("0.01"),
-            sentence: "Call components debris that have less than this part, from 0 to 1, of the area of the largest one.",
+            sentence: "Report components as debris if their area is below this fraction, from 0 to 1, of the area of the largest one.",
             ..DEBRIS
         },
     ],
     solve: None,
 };
 
-/// Distance at which distances are cut off.
+/// Length beyond which distances are cut off.
 pub(crate) const BAND: Parameter = Parameter {
     name: "band",
     field: "band",
     kind: Kind::Band,
     unit: MESH_UNIT,
     default: Usual::Value("full"),
-    sentence: "Cut distances off at this length, which is faster; `full` keeps all.",
+    sentence: "Cut distances off at this length, which is faster; `full` computes all distances.",
     ..Parameter::PLAIN
 };
 
@@ -369,7 +371,7 @@ pub const SDF: Table = Table {
     command: "sdf",
     own: &[
         Parameter {
-            sentence: "Distance of neighbouring nodes in the mesh's units; `auto` takes 1/128 of the longest side.",
+            sentence: "Distance of neighbouring nodes, in the mesh's units; `auto` takes 1/128 of the longest side.",
             details: "",
             ..VOXEL
         },
@@ -386,13 +388,13 @@ pub const COMPARE: Table = Table {
         field: "samples",
         kind: Kind::Whole(MOST_SAMPLES),
         default: Usual::Value("100000"),
-        sentence: "Samples on each mesh, at most 100 million.",
+        sentence: "Number of samples on each mesh, at most 100 million.",
         ..Parameter::PLAIN
     }],
     solve: None,
 };
 
-/// `isomend study`, whose other options are no parameters of a work.
+/// `isomend study`; its other options belong to the command line only.
 pub const STUDY: Table = Table {
     command: "study",
     own: &[ENERGY],
@@ -416,7 +418,7 @@ impl Table {
     pub const COMPARE: &'static Self = &COMPARE;
     /// `isomend study`.
     pub const STUDY: &'static Self = &STUDY;
-    /// Those of the commands that work on meshes.
+    /// The tables of the commands that work on meshes.
     pub const ALL: [&'static Self; 7] = [
         Self::FILL,
         Self::REPAIR,

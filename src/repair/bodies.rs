@@ -1,18 +1,18 @@
-//! Bodies that touch or intersect, united before anything is cut out.
+//! Union of closed bodies that touch or intersect, before anything is cut out.
 
 use super::draft::Draft;
 use super::{Carried, RepairReport, Run, clean, sheets, union};
 use crate::mend::FillError;
 use crate::tuning::tuning;
 
-/// A draft before anything was done to it, and its report so far.
+/// The draft and its report before the first step of the repair.
 pub(super) type Given = (Draft, RepairReport);
 
 impl Run<'_> {
-    /// Unites closed bodies that touch or intersect, if fewer faces intersect others then. Where the exact union leaves some that do, bodies
-    /// grow a little in the faces in which they touch, in the mesh as it was `given`.
+    /// Unites closed bodies that touch or intersect, if fewer faces intersect others afterwards. If the exact union leaves
+    /// intersecting faces, it is tried again on the mesh as `given`, with the bodies grown slightly where they touch.
     pub(super) fn unite(&mut self, given: Given, carried: &Carried) -> Result<(), FillError> {
-        let crossing = self.draft.crossing()?;
+        let crossing = self.draft.self_intersections()?;
         if crossing.is_empty() {
             return Ok(());
         }
@@ -36,8 +36,8 @@ impl Run<'_> {
         self.go_on()
     }
 
-    /// The defects after a union that left some faces which intersect others: these, and edges and vertices in which the surface meets itself
-    /// and cannot be separated.
+    /// The number of defects after a union that left this many intersecting faces: these, or, if more, the intersecting faces and
+    /// non-manifold edges and vertices that remain after separating the surfaces.
     fn left_wrong(&self, left: Option<usize>) -> Result<Option<usize>, FillError> {
         let Some(left) = left.filter(|_| self.params.split) else {
             return Ok(left);
@@ -48,11 +48,11 @@ impl Run<'_> {
         }
         sheets::separate(&mut trial, &mut self.report.clone())?;
         let faults = trial.faults()?;
-        Ok(Some(left.max(faults.crossing_or_not_manifold())))
+        Ok(Some(left.max(faults.intersecting_or_not_manifold())))
     }
 
-    /// Unites bodies that grew where they touch, by `growth` times the least length, if fewer than `most` defects are left then; returns how
-    /// many are.
+    /// Unites bodies after growing them by `growth` times the smallest length where they touch. Keeps the result if fewer than
+    /// `most` defects remain; returns the number of defects.
     fn unite_grown(
         &mut self,
         (given, report): &Given,
@@ -68,12 +68,12 @@ impl Run<'_> {
             std::mem::replace(&mut self.report, report.clone()),
         );
         self.clean(carried)?;
-        let crossing = self.draft.crossing()?;
+        let crossing = self.draft.self_intersections()?;
         let reach = moved.reach();
         let left = union::unite(&mut self.draft, &mut self.report, crossing, reach)?;
         let left = self.left_wrong(left)?;
         log::debug!(
-            "{} vertices of faces that touch moved by up to {:e} for the union: {left:?} defects are left, {most} without",
+            "union with grown bodies: {} vertices moved by up to {:e}; {left:?} defects afterwards, {most} without growth",
             moved.vertices,
             moved.largest
         );

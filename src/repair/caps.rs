@@ -1,4 +1,5 @@
-//! Flat caps of the borders of sheets and of the mouths of vessels: taken where they intersect nothing and leave no foil.
+//! Flat caps for the borders of open sheets and the mouths of vessels, kept if they intersect nothing and leave no foil (thin
+//! walls) below them.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
@@ -11,8 +12,9 @@ use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, HoleId, Mesh, area_vector};
 use crate::tuning::tuning;
 
-/// Asks for flat caps of the borders of sheets, but of those that the caller asks for and of those that are filled together with other
-/// holes; returns their numbers. Borders that merely come near each other are not filled together.
+/// Requests flat caps for the borders of sheets and returns these borders. Excluded are borders that the caller already lists as
+/// flat and borders that are filled together with other holes; two borders that are only close to each other are capped
+/// separately.
 pub(super) fn of_sheets(
     found: &Inspection,
     mut sheets: Vec<HoleId>,
@@ -36,7 +38,7 @@ pub(super) fn of_sheets(
     Ok(sheets)
 }
 
-/// Whether two borders are the sides of one gap: most of the shorter one lies near the other one.
+/// Whether two borders are the sides of one gap: more than half of the shorter one is close to the other one.
 fn is_gap(mesh: &Mesh, one: &Hole, other: &Hole) -> bool {
     let (short, long) = match one.rim.len() <= other.rim.len() {
         true => (one, other),
@@ -49,7 +51,7 @@ fn is_gap(mesh: &Mesh, one: &Hole, other: &Hole) -> bool {
 }
 
 impl Run<'_> {
-    /// Gives mouths that the level set closed by balloons flat caps instead, where these intersect nothing.
+    /// Replaces level-set patches that bulge out of single holes like balloons by flat caps, if these intersect nothing.
     pub(super) fn cap_mouths(
         &self,
         found: &Inspection,
@@ -78,8 +80,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Takes caps of sheets away that intersect something or leave foil, so that these sheets get walls later; `caps` are the numbers of
-    /// their borders, `first` the place of the first region of the fill that made them.
+    /// Removes caps of sheets that intersect something or leave foil, so that these sheets get walls later. `caps` are the
+    /// numbers of their borders; `first` is the index of the first region of the fill that made them.
     pub(super) fn drop_bad_caps(&mut self, caps: &[HoleId], first: usize) -> Result<(), FillError> {
         let fill = &self.report.fill;
         let own = |r: &&RegionReport| r.id > first && r.holes.iter().any(|id| caps.contains(id));
@@ -105,7 +107,7 @@ impl Run<'_> {
     }
 }
 
-/// Tells of the border that a region was to close as one that was left.
+/// Records the border of a region as left open.
 fn leave(report: &mut FillReport, region: u32) {
     let own = &mut report.regions[region as usize];
     own.closed_by = Some(ClosedBy::Nothing);
@@ -117,7 +119,7 @@ fn leave(report: &mut FillReport, region: u32) {
     }
 }
 
-/// Puts caps that intersect nothing in the place of the patches of the same holes. Both fills were made of the mesh `before`.
+/// Replaces patches by caps of the same holes that intersect nothing. Both fills were made from the mesh `before`.
 fn exchange(before: &Mesh, filled: &mut Filled, caps: Filled) {
     let (vertices, faces) = (before.positions.len(), before.faces.len());
     let patches = |filled: &Filled| {
@@ -130,6 +132,7 @@ fn exchange(before: &Mesh, filled: &mut Filled, caps: Filled) {
     };
     let shift = (filled.mesh.positions.len() - vertices) as u32;
     let moved = |v: u32| v + if v as usize >= vertices { shift } else { 0 };
+    // The patches of the two fills as ranges of faces; vertices of caps follow the vertices of the first fill.
     let (old, new) = (patches(filled), patches(&caps));
     let is_clear =
         |r: &RegionReport| r.closed_by == Some(ClosedBy::Flat) && r.intersecting_faces == 0;
@@ -159,24 +162,24 @@ fn exchange(before: &Mesh, filled: &mut Filled, caps: Filled) {
     filled.mesh = mesh;
 }
 
-/// Those of some regions whose flat caps leave foil: the body under most of the cap is thinner than `least`, or by default than part of a mean
-/// edge of the sheet.
+/// The regions whose flat caps leave foil: below most of the cap the body is thinner than `least`, by default than a fraction of
+/// the sheet's mean edge length.
 fn foils(draft: &Draft, regions: &[u32], least: Option<f64>) -> Result<BTreeSet<u32>, FillError> {
     let found = draft.inspect()?;
     let (mesh, topology) = (&found.mesh, &found.topology);
     let sheets = Sheets::new(draft, &found);
     let walls = Walls::new(mesh, topology);
     let asked: BTreeSet<u32> = regions.iter().copied().collect();
-    // For each region its area, and that at which the body is thick enough.
+    // For each region the area of its cap, and the area above thick enough parts of the body.
     let mut areas: HashMap<u32, [f64; 2]> = HashMap::new();
     for f in topology.faces() {
         let region = draft.region[f as usize];
         if !asked.contains(&region) {
             continue;
         }
-        let piece = topology.component[f as usize] as usize;
-        let limit = least.unwrap_or(tuning().repair.least_wall * sheets.edge(piece));
-        let wall = walls.at(f, sheets.volume[piece] < 0.0);
+        let component = topology.component[f as usize] as usize;
+        let limit = least.unwrap_or(tuning().repair.least_wall * sheets.edge(component));
+        let wall = walls.at(f, sheets.volume[component] < 0.0);
         let own = area_vector(mesh.corners(f)).length();
         let area = areas.entry(region).or_default();
         area[0] += own;
@@ -189,11 +192,11 @@ fn foils(draft: &Draft, regions: &[u32], least: Option<f64>) -> Result<BTreeSet<
     Ok(foils.map(|(region, _)| region).collect())
 }
 
-/// What is known of the components of a draft.
+/// Volumes and mean edge lengths of the components of a draft.
 struct Sheets {
-    /// Volumes, negative where they are inside out.
+    /// Six times the signed volume of each component; negative if it is inside out.
     volume: Vec<f64>,
-    /// Sums of the lengths of the edges of the input's faces, and how many.
+    /// For each component the total edge length of its input faces, and the number of these edges.
     edges: Vec<(f64, usize)>,
 }
 
@@ -205,21 +208,22 @@ impl Sheets {
             volume: vec![0.0; count],
             edges: vec![(0.0, 0); count],
         };
-        // Volumes about a vertex of each: far from the origin little else would be left.
+        // Volumes are computed relative to a vertex of the component: far from the origin cancellation would leave few correct
+        // digits.
         let mut origin = vec![None; count];
         for f in topology.faces() {
-            let piece = topology.component[f as usize] as usize;
+            let component = topology.component[f as usize] as usize;
             let corners = mesh.corners(f);
-            let from = *origin[piece].get_or_insert(corners[0]);
+            let from = *origin[component].get_or_insert(corners[0]);
             let [a, b, c] = corners.map(|p| p - from);
             let side = if topology.turned[f as usize] {
                 -1.0
             } else {
                 1.0
             };
-            sheets.volume[piece] += side * a.dot(b.cross(c));
+            sheets.volume[component] += side * a.dot(b.cross(c));
             if draft.region[f as usize] == NONE {
-                let (sum, count) = &mut sheets.edges[piece];
+                let (sum, count) = &mut sheets.edges[component];
                 *sum += a.distance(b) + b.distance(c) + c.distance(a);
                 *count += 3;
             }
@@ -227,9 +231,9 @@ impl Sheets {
         sheets
     }
 
-    /// The mean edge of a component.
-    fn edge(&self, piece: usize) -> f64 {
-        let (sum, count) = self.edges[piece];
+    /// The mean edge length of a component.
+    fn edge(&self, component: usize) -> f64 {
+        let (sum, count) = self.edges[component];
         sum / count.max(1) as f64
     }
 }

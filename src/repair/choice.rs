@@ -1,4 +1,4 @@
-//! The holes that are to be filled: chosen by their numbers in the input, found again after what was done to it.
+//! Hole selection: translates hole and crease numbers of the input to the present draft and back.
 
 use std::cmp::Reverse;
 use std::collections::{HashMap, HashSet};
@@ -9,8 +9,8 @@ use crate::mend::{Control, CreaseEnd, FillError, Inspection};
 use crate::mesh::HoleId;
 use crate::tuning::tuning;
 
-/// Lets outer borders of open sheets be holes as others; returns those that may get flat caps. No level set closes them: their surface goes on
-/// away from the border's middle.
+/// Turns outer borders of open sheets into ordinary holes; returns those that may get flat caps. The level set cannot close them,
+/// because their surface continues away from the centre of the border.
 pub(super) fn take_borders(found: &mut Inspection) -> Vec<HoleId> {
     let mut sheets = Vec::new();
     for hole in found.holes.iter_mut().filter(|h| h.outer_border) {
@@ -23,22 +23,22 @@ pub(super) fn take_borders(found: &mut Inspection) -> Vec<HoleId> {
     sheets
 }
 
-/// The holes of the input, where some are chosen by their numbers or width.
+/// The holes and crease ends of the input, for translating the caller's selection.
 #[derive(Default)]
 pub(super) struct Choice {
-    /// The hole of each edge of a rim, between welded vertices of the input.
+    /// The hole of each rim edge, between welded vertices of the input.
     hole_of: HashMap<(u32, u32), HoleId>,
-    /// The welded vertex of each vertex of the input.
+    /// The welded vertex of each input vertex.
     weld: Vec<u32>,
-    /// Pairs of welded vertices of the input between which sharp edges are asked for.
+    /// Pairs of welded input vertices to be connected by sharp edges.
     joined: Vec<[u32; 2]>,
 }
 
 impl Choice {
     /// # Errors
-    /// When a hole is chosen that there is not.
+    /// If the selection names a hole that does not exist.
     pub(super) fn new(found: &Inspection, params: &FillParams) -> Result<Self, FillError> {
-        // Refuses numbers of holes that there are not.
+        // Fails for hole numbers that do not exist.
         drop(found.regions(params)?);
         let rims = found.holes.iter();
         let ends = match params.crease.is_empty() {
@@ -57,8 +57,8 @@ impl Choice {
         })
     }
 
-    /// The parameters with the numbers that the chosen holes have now; `made` are the holes that the repair made, which are filled
-    /// whatever is chosen. `origin` is the vertex of the input for each vertex now.
+    /// The parameters with the present numbers of the chosen holes. `made` are the holes made by the repair, which are always
+    /// filled. `origin` is the input vertex of each present vertex.
     pub(super) fn params(
         &self,
         now: &Inspection,
@@ -110,14 +110,16 @@ impl Choice {
         if !new.crease.is_empty()
             && let Err(why) = now.regions(&new)
         {
-            log::warn!("after the other steps of the repair, {why}");
+            log::warn!(
+                "the chosen sharp edges are not continued, because the repair changed the mesh: {why}"
+            );
             new.crease.clear();
         }
         new
     }
 
-    /// The numbers in the input of the holes there are now; those that the input did not have, or of which it had one, are numbered
-    /// after the input's.
+    /// Input numbers of the present holes. Holes without an input number, or whose number is taken already, are numbered after
+    /// the input's holes.
     pub(super) fn numbers(&self, now: &Inspection, origin: &[u32]) -> HashMap<HoleId, HoleId> {
         let mut next = self.hole_of.values().map(|id| id.get()).max().unwrap_or(0);
         let mut taken: HashSet<HoleId> = HashSet::new();
@@ -134,7 +136,7 @@ impl Choice {
         now.holes.iter().map(number).collect()
     }
 
-    /// The numbers that the crease ends of the input now have; pairs of which one is no more are dropped.
+    /// The present numbers of the chosen crease ends; pairs with an end that no longer exists are dropped.
     fn creases(&self, now: &Inspection, origin: &[u32]) -> Vec<[usize; 2]> {
         if self.joined.is_empty() {
             return Vec::new();
@@ -148,7 +150,7 @@ impl Choice {
             let pair = number(a).zip(number(b)).map(|(a, b)| [a, b]);
             if pair.is_none() {
                 log::warn!(
-                    "a sharp edge that is to be continued ends no more where it did before the other steps of the repair"
+                    "a sharp edge is not continued, because the repair changed the mesh at its end"
                 );
             }
             pair
@@ -156,12 +158,12 @@ impl Choice {
         self.joined.iter().filter_map(pair).collect()
     }
 
-    /// The welded vertex of the input that a vertex was.
+    /// The welded input vertex of a present vertex.
     fn before_vertex(&self, vertex: u32, origin: &[u32]) -> Option<u32> {
         self.weld.get(origin[vertex as usize] as usize).copied()
     }
 
-    /// The hole of the input with which a rim has most edges in common.
+    /// The input hole that shares the most edges with a rim.
     fn before(&self, rim: &[u32], origin: &[u32]) -> Option<HoleId> {
         let of = |v: u32| self.before_vertex(v, origin);
         let mut votes: HashMap<HoleId, usize> = HashMap::new();

@@ -1,4 +1,4 @@
-//! Coinciding vertices, degenerate and duplicate faces.
+//! Cleaning: merges coinciding vertices and removes degenerate and duplicate faces.
 
 use std::collections::{HashMap, HashSet};
 
@@ -12,10 +12,10 @@ use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{FaceOrigin, MeshError, VertexFaces, weld_map};
 use crate::tuning::tuning;
 
-/// Says whether two vertices of the input carry the same.
+/// Returns whether two input vertices have equal attributes.
 pub(super) type Alike<'a> = dyn Fn(u32, u32) -> bool + Sync + 'a;
 
-/// Merges vertices, takes degenerate and duplicate faces out.
+/// Merges and welds vertices, removes degenerate and duplicate faces, and splits edges at T-junctions.
 pub(super) fn clean(
     draft: &mut Draft,
     params: &RepairParams,
@@ -44,7 +44,7 @@ pub(super) fn clean(
             .collect();
         let mut twice = duplicates(&found.mesh, &found.topology);
         if params.crossings {
-            // Bodies that touch in them are united later.
+            // Keep duplicates that are walls between touching bodies; the bodies are united later.
             let walls = union::walls(&found, &twice);
             twice.retain(|f| walls.binary_search(f).is_err());
         }
@@ -67,7 +67,7 @@ pub(super) fn clean(
     seams::stitch(draft, report)
 }
 
-/// Takes out the duplicate faces in which bodies touch that were not united.
+/// Removes the duplicate faces between touching bodies that were not united.
 pub(super) fn drop_duplicates(
     draft: &mut Draft,
     report: &mut RepairReport,
@@ -83,7 +83,7 @@ pub(super) fn drop_duplicates(
     Ok(())
 }
 
-/// Turns the edges of new faces without area where they have a new neighbour.
+/// Flips edges of new faces without area, if the neighbour is new as well.
 pub(super) fn flip_new(draft: &mut Draft) -> Result<(), FillError> {
     for _ in 0..tuning().repair.clean_rounds {
         if flip_flat(draft, true)? == 0 {
@@ -93,7 +93,7 @@ pub(super) fn flip_new(draft: &mut Draft) -> Result<(), FillError> {
     Ok(())
 }
 
-/// Gives the faces at vertices of the same position, to the bit, and with the same values the first of them.
+/// Merges vertices at bitwise equal positions with equal attributes into the first of them; returns how many.
 fn merge_coinciding(draft: &mut Draft, alike: &Alike) -> usize {
     let positions = &draft.mesh.positions;
     let bits = |v: u32| positions[v as usize].to_array().map(f64::to_bits);
@@ -120,8 +120,8 @@ fn merge_coinciding(draft: &mut Draft, alike: &Alike) -> usize {
     merged
 }
 
-/// Takes components out that are points in the precision of the output, unless nothing would be left: no body of them can be told from
-/// any other. Returns how many faces went.
+/// Removes components that shrink to a point in the precision of the output, unless nothing would be left; they cannot be
+/// represented as bodies. Returns the number of faces removed.
 fn drop_points(draft: &mut Draft) -> Result<usize, FillError> {
     if !draft.rounding.is_single() {
         return Ok(0);
@@ -135,8 +135,10 @@ fn drop_points(draft: &mut Draft) -> Result<usize, FillError> {
         };
         let boxes = topology.component_bounds(mesh);
         let point: Vec<bool> = boxes.iter().map(is_point).collect();
-        let pieces = topology.component.iter();
-        pieces.map(|p| *p != NONE && point[*p as usize]).collect()
+        let components = topology.component.iter();
+        components
+            .map(|p| *p != NONE && point[*p as usize])
+            .collect()
     };
     if removed.iter().all(|r| *r) || !removed.contains(&true) {
         return Ok(0);
@@ -144,7 +146,7 @@ fn drop_points(draft: &mut Draft) -> Result<usize, FillError> {
     Ok(draft.remove(&removed))
 }
 
-/// Merges vertices of the border into the first one within `length`, unless a face has both.
+/// Merges each boundary vertex into the nearest kept one within `length`, unless they share a face.
 fn weld_border(draft: &mut Draft, length: f64) -> Result<usize, FillError> {
     let (to, merged) = {
         let found = draft.inspect()?;
@@ -160,6 +162,7 @@ fn weld_border(draft: &mut Draft, length: f64) -> Result<usize, FillError> {
             let mut faces = around.of(v).iter();
             faces.any(|f| mesh.faces[*f as usize].contains(&w))
         };
+        // Search kept vertices in a grid of cells of the welding distance.
         let cell = |p: DVec3| (p / length).floor().to_array().map(|x| x as i64);
         let mut kept: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
         let mut to: HashMap<u32, u32> = HashMap::new();
@@ -181,7 +184,7 @@ fn weld_border(draft: &mut Draft, length: f64) -> Result<usize, FillError> {
                 None => kept.entry([x, y, z]).or_default().push(v),
             }
         }
-        // A vertex of the file goes where the one that stands for its place goes.
+        // Apply the merge of welded vertices to the vertices of the draft.
         let of = |v: usize| to.get(&found.weld[v]).copied();
         let all: Vec<Option<u32>> = (0..found.weld.len()).map(of).collect();
         (all, to.len())
@@ -192,8 +195,8 @@ fn weld_border(draft: &mut Draft, length: f64) -> Result<usize, FillError> {
     Ok(merged)
 }
 
-/// Turns the longest edge of faces whose corners lie on one line, so that the neighbour there is cut in two; returns how many.
-/// With `only_new` faces that come from the input stay.
+/// Flips the longest edge of faces with collinear corners, which splits the neighbour there in two; returns the number of flips.
+/// With `only_new` faces from the input are kept.
 fn flip_flat(draft: &mut Draft, only_new: bool) -> Result<usize, FillError> {
     let flips = {
         let found = draft.inspect()?;
@@ -211,13 +214,14 @@ fn flip_flat(draft: &mut Draft, only_new: bool) -> Result<usize, FillError> {
         let mut flips = Vec::new();
         for f in flat {
             let p = mesh.corners(f);
+            // The longest edge and its opposite half-edge.
             let long = |k: &usize| p[*k].distance(p[(k + 1) % 3]);
             let k = (0..3)
                 .max_by(|a, b| long(a).total_cmp(&long(b)))
                 .unwrap_or(0);
             let h = 3 * f + k as u32;
             let o = topology.opposite[h as usize];
-            // Turned faces are not those of the draft; they wait until they are.
+            // Faces that the inspection reoriented do not match the draft; skip them until the draft is reoriented.
             let turned = |f: u32| topology.turned[f as usize];
             if o == NONE || turned(f) || turned(o / 3) || start(mesh, h) == start(mesh, o) {
                 continue;
@@ -226,6 +230,7 @@ fn flip_flat(draft: &mut Draft, only_new: bool) -> Result<usize, FillError> {
             if only_new && draft.region[g as usize] == NONE {
                 continue;
             }
+            // The flipped edge must be new, and flips of one round must not touch each other.
             let apex = |h: u32| mesh.faces[h as usize / 3][(h as usize % 3 + 2) % 3];
             let (b, d) = (apex(h), apex(o));
             let mut joined = around.of(b).iter();
@@ -249,7 +254,7 @@ fn flip_flat(draft: &mut Draft, only_new: bool) -> Result<usize, FillError> {
     Ok(flips.len())
 }
 
-/// Turns the edge between a flat face and its neighbour: the two new faces are parts of the neighbour.
+/// Flips the edge between a flat face and its neighbour; the two new faces are parts of the neighbour.
 fn flip(draft: &mut Draft, h: u32, o: u32) {
     let (f, g) = (h as usize / 3, o as usize / 3);
     let middle = draft.mesh.faces[f][(h as usize % 3 + 2) % 3];

@@ -1,4 +1,4 @@
-//! Triangulations between the vertices of a rim that cross nothing.
+//! Triangulation of a rim without new vertices and without self-intersections.
 
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::edges;
 use super::growing::GrowingTree;
-use super::known::Fast;
+use super::intersection_cache::Fast;
 use crate::check::is_flat;
 use crate::mend::Inspection;
 use crate::mesh::triangulate::triangulate_loop_beside;
@@ -15,21 +15,21 @@ use crate::mesh::{Mesh, Part, area_vector};
 use crate::spatial::{Bounds, BoxTree, intersecting, meets};
 use crate::tuning::tuning;
 
-/// A welded mesh, and new faces on its vertices that cross nothing of it and one another.
+/// A welded mesh and new faces on its vertices that intersect neither the mesh nor one another.
 pub(super) struct Ground<'a> {
     mesh: Cow<'a, Mesh>,
-    /// Its faces but for degenerate ones.
+    /// Its non-degenerate faces.
     faces: Vec<[u32; 3]>,
     tree: BoxTree,
-    /// Edges of all faces, the smaller number first, and in how many faces they are: no diagonal repeats one.
+    /// Edges of all faces (smaller number first) with their face counts; no diagonal may repeat one.
     edges: HashMap<(u32, u32), u32, Fast>,
     degenerate: Vec<[u32; 3]>,
     new: Vec<[u32; 3]>,
-    /// The boxes of the new faces.
+    /// Boxes of the new faces.
     new_tree: GrowingTree,
 }
 
-/// How much of a ground is new.
+/// A state of a ground to return to.
 #[derive(Clone, Copy)]
 pub(super) struct Mark {
     vertices: usize,
@@ -60,7 +60,7 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// The positions of its vertices, new ones last.
+    /// The vertex positions, new ones last.
     pub(super) fn positions(&self) -> &[DVec3] {
         &self.mesh.positions
     }
@@ -70,7 +70,7 @@ impl<'a> Ground<'a> {
         self.mesh.faces[face as usize]
     }
 
-    /// What there is now.
+    /// The present state.
     pub(super) fn mark(&self) -> Mark {
         Mark {
             vertices: self.mesh.positions.len(),
@@ -78,8 +78,8 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// Takes back what was added since a mark.
-    pub(super) fn go_back(&mut self, to: Mark) {
+    /// Removes everything added since a mark.
+    pub(super) fn restore(&mut self, to: Mark) {
         for face in self.new.drain(to.faces..) {
             for e in edges(&face) {
                 if let Some(count) = self.edges.get_mut(&e) {
@@ -96,19 +96,19 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// Adds vertices for new faces.
+    /// Adds new vertices.
     pub(super) fn add_vertices(&mut self, positions: &[DVec3]) {
         self.mesh.to_mut().positions.extend(positions);
     }
 
-    /// The faces whose boxes meet those of some triangles that are so much wider, without repetition, old ones first.
+    /// The faces whose boxes intersect the boxes of some triangles, enlarged by `margin`; without repetition, old faces first.
     pub(super) fn near_all(&self, triangles: &[[u32; 3]], margin: f64) -> Vec<[u32; 3]> {
         let own = triangles.iter();
         let boxes = own.map(|f| bounds(&self.mesh, *f).widened(margin));
         self.in_boxes(boxes)
     }
 
-    /// The faces whose boxes meet any of some boxes, without repetition, old ones first.
+    /// The faces whose boxes intersect any of the given boxes, without repetition, old faces first.
     fn in_boxes(&self, boxes: impl Iterator<Item = Bounds>) -> Vec<[u32; 3]> {
         let (mut old, mut new) = (Vec::new(), Vec::new());
         for own in boxes {
@@ -126,8 +126,8 @@ impl<'a> Ground<'a> {
             .collect()
     }
 
-    /// Adds faces if they cross nothing, nor one another; says whether it did.
-    pub(super) fn takes(&mut self, faces: &[[u32; 3]]) -> bool {
+    /// Adds faces if they intersect nothing and not one another; returns whether it did.
+    pub(super) fn try_add(&mut self, faces: &[[u32; 3]]) -> bool {
         let clear = intersecting(&self.mesh.positions, faces, faces.len()).is_empty()
             && faces.iter().all(|f| self.is_clear(*f));
         if clear {
@@ -136,25 +136,26 @@ impl<'a> Ground<'a> {
         clear
     }
 
-    /// Closes a rim with triangles between its vertices that cross nothing, and adds these: the triangulation with the least angles
-    /// between faces if that one is such, else the one of least area and short diagonals. None where none was found.
+    /// Closes a rim with triangles between its vertices that intersect nothing, and adds them. First the triangulation with the
+    /// smallest dihedral angles is tried, then the one with the least area and short diagonals among those that intersect
+    /// nothing. None if there is none.
     pub(super) fn close(&mut self, rim: &[u32]) -> Option<Vec<[u32; 3]>> {
         if let Some(faces) = self.least_angles(rim)
-            && self.takes(&faces)
+            && self.try_add(&faces)
         {
             return Some(faces);
         }
         let before = self.mark();
         let found = self.search(rim);
         if found.is_none() {
-            // Ears that were given up may be there still.
-            self.go_back(before);
+            // Remove ears that an abandoned search added.
+            self.restore(before);
         }
         found
     }
 
-    /// The triangulation with the least angles between faces, whatever it crosses. Only faces that share edges or diagonals with the
-    /// rim matter for it; they are looked up, so that a rim costs the same on a large mesh as on a small one.
+    /// The triangulation with the smallest dihedral angles, whether or not it intersects anything. It depends only on faces that
+    /// share edges or diagonals with the rim; these are looked up, so that the cost does not depend on the size of the mesh.
     fn least_angles(&self, rim: &[u32]) -> Option<Vec<[u32; 3]>> {
         let corners: HashSet<u32> = rim.iter().copied().collect();
         let at = |v: u32| self.mesh.positions[v as usize];
@@ -168,14 +169,14 @@ impl<'a> Ground<'a> {
         Some(faces.into_iter().map(|f| f.map(back)).collect())
     }
 
-    /// Adds a face, whatever it crosses.
+    /// Adds a face without any test.
     pub(super) fn add(&mut self, face: [u32; 3]) {
         edges(&face).for_each(|e| *self.edges.entry(e).or_insert(0) += 1);
         self.new.push(face);
         self.new_tree.push(bounds(&self.mesh, face));
     }
 
-    /// The faces whose boxes meet that of a face.
+    /// The faces whose boxes intersect the box of a face.
     fn near(&self, face: [u32; 3]) -> Vec<[u32; 3]> {
         let own = bounds(&self.mesh, face);
         let mut near = Vec::new();
@@ -192,6 +193,7 @@ impl<'a> Ground<'a> {
             return false;
         }
         let [a, b, c] = corners(&self.mesh, face);
+        // Discard faces strictly on one side of the plane, by a margin above the rounding error.
         let normal = area_vector([a, b, c]);
         let size = a.abs().max(b.abs()).max(c.abs()).max_element();
         let margin = tuning().repair.clearly * normal.length() * size;
@@ -207,7 +209,7 @@ impl<'a> Ground<'a> {
         intersecting(&self.mesh.positions, &all, 1).is_empty()
     }
 
-    /// Whether an edge goes through a face, by rounded numbers.
+    /// Whether an edge passes through a face, in floating-point arithmetic.
     fn is_pierced(&self, a: u32, b: u32) -> bool {
         let [from, to] = [a, b].map(|v| self.mesh.positions[v as usize]);
         self.near([a, b, b]).iter().any(|f| {
@@ -216,7 +218,8 @@ impl<'a> Ground<'a> {
         })
     }
 
-    /// The triangulation of least area among those that cross nothing.
+    /// The triangulation of least area among those that intersect nothing. Solves, rules out the triangles that intersect
+    /// something, and repeats.
     fn search(&mut self, rim: &[u32]) -> Option<Vec<[u32; 3]>> {
         let mut faces = Vec::new();
         let ring = self.without_ears(rim, &mut faces)?;
@@ -233,7 +236,7 @@ impl<'a> Ground<'a> {
         None
     }
 
-    /// Cuts ears that cross nothing, those with short diagonals first, until few edges are left; adds them.
+    /// Cuts off ears that intersect nothing, shortest diagonals first, until `clear_edges` edges are left; adds them to `faces`.
     fn without_ears(&mut self, rim: &[u32], faces: &mut Vec<[u32; 3]>) -> Option<Vec<u32>> {
         let mut ring = rim.to_vec();
         let mut clear: HashMap<[u32; 3], bool> = HashMap::new();
@@ -251,7 +254,7 @@ impl<'a> Ground<'a> {
                 if a == c || self.edges.contains_key(&(a.min(c), a.max(c))) {
                     continue;
                 }
-                // What crosses once crosses ever after.
+                // A triangle that intersects something always will, since faces are only added.
                 let is_clear = clear.get(&[a, b, c]) != Some(&false) && self.is_clear([a, b, c]);
                 clear.insert([a, b, c], is_clear);
                 if is_clear {
@@ -269,9 +272,9 @@ impl<'a> Ground<'a> {
     }
 }
 
-/// Those of the first `count` of some faces that cross anything or one another or have no area, each with the other one if that is one of them.
-/// `near` holds what is near them.
-pub(super) fn crossing_or_flat(
+/// The faces among the first `count` that intersect any face or have no area, each with the other face if it is in `faces`.
+/// `near` are the faces nearby.
+pub(super) fn intersecting_or_flat(
     positions: &[DVec3],
     faces: &[[u32; 3]],
     count: usize,
@@ -300,21 +303,21 @@ fn bounds(mesh: &Mesh, face: [u32; 3]) -> Bounds {
     Bounds::of(corners(mesh, face))
 }
 
-/// What is known of the triangles between the corners of a ring.
+/// Dynamic-programming table over the triangles between the corners of a ring.
 struct Table<'a> {
     ring: &'a [u32],
     at: Vec<DVec3>,
-    /// Diagonals that must not be used, by `i * n + k`.
+    /// Whether a diagonal is excluded, by `i * n + k`.
     blocked: Vec<bool>,
-    /// A bit for each triangle, by `(i * n + m) * n + k`: whether it is known to cross something.
+    /// One bit per triangle, by `(i * n + m) * n + k`: whether it is known to intersect something.
     crosses: Vec<u64>,
-    /// Triangles that were looked at.
+    /// Triangles that were tested.
     known: HashSet<[usize; 3]>,
-    /// The least cost of a triangulation of the corners from `i` to `k`, by `i * n + k`, and the third corner of its triangle at this
-    /// diagonal, as the last solution has them.
+    /// The least cost of a triangulation of the corners from `i` to `k`, by `i * n + k`, and the third corner of its triangle at
+    /// this diagonal, from the last solution.
     cost: Vec<f64>,
     apex: Vec<usize>,
-    /// Those to be found anew, since the triangle or the diagonal was ruled out.
+    /// Entries to recompute, because their triangle or diagonal was ruled out.
     stale: Vec<bool>,
 }
 
@@ -354,10 +357,10 @@ impl<'a> Table<'a> {
         self.stale[i * n + k] |= self.apex[i * n + k] == m;
     }
 
-    /// The best triangulation of triangles that are not known to cross anything (Barequet and Sharir 1995).
+    /// The best triangulation without triangles that are known to intersect something (Barequet and Sharir 1995).
     ///
-    /// Costs only rise from one solution to the next, so that a part keeps its triangle unless this was ruled out or what lies on its
-    /// other sides costs more now.
+    /// Costs only rise from one solution to the next. An entry therefore keeps its triangle unless the triangle was ruled out or
+    /// the cost of one of its two sub-polygons rose.
     fn solve(&mut self) -> Option<Vec<[usize; 3]>> {
         let n = self.ring.len();
         let mut rose = vec![false; n * n];
@@ -416,7 +419,7 @@ impl<'a> Table<'a> {
         0.5 * area_vector([self.at[i], self.at[m], self.at[k]]).length()
     }
 
-    /// Rules those of some triangles out that cross something or one another; says whether there were any.
+    /// Rules out the triangles that intersect something or one another; returns whether there were any.
     fn rule_out(&mut self, ground: &Ground, triangles: &[[usize; 3]]) -> bool {
         let n = self.ring.len();
         let mut wrong = false;

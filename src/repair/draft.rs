@@ -1,43 +1,43 @@
-//! A mesh in the course of a repair, with what of the input lives on in it.
+//! The working mesh of a repair, with the origin of its vertices and faces.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use rayon::prelude::*;
 
-use super::known::Known;
+use super::intersection_cache::IntersectionCache;
 use super::rounding::Rounding;
-use crate::check::crossing_among;
+use crate::check::self_intersections_among;
 use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
 use crate::mesh::{FaceOrigin, Mesh, Origins, VertexFaces, has_several_fans};
 
-/// A mesh in the course of a repair. Vertices stay where they are until the end; unused ones are dropped then.
+/// The working mesh of a repair. Vertices keep their numbers until the end; unused ones are dropped then.
 #[derive(Clone)]
 pub(super) struct Draft {
     pub(super) mesh: Mesh,
-    /// Where its vertices and faces come from; `u32::MAX` and [`FaceOrigin::NEW`] for those of patches.
+    /// Input vertex and face of each vertex and face; `u32::MAX` and [`FaceOrigin::NEW`] for new ones in patches.
     pub(super) origins: Origins,
-    /// For each vertex its expected error, where it is one of a patch.
+    /// The expected error of each patch vertex.
     pub(super) expected_error: Vec<Option<f64>>,
-    /// For each face the place of the region whose patch it is in; `u32::MAX` for those that come from the input.
+    /// For each face the index of the region whose patch it belongs to; `u32::MAX` for input faces.
     pub(super) region: Vec<u32>,
-    /// For each face of the input its component there; `u32::MAX` for degenerate faces.
+    /// The input component of each input face; `u32::MAX` for degenerate faces.
     component: Vec<u32>,
-    /// Faces of the input that are scraps of their component; see [`super::scraps`]. None where there are no scraps.
-    scrap: HashSet<u32>,
-    known: Arc<Known>,
+    /// Input faces that belong to dangling sheets; see [`super::dangling`].
+    dangling: HashSet<u32>,
+    cache: Arc<IntersectionCache>,
     inspected: Inspected,
-    /// How far from sound it is, with the inspection that this was found by.
+    /// The faults, with the inspection that they were computed from.
     judged: Option<(Weak<Inspection<'static>>, Faults)>,
-    /// How positions are rounded when they are written.
+    /// How positions are rounded in the output.
     pub(super) rounding: Rounding,
-    /// The length, in the mesh's units, within which vertices of the border are one but for rounding.
+    /// The welding tolerance of boundary vertices, in mesh units.
     pub(super) unit: f64,
 }
 
-/// The last inspection of a draft. It holds a copy of the mesh that was inspected, so that it is known when it is out of date.
+/// Cache of the last inspection of a draft. It holds a copy of the inspected mesh, to detect when it is out of date.
 #[derive(Default)]
 struct Inspected(Mutex<Option<Arc<Inspection<'static>>>>);
 
@@ -61,31 +61,31 @@ impl Clone for Inspected {
     }
 }
 
-/// How far a draft is from sound: what counts most comes first.
+/// The faults of a draft, most important first; drafts are compared lexicographically.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Faults {
-    /// Components of the input none of whose faces are there.
+    /// Input components with no face left.
     lost_components: usize,
-    /// Faces that cross others.
+    /// Faces that intersect others.
     crossing: usize,
-    /// Edges with more than two faces, and vertices where surfaces meet in a point.
+    /// Non-manifold edges and vertices.
     non_manifold: usize,
-    /// Holes, and chains of border edges that do not close.
+    /// Holes, and boundary chains that do not close.
     open: usize,
 }
 
 impl Faults {
-    /// Whether surfaces meet nowhere in an edge or a point.
+    /// Whether there are no non-manifold edges or vertices.
     pub(super) fn is_manifold(&self) -> bool {
         self.non_manifold == 0
     }
 
-    /// Faces that cross others, and edges and vertices where surfaces meet.
-    pub(super) fn crossing_or_not_manifold(&self) -> usize {
+    /// The number of intersecting faces and non-manifold edges and vertices.
+    pub(super) fn intersecting_or_not_manifold(&self) -> usize {
         self.crossing + self.non_manifold
     }
 
-    /// Whether no more is wrong, but for how many holes there are.
+    /// Whether no count exceeds the other's, holes not considered.
     pub(super) fn is_no_worse_but_for_holes(&self, than: &Self) -> bool {
         self.lost_components <= than.lost_components
             && self.crossing <= than.crossing
@@ -93,22 +93,22 @@ impl Faults {
     }
 }
 
-/// What is left of a draft at the end.
+/// The final mesh of a draft.
 pub(super) struct Finished {
     pub(super) mesh: Mesh,
     pub(super) origins: Origins,
     pub(super) expected_error: Vec<Option<f64>>,
-    /// The new number of each vertex of the draft; `u32::MAX` where it went.
+    /// New number of each draft vertex; `u32::MAX` if it was dropped.
     pub(super) number: Vec<u32>,
 }
 
 impl Draft {
-    /// A draft of a mesh whose faces belong to these components.
+    /// A draft of a mesh with the given component of each face.
     pub(super) fn new(mesh: &Mesh, component: Vec<u32>) -> Self {
         Self {
             component,
-            scrap: HashSet::new(),
-            known: Arc::default(),
+            dangling: HashSet::new(),
+            cache: Arc::default(),
             inspected: Inspected::default(),
             judged: None,
             rounding: Rounding::default(),
@@ -120,37 +120,37 @@ impl Draft {
         }
     }
 
-    /// What the mesh holds: what was found the last time, if it was the same mesh.
+    /// The inspection of the mesh; the cached one if the mesh has not changed.
     pub(super) fn inspect(&self) -> Result<Arc<Inspection<'static>>, FillError> {
         self.inspected.of(&self.mesh)
     }
 
-    /// The inspection as a value of the caller's own; the draft keeps none.
+    /// The inspection as an owned value; clears the cache.
     pub(super) fn take_inspection(&mut self) -> Result<Inspection<'static>, FillError> {
         let found = self.inspect()?;
         self.forget_inspection();
         Ok(Arc::unwrap_or_clone(found))
     }
 
-    /// Frees the memory of the last inspection.
+    /// Clears the cached inspection.
     pub(super) fn forget_inspection(&mut self) {
         self.inspected = Inspected::default();
     }
 
-    /// Forgets what was found while vertices were elsewhere.
+    /// Clears everything that depends on vertex positions.
     pub(super) fn forget_positions(&mut self) {
         self.forget_inspection();
-        self.known = Arc::default();
+        self.cache = Arc::default();
         self.judged = None;
     }
 
-    /// Turns a face over.
-    pub(super) fn turn(&mut self, face: usize) {
+    /// Reverses a face.
+    pub(super) fn reverse_face(&mut self, face: usize) {
         self.mesh.faces[face].swap(1, 2);
         self.origins.faces[face].corners.swap(1, 2);
     }
 
-    /// Adds a copy of a vertex somewhere else.
+    /// Adds a copy of a vertex at another position.
     pub(super) fn copy_vertex(&mut self, vertex: u32, position: glam::DVec3) -> u32 {
         self.mesh.positions.push(position);
         self.origins
@@ -161,7 +161,7 @@ impl Draft {
         self.mesh.positions.len() as u32 - 1
     }
 
-    /// Takes faces out; returns how many.
+    /// Removes the marked faces; returns how many.
     pub(super) fn remove(&mut self, removed: &[bool]) -> usize {
         let before = self.mesh.faces.len();
         retain(&mut self.mesh.faces, removed);
@@ -170,7 +170,7 @@ impl Draft {
         before - self.mesh.faces.len()
     }
 
-    /// The component of the input that a face comes from; `u32::MAX` where it is new or was degenerate.
+    /// The input component of a face; `u32::MAX` if the face is new or was degenerate.
     pub(super) fn component(&self, face: usize) -> u32 {
         match self.origins.faces[face].face {
             NONE => NONE,
@@ -178,7 +178,7 @@ impl Draft {
         }
     }
 
-    /// Makes the components of some faces one with that of another face, of which these faces are scraps then.
+    /// Assigns the components of some faces to the component of the `host` face and marks the faces as dangling sheets.
     pub(super) fn join(&mut self, faces: &[usize], host: usize) {
         let host = self.component(host);
         if host == NONE {
@@ -192,10 +192,10 @@ impl Draft {
             }
         }
         let old = faces.iter().map(|f| self.origins.faces[*f].face);
-        self.scrap.extend(old.filter(|f| *f != NONE));
+        self.dangling.extend(old.filter(|f| *f != NONE));
     }
 
-    /// Makes the components of the faces of each cluster one; faces are given with their cluster.
+    /// Merges the components of each cluster; each face is given with its cluster.
     pub(super) fn merge_components(&mut self, faces: &[(u32, u32)]) {
         self.judged = None;
         let mut first: HashMap<u32, u32> = HashMap::new();
@@ -211,18 +211,18 @@ impl Draft {
         }
     }
 
-    /// Whether a face of the input is one of a scrap; none for those of patches.
-    pub(super) fn is_scrap(&self, face: usize) -> Option<bool> {
+    /// Whether an input face belongs to a dangling sheet; none for patch faces.
+    pub(super) fn is_dangling(&self, face: usize) -> Option<bool> {
         let old = self.origins.faces[face].face;
-        (old != NONE).then(|| self.scrap.contains(&old))
+        (old != NONE).then(|| self.dangling.contains(&old))
     }
 
-    pub(super) fn has_scraps(&self) -> bool {
-        !self.scrap.is_empty()
+    pub(super) fn has_dangling(&self) -> bool {
+        !self.dangling.is_empty()
     }
 
-    /// Lets the faces of those components of the input stay of which a cut would leave nothing; returns how many components these are.
-    pub(super) fn spare(&self, removed: &mut [bool]) -> usize {
+    /// Unmarks all faces of input components that would be removed entirely; returns the number of these components.
+    pub(super) fn protect_components(&self, removed: &mut [bool]) -> usize {
         let (mut stays, mut goes) = (HashSet::new(), HashSet::new());
         for (f, removed) in removed.iter().enumerate() {
             let set = if *removed { &mut goes } else { &mut stays };
@@ -235,37 +235,41 @@ impl Draft {
         goes.len()
     }
 
-    /// The faces that intersect others, in rising order.
-    pub(super) fn crossing(&mut self) -> Result<Vec<u32>, FillError> {
+    /// The faces that intersect others, ascending.
+    pub(super) fn self_intersections(&mut self) -> Result<Vec<u32>, FillError> {
         let found = self.inspect()?;
-        Ok(self.crossing_in(&found))
+        Ok(self.self_intersections_in(&found))
     }
 
-    /// The faces that intersect others, in rising order, each with the one that a search through all faces finds first.
-    pub(super) fn crossing_pairs(&mut self) -> Result<Vec<(u32, u32)>, FillError> {
+    /// The faces that intersect others, ascending, each with the partner that a search through all faces finds first.
+    pub(super) fn self_intersection_pairs(&mut self) -> Result<Vec<(u32, u32)>, FillError> {
         let found = self.inspect()?;
-        let crossing = self.crossing_in(&found);
-        Ok(crossing_among(&found.mesh, &found.topology, &crossing))
+        let crossing = self.self_intersections_in(&found);
+        Ok(self_intersections_among(
+            &found.mesh,
+            &found.topology,
+            &crossing,
+        ))
     }
 
-    fn crossing_in(&mut self, found: &Inspection) -> Vec<u32> {
-        let (crossing, known) = self.known.search(found);
-        if let Some(known) = known {
-            self.known = Arc::new(known);
+    fn self_intersections_in(&mut self, found: &Inspection) -> Vec<u32> {
+        let (crossing, cache) = self.cache.search(found);
+        if let Some(cache) = cache {
+            self.cache = Arc::new(cache);
         }
         crossing
     }
 
-    /// Takes over what was found of a mesh, among it the faces that intersect others, if the draft's vertices are where that one's are.
+    /// Takes over an inspection and its intersecting faces, if the vertex positions equal the draft's.
     pub(super) fn adopt(&mut self, found: Inspection, crossing: &[u32]) {
         if self.mesh.positions != found.input.positions {
             return;
         }
-        self.known = Arc::new(Known::of(&found, crossing));
+        self.cache = Arc::new(IntersectionCache::of(&found, crossing));
         self.inspected = Inspected(Mutex::new(Some(Arc::new(found.into_owned()))));
     }
 
-    /// How far from sound it is.
+    /// The faults of the draft, cached with the inspection.
     pub(super) fn faults(&mut self) -> Result<Faults, FillError> {
         let found = self.inspect()?;
         let of = Arc::downgrade(&found);
@@ -284,7 +288,7 @@ impl Draft {
         let vertices = (0..mesh.positions.len() as u32).into_par_iter();
         let pinched = vertices.filter(|v| has_several_fans(mesh, topology, &around, *v));
         let pinched = pinched.count();
-        let crossing = self.crossing_in(&found);
+        let crossing = self.self_intersections_in(&found);
         let faults = Faults {
             lost_components: all.iter().filter(lost).count(),
             crossing: crossing.len(),
@@ -295,8 +299,7 @@ impl Draft {
         Ok(faults)
     }
 
-    /// Takes marked faces out, and those without which there would be no clean rims; returns how many. Nothing where none is
-    /// marked.
+    /// Removes marked faces, and further faces so that the rims are simple; returns how many.
     pub(super) fn cut(&mut self, marked: &[bool]) -> Result<usize, FillError> {
         if !marked.contains(&true) {
             return Ok(0);
@@ -308,8 +311,8 @@ impl Draft {
         Ok(self.remove(&removed))
     }
 
-    /// Takes a fill over: what it appended to the mesh, with the places of its regions from `first` on.
-    pub(super) fn take(
+    /// Takes over the result of a fill, which appended to the mesh. The regions of the report get indices from `first` on.
+    pub(super) fn append_fill(
         &mut self,
         mesh: Mesh,
         expected_error: Vec<Option<f64>>,
@@ -330,8 +333,8 @@ impl Draft {
         self.region.resize(faces, NONE);
     }
 
-    /// Rounds the positions from the vertex `first` on as they will be written, and takes new faces out two of whose corners become
-    /// one by that.
+    /// Rounds the positions from vertex `first` on to the output's precision, and removes new faces with two corners that
+    /// coincide then.
     pub(super) fn round_from(&mut self, first: usize) {
         if !self.rounding.is_single() {
             return;
@@ -350,8 +353,8 @@ impl Draft {
         }
     }
 
-    /// Puts what comes from the input first, and drops vertices that are used no more, of those that the input used; of the others
-    /// too where `unused` go, none where `all` stay. With `altered_last` faces that are not as they were follow those that are.
+    /// Orders the result: vertices and faces from the input first, then new ones. `keep` decides which unused vertices stay. With
+    /// `altered_last` changed input faces come after unchanged ones.
     pub(super) fn finish(self, input: &Mesh, keep: &KeepVertices, altered_last: bool) -> Finished {
         let count = self.mesh.positions.len();
         let mut used = vec![false; count];
@@ -360,6 +363,7 @@ impl Draft {
         let mut was_used = vec![false; input.positions.len()];
         let corners = input.faces.iter().flatten();
         corners.for_each(|&v| was_used[v as usize] = true);
+        // Decide which vertices stay, and number those from the input first.
         let stays = |v: usize| {
             used[v]
                 || (v < was_used.len()
@@ -377,6 +381,7 @@ impl Draft {
         for (i, &v) in order.iter().enumerate() {
             number[v] = i as u32;
         }
+        // Order the faces: unchanged, changed, new.
         let class = |f: &usize| match self.origins.faces[*f] {
             FaceOrigin { face: NONE, .. } => 2,
             o if altered_last && !self.is_as_it_was(o, *f, input) => 1,
@@ -408,14 +413,14 @@ impl Draft {
     }
 }
 
-/// Which vertices stay that no face uses any more.
+/// Which vertices without faces are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum KeepVertices {
     /// None.
     Used,
-    /// Those that the input did not use either.
+    /// Those that no input face used either.
     UsedAndUnused,
-    /// All of the input.
+    /// All input vertices.
     All,
 }
 
@@ -427,7 +432,7 @@ fn retain<T>(items: &mut Vec<T>, removed: &[bool]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::crossing;
+    use crate::check::self_intersections;
     use crate::mesh::shapes::icosphere;
 
     #[test]
@@ -436,33 +441,33 @@ mod tests {
         let mut draft = Draft::new(&ball, vec![0; ball.faces.len()]);
         let all = |draft: &Draft| -> Vec<u32> {
             let found = draft.inspect().unwrap();
-            let pairs = crossing(&found.mesh, &found.topology);
+            let pairs = self_intersections(&found.mesh, &found.topology);
             pairs.iter().map(|(f, _)| *f).collect()
         };
-        assert!(draft.crossing().unwrap().is_empty());
-        assert_eq!(draft.known.clear.len(), ball.faces.len());
-        // A face that pierces the ball, then one that is there twice.
+        assert!(draft.self_intersections().unwrap().is_empty());
+        assert_eq!(draft.cache.clear.len(), ball.faces.len());
+        // A face that pierces the ball, then a duplicate face.
         let first = draft.mesh.positions.len() as u32;
         let spike = [0.5, 1.0, 2.0].map(|s| s * glam::DVec3::new(0.3, 0.1 * s, 1.0));
         draft.mesh.positions.extend(spike);
         draft.mesh.faces.push([first, first + 1, first + 2]);
-        let spike = draft.crossing().unwrap();
+        let spike = draft.self_intersections().unwrap();
         assert!(spike.len() > 1);
         assert_eq!(spike, all(&draft));
-        assert_eq!(draft.known.crossing.len(), spike.len());
+        assert_eq!(draft.cache.crossing.len(), spike.len());
         assert_eq!(
-            draft.known.clear.len() + spike.len(),
+            draft.cache.clear.len() + spike.len(),
             draft.mesh.faces.len()
         );
         let [a, b, c] = ball.faces[7];
         draft.mesh.faces.push([b, c, a]);
-        let double = draft.crossing().unwrap();
+        let double = draft.self_intersections().unwrap();
         assert!(double.contains(&7));
         assert_eq!(double, all(&draft));
         draft.mesh.faces.truncate(ball.faces.len() + 1);
-        assert_eq!(draft.crossing().unwrap(), spike);
-        // Faces that intersected it intersect nothing once it is gone.
+        assert_eq!(draft.self_intersections().unwrap(), spike);
+        // Its partners intersect nothing once it is removed.
         draft.mesh.faces.truncate(ball.faces.len());
-        assert!(draft.crossing().unwrap().is_empty());
+        assert!(draft.self_intersections().unwrap().is_empty());
     }
 }

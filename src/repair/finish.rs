@@ -1,9 +1,9 @@
-//! The end of a repair: the mesh in its order, and what its report says of all of it.
+//! End of a repair: orders the mesh and completes the report.
 
 use std::collections::HashSet;
 
 use super::draft::KeepVertices;
-use super::{Carried, Repaired, Run, report, walls};
+use super::{Carried, Repaired, Run, report, shell_walls};
 use crate::mend::FillError;
 use crate::mesh::topology::NONE;
 
@@ -20,19 +20,19 @@ impl Run<'_> {
         for &region in self.draft.region.iter().filter(|r| **r != NONE) {
             self.report.fill.regions[region as usize].new_faces += 1;
         }
-        let mut lined = walls::places(&self.draft, &self.report.walls);
+        let mut places = shell_walls::places(&self.draft, &self.report.walls);
         let done = self.draft.finish(self.input, &keep, carried.in_place);
         let mut report = self.report;
-        lined
+        places
             .values_mut()
             .for_each(|v| *v = done.number[*v as usize]);
-        walls::record(&done.mesh, &lined, self.params, &mut report)?;
+        shell_walls::record(&done.mesh, &places, self.params, &mut report)?;
         let living = done.origins.living(self.input.faces.len());
         report.lost_faces = living.iter().filter(|l| !**l).count();
         report.gone_components = report::gone_components(&self.components, &living);
         let known: HashSet<u32> = done.origins.vertices.iter().copied().collect();
         report.lost_vertices = self.input.positions.len() - known.len();
-        // Rims by the numbers of the result; those that are there no more are not drawn.
+        // Renumber the rims for the result; rims with dropped vertices are cleared, so that they are not drawn.
         let own = done.origins.vertices.len() as u32;
         for hole in &mut report.fill.holes {
             let number = |v: &u32| done.number[*v as usize];

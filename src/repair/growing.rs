@@ -1,18 +1,18 @@
-//! Boxes that become more, kept in trees.
+//! A box tree that supports insertion.
 
 use crate::spatial::{Bounds, BoxTree};
 
-/// So many boxes are looked through one by one before a tree is built over them.
-const FEW: usize = 64;
+/// Number of boxes that are searched linearly before a tree is built over them.
+const LINEAR_SEARCH: usize = 64;
 
-/// Boxes in trees, each over more of them than the next one (J. L. Bentley and J. B. Saxe, "Decomposable searching problems I", Journal of
+/// A sequence of static trees of decreasing size (J. L. Bentley and J. B. Saxe, "Decomposable searching problems I", Journal of
 /// Algorithms 1, 1980): each box is built into a logarithmic number of trees.
 #[derive(Default)]
 pub(super) struct GrowingTree {
     boxes: Vec<Bounds>,
-    /// The trees, each with the number of its first box, in rising order; after the last one's boxes follow a few that are in none.
+    /// The trees, ascending by the number of their first box; the last few boxes are in none.
     trees: Vec<(usize, BoxTree)>,
-    /// How many boxes are in trees.
+    /// Number of boxes in trees.
     in_trees: usize,
 }
 
@@ -20,7 +20,7 @@ impl GrowingTree {
     pub(super) fn push(&mut self, one: Bounds) {
         self.boxes.push(one);
         let count = self.boxes.len();
-        if count - self.in_trees < FEW {
+        if count - self.in_trees < LINEAR_SEARCH {
             return;
         }
         let mut first = self.in_trees;
@@ -35,7 +35,7 @@ impl GrowingTree {
         self.in_trees = count;
     }
 
-    /// Takes all boxes but the first ones out.
+    /// Removes all boxes after the first `count`.
     pub(super) fn truncate(&mut self, count: usize) {
         self.boxes.truncate(count);
         let mut cut = false;
@@ -43,7 +43,7 @@ impl GrowingTree {
             self.in_trees = self.trees.pop().map_or(0, |(first, _)| first);
             cut = true;
         }
-        if cut && count - self.in_trees >= FEW {
+        if cut && count - self.in_trees >= LINEAR_SEARCH {
             let first = self.in_trees;
             self.trees
                 .push((first, BoxTree::new(&self.boxes[first..count])));
@@ -51,7 +51,7 @@ impl GrowingTree {
         }
     }
 
-    /// Visits the numbers of the boxes that meet one.
+    /// Visits the numbers of the boxes that intersect a query box.
     pub(super) fn for_each(&self, query: &Bounds, mut visit: impl FnMut(u32)) {
         for (first, tree) in &self.trees {
             tree.for_each(query, |i| visit(*first as u32 + i));

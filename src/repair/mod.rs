@@ -1,34 +1,34 @@
-//! Repair: what is wrong with a mesh is turned round, separated or cut out, and what is missing then is filled.
+//! Mesh repair: reorients, welds, unites, separates or cuts out defective faces, then fills the holes.
 //!
-//! Faces that are no part of a defect stay as they are, bit for bit and in order.
+//! Faces that are not part of a defect are kept bit for bit and in order.
 
-mod below;
 mod bodies;
 mod caps;
 mod choice;
 mod clean;
 mod clear;
-mod crossing;
+mod dangling;
 mod draft;
 mod finish;
-mod flat;
 mod growing;
-mod known;
-mod layer;
-mod lining;
+mod intersection_cache;
+mod offset_shell;
+mod offset_shells;
 mod orient;
 mod params;
-mod pockets;
 mod report;
+mod rim_triangles;
 mod rings;
 mod rounding;
-mod scraps;
 mod seams;
-mod search;
+mod self_intersections;
 mod setters;
 mod sheets;
+mod shell_rounds;
+mod shell_search;
+mod shell_vertex;
+mod shell_walls;
 mod union;
-mod walls;
 mod widen;
 
 use std::collections::HashSet;
@@ -54,27 +54,26 @@ pub use params::{CrossingPass, RepairParams, RepairReport};
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Repaired {
-    /// The mesh: what comes from the input first, in order, then the patches.
+    /// The mesh: vertices and faces from the input first, in order, then the patches.
     pub mesh: Mesh,
-    /// Where its first vertices and faces come from; what follows them is new.
+    /// The input vertex or face of each of its first vertices and faces; the others are new.
     pub origins: Origins,
-    /// For each vertex of a patch its expected error; see [`super::Filled::expected_error`].
+    /// The expected error of each patch vertex; see [`super::Filled::expected_error`].
     pub expected_error: Vec<Option<f64>>,
-    /// What was found and done.
+    /// What the repair found and did.
     pub report: RepairReport,
 }
 
-/// What is to be known of a mesh beside its shape.
+/// Properties of the input and the output format that constrain a repair.
 #[derive(Clone, Copy)]
 pub struct Carried<'a> {
-    /// Whether two coinciding vertices may become one, since they carry the same.
+    /// Whether two coinciding vertices may be merged because their attributes are equal.
     pub alike: &'a Alike<'a>,
-    /// Keeps all vertices, so that those of the input keep their numbers, and puts faces that were changed behind those that were
-    /// not.
+    /// Keeps all input vertices under their numbers and puts changed faces after unchanged ones.
     pub in_place: bool,
-    /// The transform to the coordinates of the mesh from those that the output holds as 32-bit floats, the identity for most formats;
-    /// none where it holds 64-bit floats. All positions are rounded so, those of the input too unless they stay `in_place`, before
-    /// self-intersections are looked for: what is found free of them is still so once it is written.
+    /// The transform from the coordinates that the output stores as 32-bit floats to mesh coordinates (the identity for most
+    /// formats); none if the output stores 64-bit floats. All positions are rounded accordingly before self-intersections are
+    /// searched (input positions too, unless `in_place`), so that the written file is as free of them as the result.
     pub stored: Option<DMat4>,
 }
 
@@ -91,8 +90,8 @@ impl Default for Carried<'_> {
 /// Repairs a mesh.
 ///
 /// # Errors
-/// When the mesh or the parameters make no sense, and [`FillError::Cancelled`]. What cannot be repaired is no error: the report
-/// says so.
+/// If the mesh or the parameters are invalid, or [`FillError::Cancelled`]. A defect that cannot be repaired is not an error; it
+/// is in the report.
 pub fn repair(
     mesh: &Mesh,
     params: &RepairParams,
@@ -122,7 +121,7 @@ pub fn repair(
     })
 }
 
-/// A repair on its way.
+/// The state of a running repair.
 struct Run<'a> {
     input: &'a Mesh,
     draft: Draft,
@@ -130,23 +129,24 @@ struct Run<'a> {
     control: &'a Control<'a>,
     report: RepairReport,
     choice: Choice,
-    /// Faces of the input that went because of patches that crossed others.
+    /// Input faces removed so far because patches intersected other faces.
     lost: usize,
-    /// The border of the input.
+    /// The boundary edges of the input.
     border: HashSet<Edge>,
-    /// For each face of the input its component; `u32::MAX` for degenerate faces.
+    /// The component of each input face; `u32::MAX` for degenerate faces.
     components: Vec<u32>,
 }
 
 impl Run<'_> {
-    /// An error if the run was stopped.
+    /// Returns an error if the run was cancelled.
     fn go_on(&self) -> Result<(), FillError> {
         Watch::new(*self.control, Vec::new()).finish()
     }
 
-    /// All that comes before crossings and holes.
+    /// The steps before intersecting faces are cut and holes are filled.
     fn prepare(&mut self, carried: &Carried) -> Result<(), FillError> {
         let params = self.params;
+        // Check the input and set up the draft.
         let found = Inspection::new(self.input)?;
         self.report.before = Some(found.check(&params.checked()));
         self.choice = Choice::new(&found, &params.fill)?;
@@ -155,11 +155,12 @@ impl Run<'_> {
         self.components.clone_from(&found.topology.component);
         self.draft = Draft::new(self.input, self.components.clone());
         self.draft.rounding = rounding;
-        // Rounding hides how many digits the coordinates had.
+        // Determined before rounding, which hides the number of digits of the coordinates.
         self.draft.unit = weld_length(&found.mesh);
         if !carried.in_place {
             self.draft.round_from(0);
         }
+        // Reuse the self-intersections that the check found.
         let before = self.report.before.iter().flat_map(|v| &v.defects);
         let mut crossing = before.filter(|d| d.kind == DefectKind::Crossing);
         let crossing = crossing.next().map_or(&[][..], |d| &d.faces);
@@ -173,14 +174,15 @@ impl Run<'_> {
         self.go_on()?;
         let given =
             (crosses && params.crossings).then(|| (self.draft.clone(), self.report.clone()));
+        // Clean, unite closed bodies, separate non-manifold surfaces.
         self.clean(carried)?;
         if let Some(given) = given {
             self.unite(given, carried)?;
         }
         if params.split {
-            scraps::join(&mut self.draft)?;
+            dangling::join(&mut self.draft)?;
             sheets::separate(&mut self.draft, &mut self.report)?;
-            // What was separated may be a body whose outside is known only now.
+            // A separated component may be a closed body now, whose outside is known.
             if params.orient && self.report.split_vertices + self.report.non_manifold_faces > 0 {
                 self.report.turned_faces += orient::orient(&mut self.draft)?;
             }
@@ -189,7 +191,7 @@ impl Run<'_> {
         self.drop_components()
     }
 
-    /// What can be mended without cutting anything out, and faces turned to one side.
+    /// Repairs that cut nothing out (merging, welding, duplicates), then reorients the faces.
     fn clean(&mut self, carried: &Carried) -> Result<(), FillError> {
         clean::clean(
             &mut self.draft,
@@ -204,7 +206,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Takes debris and what lies inside out.
+    /// Removes debris and components that lie inside others.
     fn drop_components(&mut self) -> Result<(), FillError> {
         let (debris, inside) = (self.params.debris.unwrap_or(0.0), self.params.drop_inside);
         if debris <= 0.0 && !inside {
@@ -223,14 +225,14 @@ impl Run<'_> {
                 goes[i] = true;
                 *count = [count[0] + 1, count[1] + c.faces];
             }
-            let piece = found.topology.component.iter();
-            piece.map(|&p| p != NONE && goes[p as usize]).collect()
+            let component = found.topology.component.iter();
+            component.map(|&p| p != NONE && goes[p as usize]).collect()
         };
         self.draft.remove(&removed);
         Ok(())
     }
 
-    /// Cuts out what crosses and fills what is missing, so that no patch crosses anything.
+    /// Cuts intersecting faces out and fills the holes, in passes, until no patch intersects anything.
     fn fill_and_cut(&mut self) -> Result<(), FillError> {
         let mut old = border(&*self.draft.inspect()?);
         let mut reopened = false;
@@ -254,22 +256,23 @@ impl Run<'_> {
             old = border(&*self.draft.inspect()?);
         }
         let may_stay = self.params.crossings;
-        scraps::drop(&mut self.draft, &mut self.report, may_stay)?;
+        dangling::drop(&mut self.draft, &mut self.report, may_stay)?;
         if self.params.crossings {
             self.clear()?;
-            scraps::drop(&mut self.draft, &mut self.report, false)?;
+            dangling::drop(&mut self.draft, &mut self.report, false)?;
         }
         if self.params.clean {
             clean::flip_new(&mut self.draft)?;
         }
-        // Components that were open sheets may be closed now.
+        // Open sheets may have become closed components.
         if self.params.orient {
             self.report.turned_faces += orient::orient(&mut self.draft)?;
         }
         Ok(())
     }
 
-    /// Lets no patch cross anything: others take their place, or the hole is widened, or lined, or left open.
+    /// Replaces patches that intersect other faces: by rim triangles, after widening the hole, by an offset shell, or by leaving
+    /// the hole open.
     fn clear(&mut self) -> Result<(), FillError> {
         self.go_on()?;
         let borders = self.params.borders;
@@ -280,7 +283,7 @@ impl Run<'_> {
         };
         let origin = self.draft.origins.vertices.clone();
         let is_left = |hole: &Hole| hole.outer_border && was_border(hole, &origin);
-        flat::settle(&mut self.draft, &mut self.report.fill, &is_left)?;
+        rim_triangles::settle(&mut self.draft, &mut self.report.fill, &is_left)?;
         let open = |hole: &Hole| was_border(hole, &origin);
         report::open(&self.draft, &mut self.report.fill, &open)?;
         for rings in 0..=tuning().repair.wider {
@@ -292,16 +295,16 @@ impl Run<'_> {
         let origin = self.draft.origins.vertices.clone();
         let open = |hole: &Hole| was_border(hole, &origin);
         report::open(&self.draft, &mut self.report.fill, &open)?;
-        scraps::close(&self.draft, &mut self.report.fill)?;
-        self.line(&was_border)?;
-        let crossing = self.draft.crossing()?;
+        dangling::close(&self.draft, &mut self.report.fill)?;
+        self.add_offset_shells(&was_border)?;
+        let crossing = self.draft.self_intersections()?;
         let left = crossing.iter().map(|f| self.draft.component(*f as usize));
         let left: HashSet<u32> = left.filter(|c| *c != NONE).collect();
         self.report.left_crossing = left.len();
-        report::crossing_faces(&mut self.draft, &mut self.report.fill)
+        report::count_intersecting_faces(&mut self.draft, &mut self.report.fill)
     }
 
-    /// Separates surfaces that patches let meet, if that leaves less wrong.
+    /// Separates surfaces that patches joined at edges or vertices, if that reduces the faults.
     fn separate_again(&mut self) -> Result<(), FillError> {
         if self.params.split && !self.draft.faults()?.is_manifold() {
             let before = self.state()?;
@@ -311,7 +314,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// What a pass changes, and how far from sound it is.
+    /// A snapshot of the state that a pass changes, with its faults.
     fn state(&mut self) -> Result<State, FillError> {
         let faults = self.draft.faults()?;
         let mut draft = self.draft.clone();
@@ -319,7 +322,7 @@ impl Run<'_> {
         Ok(((draft, self.report.clone(), self.lost), faults))
     }
 
-    /// Goes back to an earlier state if more is wrong now; says whether it did not.
+    /// Restores an earlier state if there are more faults now; returns whether the present state was kept.
     fn keep_better(&mut self, (before, faults): State) -> Result<bool, FillError> {
         let better = self.draft.faults()? <= faults;
         if !better {
@@ -328,7 +331,7 @@ impl Run<'_> {
         Ok(better)
     }
 
-    /// So many more faces of the input may go for the sake of patches that cross others.
+    /// The number of input faces that may still be removed because of patches that intersect others.
     fn most_lost(&self) -> usize {
         let crossed = self.report.before.as_ref();
         let crossed = crossed.map_or(0, |v| v.count(DefectKind::Crossing));
@@ -340,8 +343,12 @@ impl Run<'_> {
     fn cut(&mut self, pass: usize) -> Result<bool, FillError> {
         let most = self.most_lost();
         let cut = match pass {
-            0 => crossing::cut_crossings(&mut self.draft, tuning().repair.rings)?,
-            _ => crossing::cut_patches(&mut self.draft, tuning().repair.rings + pass, most)?,
+            0 => self_intersections::cut(&mut self.draft, tuning().repair.rings)?,
+            _ => self_intersections::cut_patches(
+                &mut self.draft,
+                tuning().repair.rings + pass,
+                most,
+            )?,
         };
         let Some(cut) = cut else {
             return Ok(false);
@@ -354,7 +361,8 @@ impl Run<'_> {
         Ok(true)
     }
 
-    /// Fills holes: those that are wanted the first time, later those that are no part of the old border.
+    /// Fills holes: the chosen ones in the first pass, in later passes those with an edge outside the `old` boundary, which the
+    /// cuts made.
     fn fill(&mut self, old: &HashSet<Edge>, first: bool) -> Result<(), FillError> {
         let (mesh, expected_error, report, caps) = {
             let mut found = self.draft.take_inspection()?;
@@ -365,7 +373,7 @@ impl Run<'_> {
             let mut made: Vec<HoleId> = Vec::new();
             for hole in &mut found.holes {
                 if edges(&hole.rim).any(|e| !old.contains(&e)) {
-                    // What was cut out is no border of a sheet.
+                    // A hole made by a cut is not the outer border of a sheet.
                     hole.outer_border = false;
                     made.push(hole.id);
                 }
@@ -410,14 +418,15 @@ impl Run<'_> {
         };
         let caps: Vec<HoleId> = caps.iter().map(|id| HoleId(id.0 + holes)).collect();
         let known = self.draft.mesh.positions.len();
-        self.draft.take(mesh, expected_error, &report, regions);
+        self.draft
+            .append_fill(mesh, expected_error, &report, regions);
         self.draft.round_from(known);
-        self.tell(report, regions, holes, first);
+        self.append_report(report, regions, holes, first);
         self.drop_bad_caps(&caps, regions)
     }
 
-    /// Adds what a fill told to what the ones before it did.
-    fn tell(&mut self, mut new: FillReport, regions: usize, holes: usize, first: bool) {
+    /// Appends the report of a fill to the report of the fills before it.
+    fn append_report(&mut self, mut new: FillReport, regions: usize, holes: usize, first: bool) {
         let all = &mut self.report.fill;
         if first {
             all.holes.clear();
@@ -440,10 +449,10 @@ impl Run<'_> {
     }
 }
 
-/// A draft, what was told of it, and how many faces went for patches that crossed others; and how far from sound it is.
+/// A snapshot: the draft, its report and the number of input faces lost because of patches; with its faults.
 type State = ((Draft, RepairReport, usize), Faults);
 
-/// An edge between vertices of the welded draft, the smaller number first.
+/// An edge between welded vertices, the smaller number first.
 type Edge = (u32, u32);
 
 fn edges(rim: &[u32]) -> impl Iterator<Item = Edge> {
@@ -451,7 +460,7 @@ fn edges(rim: &[u32]) -> impl Iterator<Item = Edge> {
     rim.iter().zip(next).map(|(&v, &w)| (v.min(w), v.max(w)))
 }
 
-/// The edges of the border.
+/// The boundary edges.
 fn border(found: &Inspection) -> HashSet<Edge> {
     use crate::mesh::topology::{end, start};
     let (mesh, topology) = (&found.mesh, &found.topology);

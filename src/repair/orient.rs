@@ -1,4 +1,4 @@
-//! Faces that agree within each component, and closed components that show their outside.
+//! Orientation: faces agree within each component, and closed components show their outside.
 
 use super::draft::Draft;
 use crate::check::{Component, components};
@@ -6,27 +6,27 @@ use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::NONE;
 use crate::tuning::tuning;
 
-/// Turns faces over; returns how many.
+/// Reorients the faces; returns the number of reversed ones.
 pub(super) fn orient(draft: &mut Draft) -> Result<usize, FillError> {
     let turned = {
         let found = draft.inspect()?;
         let inside_out = inside_out(&found);
         let topology = &found.topology;
-        // Components are measured as they are given; the faces that were turned to agree are the other way round then.
+        // The inspection's `turned` makes faces agree; an inside-out component is reversed in addition.
         let turn = |f: usize| match topology.component[f] {
             NONE => false,
-            piece => topology.turned[f] != inside_out[piece as usize],
+            component => topology.turned[f] != inside_out[component as usize],
         };
         let turned: Vec<bool> = (0..draft.mesh.faces.len()).map(turn).collect();
         turned
     };
     for f in (0..turned.len()).filter(|f| turned[*f]) {
-        draft.turn(f);
+        draft.reverse_face(f);
     }
     Ok(turned.iter().filter(|t| **t).count())
 }
 
-/// For each component, its faces made to agree, whether it shows its inside.
+/// For each component whether it is inside out after its faces were made to agree.
 fn inside_out(found: &Inspection) -> Vec<bool> {
     let mut agreeing = found.topology.turned.clone();
     agreeing.fill(false);
@@ -41,7 +41,7 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
     let components = components(&found.mesh, &topology, 0.0);
     let mut border = vec![0.0; components.len()];
     for hole in &found.holes {
-        // The outer border of a sheet.
+        // An outer border means an open sheet.
         let length = if hole.outer_border {
             f64::INFINITY
         } else {
@@ -57,7 +57,7 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
     components.iter().zip(&border).map(shows_inside).collect()
 }
 
-/// Whether a component encloses so much that it is a body with holes rather than a sheet.
+/// Whether a component encloses enough volume for its area to be a body with holes rather than a sheet.
 fn encloses(c: &Component) -> bool {
     c.volume.abs() > tuning().repair.least_volume * c.area.powf(1.5)
 }

@@ -1,47 +1,47 @@
-//! What a repair is to do, and what it did.
+//! Parameters and report of a repair.
 
 use serde::{Deserialize, Serialize};
 
-use super::lining::LinedWall;
+use super::offset_shells::ShellWall;
 use crate::check::{CheckParams, Component, Defect, DefectKind, Verdict};
 use crate::fill::FillParams;
 use crate::mend::{FillError, FillReport};
 use crate::parameters::tables;
 
-/// Parameters of a repair. Make one by [`RepairParams::default`] and set what is to differ.
+/// Parameters of a repair. Start from [`RepairParams::default`] and set the fields that differ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct RepairParams {
-    /// Merges coinciding vertices that carry the same, and takes out degenerate and duplicate faces.
+    /// Merges coinciding vertices with equal attributes and removes degenerate and duplicate faces.
     pub clean: bool,
-    /// Merges vertices of the border that are no farther from each other than this, in the mesh's units, into the first of them. By
-    /// default, with [`Self::clean`], those of edges that coincide but for the precision of the coordinates, where that closes edges
-    /// and leaves nothing worse.
+    /// Merges each boundary vertex into the nearest earlier one within this distance, in mesh units. By default, with
+    /// [`Self::clean`], boundary edges that coincide within the precision of the coordinates are merged, if that closes edges and
+    /// makes nothing worse.
     pub weld: Option<f64>,
     /// Drops vertices that no face of the input uses.
     pub drop_unused: bool,
-    /// Turns faces so that they agree within each component and closed ones show their outside.
+    /// Reorients faces so that they agree within each component and closed components show their outside.
     pub orient: bool,
-    /// Separates surfaces that meet in an edge or a vertex, and cuts out what cannot be separated.
+    /// Separates surfaces that meet in an edge or a vertex; cuts out faces where they cannot be separated.
     pub split: bool,
-    /// Takes out components with less than this part of the area of the largest one.
+    /// Removes components with less than this fraction of the largest component's area.
     pub debris: Option<f64>,
-    /// Takes out components that lie wholly inside another one.
+    /// Removes components that lie entirely inside another one.
     pub drop_inside: bool,
-    /// Cuts faces that cross others out, with what is round them.
+    /// Cuts out faces that intersect others, with the faces round them.
     pub crossings: bool,
-    /// Fills the holes of the mesh; else only those that the repair makes.
+    /// Fills the holes of the input. If false, only holes that the repair makes are filled.
     pub holes: bool,
-    /// Fills the outer borders of open sheets too.
+    /// Also closes the outer borders of open sheets.
     pub borders: bool,
-    /// The thickness of the walls that borders get which no flat cap closes, in the mesh's units; they are thinner where they would
-    /// intersect something. By default a mean edge of the component.
+    /// Thickness of the walls (offset shells) for borders that no flat cap closes, in mesh units. Walls are thinner where they
+    /// would intersect other faces. By default the mean edge length of the component.
     pub wall: Option<f64>,
-    /// Walls that are thinner than this, in the mesh's units, are defects in the verdicts before and after. By default only those are that
-    /// the repair made itself, where more than a quarter of a sheet is thinner than half a mean edge.
+    /// Walls thinner than this, in mesh units, are defects in the verdicts before and after. By default only walls made by the
+    /// repair count, if more than a quarter of a sheet has walls thinner than half a mean edge.
     pub min_wall: Option<f64>,
-    /// How holes are filled. Numbers of holes are those of the input.
+    /// How holes are filled. Hole numbers refer to the input.
     pub fill: FillParams,
 }
 
@@ -66,7 +66,7 @@ impl Default for RepairParams {
 }
 
 impl RepairParams {
-    /// Whether they make sense by themselves.
+    /// Checks that the values are within their bounds and consistent.
     ///
     /// # Errors
     /// [`FillError::Bounds`] and [`FillError::Parameter`].
@@ -78,13 +78,13 @@ impl RepairParams {
         tables::MIN_WALL.check(self.min_wall)?;
         if self.fill.surface == crate::fill::SurfaceKind::Whole {
             return bad(
-                "a repair is stitched into the mesh; whole level sets come from a fill alone",
+                "a repair always returns the mesh with its patches; for whole level sets, fill the mesh instead",
             );
         }
         self.fill.check()
     }
 
-    /// How the input and the result are judged.
+    /// The check parameters for the input and the result.
     pub(crate) fn checked(&self) -> CheckParams {
         CheckParams {
             min_wall: self.min_wall,
@@ -93,90 +93,91 @@ impl RepairParams {
     }
 }
 
-/// What a repair found and did.
+/// The report of a repair: what it found and did.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RepairReport {
-    /// Coinciding vertices that were merged into another.
+    /// Coinciding vertices merged into another one.
     pub merged_vertices: usize,
-    /// Vertices of the border that were merged into one nearby.
+    /// Boundary vertices merged into a nearby one.
     pub welded_vertices: usize,
-    /// Border vertices at which an edge on which they lay was split (T-junctions).
+    /// Boundary vertices at which the edge they lay on was split (T-junctions).
     #[serde(default)]
     pub stitched_junctions: usize,
-    /// Degenerate faces that were taken out.
+    /// Degenerate faces removed.
     pub degenerate_faces: usize,
-    /// Faces without area that were taken into a neighbour by turning the edge between the two.
+    /// Faces without area that were merged into a neighbour by flipping the common edge.
     pub flipped_edges: usize,
-    /// Duplicate faces that were taken out.
+    /// Duplicate faces removed.
     pub duplicate_faces: usize,
-    /// Faces that were turned over.
+    /// Faces whose orientation was reversed.
     pub turned_faces: usize,
-    /// Copies of vertices that were made so that surfaces meet there no more.
+    /// Vertex copies made to separate surfaces that met there.
     pub split_vertices: usize,
-    /// Faces at edges with more than two that were cut out.
+    /// Faces cut out at edges with more than two faces.
     pub non_manifold_faces: usize,
-    /// Components that were taken out as debris, and their faces.
+    /// Components removed as debris, and their faces.
     pub debris: [usize; 2],
-    /// Components that were taken out because they lay inside another, and their faces.
+    /// Components removed because they lay inside another one, and their faces.
     pub inside: [usize; 2],
-    /// Components of the input none of whose faces are in the result, for whatever reason: how many, and the fewest and the most faces
-    /// of one.
+    /// Input components with no face left in the result, for whatever reason: their number, and the smallest and largest number
+    /// of faces of one.
     #[serde(default)]
     pub gone_components: [usize; 3],
-    /// Closed bodies that touched or intersected, or one that intersected itself, and were united.
+    /// Closed bodies that touched or intersected another, or themselves, and were united.
     pub united_bodies: usize,
-    /// Vertices of faces in which bodies touch that were moved for their union, since these faces lie on each other but for rounding.
+    /// Vertices moved before a union, because faces of two bodies coincided there except for rounding.
     #[serde(default)]
     pub moved_vertices: usize,
-    /// The longest way of one of these, in the mesh's units.
+    /// The largest displacement of one of these, in mesh units.
     #[serde(default)]
     pub largest_move: f64,
-    /// Faces that were split where they intersected another body, and of which a part is left.
+    /// Faces split where they intersected another body, with a part kept.
     pub split_faces: usize,
-    /// Faces of united bodies of which nothing is left, since they lay inside others or on each other.
+    /// Faces of united bodies removed entirely, because they lay inside other bodies or on their faces.
     pub inner_faces: usize,
-    /// The passes in which crossing faces were cut out.
+    /// The passes in which intersecting faces were cut out.
     pub passes: Vec<CrossingPass>,
-    /// Faces of the input that came to lie under another layer where the two crossed, and were taken out.
+    /// Input faces removed because they lay inside a surface that intersected theirs, or were covered by it.
     pub covered_faces: usize,
-    /// Components whose crossings were left, since nothing of them would have stayed.
+    /// Components left with self-intersections, because cutting would have removed them entirely.
     pub left_crossing: usize,
-    /// Faces of the input that are not in the result.
+    /// Input faces that are not in the result.
     pub lost_faces: usize,
-    /// Vertices of the input that are not in the result.
+    /// Input vertices that are not in the result.
     pub lost_vertices: usize,
-    /// Components of the result that were lined in part or as a whole, each with its number from 1 in the order of their first faces. The
-    /// walls are those that the lining makes.
-    #[serde(default)]
-    pub linings: Vec<(usize, Component)>,
-    /// The numbers of those whose walls are too thin, each with the thickness that most of its wall should have: a no in the verdict.
-    #[serde(default)]
-    pub thin_linings: Vec<(usize, f64)>,
-    /// What is known of the walls of linings in the course of a repair.
+    /// Components of the result with an offset shell, partial or whole: the component's number, from 1 in the order of first
+    /// faces, and its data. The wall fields describe the walls between the surface and the shell.
+    #[serde(default, alias = "linings")]
+    pub offset_shells: Vec<(usize, Component)>,
+    /// Numbers of those components whose walls are too thin, with the thickness that most of the wall should have. The verdict on
+    /// the result is then negative.
+    #[serde(default, alias = "thin_linings")]
+    pub thin_offset_shells: Vec<(usize, f64)>,
+    /// The walls of the offset shells, collected during the repair.
     #[serde(skip)]
-    pub(super) walls: Vec<LinedWall>,
+    pub(super) walls: Vec<ShellWall>,
     /// The verdict on the input.
     pub before: Option<Verdict>,
-    /// The verdict on the result; on the file as it is written, where one is.
+    /// The verdict on the result, or on the written file if there is one.
     pub after: Option<Verdict>,
-    /// The fills. Holes are numbered as they were when they were filled.
+    /// The report of the fills. Holes are numbered as they were when they were filled.
     pub fill: FillReport,
 }
 
 impl RepairReport {
-    /// Takes over the verdict on the result, in which walls of linings that are too thin are a defect.
+    /// Stores the verdict on the result and adds a defect for offset shells with too thin walls.
     pub(crate) fn judge(&mut self, mut verdict: Verdict) {
         let mut faces = 0;
-        for (number, limit) in &self.thin_linings {
-            let lining = self.linings.iter().find(|(n, _)| n == number);
+        for (number, limit) in &self.thin_offset_shells {
+            let shell = self.offset_shells.iter().find(|(n, _)| n == number);
             let own = verdict.components.get_mut(number - 1);
-            let (Some((_, lining)), Some(own)) = (lining, own) else {
+            let (Some((_, shell)), Some(own)) = (shell, own) else {
                 continue;
             };
             let thinner = |l: f64| own.least_wall.is_none_or(|o| l < o);
-            if lining.least_wall.is_some_and(thinner) {
-                (own.least_wall, own.thinnest_at) = (lining.least_wall, lining.thinnest_at);
+            if shell.least_wall.is_some_and(thinner) {
+                (own.least_wall, own.thinnest_at) = (shell.least_wall, shell.thinnest_at);
             }
             let known = verdict.params.min_wall.unwrap_or(0.0);
             verdict.params.min_wall = Some(known.max(*limit));
@@ -191,14 +192,14 @@ impl RepairReport {
     }
 }
 
-/// One pass in which crossing faces were cut out.
+/// One pass in which intersecting faces were cut out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct CrossingPass {
-    /// Faces that crossed others.
+    /// Faces that intersected others.
     pub crossing_faces: usize,
-    /// Faces that were cut out.
+    /// Faces cut out.
     pub cut_faces: usize,
-    /// Rings of faces round the crossing ones that went with them.
+    /// Rings of faces round the intersecting ones that were cut out too.
     pub rings: usize,
 }

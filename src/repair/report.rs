@@ -1,4 +1,4 @@
-//! What the report of a repair tells of holes and patches at its end.
+//! Hole and patch entries of a repair's report: open holes, self-intersections of patches, hole numbers.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -9,9 +9,10 @@ use crate::mend::{FillError, FillReport, HoleReport};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, HoleId};
 
-/// Tells of open holes that nothing was told of, such as those that the last cuts made, as ones that are to be closed, and so of
-/// components of two faces; single faces are left. `was_border` says which rims are those of outer borders of the input that are to be
-/// left.
+/// Adds open holes that the report does not list yet, as holes made by the last cuts. Their outcome is a failure, except for
+/// single faces and for outer borders that may stay open, which count as left. A listed hole that was left because its component
+/// is small becomes a failure if it has more than three edges and may not stay open. `was_border` returns whether a rim is an
+/// outer border of the input that may stay open.
 pub(super) fn open(
     draft: &Draft,
     report: &mut FillReport,
@@ -55,12 +56,15 @@ pub(super) fn open(
     Ok(())
 }
 
-/// Tells of each patch how many of its faces cross others.
-pub(super) fn crossing_faces(draft: &mut Draft, report: &mut FillReport) -> Result<(), FillError> {
+/// Counts the intersecting faces of each patch.
+pub(super) fn count_intersecting_faces(
+    draft: &mut Draft,
+    report: &mut FillReport,
+) -> Result<(), FillError> {
     for region in &mut report.regions {
         region.set_intersecting(0);
     }
-    for f in draft.crossing()? {
+    for f in draft.self_intersections()? {
         match draft.region[f as usize] {
             NONE => {}
             region => {
@@ -72,7 +76,7 @@ pub(super) fn crossing_faces(draft: &mut Draft, report: &mut FillReport) -> Resu
     Ok(())
 }
 
-/// How many components of the input have no living face, and the fewest and the most faces of one.
+/// The number of input components with no face left, and the smallest and largest number of faces of one.
 pub(super) fn gone_components(component: &[u32], living: &[bool]) -> [usize; 3] {
     let mut faces: BTreeMap<u32, (usize, bool)> = BTreeMap::new();
     for (component, lives) in component.iter().zip(living).filter(|(c, _)| **c != NONE) {
@@ -87,7 +91,7 @@ pub(super) fn gone_components(component: &[u32], living: &[bool]) -> [usize; 3] 
     [sizes.len(), least, most]
 }
 
-/// Gives the holes of a report other numbers.
+/// Renumbers the holes of a report.
 pub(super) fn renumber(report: &mut FillReport, numbers: &HashMap<HoleId, HoleId>) {
     let number = |id: &mut HoleId| *id = numbers.get(id).copied().unwrap_or(*id);
     for hole in &mut report.holes {
@@ -98,7 +102,7 @@ pub(super) fn renumber(report: &mut FillReport, numbers: &HashMap<HoleId, HoleId
     }
 }
 
-/// The largest number of a hole in a report.
+/// The largest hole number in a report.
 pub(super) fn last_number(report: &FillReport) -> usize {
     let numbers = report.holes.iter().map(|h| h.hole.id.get());
     numbers.max().unwrap_or(0)

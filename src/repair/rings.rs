@@ -1,4 +1,4 @@
-//! Rings of faces round rims.
+//! Regions of faces grown ring by ring from hole rims.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -6,9 +6,9 @@ use crate::mend::Inspection;
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, VertexFaces};
 
-/// The faces round some rims.
+/// A region of faces round some rims, all in one component.
 pub(super) struct Region {
-    pub(super) piece: u32,
+    pub(super) component: u32,
     pub(super) faces: Vec<u32>,
     known: HashSet<u32>,
     border: BTreeSet<u32>,
@@ -18,7 +18,7 @@ pub(super) struct Region {
 impl Region {
     pub(super) fn new(holes: &[&Hole]) -> Self {
         Self {
-            piece: holes.first().map_or(NONE, |h| h.component),
+            component: holes.first().map_or(NONE, |h| h.component),
             faces: Vec::new(),
             known: HashSet::new(),
             border: holes.iter().flat_map(|h| h.rim.iter().copied()).collect(),
@@ -26,7 +26,7 @@ impl Region {
         }
     }
 
-    /// Takes faces in until there are `rings` rings of them, or more than `most` faces; returns whether any were added.
+    /// Grows the region to `rings` rings, or until it has more than `most` faces; returns whether it grew.
     pub(super) fn grow(
         &mut self,
         found: &Inspection,
@@ -39,7 +39,9 @@ impl Region {
             let first = self.faces.len();
             for v in std::mem::take(&mut self.border) {
                 for &f in around.of(v) {
-                    if found.topology.component[f as usize] == self.piece && self.known.insert(f) {
+                    if found.topology.component[f as usize] == self.component
+                        && self.known.insert(f)
+                    {
                         self.faces.push(f);
                     }
                 }

@@ -1,8 +1,8 @@
-//! The precision of the output: positions that a repair makes are rounded to it before self-intersections are looked for.
+//! Rounding of positions to the precision of the output, applied before self-intersections are searched.
 
 use glam::{DMat4, DVec3};
 
-/// Whether 32-bit floats hold a position.
+/// Whether 32-bit floats represent a position exactly.
 pub(super) fn is_single(p: DVec3) -> bool {
     p.as_vec3().as_dvec3() == p
 }
@@ -10,14 +10,14 @@ pub(super) fn is_single(p: DVec3) -> bool {
 /// How positions are rounded when they are written.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Rounding {
-    /// The transform from the coordinates that the file holds as 32-bit floats to those of the mesh, and its inverse; none where
-    /// the file holds 64-bit floats.
+    /// The transform from the stored 32-bit coordinates to mesh coordinates, and its inverse; none if the file stores 64-bit
+    /// floats.
     stored: Option<[DMat4; 2]>,
 }
 
 impl Rounding {
-    /// The rounding of a file whose 32-bit floats a transform takes to the coordinates of the mesh; none for 64-bit floats, and for
-    /// transforms that cannot be inverted.
+    /// Rounding for a file with 32-bit floats and this transform to mesh coordinates. No rounding for 64-bit floats or a singular
+    /// transform.
     pub(super) fn new(stored: Option<DMat4>) -> Self {
         let finite = |to: &DMat4| to.determinant() != 0.0 && to.inverse().is_finite();
         let stored = stored.filter(finite).map(|to| [to, to.inverse()]);
@@ -29,7 +29,8 @@ impl Rounding {
         self.stored.is_some()
     }
 
-    /// A position as it is read from the file. What 32-bit floats cannot hold stays as it is: writing refuses it.
+    /// A position as it will be read from the file. Positions outside the range of 32-bit floats are returned unchanged; writing
+    /// refuses them.
     pub(super) fn of(&self, p: DVec3) -> DVec3 {
         let single = |p: DVec3| p.as_vec3().as_dvec3();
         let rounded = match &self.stored {
@@ -40,12 +41,12 @@ impl Rounding {
         if rounded.is_finite() { rounded } else { p }
     }
 
-    /// A vertex that moves. One in single precision stays so, since formats may hold no more.
+    /// A displaced vertex. A single-precision position stays single precision, since the format may hold no more.
     pub(super) fn moved(&self, p: DVec3, shift: DVec3) -> DVec3 {
         self.beside(is_single(p), p + shift)
     }
 
-    /// The position of a new vertex: in single precision where those beside it are.
+    /// The position of a new vertex, rounded to single precision if its neighbours are.
     pub(super) fn beside(&self, are_single: bool, p: DVec3) -> DVec3 {
         match are_single && !self.is_single() {
             true => p.as_vec3().as_dvec3(),

@@ -1,23 +1,23 @@
-//! Borders that coincide but for rounding are welded, and edges are split at border vertices that lie on them (T-junctions).
+//! Seams: welds boundary edges that coincide except for rounding and splits edges at T-junctions.
 
 use std::collections::HashSet;
 
 use super::RepairReport;
 use super::draft::Draft;
-use crate::check::{Border, Match, is_flat};
+use crate::check::{Boundary, Match, is_flat};
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::end;
 use crate::mesh::{DisjointSets, FaceOrigin, Mesh, VertexFaces, area_vector};
 use crate::tuning::tuning;
 
-/// Welds border edges that coincide but for the precision of the coordinates, where that leaves nothing worse; returns how many
-/// vertices were merged into another.
+/// Welds boundary edges that coincide within the precision of the coordinates, if nothing gets worse; returns the number of
+/// merged vertices.
 pub(super) fn weld(draft: &mut Draft) -> Result<usize, FillError> {
     let (to, merged) = {
         let found = draft.inspect()?;
-        let border = Border::with_unit(&found.mesh, &found.topology, draft.unit);
-        let matches = border.matches(border.unit, tuning().check.weld_edge);
-        let to = merges(&found, &border, &matches);
+        let boundary = Boundary::with_unit(&found.mesh, &found.topology, draft.unit);
+        let matches = boundary.matches(boundary.unit, tuning().check.weld_edge);
+        let to = merges(&found, &boundary, &matches);
         let merged = (0..).zip(&to).filter(|(v, w)| v != *w).count();
         let of_file: Vec<u32> = found.weld.iter().map(|v| to[*v as usize]).collect();
         (of_file, merged)
@@ -27,7 +27,7 @@ pub(super) fn weld(draft: &mut Draft) -> Result<usize, FillError> {
     }
     let mut new = draft.clone();
     new.forget_inspection();
-    // Corners keep their own vertex of those at one place, which carries what belongs to them.
+    // Unmerged corners keep their own vertex, which carries its attributes.
     let found = draft.inspect()?;
     for corner in new.mesh.faces.iter_mut().flatten() {
         let place = found.weld[*corner as usize];
@@ -39,11 +39,12 @@ pub(super) fn weld(draft: &mut Draft) -> Result<usize, FillError> {
     Ok(if replace(draft, new)? { merged } else { 0 })
 }
 
-/// For each welded vertex the one that it becomes: the first of those that coincide with it. No face loses a corner by it.
-fn merges(found: &Inspection, border: &Border, matches: &[Option<Match>]) -> Vec<u32> {
+/// For each welded vertex the vertex it is merged into: the first of those that coincide with it. No face loses a corner.
+fn merges(found: &Inspection, boundary: &Boundary, matches: &[Option<Match>]) -> Vec<u32> {
     let count = found.mesh.positions.len();
+    // Join the ends of matching edges.
     let mut sets = DisjointSets::new(count);
-    for (ends, other) in border.ends.iter().zip(matches) {
+    for (ends, other) in boundary.ends.iter().zip(matches) {
         if let Some(other) = other {
             for (v, w) in ends.iter().zip(other.ends) {
                 sets.join(*v, w);
@@ -53,10 +54,10 @@ fn merges(found: &Inspection, border: &Border, matches: &[Option<Match>]) -> Vec
     let mut to: Vec<u32> = (0..count as u32).map(|v| sets.find(v)).collect();
     let near = |v: u32, w: u32| {
         let apart = found.mesh.positions[v as usize].distance(found.mesh.positions[w as usize]);
-        apart <= 2.0 * border.unit
+        apart <= 2.0 * boundary.unit
     };
     let around = VertexFaces::new(&found.mesh);
-    // Sets that are too wide, or have two corners of a face, stay apart.
+    // Do not merge sets that are too wide or contain two corners of one face.
     let mut spoilt: HashSet<u32> = HashSet::new();
     for v in (0..count as u32).filter(|v| to[*v as usize] != *v) {
         let set = to[v as usize];
@@ -76,7 +77,7 @@ fn merges(found: &Inspection, border: &Border, matches: &[Option<Match>]) -> Vec
     to
 }
 
-/// Splits border edges at border vertices that lie on them, where that leaves nothing worse: the face there gives way to parts of it.
+/// Splits boundary edges at boundary vertices on them, if nothing gets worse. The face of the edge is replaced by parts of it.
 pub(super) fn stitch(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
     let mut new: Option<Draft> = None;
     let mut split = 0;
@@ -102,38 +103,39 @@ pub(super) fn stitch(draft: &mut Draft, report: &mut RepairReport) -> Result<(),
     Ok(())
 }
 
-/// Takes another draft over unless it is worse; whether it did.
+/// Replaces the draft by another one if that has no more faults, holes not considered, and fewer boundary edges; returns whether
+/// it did.
 fn replace(draft: &mut Draft, mut new: Draft) -> Result<bool, FillError> {
     let before = draft.faults()?;
     let better = new.faults()?.is_no_worse_but_for_holes(&before)
-        && border_edges(&*new.inspect()?) < border_edges(&*draft.inspect()?);
+        && boundary_edges(&*new.inspect()?) < boundary_edges(&*draft.inspect()?);
     if better {
         *draft = new;
     }
     Ok(better)
 }
 
-fn border_edges(found: &Inspection) -> usize {
+fn boundary_edges(found: &Inspection) -> usize {
     found.topology.boundary.iter().filter(|b| **b).count()
 }
 
-/// An edge of a face that is split.
+/// A face edge to split.
 struct Split {
     face: usize,
-    /// The corner of the draft's face at which the edge begins.
+    /// The corner of the draft's face where the edge begins.
     corner: usize,
-    /// The vertices on the edge, from that corner on.
+    /// The vertices on the edge, starting at that corner.
     vertices: Vec<u32>,
 }
 
-/// The edges to split, one of each face.
+/// The edges to split, at most one per face.
 fn splits(found: &Inspection, unit: f64) -> Vec<Split> {
     let (mesh, topology) = (&found.mesh, &found.topology);
-    let border = Border::with_unit(mesh, topology, unit);
+    let boundary = Boundary::with_unit(mesh, topology, unit);
     let mut seen: HashSet<u32> = HashSet::new();
     let mut all = Vec::new();
-    for junctions in border.junctions() {
-        let h = border.half_edges[junctions.edge as usize];
+    for junctions in boundary.junctions() {
+        let h = boundary.half_edges[junctions.edge as usize];
         let (face, k) = (h / 3, h as usize % 3);
         let corners = mesh.faces[face as usize];
         let apex = corners[(k + 2) % 3];
@@ -149,7 +151,7 @@ fn splits(found: &Inspection, unit: f64) -> Vec<Split> {
         if !sound || !seen.insert(face) {
             continue;
         }
-        // In a face that was turned to agree with its component corners 1 and 2 of the draft's are swapped.
+        // In a face that the inspection reoriented, corners 1 and 2 are swapped with respect to the draft.
         let mut vertices = junctions.vertices;
         let corner = match topology.turned[face as usize] {
             false => k,
@@ -167,7 +169,7 @@ fn splits(found: &Inspection, unit: f64) -> Vec<Split> {
     all
 }
 
-/// Whether a triangle has an area and faces the same way as the face of which it is to be a part.
+/// Whether a triangle has an area and the orientation of the face that it is a part of.
 fn is_part(mesh: &Mesh, face: u32, triangle: [u32; 3]) -> bool {
     let corners = triangle.map(|v| mesh.positions[v as usize]);
     let whole = area_vector(mesh.corners(face));
@@ -175,7 +177,7 @@ fn is_part(mesh: &Mesh, face: u32, triangle: [u32; 3]) -> bool {
 }
 
 impl Split {
-    /// Puts the parts in the place of the face: the first where it was, the others at the end.
+    /// Replaces the face by its parts: the first in its place, the others appended.
     fn make(self, draft: &mut Draft) {
         let (face, origin) = (draft.mesh.faces[self.face], draft.origins.faces[self.face]);
         let [from, to, apex] = [0, 1, 2].map(|i| (self.corner + i) % 3);

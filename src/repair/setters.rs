@@ -1,4 +1,4 @@
-//! Setters of [`RepairParams`], for calls in a row.
+//! Chainable setters of [`RepairParams`].
 
 use super::params::RepairParams;
 use crate::fill::FillParams;
@@ -15,7 +15,7 @@ setters! { RepairParams:
     with_orient(orient: bool) => orient = orient;
     /// Sets [`RepairParams::split`].
     with_split(split: bool) => split = split;
-    /// Sets [`RepairParams::debris`], a part of an area.
+    /// Sets [`RepairParams::debris`], a fraction of an area.
     ///
     /// ```
     /// let params = isomend::RepairParams::new().with_debris(0.01).with_holes(false);

@@ -1,4 +1,4 @@
-//! Surfaces that meet in edges or vertices only: separated, or cut out.
+//! Non-manifold edges and vertices: separates the surfaces that meet there, or cuts them out.
 
 mod halve;
 mod pairs;
@@ -18,7 +18,7 @@ use crate::tuning::tuning;
 
 pub(super) use pairs::paired;
 
-/// Separates surfaces that meet in edges or vertices, where they bound bodies that do; cuts the others out.
+/// Separates surfaces that meet in edges or vertices if they bound bodies there; cuts out the others.
 pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
     for round in 0..tuning().repair.sheet_rounds {
         let (cuts, copies) = {
@@ -30,12 +30,12 @@ pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(
                     found.topology.opposite[a as usize] = b;
                     found.topology.opposite[b as usize] = a;
                 }
-                let wishes = touching(&found, |f| draft.region[f as usize] == NONE);
-                (Vec::new(), placed(&found, wishes, draft.rounding))
+                let requests = touching(&found, |f| draft.region[f as usize] == NONE);
+                (Vec::new(), placed(&found, requests, draft.rounding))
             } else {
                 let mut cuts = cuts(&found, &unclear);
-                let wishes = detached(&found, &unclear, &mut cuts);
-                (cuts, placed(&found, wishes, draft.rounding))
+                let requests = detached(&found, &unclear, &mut cuts);
+                (cuts, placed(&found, requests, draft.rounding))
             }
         };
         if cuts.is_empty() && copies.is_empty() {
@@ -47,7 +47,7 @@ pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(
             report.non_manifold_faces += cut(draft, &cuts)?;
             continue;
         }
-        // What still meets in an edge hangs together at both of its ends: a vertex between these can be separated.
+        // Surfaces that still meet in an edge are connected at both of its ends; a new vertex in its middle can be separated.
         if round < tuning().repair.halving_rounds && halve::halve(draft)? > 0 {
             continue;
         }
@@ -73,8 +73,8 @@ fn cut(draft: &mut Draft, faces: &[u32]) -> Result<usize, FillError> {
     draft.cut(&marks)
 }
 
-/// The faces to cut out at edges that cannot be separated: all but the two that go on best. A sheet that ends at such edges
-/// everywhere goes whole.
+/// The faces to cut out at inseparable edges: all but the best continuing pair of each edge. A component without boundary edges
+/// that continues across none of them, i.e. a sheet that ends at such edges everywhere, is removed entirely.
 fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let size = |h: u32| topology.component_faces[topology.component[h as usize / 3] as usize];
@@ -82,6 +82,7 @@ fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
     let mut stays = vec![false; topology.component_faces.len()];
     let mut goes = Vec::new();
     for half_edges in unclear {
+        // Best pair: the largest components first, then the flattest angle.
         let mut best: Option<(usize, f64, [u32; 2])> = None;
         for (i, &a) in half_edges.iter().enumerate() {
             for &b in &half_edges[i + 1..] {
@@ -101,11 +102,11 @@ fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
             }
         }
     }
-    let open = open_pieces(topology);
+    let open = open_components(topology);
     let mut whole = vec![false; open.len()];
     for f in &goes {
-        let piece = topology.component[*f as usize] as usize;
-        whole[piece] = !open[piece] && !stays[piece];
+        let component = topology.component[*f as usize] as usize;
+        whole[component] = !open[component] && !stays[component];
     }
     goes.extend(
         topology
@@ -117,95 +118,97 @@ fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
     goes
 }
 
-/// The copies that let sheets hang free of which nothing would be left, since all their faces are at such edges: sheets with a border
-/// that hang on surfaces with borders. These are no longer to be cut then. On closed surfaces and inside of them they are defects.
-fn detached(found: &Inspection, unclear: &[Vec<u32>], cuts: &mut Vec<u32>) -> Vec<Wish> {
+/// Vertex copies that detach open sheets of which a cut would leave nothing, because all their faces are at inseparable edges,
+/// from open surfaces. Their faces are removed from `cuts`. On closed surfaces and inside them such sheets are defects and are
+/// cut.
+fn detached(found: &Inspection, unclear: &[Vec<u32>], cuts: &mut Vec<u32>) -> Vec<CopyRequest> {
     let (mesh, topology) = (&found.mesh, &found.topology);
-    let piece = |f: u32| topology.component[f as usize] as usize;
+    let component = |f: u32| topology.component[f as usize] as usize;
     let mut left = topology.component_faces.clone();
-    cuts.iter().for_each(|&f| left[piece(f)] -= 1);
-    let open = open_pieces(topology);
-    let goes = |h: &u32| left[piece(h / 3)] == 0 && open[piece(h / 3)];
+    cuts.iter().for_each(|&f| left[component(f)] -= 1);
+    let open = open_components(topology);
+    let goes = |h: &u32| left[component(h / 3)] == 0 && open[component(h / 3)];
     let mut ends: BTreeSet<(usize, u32)> = BTreeSet::new();
     for half_edges in unclear {
         let on_open = half_edges
             .iter()
-            .any(|h| left[piece(h / 3)] > 0 && open[piece(h / 3)]);
+            .any(|h| left[component(h / 3)] > 0 && open[component(h / 3)]);
         for &h in half_edges.iter().filter(|h| on_open && goes(h)) {
             for v in [start(mesh, h), end(mesh, h)] {
-                ends.insert((piece(h / 3), v));
+                ends.insert((component(h / 3), v));
             }
         }
     }
     let around = VertexFaces::new(mesh);
-    let mut wishes = Vec::new();
-    let free: BTreeSet<usize> = ends.iter().map(|(piece, _)| *piece).collect();
+    let mut requests = Vec::new();
+    let free: BTreeSet<usize> = ends.iter().map(|(component, _)| *component).collect();
     for (own, v) in ends {
         let faces = around.of(v).iter().copied();
         let fan: Vec<u32> = faces
             .filter(|&f| topology.component[f as usize] == own as u32)
             .collect();
-        let ways = vec![along(mesh, &fan, v)];
-        wishes.push(Wish {
+        let displacements = vec![along(mesh, &fan, v)];
+        requests.push(CopyRequest {
             fan,
             vertex: v,
-            ways,
+            displacements,
         });
     }
-    cuts.retain(|&f| !free.contains(&piece(f)));
-    wishes
+    cuts.retain(|&f| !free.contains(&component(f)));
+    requests
 }
 
-/// Which components have borders.
-pub(super) fn open_pieces(topology: &Topology) -> Vec<bool> {
+/// Whether each component is open.
+pub(super) fn open_components(topology: &Topology) -> Vec<bool> {
     let mut open = vec![false; topology.component_faces.len()];
     let border = (0..topology.boundary.len()).filter(|h| topology.boundary[*h]);
     border.for_each(|h| open[topology.component[h / 3] as usize] = true);
     open
 }
 
-/// A short way from a vertex along the faces of a fan.
+/// A short displacement from a vertex along the faces of a fan.
 fn along(mesh: &Mesh, fan: &[u32], vertex: u32) -> DVec3 {
     let p = mesh.positions[vertex as usize];
     let centre = |f: &u32| mesh.corners(*f).iter().sum::<DVec3>() / 3.0 - p;
-    let way: DVec3 = fan.iter().map(centre).sum();
-    way.normalize_or_zero() * short(mesh, fan, p)
+    let direction: DVec3 = fan.iter().map(centre).sum();
+    direction.normalize_or_zero() * short(mesh, fan, p)
 }
 
-/// The corners of a fan's faces at a vertex, as the draft has them.
+/// The corners of a fan's faces at a vertex, in the numbering of the draft.
 fn corners(found: &Inspection, fan: &[u32], vertex: u32) -> Vec<(u32, usize)> {
     let corner = |&f: &u32| {
         let face = found.mesh.faces[f as usize];
         let k = face.iter().position(|w| *w == vertex).unwrap_or(0);
-        // Turning over swaps the corners 1 and 2.
+        // Reorientation swaps the corners 1 and 2.
         let turned = found.topology.turned[f as usize];
         (f, if turned && k > 0 { 3 - k } else { k })
     };
     fan.iter().map(corner).collect()
 }
 
-/// Faces that get a copy of their vertex, a hair away from it.
+/// A vertex copy for some faces, slightly displaced.
 struct Copy {
-    /// Corners of the draft's faces.
+    /// Corners of the draft's faces that get the copy.
     corners: Vec<(u32, usize)>,
-    /// By how much the vertex moves.
+    /// Displacement of the copy.
     shift: DVec3,
 }
 
-/// A fan that is to get a copy of its vertex.
-struct Wish {
+/// A fan that should get its own copy of its vertex.
+struct CopyRequest {
     fan: Vec<u32>,
     vertex: u32,
-    /// By how much the vertex may move; what is tried first comes first.
-    ways: Vec<DVec3>,
+    /// Candidate displacements, in the order in which they are tried.
+    displacements: Vec<DVec3>,
 }
 
-/// The copies that make surfaces which meet in a vertex two: the fan with the most faces of the input keeps the vertex, of those the
-/// largest. Open fans stay as they are, since what fills the gap between them may join them.
-fn touching(found: &Inspection, is_old: impl Fn(u32) -> bool) -> Vec<Wish> {
+/// Vertex copies that separate surfaces meeting in a vertex. One fan keeps the vertex: an open one if there is one, else the one
+/// with the most input faces, then the most faces. Open fans are not separated, since the fill of the gap between them may join
+/// them.
+fn touching(found: &Inspection, is_old: impl Fn(u32) -> bool) -> Vec<CopyRequest> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let around = VertexFaces::new(mesh);
-    let mut wishes = Vec::new();
+    let mut requests = Vec::new();
     for v in 0..mesh.positions.len() as u32 {
         if around.of(v).len() < 6 || !has_several_fans(mesh, topology, &around, v) {
             continue;
@@ -214,7 +217,7 @@ fn touching(found: &Inspection, is_old: impl Fn(u32) -> bool) -> Vec<Wish> {
         if all.len() < 2 {
             continue;
         }
-        // Of equals the one with the smallest face comes first.
+        // The sort is stable: of equal fans the one with the smallest face number comes first.
         let old = |fan: &[u32]| fan.iter().filter(|f| is_old(**f)).count();
         all.sort_by_key(|fan| std::cmp::Reverse((old(fan), fan.len())));
         let closed = |fan: &Vec<u32>| is_closed(mesh, topology, fan, v);
@@ -223,20 +226,20 @@ fn touching(found: &Inspection, is_old: impl Fn(u32) -> bool) -> Vec<Wish> {
             if i == spared || !closed(fan) {
                 continue;
             }
-            let ways = vec![inward(mesh, fan, v), along(mesh, fan, v)];
-            wishes.push(Wish {
+            let displacements = vec![inward(mesh, fan, v), along(mesh, fan, v)];
+            requests.push(CopyRequest {
                 fan: fan.clone(),
                 vertex: v,
-                ways,
+                displacements,
             });
         }
     }
-    wishes
+    requests
 }
 
-/// The copies that make no more faces cross others than did before; what cannot be had so stays together.
-fn placed(found: &Inspection, wishes: Vec<Wish>, rounding: Rounding) -> Vec<Copy> {
-    if wishes.is_empty() {
+/// Chooses for each fan the first displacement that adds no intersecting faces; fans without one are not separated.
+fn placed(found: &Inspection, requests: Vec<CopyRequest>, rounding: Rounding) -> Vec<Copy> {
+    if requests.is_empty() {
         return Vec::new();
     }
     let mesh = &found.mesh;
@@ -245,40 +248,50 @@ fn placed(found: &Inspection, wishes: Vec<Wish>, rounding: Rounding) -> Vec<Copy
         .map(|f| Bounds::of(mesh.corners(*f)))
         .collect();
     let tree = BoxTree::new(&boxes);
-    let place = |wish: Wish| {
-        let p = mesh.positions[wish.vertex as usize];
-        let longest = wish.ways.iter().map(|way| way.length()).fold(0.0, f64::max);
+    let place = |request: CopyRequest| {
+        let p = mesh.positions[request.vertex as usize];
+        let longest = request
+            .displacements
+            .iter()
+            .map(|displacement| displacement.length())
+            .fold(0.0, f64::max);
+        // Faces near the fan, within the longest displacement.
         let mut near = Vec::new();
-        for f in &wish.fan {
+        for f in &request.fan {
             let reach = Bounds::of(mesh.corners(*f)).widened(longest);
             tree.for_each(&reach, |i| near.push(faces[i as usize]));
         }
         near.sort_unstable();
         near.dedup();
-        near.retain(|f| !wish.fan.contains(f));
-        let part = Part::new(mesh, &[&wish.fan[..], &near].concat(), std::iter::empty());
-        let (count, own) = (wish.fan.len(), part.local(wish.vertex));
+        near.retain(|f| !request.fan.contains(f));
+        let part = Part::new(
+            mesh,
+            &[&request.fan[..], &near].concat(),
+            std::iter::empty(),
+        );
+        let (count, own) = (request.fan.len(), part.local(request.vertex));
         let (mut positions, mut all) = (part.mesh.positions, part.mesh.faces);
+        // Compare the intersections of the fan before and after it gets its own vertex.
         let before = intersecting(&positions, &all, count).len();
         let copy = positions.len() as u32;
         for v in all[..count].iter_mut().flatten().filter(|v| **v == own) {
             *v = copy;
         }
         positions.push(p);
-        let fits = |way: &&DVec3| {
-            positions[copy as usize] = rounding.moved(p, **way);
+        let fits = |displacement: &&DVec3| {
+            positions[copy as usize] = rounding.moved(p, **displacement);
             positions[copy as usize] != p && intersecting(&positions, &all, count).len() <= before
         };
-        let way = wish.ways.iter().find(fits)?;
+        let displacement = request.displacements.iter().find(fits)?;
         Some(Copy {
-            corners: corners(found, &wish.fan, wish.vertex),
-            shift: *way,
+            corners: corners(found, &request.fan, request.vertex),
+            shift: *displacement,
         })
     };
-    wishes.into_iter().filter_map(place).collect()
+    requests.into_iter().filter_map(place).collect()
 }
 
-/// Whether a fan goes all the way round its vertex.
+/// Whether a fan closes round its vertex.
 fn is_closed(mesh: &Mesh, topology: &Topology, fan: &[u32], vertex: u32) -> bool {
     let mut half_edges = fan.iter().flat_map(|f| 3 * f..3 * f + 3);
     half_edges.all(|h| {
@@ -287,7 +300,7 @@ fn is_closed(mesh: &Mesh, topology: &Topology, fan: &[u32], vertex: u32) -> bool
     })
 }
 
-/// A short way from a vertex into the body that a fan bounds.
+/// A short displacement from a vertex into the body that a fan bounds.
 fn inward(mesh: &Mesh, fan: &[u32], vertex: u32) -> DVec3 {
     let part = Part::new(mesh, fan, std::iter::empty());
     let own = part.local(vertex);
@@ -295,7 +308,7 @@ fn inward(mesh: &Mesh, fan: &[u32], vertex: u32) -> DVec3 {
     -normal * short(mesh, fan, mesh.positions[vertex as usize])
 }
 
-/// How far separated vertices move from where they were.
+/// Displacement of separated vertices, in mesh units.
 fn short(mesh: &Mesh, fan: &[u32], p: DVec3) -> f64 {
     let others = fan.iter().flat_map(|f| mesh.corners(*f));
     let distances = others.map(|q| q.distance(p)).filter(|d| *d > 0.0);
@@ -306,7 +319,7 @@ fn short(mesh: &Mesh, fan: &[u32], p: DVec3) -> f64 {
 
 impl Copy {
     fn make(self, draft: &mut Draft) {
-        // Vertices that split a seam of colours or texture each get a copy of their own.
+        // Vertices that are duplicated for a seam of colours or texture each get their own copy.
         let mut made: Vec<(u32, u32)> = Vec::new();
         for (f, k) in self.corners {
             let old = draft.mesh.faces[f as usize][k];

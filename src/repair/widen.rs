@@ -1,30 +1,29 @@
-//! Holes that nothing closes without crossing others are widened until something does.
+//! Widens holes that cannot be closed without self-intersections, by cutting rings of faces, until they can be closed.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::clear::Ground;
 use super::draft::Draft;
 use super::edges;
-use super::flat::{closed_after, push};
+use super::rim_triangles::{closed_after, push};
 use crate::fill::{ClosedBy, FailedReason, HoleOutcome, RegionReport};
 use crate::mend::{FillError, FillReport, HoleReport, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Hole, HoleId, VertexFaces};
 
-/// A hole that is to be closed and what is cut out round it.
+/// A hole to close and the faces to cut out round it.
 struct Zone {
-    /// The hole's place in the report.
-    told: usize,
-    /// Edges of its rims.
+    /// Index of the hole in the report.
+    report_index: usize,
+    /// Rim edges of the hole.
     edges: Vec<(u32, u32)>,
     /// Faces to cut out.
     faces: Vec<u32>,
 }
 
-/// Cuts so many rings of faces out round holes that could not be closed and closes what is left with triangles between the vertices
-/// of its rim, where that crosses nothing; the others stay as they are. No more than `most` faces of the input go. Returns how many
-/// did.
+/// Cuts `rings` rings of faces round holes that could not be closed, and closes the result with rim triangles that intersect
+/// nothing; holes where this fails are unchanged. At most `most` input faces are removed; returns how many were.
 pub(super) fn widen(
     draft: &mut Draft,
     report: &mut FillReport,
@@ -40,9 +39,9 @@ pub(super) fn widen(
         return Ok(0);
     }
     if all.good.len() == zones.len() {
-        return taken(draft, report, &zones, all);
+        return apply(draft, report, &zones, all);
     }
-    // Once more with these alone, since what was cut out for the others changed the ground.
+    // Try again with the good zones alone, since the cuts of the others changed the ground.
     let zones: Vec<Zone> = zones
         .into_iter()
         .zip(0..)
@@ -52,32 +51,36 @@ pub(super) fn widen(
     if trial.good.len() < zones.len() {
         return Ok(0);
     }
-    taken(draft, report, &zones, trial)
+    apply(draft, report, &zones, trial)
 }
 
-/// Takes over what came of cutting zones out that can all be closed, unless no less is wrong then. Returns how many faces of the input
-/// went.
-fn taken(
+/// Takes over a trial in which all zones can be closed, if that reduces the faults. Returns the number of input faces removed.
+fn apply(
     draft: &mut Draft,
     report: &mut FillReport,
     zones: &[Zone],
     trial: Trial,
 ) -> Result<usize, FillError> {
     let before = draft.faults()?;
-    let (mut new, mut told) = (trial.draft, report.clone());
+    let (mut new, mut report_index) = (trial.draft, report.clone());
     for (zone, i) in zones.iter().zip(0..) {
         let rims = trial.closed.iter().filter(|(of, _, _)| *of == i);
-        tell(&mut new, &mut told, zone.told, rims.map(|(_, h, f)| (h, f)));
+        record(
+            &mut new,
+            &mut report_index,
+            zone.report_index,
+            rims.map(|(_, h, f)| (h, f)),
+        );
     }
     if new.faults()? >= before {
         return Ok(0);
     }
-    (*draft, *report) = (new, told);
+    (*draft, *report) = (new, report_index);
     Ok(trial.own)
 }
 
-/// What is to be cut out round each hole that was to be filled and is open, the narrowest first, as long as no more than `most` faces
-/// of the input go.
+/// The faces to cut out round each open hole that was to be filled, narrowest hole first, as long as at most `most` input faces
+/// are removed.
 fn zones(
     draft: &Draft,
     report: &FillReport,
@@ -85,11 +88,11 @@ fn zones(
     most: usize,
 ) -> Result<Vec<Zone>, FillError> {
     let mut of_edge: HashMap<(u32, u32), usize> = HashMap::new();
-    for (told, hole) in report.holes.iter().enumerate() {
+    for (report_index, hole) in report.holes.iter().enumerate() {
         let failed =
             matches!(&hole.outcome, HoleOutcome::Failed(why) if *why != FailedReason::NotReached);
         if failed {
-            edges(&hole.hole.rim).for_each(|e| _ = of_edge.insert(e, told));
+            edges(&hole.hole.rim).for_each(|e| _ = of_edge.insert(e, report_index));
         }
     }
     if of_edge.is_empty() {
@@ -100,9 +103,9 @@ fn zones(
     let mut taken = vec![false; found.mesh.faces.len()];
     let mut left = most;
     let mut zones: Vec<Zone> = Vec::new();
-    let mut of_told: HashMap<usize, usize> = HashMap::new();
+    let mut of_report_index: HashMap<usize, usize> = HashMap::new();
     for hole in found.holes.iter().rev() {
-        let Some(&told) = edges(&hole.rim).find_map(|e| of_edge.get(&e)) else {
+        let Some(&report_index) = edges(&hole.rim).find_map(|e| of_edge.get(&e)) else {
             continue;
         };
         let faces: Vec<u32> = around(&found, &vertex_faces, hole, rings)
@@ -116,9 +119,9 @@ fn zones(
         }
         left -= own;
         faces.iter().for_each(|f| taken[*f as usize] = true);
-        let place = *of_told.entry(told).or_insert_with(|| {
+        let place = *of_report_index.entry(report_index).or_insert_with(|| {
             zones.push(Zone {
-                told,
+                report_index,
                 edges: Vec::new(),
                 faces: Vec::new(),
             });
@@ -151,14 +154,14 @@ fn around(
     faces
 }
 
-/// What comes of cutting zones out.
+/// The result of cutting zones out and closing their rims.
 struct Trial {
     draft: Draft,
-    /// Zones all of whose rims can be closed.
+    /// Indices of zones with all rims closed.
     good: HashSet<usize>,
-    /// The rims that can be closed: their zone, themselves, and the faces.
+    /// The rims that can be closed: zone, rim, and closing faces.
     closed: Vec<(usize, Hole, Vec<[u32; 3]>)>,
-    /// Faces of the input that go.
+    /// Input faces removed.
     own: usize,
 }
 
@@ -173,16 +176,17 @@ impl Trial {
             let found = draft.inspect()?;
             let marks: Vec<bool> = zone_of.iter().map(|z| *z != NONE).collect();
             let mut removed = settled(&found.mesh, &found.topology, &marks, true);
-            draft.spare(&mut removed);
+            draft.protect_components(&mut removed);
             let of_edge = zone_edges(&found, zones, &removed, &mut zone_of, &mut sets);
             (removed, of_edge)
         };
+        // Cut a copy of the draft.
         let gone = removed.iter().zip(&draft.region);
         let own = gone.filter(|(r, region)| **r && **region == NONE).count();
         let mut left = draft.clone();
         let is_cut = left.remove(&removed) > 0;
         if !is_cut && zones.iter().any(|z| !z.faces.is_empty()) {
-            // Nothing can be cut out here: these are the rims that could not be closed with 0 rings either.
+            // Nothing can be cut here, so the rims are the same as with 0 rings, which could not be closed.
             return Ok(Self {
                 draft: left,
                 good: HashSet::new(),
@@ -190,6 +194,7 @@ impl Trial {
                 own,
             });
         }
+        // Close all rims; zones that share a rim succeed or fail together.
         let (mut closed, mut bad) = (Vec::new(), HashSet::new());
         {
             let found = left.inspect()?;
@@ -219,7 +224,7 @@ impl Trial {
     }
 }
 
-/// The zone of each edge of a rim and of a face that goes. Faces that go beside those of a zone are of that zone too.
+/// The zone of each edge of a rim or of a removed face. Removed faces next to a zone join it.
 fn zone_edges(
     found: &Inspection,
     zones: &[Zone],
@@ -256,19 +261,19 @@ fn zone_edges(
     }
 }
 
-/// Adds the faces that close a zone and tells of them.
-fn tell<'a>(
+/// Adds the faces that close a zone and records them in the report.
+fn record<'a>(
     draft: &mut Draft,
     report: &mut FillReport,
-    told: usize,
+    report_index: usize,
     rims: impl Iterator<Item = (&'a Hole, &'a Vec<[u32; 3]>)>,
 ) {
     let region = report.regions.len();
-    let mut holes = vec![report.holes[told].hole.id];
-    let outcome = closed_after(&report.holes[told].outcome);
-    report.holes[told].outcome = outcome.clone();
-    report.holes[told].region = region + 1;
-    let mut diameter = report.holes[told].hole.diameter;
+    let mut holes = vec![report.holes[report_index].hole.id];
+    let outcome = closed_after(&report.holes[report_index].outcome);
+    report.holes[report_index].outcome = outcome.clone();
+    report.holes[report_index].region = region + 1;
+    let mut diameter = report.holes[report_index].hole.diameter;
     let mut components = 0;
     for (i, (rim, faces)) in rims.enumerate() {
         faces.iter().for_each(|f| push(draft, region as u32, *f));
@@ -304,7 +309,7 @@ mod tests {
     use crate::mesh::Mesh;
     use crate::mesh::shapes::icosphere;
 
-    /// The lower half of a ball, and a small ball in the plane of its rim.
+    /// The lower half of a sphere, and a small sphere at the level of its rim.
     fn bowl() -> Mesh {
         let ball = icosphere(3);
         let middle = |f: &[u32; 3]| f.map(|v| ball.positions[v as usize].z).iter().sum::<f64>();
@@ -324,13 +329,13 @@ mod tests {
         let mesh = bowl();
         let found = Inspection::new(&mesh).unwrap();
         assert_eq!(found.holes.len(), 1);
-        let told = HoleReport {
+        let report_index = HoleReport {
             hole: found.holes[0].clone(),
             outcome: HoleOutcome::Failed(FailedReason::Crossing(7)),
             region: 0,
         };
         let mut report = FillReport {
-            holes: vec![told],
+            holes: vec![report_index],
             ..FillReport::default()
         };
         let mut draft = Draft::new(&mesh, found.topology.component.clone());

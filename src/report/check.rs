@@ -1,12 +1,13 @@
-//! A verdict in lines.
+//! The verdict of a mesh check as text: one line per kind of defect, with counts and positions.
 
 use super::{length, point};
 use crate::check::{Defect, DefectKind, Verdict};
 
-/// Most places in a line.
+/// Most positions in a line.
 const MOST_PLACES: usize = 3;
 
-/// A verdict in lines: the verdict itself first, then what was looked for, what was found and where.
+/// A verdict in lines: the verdict itself, then one line for each kind of defect that was looked for. `size` is the diagonal of the
+/// mesh's bounding box, to which positions are rounded.
 pub fn verdict_lines(verdict: &Verdict, size: f64) -> Vec<String> {
     let mut lines = vec![verdict.line(), String::new()];
     lines.extend(
@@ -20,7 +21,7 @@ pub fn verdict_lines(verdict: &Verdict, size: f64) -> Vec<String> {
     lines
 }
 
-/// The rows of a verdict: names and values; `size` is the extent of the mesh.
+/// The rows of a verdict as names and values; `size` is as in [`verdict_lines`].
 pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)> {
     let mut rows = vec![(
         "mesh",
@@ -39,7 +40,7 @@ pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)>
         let found = verdict.defects.iter().find(|d| d.kind == kind);
         let name = name(kind);
         match (found, kind) {
-            (Some(defect), _) => Some((name, told(defect, verdict, size))),
+            (Some(defect), _) => Some((name, defect_text(defect, verdict, size))),
             (None, DefectKind::Thin) if verdict.params.thin.is_none() => None,
             (None, DefectKind::ThinWall) if verdict.params.min_wall.is_none() => None,
             (None, _) => Some((name, "none".to_owned())),
@@ -50,18 +51,18 @@ pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)>
     }
     if verdict.t_junctions > 0 {
         let what = format!(
-            "{} border vertices on border edges; `isomend repair` splits these edges",
+            "{} boundary vertices on boundary edges; `isomend repair` splits these edges",
             verdict.t_junctions
         );
         rows.push(("T-junctions", what));
     }
     if let Some((length, edges)) = verdict.weld {
         let by_itself = match verdict.weld_by_default {
-            true => "; `isomend repair` merges them by itself",
+            true => "; `isomend repair` merges them by default",
             false => "",
         };
         let what = format!(
-            "{edges} of {} border edges close where vertices within {length:e} are merged{by_itself}",
+            "{edges} of {} boundary edges close if vertices within {length:e} are merged{by_itself}",
             verdict.count(DefectKind::Border)
         );
         rows.push(("nearly closed", what));
@@ -79,7 +80,7 @@ pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)>
     rows
 }
 
-/// The least wall, with where it is, and the mean one.
+/// The least wall thickness with its position, and the mean.
 fn walls(verdict: &Verdict, size: f64) -> Option<String> {
     let (number, thinnest, mean) = verdict.walls()?;
     let own = match verdict.components.len() {
@@ -88,41 +89,45 @@ fn walls(verdict: &Verdict, size: f64) -> Option<String> {
     };
     let at = thinnest.thinnest_at.unwrap_or(thinnest.centre);
     Some(format!(
-        "{} at least,{own} at {}; {} in the mean",
+        "least thickness {}{own} at {}; mean {}",
         length(thinnest.least_wall?),
         point(at, size),
         length(mean)
     ))
 }
 
-/// What a kind of defect is called in a list.
+/// The name of a kind of defect in a list.
 fn name(kind: DefectKind) -> &'static str {
     match kind {
-        DefectKind::Border => "border edges",
+        DefectKind::Border => "boundary edges",
         DefectKind::NonManifoldEdge => "non-manifold edges",
         DefectKind::NonManifoldVertex => "non-manifold vertices",
         DefectKind::Misoriented => "misoriented edges",
         DefectKind::InsideOut => "inside out",
         DefectKind::Degenerate => "degenerate faces",
         DefectKind::Duplicate => "duplicate faces",
-        DefectKind::Crossing => "crossing faces",
+        DefectKind::Crossing => "intersecting faces",
         DefectKind::Thin => "thin parts",
         DefectKind::ThinWall => "thin walls",
     }
 }
 
-fn told(defect: &Defect, verdict: &Verdict, size: f64) -> String {
+/// The count of a defect with details and its first positions.
+fn defect_text(defect: &Defect, verdict: &Verdict, size: f64) -> String {
     let mut text = defect.count.to_string();
     match (defect.kind, verdict.params.thin) {
         (DefectKind::Border, _) => {
             text += &format!(" round {} holes", verdict.holes);
             if verdict.open_chains > 0 {
-                text += &format!(" and in {} chains that do not close", verdict.open_chains);
+                text += &format!(
+                    " and in {} boundary chains that do not close",
+                    verdict.open_chains
+                );
             }
         }
         (DefectKind::InsideOut, _) => text += " closed components",
         (DefectKind::Thin, Some(thin)) => {
-            text += &format!(" faces where it is thinner than {}", length(thin));
+            text += &format!(" faces where the body is thinner than {}", length(thin));
         }
         (DefectKind::ThinWall, _) => {
             let limit = verdict.params.min_wall.unwrap_or_default();

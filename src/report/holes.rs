@@ -1,10 +1,10 @@
-//! Tables of holes, and of the crease ends at their rims.
+//! Text tables of holes and of the crease ends at their rims.
 
 use super::text::counted;
 use crate::mend::CreaseEnd;
 use crate::mesh::{Hole, length, length_beside, point};
 
-/// Least widths of the columns of a table of holes; longer cells widen them. Negative: from the left.
+/// Columns of a table of holes: name and least width in characters; longer cells widen a column. Negative widths: aligned to the left.
 const HOLE_COLUMNS: [(&str, isize); 10] = [
     ("hole", 5),
     ("edges", 6),
@@ -14,16 +14,16 @@ const HOLE_COLUMNS: [(&str, isize); 10] = [
     ("planarity", 9),
     ("centre", -30),
     ("normal", -22),
-    ("piece", 5),
+    ("component", 9),
     ("kind", -4),
 ];
-/// The column of the numbers of crease ends, behind that of edges; only where a rim has any.
+/// The column with the number of crease ends, after the edges; only if a rim has any.
 const CREASE_COLUMN: (&str, isize) = ("creases", 7);
-/// The columns of a table of crease ends.
+/// Columns of a table of crease ends, as [`HOLE_COLUMNS`].
 const END_COLUMNS: [(&str, isize); 4] =
     [("crease end", 10), ("hole", 5), ("angle", 6), ("at", -30)];
 
-/// A table of holes, one line each, with a heading; with a column of the numbers of crease ends where there are any.
+/// A table of holes with a heading, one line each; with a column for the number of crease ends if there are any.
 pub(crate) fn hole_table(holes: &[Hole], ends: &[CreaseEnd]) -> Vec<String> {
     let mut columns = HOLE_COLUMNS.to_vec();
     let mut rows: Vec<Vec<String>> = holes.iter().map(|h| hole_cells(h).to_vec()).collect();
@@ -37,7 +37,7 @@ pub(crate) fn hole_table(holes: &[Hole], ends: &[CreaseEnd]) -> Vec<String> {
     table(&columns, rows)
 }
 
-/// A table of crease ends, one line each, with a heading. Positions are rounded beside the size of the mesh.
+/// A table of crease ends with a heading, one line each. `size` is the size of the mesh, to which positions are rounded.
 pub(crate) fn crease_end_table(ends: &[CreaseEnd], size: f64) -> Vec<String> {
     let cells = |end: &CreaseEnd| {
         vec![
@@ -50,7 +50,7 @@ pub(crate) fn crease_end_table(ends: &[CreaseEnd], size: f64) -> Vec<String> {
     table(&END_COLUMNS, ends.iter().map(cells).collect())
 }
 
-/// How many sharp edges end at rims, in one line; none where there are none.
+/// The number of sharp edges that end at rims, in one line; `None` if there are none.
 pub(crate) fn crease_end_line(ends: &[CreaseEnd]) -> Option<String> {
     let mut holes: Vec<_> = ends.iter().map(|end| end.hole).collect();
     holes.dedup();
@@ -66,7 +66,7 @@ pub(crate) fn crease_end_line(ends: &[CreaseEnd]) -> Option<String> {
     ))
 }
 
-/// Rows below the names of their columns, each column as wide as its widest cell.
+/// The names of the columns and the rows below them, each column as wide as its widest cell.
 fn table(columns: &[(&str, isize)], rows: Vec<Vec<String>>) -> Vec<String> {
     let names = columns.iter().map(|(name, _)| (*name).to_owned());
     let mut all = vec![names.collect::<Vec<String>>()];

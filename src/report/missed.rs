@@ -1,4 +1,4 @@
-//! Why a mask marks nothing: where the mesh is, and what of it would have been marked.
+//! Explains why a mask marks no face: the bounds of the mesh, and the distance of each part of the mask from it.
 
 use std::collections::BTreeMap;
 
@@ -12,12 +12,12 @@ use crate::spatial::closest_on_triangle;
 
 /// Most colours and materials that are listed.
 const LISTED: usize = 8;
-/// Steps between a triangle and a box at most; each brings the pair of points nearer.
+/// Most projections between a triangle and a box; each one brings the pair of points nearer.
 const STEPS: usize = 64;
 
-/// Says why a mask marks none of a mesh's faces: the mesh's bounds, the point of the mesh nearest to each ball and box of the
-/// mask, the colours or materials that there are. `inside` are the bounds of each selector of the kind
-/// [`Selector::Inside`], in order. What the selectors mark before the mask is shrunk is looked at too.
+/// The reasons why a mask marks no face of a mesh, in lines: the bounds of the mesh, the point of the mesh nearest to each ball and box of
+/// the mask, or the colours and materials of the mesh. `inside` are the bounds of the selectors of the kind [`Selector::Inside`], in
+/// order. If only the shrinking of the mask removed all faces, the lines say that instead.
 pub fn missed_lines(
     mask: &Mask,
     inside: &[[DVec3; 2]],
@@ -36,7 +36,7 @@ pub fn missed_lines(
     let before = before.iter().filter(|marked| **marked).count();
     if before > 0 {
         return vec![format!(
-            "of the {before} faces that it would mark none is {} away from the others; shrink it less",
+            "without shrinking it marks {before} faces, but all of them are within {} of unmarked faces; shrink it less",
             length(mask.shrink)
         )];
     }
@@ -47,11 +47,11 @@ pub fn missed_lines(
             Selector::Ball { centre, radius } => {
                 let (near, distance) = nearest(mesh, *centre, *centre);
                 let name = format!("the centre of the ball at {}", at(*centre));
-                told(&name, &at(near), distance, distance <= *radius)
+                distance_text(&name, &at(near), distance, distance <= *radius)
             }
             Selector::Box { low, high } => {
                 let (near, distance) = nearest(mesh, *low, *high);
-                told("the box", &at(near), distance, distance <= 0.0)
+                distance_text("the box", &at(near), distance, distance <= 0.0)
             }
             Selector::Inside(_) => {
                 let Some([low, high]) = inside.next() else {
@@ -59,30 +59,31 @@ pub fn missed_lines(
                 };
                 let (near, distance) = nearest(mesh, *low, *high);
                 let name = format!("the mask's own bounds, {} to {}", at(*low), at(*high));
-                told(&name, &at(near), distance, distance <= 0.0)
+                distance_text(&name, &at(near), distance, distance <= 0.0)
             }
             Selector::Colour { .. } => colours(mesh, attributes),
             Selector::Material(_) => materials(attributes),
-            Selector::Faces(_) => "the list of faces names none".to_owned(),
+            Selector::Faces(_) => "the list of faces is empty".to_owned(),
         };
         lines.push(line);
     }
     lines
 }
 
-fn told(what: &str, near: &str, distance: f64, reached: bool) -> String {
+/// The distance of the mesh from a part of the mask. `reached`: the part touches the mesh but contains no face centroid.
+fn distance_text(what: &str, near: &str, distance: f64, reached: bool) -> String {
     let end = if reached {
-        "; it reaches the surface, but holds the centroid of no face: make it larger"
+        "; it reaches the surface, but it contains the centroid of no face: make it larger"
     } else {
         ""
     };
     format!(
-        "its point nearest to {what} is {near}, {} away{end}",
+        "the point of the mesh nearest to {what} is {near}, {} away{end}",
         length(distance)
     )
 }
 
-/// The point of a mesh nearest to a box, and its distance.
+/// The point of a mesh nearest to a box, and its distance. A box of size 0 is a point.
 fn nearest(mesh: &Mesh, low: DVec3, high: DVec3) -> (DVec3, f64) {
     let mut best = (DVec3::NAN, f64::INFINITY);
     for face in 0..mesh.faces.len() as u32 {
@@ -100,8 +101,8 @@ fn nearest(mesh: &Mesh, low: DVec3, high: DVec3) -> (DVec3, f64) {
     best
 }
 
-/// The point of a triangle nearest to a box: from each to the nearest point of the other in turn, which ends at the nearest
-/// pair since both are convex.
+/// The point of a triangle nearest to a box, and its distance. Projects alternately onto the box and onto the triangle, which converges
+/// to the nearest pair of points since both are convex.
 fn nearest_of_triangle([a, b, c]: [DVec3; 3], low: DVec3, high: DVec3) -> (DVec3, f64) {
     let mut on = (a + b + c) / 3.0;
     let mut distance = f64::INFINITY;
@@ -117,10 +118,10 @@ fn nearest_of_triangle([a, b, c]: [DVec3; 3], low: DVec3, high: DVec3) -> (DVec3
     (on, on.distance(on.clamp(low, high)))
 }
 
-/// The vertices' colours, the most frequent first.
+/// The vertex colours of the mesh, the most frequent first.
 fn colours(mesh: &Mesh, attributes: &Attributes) -> String {
     let Some(colours) = attributes.vertex_role(Role::Colour) else {
-        return "its vertices have no colours".to_owned();
+        return "the vertices of the mesh have no colours".to_owned();
     };
     let unit = colours.unit();
     let mut count: BTreeMap<[u8; 3], usize> = BTreeMap::new();
@@ -134,12 +135,12 @@ fn colours(mesh: &Mesh, attributes: &Attributes) -> String {
         .into_iter()
         .map(|([r, g, b], n)| (n, format!("{r:02x}{g:02x}{b:02x} ({n} vertices)")));
     format!(
-        "no face has only vertices of that colour; there are {}",
+        "no face has three vertices of that colour; the mesh has {}",
         listed(names.collect())
     )
 }
 
-/// The materials that faces have, the most frequent first.
+/// The materials of the faces, the most frequent first.
 fn materials(attributes: &Attributes) -> String {
     let labels = attributes.labels_of(LabelKind::Material);
     let mut count: BTreeMap<&str, usize> = BTreeMap::new();
@@ -154,12 +155,12 @@ fn materials(attributes: &Attributes) -> String {
         .into_iter()
         .map(|(name, n)| (n, format!("'{name}' ({n} faces)")));
     format!(
-        "no face has that material; there are {}",
+        "no face has that material; the mesh has {}",
         listed(names.collect())
     )
 }
 
-/// What is most frequent, and how many more there are.
+/// The [`LISTED`] most frequent names, and the number of the others.
 fn listed(mut names: Vec<(usize, String)>) -> String {
     names.sort_by(|a, b| b.0.cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
     let more = names.len().saturating_sub(LISTED);
@@ -199,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_small_or_shrunk_away_is_told_apart_from_what_is_elsewhere() {
+    fn small_shrunk_and_distant_masks_get_different_reasons() {
         let ball = |radius, shrink| Mask {
             selectors: vec![Selector::Ball {
                 centre: DVec3::X,

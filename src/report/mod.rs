@@ -1,4 +1,4 @@
-//! What a run found and did, drawn: as lines of text, as a page, as a picture.
+//! Reports of runs and of meshes: lines of text, HTML pages and PNG pictures.
 
 mod check;
 mod holes;

@@ -1,4 +1,4 @@
-//! What a run would do.
+//! The plan of a fill as text: which holes would be filled, how, and which would stay open.
 
 use std::collections::HashSet;
 
@@ -12,7 +12,7 @@ use crate::mesh::{HoleId, Unit};
 pub fn plan_lines(plan: &FillPlan, unit: Option<Unit>) -> Vec<String> {
     let mut lines = defect_lines(&plan.defects);
     lines.extend(chain_lines(&plan.open_chains));
-    // Without a grid: rims of few edges that get a smooth surface, and what is closed between the vertices that there are.
+    // Regions without a grid: short rims get smoothed triangles, the others are closed with faces between their rim vertices.
     let without_grid = plan.regions.iter().filter(|r| r.voxel.is_none());
     let filled = plan.holes.iter().filter(|h| h.plan == HolePlan::Fill);
     let filled: HashSet<HoleId> = filled.map(|h| h.hole.id).collect();
@@ -32,7 +32,7 @@ pub fn plan_lines(plan: &FillPlan, unit: Option<Unit>) -> Vec<String> {
     }
     for (ids, how) in [
         (smooth, "filled with smoothed triangles"),
-        (simple, "closed with faces between their own vertices"),
+        (simple, "closed with faces between rim vertices"),
     ] {
         if !ids.is_empty() {
             let noun = if ids.len() == 1 { "hole" } else { "holes" };
@@ -54,7 +54,7 @@ pub fn plan_lines(plan: &FillPlan, unit: Option<Unit>) -> Vec<String> {
     lines
 }
 
-/// The numbers of the holes that stay open, those with the same reason together.
+/// The holes that stay open, grouped by reason.
 pub fn left_holes(report: &FillReport) -> Vec<(LeftReason, Vec<HoleId>)> {
     by_reason(report.holes.iter().filter_map(|h| match h.outcome {
         HoleOutcome::Left(why) => Some((h.hole.id, why)),
@@ -62,6 +62,7 @@ pub fn left_holes(report: &FillReport) -> Vec<(LeftReason, Vec<HoleId>)> {
     }))
 }
 
+/// Groups holes by reason, in the order of their first holes.
 fn by_reason(holes: impl Iterator<Item = (HoleId, LeftReason)>) -> Vec<(LeftReason, Vec<HoleId>)> {
     let mut left: Vec<(LeftReason, Vec<HoleId>)> = Vec::new();
     for (id, why) in holes {

@@ -1,94 +1,97 @@
-//! What a repair did, in lines.
+//! Text report of a repair: one line per step that changed something.
 
 use crate::check::Component;
 use crate::mesh::Unit;
 use crate::repair::RepairReport;
 
-/// Most lined components that get a line of their own.
-const MOST_LINED: usize = 5;
+/// Maximum number of offset shells with a line of their own.
+const MAX_SHELL_LINES: usize = 5;
 
-/// What was done, one line for each step that found something.
+/// One line for each step that changed something.
 pub fn repair_lines(r: &RepairReport) -> Vec<String> {
     repair_lines_in(r, None)
 }
 
-/// The same with the unit of lengths.
+/// The same, with a unit for lengths.
 pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
     let crossing: usize = r.passes.first().map_or(0, |p| p.crossing_faces);
     let all = [
         (r.merged_vertices, "coinciding vertices merged".to_owned()),
         (
             r.welded_vertices,
-            "vertices of the border merged into one nearby".to_owned(),
+            "boundary vertices merged into a nearby one".to_owned(),
         ),
         (
             r.stitched_junctions,
-            "T-junctions stitched: the edges there were split".to_owned(),
+            "T-junctions closed by splitting the edges there".to_owned(),
         ),
-        (r.degenerate_faces, "degenerate faces taken out".to_owned()),
+        (r.degenerate_faces, "degenerate faces removed".to_owned()),
         (
             r.flipped_edges,
-            "faces without area taken into a neighbour".to_owned(),
+            "faces without area merged into a neighbour".to_owned(),
         ),
-        (r.duplicate_faces, "duplicate faces taken out".to_owned()),
-        (r.turned_faces, "faces turned over".to_owned()),
+        (r.duplicate_faces, "duplicate faces removed".to_owned()),
+        (r.turned_faces, "faces reversed".to_owned()),
         (
             r.split_vertices,
-            "vertices split, where surfaces met in an edge or a point".to_owned(),
+            "vertices split where surfaces met in an edge or a point".to_owned(),
         ),
         (
             r.non_manifold_faces,
-            "faces cut out at edges with more than two".to_owned(),
+            "faces cut out at edges with more than two faces".to_owned(),
         ),
         (
             r.debris[0],
-            format!("components of debris taken out, {} faces", r.debris[1]),
+            format!("small components removed as debris, {} faces in all", r.debris[1]),
         ),
         (
             r.inside[0],
-            format!("components inside others taken out, {} faces", r.inside[1]),
+            format!("components inside others removed, {} faces in all", r.inside[1]),
         ),
         (
             r.united_bodies,
             format!(
-                "touching or crossing bodies united: {} faces split, {} inside removed",
+                "touching or intersecting bodies united: {} faces split, {} inner faces removed",
                 r.split_faces, r.inner_faces
             ),
         ),
         (
             r.moved_vertices,
             format!(
-                "vertices of faces in which bodies touch moved by up to {} for that",
+                "vertices of touching faces moved by up to {}, so that the bodies could be united",
                 Unit::text(unit, r.largest_move)
             ),
         ),
         (crossing, cut_out(r)),
         (
             r.left_crossing,
-            "components left crossing, since nothing of them would have stayed".to_owned(),
+            "components left with self-intersections, because cutting them would remove the whole component".to_owned(),
         ),
     ];
     let some = all.into_iter().filter(|(count, _)| *count > 0);
     let mut lines: Vec<String> = some
         .map(|(count, what)| format!("{count} {what}"))
         .collect();
-    lines.extend(lining_lines(r, unit));
+    lines.extend(shell_lines(r, unit));
     lines
 }
 
-/// The components that were lined, the largest first.
-fn lining_lines(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
-    let mut lined: Vec<&(usize, Component)> = r.linings.iter().collect();
-    lined.sort_by(|a, b| b.1.area.total_cmp(&a.1.area).then(a.0.cmp(&b.0)));
-    let mut lines: Vec<String> = lined
+/// The components with offset shells, largest area first.
+fn shell_lines(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
+    let mut shells: Vec<&(usize, Component)> = r.offset_shells.iter().collect();
+    shells.sort_by(|a, b| b.1.area.total_cmp(&a.1.area).then(a.0.cmp(&b.0)));
+    let mut lines: Vec<String> = shells
         .iter()
-        .take(MOST_LINED)
-        .map(|l| lining(l, unit))
+        .take(MAX_SHELL_LINES)
+        .map(|l| shell_line(l, unit))
         .collect();
-    if let Some(more) = lined.get(MOST_LINED..).filter(|more| !more.is_empty()) {
+    if let Some(more) = shells
+        .get(MAX_SHELL_LINES..)
+        .filter(|more| !more.is_empty())
+    {
         let least = more.iter().filter_map(|(_, c)| c.least_wall);
         lines.push(format!(
-            "{} more components were lined: walls {} thick at least",
+            "{} more components got offset shells: walls at least {} thick",
             more.len(),
             Unit::text(unit, least.fold(f64::INFINITY, f64::min))
         ));
@@ -96,16 +99,16 @@ fn lining_lines(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
     lines
 }
 
-/// A component that was lined, and how thick its walls are.
-fn lining((number, component): &(usize, Component), unit: Option<Unit>) -> String {
+/// The line of a component with an offset shell, with its wall thickness.
+fn shell_line((number, component): &(usize, Component), unit: Option<Unit>) -> String {
     format!(
-        "component {number} was lined: walls {} thick in the mean, {} at least",
+        "component {number} got an offset shell: walls {} thick on average, {} at the thinnest place",
         Unit::text(unit, component.mean_wall.unwrap_or_default()),
         Unit::text(unit, component.least_wall.unwrap_or_default())
     )
 }
 
-/// What was cut out where faces crossed others, behind their number.
+/// The text on cut self-intersections, after the number of faces.
 fn cut_out(r: &RepairReport) -> String {
     let cut: usize = r.passes.iter().map(|p| p.cut_faces).sum();
     let passes = match r.passes.len() {
@@ -113,7 +116,7 @@ fn cut_out(r: &RepairReport) -> String {
         count => format!("{count} passes"),
     };
     format!(
-        "faces crossed others: {cut} cut out in {passes}, {} under another layer",
+        "faces intersected others: {cut} cut out in {passes}, {} more removed inside or under other surfaces",
         r.covered_faces
     )
 }

@@ -1,12 +1,12 @@
-//! The viewer's scripts, which reports and the local page share, and the one script that is made of a module and all that it imports.
+//! JavaScript modules of the 3D viewer, shared by reports and the interactive view, and a bundler that joins a module with its imports.
 //!
-//! A report is a single file that a browser opens from the disk, where modules cannot be loaded from other files: so the modules are
-//! put into one, each after those that it imports.
+//! A browser opens a report as a single file from the disk, where it cannot load modules from other files. Therefore the modules are
+//! joined into one script, each after the modules that it imports.
 
-/// An ES module: the name of its file and its text. Names are unique, whatever the folder.
+/// An ES module: the name of its file and its text. Names are unique across folders.
 pub(crate) type Script = (&'static str, &'static str);
 
-/// The modules of the viewer, in no order.
+/// The modules of the viewer, in any order.
 const VIEWER: [Script; 8] = [
     ("camera.js", include_str!("viewer/camera.js")),
     ("controls.js", include_str!("viewer/controls.js")),
@@ -18,10 +18,10 @@ const VIEWER: [Script; 8] = [
     ("viewer.js", include_str!("viewer/viewer.js")),
 ];
 
-/// One module made of `main` and of all that it imports, from `own` and from the viewer: the `import` statements lead to what comes
-/// before it, and are left out as `export` is. So all top-level names share one scope, in which each is there once.
+/// Joins the module `main` and everything that it imports, from `own` and from the viewer, into one script. `import` and `export`
+/// are removed, so all top-level names share one scope and must be unique.
 ///
-/// An import that leads nowhere is left out; the tests know of it.
+/// An import of an unknown module is dropped; [`check`] finds it in tests.
 pub(crate) fn bundle(main: &str, own: &[Script]) -> String {
     let mut bundle = Bundle {
         own,
@@ -34,12 +34,13 @@ pub(crate) fn bundle(main: &str, own: &[Script]) -> String {
 
 struct Bundle<'a> {
     own: &'a [Script],
-    /// The modules that are in it, or whose imports are being added.
+    /// The modules that have been added, or whose imports are being added.
     names: Vec<&'a str>,
     text: String,
 }
 
 impl<'a> Bundle<'a> {
+    /// Adds the imports of a module, then the module.
     fn add(&mut self, name: &str) {
         let own: &'a [Script] = self.own;
         let found = own.iter().chain(&VIEWER).find(|(own, _)| *own == name);
@@ -58,8 +59,8 @@ impl<'a> Bundle<'a> {
     }
 }
 
-/// The names of the files that a module imports, without their folders, and its lines without these statements. A statement begins
-/// a line and ends with one.
+/// The file names that a module imports, without folders, and its lines without the import statements. A statement starts at the start of
+/// a line and ends at the end of a line.
 fn imports(text: &str) -> (Vec<&str>, Vec<&str>) {
     let (mut names, mut body) = (Vec::new(), Vec::new());
     let mut inside = false;
@@ -75,7 +76,7 @@ fn imports(text: &str) -> (Vec<&str>, Vec<&str>) {
     (names, body)
 }
 
-/// Fails where a module imports what is not there, or a name stands at the top of two modules, in a bundle of these.
+/// Fails if a module imports a name that is not exported, or if two modules of the bundle declare the same top-level name.
 #[cfg(test)]
 pub(crate) fn check(main: &str, own: &[Script]) {
     use std::collections::BTreeMap;
@@ -118,7 +119,7 @@ pub(crate) fn check(main: &str, own: &[Script]) {
     assert_eq!(left, None);
 }
 
-/// The names that a line at the top of a module declares: of a function, a class or constants with plain values.
+/// The names that a top-level line declares: a function, a class, or constants with simple values.
 #[cfg(test)]
 fn declared(line: &str) -> Vec<&str> {
     let line = line.strip_prefix("export ").unwrap_or(line);

@@ -1,4 +1,4 @@
-//! Reports as plain text.
+//! Reports of fills as plain text: defects, regions, levels, reasons and the summary line.
 
 use std::collections::HashMap;
 
@@ -10,25 +10,27 @@ use crate::flow::Energy;
 use crate::mend::FillReport;
 use crate::mesh::{Defects, HoleId, OpenChain, Unit, point};
 
-/// Most numbers of one region, ranges of numbers and boundary chains in a line or a list of them.
+/// Most hole numbers of a region in a line.
 const MOST_JOINED: usize = 12;
+/// Most ranges of hole numbers in a line.
 const MOST_RANGES: usize = 24;
+/// Most boundary chains that get a line each.
 const MOST_CHAINS: usize = 12;
-/// Most different reasons why holes were not solved.
+/// Most reasons that get a line each.
 const MOST_REASONS: usize = 50;
 
-/// What is wrong with a mesh, one line each.
+/// The defects of a mesh, one line for each kind that it has.
 pub fn defect_lines(d: &Defects) -> Vec<String> {
     let all = [
         (d.degenerate_faces, "degenerate faces"),
         (d.non_manifold_edges, "edges with more than two faces"),
         (
             d.misoriented_edges,
-            "edges whose two faces are oriented against each other",
+            "edges whose two faces have opposite orientations",
         ),
         (
             d.faces_turned,
-            "faces turned over for the computation (kept as they are in the output)",
+            "faces flipped for the computation (unchanged in the output)",
         ),
         (
             d.non_manifold_boundary_vertices,
@@ -38,7 +40,7 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
             d.duplicate_vertices,
             "vertices at the position of an earlier one",
         ),
-        (d.small_components, "pieces of one or two triangles"),
+        (d.small_components, "components of one or two triangles"),
     ];
     all.iter()
         .filter(|(n, _)| *n > 0)
@@ -49,30 +51,30 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
         .collect()
 }
 
-/// The sharp edges that a region's sides meet in.
+/// How a region was closed by continued sides: the sharp edges in which they meet.
 fn sharp(r: &RegionReport, unit: Option<Unit>) -> String {
     let total: f64 = r.creases.iter().map(|c| c.length).sum();
     match &r.creases[..] {
-        [] => "closed by the smooth sides round its rim".to_owned(),
+        [] => "closed by continuing the smooth surface round its rim".to_owned(),
         [one] => format!(
-            "closed by two sides that meet in a sharp edge of {:.0}°, {} long",
+            "closed by two continued sides that meet in a sharp edge of {:.0}°, {} long",
             one.angle,
             Unit::text(unit, total)
         ),
         all => format!(
-            "closed by sides that meet in {} sharp edges, {} long in all",
+            "closed by continued sides that meet in {} sharp edges, {} long in total",
             all.len(),
             Unit::text(unit, total)
         ),
     }
 }
 
-/// A line for a region: what closed it, and how.
+/// One line for a region: the surface that closed it, its expected error, its faces, and warnings.
 pub fn region_lines(r: &RegionReport) -> String {
     region_lines_in(r, None)
 }
 
-/// The same with the unit of lengths.
+/// [`region_lines`] with the unit of lengths.
 pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
     let mut line = format!(
         "hole {}: diameter {}, ",
@@ -87,7 +89,9 @@ pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
         Some(ClosedBy::Base) => "closed by a flat base with walls".to_owned(),
         Some(ClosedBy::Seam) => "closed with thin triangles between the sides of a seam".to_owned(),
         Some(ClosedBy::RimTriangles) => "closed by triangles between its rim's vertices".to_owned(),
-        Some(ClosedBy::Lining) => "closed by lining the surface round its rim".to_owned(),
+        Some(ClosedBy::OffsetShell) => {
+            "closed by an offset shell of the surface round its rim".to_owned()
+        }
         Some(ClosedBy::Nothing) | None => "not closed".to_owned(),
     };
     if let Some(finish) = &r.finish {
@@ -96,10 +100,11 @@ pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
     line += &format!(", {} faces, {:.2} s", r.new_faces, r.seconds);
     if r.closed_by == Some(ClosedBy::LevelSet) && !r.levels.is_empty() && !r.converged {
         let movement = r.levels.last().map_or(f64::NAN, |l| l.flow.movement);
-        line += &format!("; not steady: the last step moved it by {movement:.1e} voxels");
+        line += &format!("; not converged: the last step moved it by {movement:.1e} voxels");
     }
     if r.other_energy {
-        line += "; by the Willmore energy, the variation of curvature found no surface";
+        line +=
+            "; solved with the Willmore energy, since the variation of curvature gave no surface";
     }
     if r.intersecting_faces > 0 {
         line += &format!("; {} faces intersect others", r.intersecting_faces);
@@ -110,39 +115,39 @@ pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
         line += &format!("; it rises {percent:.0} % of its diameter above the rim");
     }
     if r.bridge && r.components > 1 {
-        line += &format!("; the surface came out in {} separate caps", r.components);
+        line += &format!("; its holes were closed by {} separate caps", r.components);
     }
     line
 }
 
-/// The sharp edges that end at a rim and were not continued, with the reason; none where there are none.
+/// The number of sharp edges that end at a rim and were not continued, with the reason; `None` if there are none.
 pub fn lost_creases(r: &RegionReport) -> Option<String> {
     let why = r.not_continued.as_ref()?;
     Some(match r.crease_ends {
-        0 => format!("the sharp edges asked for were not made: {why}"),
+        0 => format!("the requested sharp edges were not made: {why}"),
         1 => format!("1 sharp edge ends at its rim and was not continued: {why}"),
         n => format!("{n} sharp edges end at its rim and were not continued: {why}"),
     })
 }
 
-/// How a patch was finished.
+/// How the triangles of a patch were smoothed at the end, and its largest expected error.
 fn finished(finish: &FinishReport, unit: Option<Unit>) -> String {
     let blended = |p: &FinishFound| p.result == FinishResult::Blend;
     let mut text = match finish.pieces.iter().any(blended) {
-        true => ", finished with its surroundings",
+        true => ", smoothed and blended with the continued surroundings",
         false
             if finish
                 .pieces
                 .iter()
                 .all(|p| p.result == FinishResult::Unchanged) =>
         {
-            ", not finished"
+            ", not smoothed"
         }
-        false => ", finished",
+        false => ", smoothed",
     }
     .to_owned();
     if finish.start == PatchStart::Triangulation {
-        text += " from a triangulation";
+        text += " starting from a triangulation";
     }
     if let Some(expected_error) = finish.largest_expected_error() {
         text += &format!(
@@ -153,19 +158,19 @@ fn finished(finish: &FinishReport, unit: Option<Unit>) -> String {
     text
 }
 
-/// A number of things: the noun is in the singular where there is one.
+/// A number with a noun, in the singular for 1.
 pub fn counted(n: usize, noun: &str) -> String {
     let s = if n == 1 { "" } else { "s" };
     format!("{n} {noun}{s}")
 }
 
-/// The name of some things for one of them: its first noun in the singular.
+/// A description with its first noun in the singular.
 fn singular(what: &str) -> String {
     let nouns = [
         ("vertices ", "vertex "),
         ("faces ", "face "),
         ("edges ", "edge "),
-        ("pieces ", "piece "),
+        ("components ", "component "),
     ];
     let spaced = format!("{what} ");
     let at = nouns
@@ -177,7 +182,7 @@ fn singular(what: &str) -> String {
     }
 }
 
-/// How the level set found the surface of a region.
+/// How the level set closed a region: resolution, steps and energy of the last level, and the angle at the seam.
 fn solved(r: &RegionReport) -> String {
     let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
     let (before, after) = r
@@ -185,7 +190,7 @@ fn solved(r: &RegionReport) -> String {
         .last()
         .map_or((0.0, 0.0), |l| (l.flow.energy_before, l.flow.energy_after));
     let mut text = format!(
-        "{:.0} voxels across, {}, energy {before:.4} -> {after:.4}",
+        "closed by the level set: {:.0} voxels across, {}, energy {before:.4} -> {after:.4}",
         r.diameter / r.voxel.unwrap_or(f64::NAN),
         counted(steps, "step")
     );
@@ -195,18 +200,18 @@ fn solved(r: &RegionReport) -> String {
     text
 }
 
-/// The levels of a region's solve, the coarsest first, and the tries that came before.
+/// Details of a region: earlier attempts, the levels of the solve from coarse to fine, and the patch.
 pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
     let mut lines = vec![format!("region {} (hole {}):", r.id, joined(&r.holes))];
     for why in &r.earlier_tries {
-        lines.push(format!("  tried again: {why}"));
+        lines.push(format!("  earlier attempt failed: {why}"));
     }
     for level in &r.levels {
         let flow = &level.flow;
         let iterations: usize = flow.steps.iter().map(|s| s.iterations).sum();
         let movement = flow.movement;
         lines.push(format!(
-            "  voxel {}{}: {} nodes, {} unknowns, {}, {}, last movement {:.1e} voxels{}, \
+            "  voxel {}{}: {} nodes, {} unknowns, {}, {}, last update {:.1e} voxels{}, \
              sampled in {:.2} s, solved in {:.2} s",
             Unit::text(unit, level.voxel),
             match flow.energy {
@@ -219,7 +224,11 @@ pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
             counted(flow.steps.len(), "step"),
             counted(iterations, "iteration"),
             movement,
-            if flow.converged { "" } else { " (not steady)" },
+            if flow.converged {
+                ""
+            } else {
+                " (not converged)"
+            },
             level.seconds[0],
             level.seconds[1],
         ));
@@ -239,7 +248,7 @@ pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
             patch += &format!(", {}", counted(quality.folds, "folded face"));
         }
         if quality.is_unconverged {
-            patch += ", not at a minimum of the energy";
+            patch += ", energy not at a minimum";
         }
     }
     lines.push(patch);
@@ -247,7 +256,7 @@ pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
     lines
 }
 
-/// Numbers of holes that are filled together, such as `3+7`; of many the first.
+/// Numbers of holes that are filled together, such as `3+7`; of many holes only the first.
 pub(super) fn joined(holes: &[HoleId]) -> String {
     let shown = &holes[..holes.len().min(MOST_JOINED)];
     let numbers: Vec<String> = shown.iter().map(ToString::to_string).collect();
@@ -257,7 +266,7 @@ pub(super) fn joined(holes: &[HoleId]) -> String {
     }
 }
 
-/// Numbers in a list, such as `1, 4-9, 12`; of many ranges the first.
+/// Numbers as a list of ranges, such as `1, 4-9, 12`; of many ranges only the first.
 pub fn ranges<N: Copy + Into<usize>>(numbers: &[N]) -> String {
     let mut sorted: Vec<usize> = numbers.iter().map(|&n| n.into()).collect();
     sorted.sort_unstable();
@@ -282,7 +291,7 @@ pub fn ranges<N: Copy + Into<usize>>(numbers: &[N]) -> String {
     line
 }
 
-/// Boundary chains that do not close, the first of them one line each.
+/// One line for each boundary chain that does not close; of many chains only the first.
 pub fn chain_lines(chains: &[OpenChain]) -> Vec<String> {
     let line = |c: &OpenChain| {
         let [a, b] = c.ends.map(|p| point(p, c.length));
@@ -302,8 +311,8 @@ pub fn chain_lines(chains: &[OpenChain]) -> Vec<String> {
     lines
 }
 
-/// The summary of a fill: defects, where asked for a line for each region, the holes that did not end in a level set's surface,
-/// and how many ended in which way.
+/// The summary of a fill: defects, a line for each region if `with_regions`, the holes that were not closed by a level set, and numbers of
+/// holes by outcome.
 pub fn summary_lines(report: &FillReport, with_regions: bool) -> Vec<String> {
     let mut lines = defect_lines(&report.defects);
     lines.extend(chain_lines(&report.open_chains));
@@ -315,7 +324,7 @@ pub fn summary_lines(report: &FillReport, with_regions: bool) -> Vec<String> {
         let holes: usize = small.iter().map(|r| r.holes.len()).sum();
         let faces: usize = small.iter().map(|r| r.new_faces).sum();
         lines.push(format!(
-            "{holes} small holes and sides of seams: closed with {faces} faces between their own vertices"
+            "{holes} small holes and sides of seams: closed with {faces} faces between rim vertices"
         ));
     }
     lines.extend(reason_lines(report));
@@ -323,7 +332,7 @@ pub fn summary_lines(report: &FillReport, with_regions: bool) -> Vec<String> {
     lines
 }
 
-/// The holes that did not end in a level set's surface and why, those with the same reason together.
+/// The holes that were not closed by a level set, grouped by outcome and reason.
 pub fn reason_lines(report: &FillReport) -> Vec<String> {
     let mut reasons: Vec<(&str, String, Vec<HoleId>)> = Vec::new();
     let mut places: HashMap<(&str, String), usize> = HashMap::new();
@@ -359,7 +368,7 @@ pub fn reason_lines(report: &FillReport) -> Vec<String> {
     lines
 }
 
-/// Why a hole ended as it did, in words; none where it was filled.
+/// The reason for the outcome of a hole; `None` if it was filled.
 pub fn reason(outcome: &HoleOutcome) -> Option<String> {
     match outcome {
         HoleOutcome::Triangulated(TriangulatedReason::Seam) => {
@@ -374,7 +383,7 @@ pub fn reason(outcome: &HoleOutcome) -> Option<String> {
     }
 }
 
-/// How many holes ended in which way, in one line.
+/// Numbers of holes by outcome, in one line.
 pub fn tally_line(report: &FillReport) -> String {
     let tally = report.tally();
     let all = report.holes.len();
@@ -432,7 +441,7 @@ pub fn tally_line(report: &FillReport) -> String {
         (_, 1) => "; 1 patch intersects other faces".to_owned(),
         (_, n) => format!("; {n} patches intersect other faces"),
     };
-    // A report to be filed has no clock in it.
+    // Archived reports have no run times.
     match report.seconds {
         0.0 => line,
         seconds => line + &format!("; {seconds:.2} s"),
@@ -465,14 +474,14 @@ mod tests {
         };
         let one = [
             "1 vertex at the position of an earlier one",
-            "1 piece of one or two triangles",
+            "1 component of one or two triangles",
         ];
         assert_eq!(defect_lines(&of(1, 1)), one);
         assert_eq!(
             defect_lines(&of(2, 0)),
-            ["2 pieces of one or two triangles"]
+            ["2 components of one or two triangles"]
         );
-        let turned = singular("edges whose two faces are oriented against each other");
+        let turned = singular("edges whose two faces have opposite orientations");
         assert!(turned.starts_with("edge whose two faces"));
     }
 }

@@ -1,8 +1,8 @@
-//! Osculating jets: local polynomial graphs through the vertices round a vertex.
+//! Osculating jets: local polynomial graphs fitted to the vertices around a vertex.
 //!
-//! The facets of a mesh show in its distance field as soon as voxels are smaller than edges. A polynomial of low degree
-//! fitted to the vertices (Cazals and Pouget, "Estimating differential quantities using polynomial fitting of osculating
-//! jets", 2005) follows the sampled surface to third or fourth order in the edge length and averages noise.
+//! If voxels are smaller than edges, the facets of a mesh show in its distance field. A polynomial of low degree fitted to the
+//! vertices (Cazals and Pouget, "Estimating differential quantities using polynomial fitting of osculating jets", 2005) follows
+//! the sampled surface to third or fourth order in the edge length and averages noise.
 
 use std::collections::VecDeque;
 
@@ -13,21 +13,21 @@ use crate::mesh::{Mesh, VertexFaces, vertex_normal};
 
 const MAX_DEGREE: usize = 4;
 const MAX_TERMS: usize = terms(MAX_DEGREE);
-/// Neighbours wanted for a fit.
+/// Number of vertices wanted for a fit; further rings are added until it is reached.
 const WANTED: usize = 19;
-/// Rings of vertices round its own that a jet is fitted to, at most.
+/// Maximum number of rings of vertices around a vertex to which its jet is fitted.
 pub const JET_RINGS: usize = 5;
-/// Newton's method for a foot ends with a step this short, in radii of the neighbourhood: what is left is its square, and
-/// the distance is flat there.
-const SETTLED: f64 = 1e-5;
-/// Neighbours whose normals lean farther than this cosine belong to another side of a crease.
+/// Newton's method for a foot point ends with a step this short, in radii of the neighbourhood. The remaining error is its
+/// square, and the distance is stationary there.
+const CONVERGED: f64 = 1e-5;
+/// Faces whose normal has a cosine below this with the vertex normal belong to the other side of a crease.
 const SAME_SIDE: f64 = 0.35;
 
 const fn terms(degree: usize) -> usize {
     (degree + 1) * (degree + 2) / 2
 }
 
-/// Where the factor of `uᵃ vᵇ` stands: by rising total degree.
+/// Index of the coefficient of `uᵃ vᵇ`: by rising total degree.
 const fn place(a: usize, b: usize) -> usize {
     (a + b) * (a + b + 1) / 2 + b
 }
@@ -38,9 +38,9 @@ pub struct Jet {
     origin: DVec3,
     axes: [DVec3; 3],
     radius: f64,
-    /// Zero beyond the degree.
+    /// Zero for terms beyond the fitted degree.
     coefficients: [f64; MAX_TERMS],
-    /// From 1 (the vertices lie on a smooth graph) to 0 (they do not: crease, tip, dirt).
+    /// From 1 (the vertices are on a smooth graph) to 0 (they are not: crease, tip, noise).
     pub trust: f64,
 }
 
@@ -63,7 +63,7 @@ fn powers(t: f64) -> [f64; MAX_DEGREE + 1] {
     p
 }
 
-/// Monomials `uᵃ vᵇ` by rising total degree.
+/// Monomials `uᵃ vᵇ` in order of total degree.
 fn monomials(u: f64, v: f64) -> [f64; MAX_TERMS] {
     let (pu, pv) = (powers(u), powers(v));
     let mut out = [0.0; MAX_TERMS];
@@ -76,11 +76,11 @@ fn monomials(u: f64, v: f64) -> [f64; MAX_TERMS] {
 }
 
 impl Jet {
-    /// By Horner's rule: first the polynomials in `u` that are the factors of the powers of `v`, then in `v`.
+    /// Evaluates by Horner's rule: first the polynomials in `u` that are the coefficients of powers of `v`, then in `v`.
     fn graph(&self, u: f64, v: f64) -> Graph {
         let mut g = Graph::default();
         for b in (0..=MAX_DEGREE).rev() {
-            // The factor of `vᵇ`, its derivative and half its second derivative.
+            // The coefficient of `vᵇ`, its derivative and half its second derivative.
             let (mut p, mut pu, mut puu) = (0.0, 0.0, 0.0);
             for a in (0..=MAX_DEGREE - b).rev() {
                 puu = puu * u + pu;
@@ -99,10 +99,11 @@ impl Jet {
         g
     }
 
-    /// Signed distance of `x` from the graph in world units, positive on the side of the normal, by Newton's method on the squared
-    /// distance. None where the foot leaves the neighbourhood the graph was fitted to.
+    /// Signed distance of `x` from the graph in world units, positive on the side of the normal, by Newton's method on the
+    /// squared distance. `None` if the foot point leaves the neighbourhood to which the graph was fitted.
     pub fn signed_distance(&self, x: DVec3) -> Option<f64> {
-        // In the frame of the vertex, in radii of the neighbourhood; the foot (u, v) starts below the point.
+        // In the frame of the vertex, in radii of the neighbourhood; the initial foot (u, v) is the projection on the tangent
+        // plane.
         let d = (x - self.origin) / self.radius;
         let p = [
             d.dot(self.axes[0]),
@@ -121,7 +122,7 @@ impl Jet {
         clamp(&mut u, &mut v);
         let mut g = self.graph(u, v);
         for _ in 0..12 {
-            // Newton's method for the least ½ ((u − p₀)² + (v − p₁)² + (w − p₂)²): gradient and Hessian in u and v.
+            // Newton's method for the minimum of ½ ((u − p₀)² + (v − p₁)² + (w − p₂)²): gradient and Hessian in u and v.
             let e = g.w - p[2];
             let (ru, rv) = (u - p[0] + e * g.wu, v - p[1] + e * g.wv);
             let mut h = [
@@ -129,7 +130,7 @@ impl Jet {
                 g.wu * g.wv + e * g.wuv,
                 1.0 + g.wv * g.wv + e * g.wvv,
             ];
-            // Where the Hessian is not safely positive, that of Gauss-Newton, without second derivatives.
+            // If the Hessian is not safely positive definite, use the Gauss-Newton one, without second derivatives.
             if h[0] * h[2] - h[1] * h[1] < 0.1 || h[0] < 0.1 {
                 h = [1.0 + g.wu * g.wu, g.wu * g.wv, 1.0 + g.wv * g.wv];
             }
@@ -142,11 +143,11 @@ impl Jet {
             v += dv;
             clamp(&mut u, &mut v);
             g = self.graph(u, v);
-            if du * du + dv * dv < SETTLED * SETTLED {
+            if du * du + dv * dv < CONVERGED * CONVERGED {
                 break;
             }
         }
-        // A foot at the limit lies outside what the graph was fitted to.
+        // A foot at the limit is outside the neighbourhood.
         if (u * u + v * v).sqrt() >= limit * 0.999 {
             return None;
         }
@@ -163,8 +164,8 @@ impl Jet {
     }
 }
 
-/// Fits a jet to the vertices round `vertex` by weighted least squares (Cazals and Pouget 2005); none where there are fewer than seven,
-/// no degree can be fitted, or the vertex has no normal. `around` holds the faces of each vertex of the mesh.
+/// Fits a jet to the vertices around `vertex` by weighted least squares (Cazals and Pouget 2005). `None` if there are fewer than
+/// seven, no degree can be fitted, or the vertex has no normal. `around` has the faces of each vertex of the mesh.
 pub fn fit_jet(mesh: &Mesh, around: &VertexFaces, vertex: u32) -> Option<Jet> {
     let normal = vertex_normal(mesh, around, vertex);
     if normal == DVec3::ZERO {
@@ -174,6 +175,7 @@ pub fn fit_jet(mesh: &Mesh, around: &VertexFaces, vertex: u32) -> Option<Jet> {
     if neighbours.len() < 7 {
         return None;
     }
+    // Samples in the tangent frame, in radii of the neighbourhood, with Gaussian weights.
     let origin = mesh.positions[vertex as usize];
     let (u, v) = normal.any_orthonormal_pair();
     let axes = [u, v, normal];
@@ -200,8 +202,8 @@ pub fn fit_jet(mesh: &Mesh, around: &VertexFaces, vertex: u32) -> Option<Jet> {
     })
 }
 
-/// The fit, by degree, with the least Bayesian information criterion, and its deviation; residuals below a millionth do not
-/// count.
+/// The fit with the degree that minimises the Bayesian information criterion, and its deviation. Residuals below a millionth do
+/// not count.
 fn best_fit(samples: &[[f64; 4]]) -> Option<([f64; MAX_TERMS], f64)> {
     let n = samples.iter().map(|s| s[3]).sum::<f64>();
     let count = samples.len() as f64;
@@ -230,7 +232,7 @@ fn best_fit(samples: &[[f64; 4]]) -> Option<([f64; MAX_TERMS], f64)> {
     best.map(|b| (b.1, b.2))
 }
 
-/// The normal equations of a weighted fit. Those of a lower degree are the first of them.
+/// The normal equations of a weighted fit; a fit of lower degree uses their leading part.
 struct NormalEquations {
     /// The monomials of each sample.
     rows: Vec<[f64; MAX_TERMS]>,
@@ -246,7 +248,7 @@ impl NormalEquations {
         for (s, m) in samples.iter().zip(&rows) {
             for i in 0..MAX_TERMS {
                 let weighted = s[3] * m[i];
-                // The whole row, which is quicker than the lower half.
+                // The whole row, which is faster than only the lower half.
                 for (a, m) in matrix[i].iter_mut().zip(m) {
                     *a += weighted * m;
                 }
@@ -260,7 +262,7 @@ impl NormalEquations {
         }
     }
 
-    /// The solution with so many terms.
+    /// The solution with the first `terms` terms.
     fn solved(&self, terms: usize) -> Option<[f64; MAX_TERMS]> {
         let mut a = [0.0; MAX_TERMS * MAX_TERMS];
         let a = &mut a[..terms * terms];
@@ -274,7 +276,7 @@ impl NormalEquations {
     }
 }
 
-/// Vertices round `vertex`, ring by ring until there are enough, without those across a crease.
+/// Vertices around `vertex`, ring by ring until there are enough, on this side of creases.
 fn neighbourhood(mesh: &Mesh, around: &VertexFaces, vertex: u32, normal: DVec3) -> Vec<u32> {
     let mut found = vec![vertex];
     let mut queue = VecDeque::from([(vertex, 0)]);

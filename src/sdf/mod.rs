@@ -1,4 +1,4 @@
-//! The signed distance of a mesh, on the nodes of a lattice.
+//! Signed distance of a mesh at lattice nodes, closest-point queries, and redistancing of level sets.
 
 mod jets;
 mod near;

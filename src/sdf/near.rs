@@ -1,4 +1,4 @@
-//! The faces that queries look at: all of a mesh, or those near a region, so that a large mesh needs no hierarchy over all of it.
+//! Closest-point queries on a part of the mesh: the faces near a region, so that a large mesh needs no hierarchy over all of it.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -10,21 +10,22 @@ use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, Topology};
 use crate::spatial::{Bounds, BoxTree, Bvh, Closest, middle};
 
-/// Faces in one piece of work of the search for those at some places.
+/// Faces per unit of work of a thread in [`faces_at`].
 const CHUNK: usize = 1 << 16;
 
-/// Where a region looks, and the faces there.
+/// The part of the mesh that a region queries, and its faces.
 #[derive(Clone)]
 pub struct SearchArea {
-    /// The box that nearly all of its queries need.
+    /// The box that is sufficient for nearly all queries.
     pub usual: Bounds,
-    /// The box that holds what is closest to any point of the region.
+    /// The box that contains the closest points of all points of the region.
     pub widest: Bounds,
-    /// The faces whose boxes meet the usual one, rising; degenerate ones are not among them.
+    /// The faces whose bounding boxes meet the usual box, in rising order, without degenerate ones.
     pub faces: Arc<[u32]>,
 }
 
-/// For each box the faces that meet it, rising, without degenerate ones; none when these are more than `most` in all.
+/// For each box, the faces whose bounding boxes meet it, in rising order, without degenerate ones. `None` if there are more than
+/// `most` in total.
 pub fn faces_at(
     mesh: &Mesh,
     topology: &Topology,
@@ -60,14 +61,14 @@ pub fn faces_at(
     Some(lists.into_iter().map(Arc::from).collect())
 }
 
-/// The faces of a mesh, or of some of its pieces, that are looked at: all but degenerate ones and small components, which have a
+/// The faces of a mesh, or of some of its components, that are queried: all but degenerate ones. Small components have a
 /// hierarchy of their own.
 pub(super) struct Faces<'a> {
     mesh: &'a Mesh,
     topology: &'a Topology,
-    /// For each piece whether it is looked at.
+    /// For each component whether it is queried.
     wanted: Vec<bool>,
-    /// What coordinates are relative to in every hierarchy.
+    /// The origin of coordinates in every hierarchy.
     centre: OnceLock<DVec3>,
     all: OnceLock<Bvh>,
     small: OnceLock<Bvh>,
@@ -79,11 +80,11 @@ impl<'a> Faces<'a> {
         topology: &'a Topology,
         wanted: &dyn Fn(u32) -> bool,
     ) -> Self {
-        let pieces = 0..topology.component_faces.len() as u32;
+        let components = 0..topology.component_faces.len() as u32;
         Self {
             mesh,
             topology,
-            wanted: pieces.map(wanted).collect(),
+            wanted: components.map(wanted).collect(),
             centre: OnceLock::new(),
             all: OnceLock::new(),
             small: OnceLock::new(),
@@ -91,23 +92,23 @@ impl<'a> Faces<'a> {
     }
 
     fn is_wanted(&self, face: u32, small: bool) -> bool {
-        let piece = self.topology.component[face as usize];
-        piece != NONE
-            && self.wanted[piece as usize]
-            && (self.topology.component_faces[piece as usize] <= 2) == small
+        let component = self.topology.component[face as usize];
+        component != NONE
+            && self.wanted[component as usize]
+            && (self.topology.component_faces[component as usize] <= 2) == small
     }
 
     fn list(&self, small: bool) -> impl Iterator<Item = u32> {
         (0..self.mesh.faces.len() as u32).filter(move |&f| self.is_wanted(f, small))
     }
 
-    /// What coordinates are relative to.
+    /// The origin of coordinates.
     pub(super) fn centre(&self) -> DVec3 {
         let middle = || middle(self.mesh, self.list(false));
         *self.centre.get_or_init(middle)
     }
 
-    /// The same faces, with coordinates relative to another point.
+    /// The same faces with another origin of coordinates.
     pub(super) fn about(&self, centre: DVec3) -> Self {
         Self {
             wanted: self.wanted.clone(),
@@ -122,21 +123,21 @@ impl<'a> Faces<'a> {
         Bvh::about(self.mesh, faces, self.centre())
     }
 
-    /// The hierarchy over all of them, built when it is first asked for.
+    /// The hierarchy over all queried faces except small components, built at the first use.
     pub(super) fn all(&self) -> &Bvh {
         self.all
             .get_or_init(|| self.over(self.list(false).collect()))
     }
 
-    /// The hierarchy over small components.
+    /// The hierarchy over small components, built at the first use.
     pub(super) fn small(&self) -> &Bvh {
         self.small
             .get_or_init(|| self.over(self.list(true).collect()))
     }
 }
 
-/// What is closest to `p` by the hierarchy over the faces that meet a box, if it is sure: faces that are not in it lie outside the
-/// box.
+/// The closest point to `p` in a hierarchy over the faces that meet a box. `None` if the box is too small to be sure: faces
+/// outside the box might be closer.
 fn within<'a>(
     bounds: &Bounds,
     p: DVec3,
@@ -151,7 +152,7 @@ fn within<'a>(
     bounds.contains(&Bounds::of_ball(p, reach)).then_some(found)
 }
 
-/// Hierarchies over the faces near a place, each built when it is first asked for.
+/// Hierarchies over the faces near a region, each built at the first use.
 pub(super) struct Near {
     place: SearchArea,
     usual: OnceLock<Bvh>,
@@ -167,14 +168,16 @@ impl Near {
         }
     }
 
-    /// The closest point to `p` that is no farther than `limit`: exactly what the hierarchy over all faces gives.
+    /// The closest point to `p` within `limit`: exactly the result of the hierarchy over all faces.
     pub(super) fn closest(&self, faces: &Faces, p: DVec3, limit: f64) -> Option<Closest> {
         let usual = || {
             let near = self.place.faces.iter().copied();
             faces.over(near.filter(|&f| faces.is_wanted(f, false)).collect())
         };
         let widest = || {
-            log::debug!("a region looks beyond its surroundings");
+            log::debug!(
+                "a query of a region exceeds its usual box: building the hierarchy over the wider box"
+            );
             let meets = |f: &u32| Bounds::of(faces.mesh.corners(*f)).meets(&self.place.widest);
             faces.over(faces.list(false).filter(meets).collect())
         };
@@ -185,7 +188,7 @@ impl Near {
             .unwrap_or_else(|| faces.all().closest(p, limit))
     }
 
-    /// Calls `visit` with every face, small components included, whose box meets the given one.
+    /// Calls `visit` with every face, including small components, whose bounding box meets the given one.
     pub(super) fn for_each_in_box(
         &self,
         faces: &Faces,

@@ -1,7 +1,7 @@
-//! Redistancing by closest points on a smooth interpolant.
+//! Redistancing of a level set by closest points on a smooth interpolant.
 //!
-//! Seeds beside the zero set are projected on the zero set of the tricubic interpolant; closest points then spread outward
-//! layer by layer, each projected again. Chopp's bicubic construction ("Some improvements of the fast marching method",
+//! Nodes next to the zero set are projected on the zero set of the tricubic interpolant. Closest points then spread outward layer
+//! by layer; each is projected again. This is Chopp's bicubic construction ("Some improvements of the fast marching method",
 //! 2001) with closest points carried along.
 
 use glam::DVec3;
@@ -11,18 +11,19 @@ use crate::grid::{
     ABSENT, BLOCK_NODES, NodeIndex, SparseGrid, Tricubic, add, as_point, value_and_gradient,
 };
 
+/// Maximum number of steps of a projection.
 const ITERATIONS: usize = 16;
-/// A projection ends when it is this near to the zero set, in voxels: well below the interpolant's own error.
-const SETTLED: f64 = 1e-7;
-/// And when its foot, off the closest point along the zero set, makes the distance too long by no more than this.
+/// A projection has converged when it is this close to the zero set, in voxels (well below the interpolant's own error),
+const CONVERGED: f64 = 1e-7;
+/// and when the error of its foot along the zero set lengthens the distance by at most this, in voxels.
 const LONGER: f64 = 2e-8;
-/// The part of the way along the zero set that a step goes: at least, and at most.
+/// Fraction of the tangential offset that a step corrects: minimum and maximum.
 const SLIDE: [f64; 2] = [0.8, 1.25];
 
-/// Times that nodes may take a neighbour's closer foot.
+/// Maximum number of passes in which nodes may take a neighbour's closer foot.
 const SWEEPS: usize = 3;
 
-/// What a block holds.
+/// Flags of the nodes in and around a block.
 const POSITIVE: u8 = 1;
 const NEGATIVE: u8 = 2;
 const FREE: u8 = 4;
@@ -37,12 +38,12 @@ fn neighbours(grid: &SparseGrid, slot: usize) -> impl Iterator<Item = usize> {
         .map(|s| s as usize)
 }
 
-/// The point of the zero set of the tricubic interpolant closest to `x`, from the start `p` (lattice coordinates):
-/// damped steps along the gradient and along the zero set. None where it does not converge, the gradient vanishes or nodes are not
-/// stored, and once the grid's token is set.
+/// The point closest to `x` on the zero set of the tricubic interpolant, starting from `p` (lattice coordinates), by damped steps
+/// along the gradient and along the zero set. `None` if it does not converge, the gradient vanishes, nodes are not stored, or the
+/// grid's token is set.
 ///
-/// A step of the part s leaves `1 − s (1 + κd)` of what is to go along a zero set with curvature κ: the next one's part is
-/// taken from what the last has left.
+/// On a zero set of curvature κ, a step that corrects the fraction s of the tangential offset leaves `1 − s (1 + κd)` of it. The
+/// fraction of the next step is derived from the offset that the last one left.
 pub fn project_on_zero_set(
     grid: &SparseGrid,
     phi: &[f64],
@@ -58,17 +59,17 @@ pub fn project_on_zero_set(
         if !patch.gather(grid, phi, p) {
             return None;
         }
-        // φ in voxels and its gradient at p; where that is nearly zero there is no direction to go.
+        // φ in voxels and its gradient at p; a vanishing gradient gives no direction.
         let (f, g) = patch.evaluate(p);
         let gg = g.length_squared();
         if gg < 1e-3 {
             return None;
         }
-        // The way to x along the zero set: none is left at the closest point.
+        // The tangential offset: the vector to x along the zero set, zero at the closest point.
         let away = x - p;
         let tangential = away - g * (away.dot(g) / gg);
         let aside = tangential.length_squared();
-        // How much of it is gone at once, from what the last step left of it; of long ways at most 0.4 voxel.
+        // The fraction of it that this step corrects, from the last step; long offsets are corrected by at most 0.4 voxel.
         let part = last.map_or(SLIDE[0], |(before, part)| {
             let left = tangential.dot(before) / before.length_squared();
             (part / (1.0 - left)).clamp(SLIDE[0], SLIDE[1])
@@ -82,7 +83,7 @@ pub fn project_on_zero_set(
         let reach = f.abs() / gg.sqrt();
         let damping = if reach > 0.7 { 0.7 / reach } else { 1.0 };
         p += g * (-f / gg * damping) + tangential * slide;
-        if reach < SETTLED && aside < 2.0 * LONGER * x.distance(p) {
+        if reach < CONVERGED && aside < 2.0 * LONGER * x.distance(p) {
             return Some(p);
         }
         last = (aside > 0.0).then_some((tangential, slide));
@@ -90,16 +91,18 @@ pub fn project_on_zero_set(
     if !patch.gather(grid, phi, p) {
         return None;
     }
-    // Out of iterations: a point within a thousandth of a voxel of the zero set is good enough.
+    // Out of iterations: a point within a thousandth of a voxel of the zero set is accepted.
     (patch.evaluate(p).0.abs() < 1e-3).then_some(p)
 }
 
+/// Whether a node has a closest point yet.
 #[derive(Clone, Copy, PartialEq)]
 enum State {
     Far,
     Done,
 }
 
+/// The state of a redistancing: new values and closest points (feet) of the nodes.
 struct Front<'a> {
     grid: &'a SparseGrid,
     phi: &'a [f64],
@@ -109,9 +112,9 @@ struct Front<'a> {
     state: Vec<State>,
 }
 
-/// `phi`, one value for each slot of the grid, with the masked nodes replaced by the signed distance (in voxels) to its zero set, out to
-/// `reach` voxels; farther nodes get
-/// ±(`reach` + 1). Nodes outside the mask are kept, and seed the front where the mask begins.
+/// Replaces `phi` at the masked nodes by the signed distance (in voxels) to its zero set, out to `reach` voxels; farther nodes
+/// get ±(`reach` + 1). `phi` has one value for each slot of the grid. Nodes outside the mask keep their values and seed the front
+/// next to the mask.
 pub fn redistance(grid: &SparseGrid, phi: &[f64], mask: &[bool], reach: f64) -> Vec<f64> {
     let mut front = Front {
         grid,
@@ -121,6 +124,7 @@ pub fn redistance(grid: &SparseGrid, phi: &[f64], mask: &[bool], reach: f64) -> 
         foot: vec![DVec3::ZERO; grid.len()],
         state: vec![State::Far; grid.len()],
     };
+    // The front: seeds, then layer by layer outward.
     let mut layer = front.seed(reach);
     for _ in 0..(reach as usize + 3) {
         if layer.is_empty() || grid.is_cancelled() {
@@ -128,6 +132,7 @@ pub fn redistance(grid: &SparseGrid, phi: &[f64], mask: &[bool], reach: f64) -> 
         }
         layer = front.advance(&layer, reach);
     }
+    // Nodes take closer feet from neighbours until none changes.
     let mut changed: Option<Vec<usize>> = None;
     for _ in 0..SWEEPS {
         if grid.is_cancelled() {
@@ -148,12 +153,12 @@ pub fn redistance(grid: &SparseGrid, phi: &[f64], mask: &[bool], reach: f64) -> 
 }
 
 impl Front<'_> {
-    /// Whether a node is free and of that state.
+    /// Whether a node is masked (free) and in that state.
     fn is(&self, slot: usize, state: State) -> bool {
         self.mask[slot] && self.state[slot] == state
     }
 
-    /// Closest points of the nodes beside the zero set, and of fixed nodes beside the mask.
+    /// Finds the closest points of nodes next to the zero set and of fixed nodes next to the mask.
     fn seed(&mut self, reach: f64) -> Vec<usize> {
         let round = self.grid.summed_round(|s| {
             let sign = if self.phi[s] > 0.0 {
@@ -187,6 +192,7 @@ impl Front<'_> {
         found.into_iter().map(|s| s.0).collect()
     }
 
+    /// The foot of a free node next to the zero set: the projection, or a step along the gradient if that fails.
     fn free_seed(&self, slot: usize) -> Option<DVec3> {
         if self.grid.is_cancelled() {
             return None;
@@ -205,7 +211,8 @@ impl Front<'_> {
         })
     }
 
-    /// A fixed node beside the mask knows its distance; its foot counts only where it agrees with that.
+    /// The foot of a fixed node next to the mask. Its value is a distance; a foot is accepted only if it agrees with that
+    /// distance.
     fn fixed_seed(&self, slot: usize, reach: f64) -> Option<DVec3> {
         let value = self.phi[slot];
         if value.abs() >= reach {
@@ -266,7 +273,7 @@ impl Front<'_> {
         g
     }
 
-    /// The nearest foot among the neighbours that have one, and the sign there.
+    /// The closest foot among the neighbours that have one, with its distance, and the value of that neighbour for the sign.
     fn best_neighbour(&self, slot: usize) -> Option<(f64, DVec3, f64)> {
         if self.grid.is_cancelled() {
             return None;
@@ -284,7 +291,7 @@ impl Front<'_> {
         best.map(|(d, p, sign)| (d.sqrt(), p, sign))
     }
 
-    /// The foot of a node from a neighbour's, projected, and its distance.
+    /// Projects a neighbour's foot for this node; returns the foot and its distance.
     fn improved(&self, slot: usize, start: DVec3, distance: f64) -> (DVec3, f64) {
         let x = as_point(self.grid.node(slot));
         match project_on_zero_set(self.grid, self.phi, x, start) {
@@ -293,6 +300,7 @@ impl Front<'_> {
         }
     }
 
+    /// Gives feet to the next layer of nodes; returns the ones that are within `reach`.
     fn advance(&mut self, layer: &[usize], reach: f64) -> Vec<usize> {
         let found: Vec<(usize, DVec3, f64)> = self
             .round(layer, State::Far)
@@ -315,8 +323,8 @@ impl Front<'_> {
             .collect()
     }
 
-    /// Lets nodes take a neighbour's closer foot, and tells which did; only beside those that have `changed`, if that is
-    /// known.
+    /// Lets nodes take a neighbour's closer foot; returns the nodes that did. Visits only neighbours of the nodes in `changed`,
+    /// if given.
     fn sweep(&mut self, changed: Option<&[usize]>) -> Vec<usize> {
         let candidates = match changed {
             Some(changed) => self.round(changed, State::Done),
@@ -343,10 +351,10 @@ impl Front<'_> {
         found.into_iter().map(|f| f.0).collect()
     }
 
-    /// The free nodes of a state beside others, in order.
+    /// The masked nodes in a state next to some nodes, in rising order.
     fn round(&self, nodes: &[usize], state: State) -> Vec<usize> {
-        let beside = nodes.iter().flat_map(|&s| neighbours(self.grid, s));
-        let mut round: Vec<usize> = beside.filter(|&s| self.is(s, state)).collect();
+        let adjacent = nodes.iter().flat_map(|&s| neighbours(self.grid, s));
+        let mut round: Vec<usize> = adjacent.filter(|&s| self.is(s, state)).collect();
         round.sort_unstable();
         round.dedup();
         round

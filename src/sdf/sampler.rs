@@ -1,4 +1,4 @@
-//! Signed distance samples of a mesh with holes.
+//! Signed distance sampling of a mesh with holes.
 
 use std::sync::{Arc, OnceLock};
 
@@ -11,37 +11,37 @@ use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, Mesh, Part, Topology, VertexFaces, bounds, face_normal, vertex_normal};
 use crate::spatial::{Bounds, Bvh, Closest};
 
-/// What the mesh says about one point.
+/// The distance of one point to the mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct DistanceSample {
-    /// Signed distance in world units, negative inside; to the smooth surface through the vertices where there is one.
+    /// Signed distance in world units, negative inside: to the smooth surface through the vertices where one could be fitted.
     pub signed: f64,
     /// Distance to the triangles, in world units.
     pub distance: f64,
-    /// The closest point of the triangles, or one of them.
+    /// The closest point on the triangles, or one of them.
     pub closest: Closest,
-    /// Whether the closest point lies on the rim of one of the region's holes: then the surface that is to be found may
-    /// be closer, and the sign of `signed`, that of the nearest face's side, is often wrong.
+    /// Whether the closest point is on the rim of one of the region's holes. Then the unknown surface may be closer, and the sign
+    /// of `signed`, which is from the nearest face, is often wrong.
     pub on_rim: bool,
 }
 
-/// Signed distances of a welded mesh for one or more regions.
+/// Signed distance queries on a welded mesh, for one or more regions.
 #[derive(Clone)]
 pub struct Sampler<'a> {
     mesh: &'a Mesh,
     topology: &'a Topology,
     smooth: Arc<Smooth>,
-    /// What is looked at. Small components, of one or two faces, are no data, but the patch must be cut round them.
+    /// The queried faces. Small components (one or two faces) are not data, but the patch must be cut around them.
     faces: Arc<Faces<'a>>,
-    /// Where, if not everywhere.
+    /// The part of the mesh that is queried, if not all of it.
     near: Option<Arc<Near>>,
 }
 
-/// What all samplers of a mesh share: the smooth surface through the vertices, fitted where it is asked for.
+/// Data shared by all samplers of a mesh: the smooth surface through the vertices, fitted on demand.
 struct Smooth {
     around: VertexFaces,
     jets: Vec<OnceLock<Option<Box<Jet>>>>,
-    /// Faces that are in no hierarchy.
+    /// Degenerate faces, which are in no hierarchy.
     degenerate: Vec<u32>,
 }
 
@@ -57,13 +57,13 @@ impl Smooth {
 }
 
 impl<'a> Sampler<'a> {
-    /// Prepares the queries over all faces but degenerate ones and small components (of at most two faces).
+    /// Prepares queries over all faces except degenerate ones and small components (of at most two faces).
     pub fn new(mesh: &'a Mesh, topology: &'a Topology) -> Self {
         let smooth = Smooth::new(mesh, topology);
         Self::over(mesh, topology, Arc::new(smooth), &|_| true)
     }
 
-    /// Queries over the faces of some pieces only.
+    /// A sampler of only some components.
     pub fn restricted(&self, wanted: &dyn Fn(u32) -> bool) -> Self {
         Self::over(self.mesh, self.topology, self.smooth.clone(), wanted)
     }
@@ -83,7 +83,8 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// The same for the queries of one region: it gives the same, and needs less memory as long as they stay there.
+    /// A sampler for the queries of one region: it gives the same results, and needs less memory as long as queries stay near the
+    /// region.
     pub fn at(&self, place: SearchArea) -> Self {
         Self {
             smooth: self.smooth.clone(),
@@ -93,12 +94,12 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// The mesh's degenerate faces, which are in no hierarchy, rising.
+    /// The mesh's degenerate faces, which are in no hierarchy, in rising order.
     pub fn degenerate(&self) -> &[u32] {
         &self.smooth.degenerate
     }
 
-    /// The faces of a list and those that are up to `rings` rings of vertices away from them, rising.
+    /// The given faces and those up to `rings` rings of vertices away from them, in rising order.
     pub fn with_rings(&self, faces: &[u32], rings: usize) -> Vec<u32> {
         let mut is_in = vec![false; self.mesh.faces.len()];
         faces.iter().for_each(|&f| is_in[f as usize] = true);
@@ -118,12 +119,12 @@ impl<'a> Sampler<'a> {
         all
     }
 
-    /// What distances are computed relative to: samples of a part of the mesh about the same point are the same to the last bit.
+    /// The origin of coordinates for distances: samples of a part of the mesh with the same origin are equal to the last bit.
     pub fn centre(&self) -> DVec3 {
         self.faces.centre()
     }
 
-    /// The same queries with distances computed relative to another point.
+    /// The same sampler with another origin of coordinates.
     #[must_use]
     pub fn about(&self, centre: DVec3) -> Self {
         Self {
@@ -139,8 +140,8 @@ impl<'a> Sampler<'a> {
         self.faces.all()
     }
 
-    /// The part of the mesh that meets the box from `low` to `high`, small components and degenerate faces included, with the given
-    /// vertices.
+    /// The part of the mesh that meets the box from `low` to `high`, including small components and degenerate faces, with the
+    /// given vertices.
     pub fn part(&self, low: DVec3, high: DVec3, vertices: impl Iterator<Item = u32>) -> Part {
         let mut faces = self.smooth.degenerate.clone();
         match &self.near {
@@ -157,7 +158,7 @@ impl<'a> Sampler<'a> {
         Part::new(self.mesh, &faces, vertices)
     }
 
-    /// The part of the mesh round some rims.
+    /// The part of the mesh around some rims.
     pub fn part_round(&self, rims: &[Vec<u32>]) -> Part {
         let vertices = || rims.iter().flatten().copied();
         let at = |v: u32| self.mesh.positions[v as usize];
@@ -166,9 +167,9 @@ impl<'a> Sampler<'a> {
         self.part(low - margin, high + margin, vertices())
     }
 
-    /// Whether a piece is a small component, which is no data.
-    pub fn is_small(&self, piece: u32) -> bool {
-        let faces = self.topology.component_faces.get(piece as usize);
+    /// Whether a component is small (at most two faces) and therefore not data.
+    pub fn is_small(&self, component: u32) -> bool {
+        let faces = self.topology.component_faces.get(component as usize);
         faces.is_some_and(|&n| n <= 2)
     }
 
@@ -177,16 +178,16 @@ impl<'a> Sampler<'a> {
         self.mesh
     }
 
-    /// The closest point of the mesh without its small components, and whether it lies on a rim of the region; none where nothing is
-    /// nearer than `limit`, in world units.
+    /// The closest point of the mesh without small components, and whether it is on a rim of the region. `None` if nothing is
+    /// within `limit` (world units).
     pub fn closest(&self, rims: &RimSet, x: DVec3, limit: f64) -> Option<(Closest, bool)> {
         let closest = self.closest_within(x, limit)?;
         let on_rim = self.on_rim(rims, &closest);
         Some((closest, on_rim))
     }
 
-    /// The closest point of the mesh with its small components, and whether it lies on a rim of the region; none for a mesh without
-    /// faces.
+    /// The closest point of the mesh including small components, and whether it is on a rim of the region. `None` for a mesh
+    /// without faces.
     pub fn closest_of_all(&self, rims: &RimSet, x: DVec3) -> Option<(Closest, bool)> {
         let whole = self.closest_within(x, f64::INFINITY);
         let limit = whole.map_or(f64::INFINITY, |c| c.distance);
@@ -210,7 +211,7 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Whether a closest point lies on a border that is none of the region's rims.
+    /// Whether a closest point is on a boundary edge that belongs to none of the region's rims.
     pub fn on_other_border(&self, rims: &RimSet, closest: &Closest) -> bool {
         let is_border = |h: u32| self.topology.boundary[h as usize];
         match feature(self.mesh, closest) {
@@ -225,13 +226,13 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Samples the distance at the world point `x`; `limit` is an upper bound of the distance that the caller knows, in world units. None
-    /// where the mesh is farther than that.
+    /// Samples the distance at the world point `x`. `limit` is an upper bound of the distance known to the caller, in world
+    /// units. `None` if the mesh is farther away.
     pub fn sample(&self, rims: &RimSet, x: DVec3, limit: f64) -> Option<DistanceSample> {
         self.sample_within(rims, x, limit, f64::INFINITY)
     }
 
-    /// The same, with the distance to the triangles instead of that to the smooth surface beyond `reach`.
+    /// The same, but beyond `reach` with the distance to the triangles instead of the smooth surface.
     pub fn sample_within(
         &self,
         rims: &RimSet,
@@ -259,8 +260,8 @@ impl<'a> Sampler<'a> {
         })
     }
 
-    /// −1 where a point lies on the inner side of the closest point, else 1: by the pseudonormal of face, edge or vertex (Bærentzen and
-    /// Aanæs 2005).
+    /// −1 if a point is on the inner side of the closest point, otherwise 1: by the pseudonormal of face, edge or vertex
+    /// (Bærentzen and Aanæs 2005).
     pub fn sign(&self, closest: &Closest, x: DVec3) -> f64 {
         let (mesh, around) = (self.mesh, &self.smooth.around);
         let face = || face_normal(mesh, closest.face);
@@ -281,8 +282,8 @@ impl<'a> Sampler<'a> {
                 };
                 let (v, w) = (start(mesh, h), end(mesh, h));
                 let faces = around.of(v).iter().copied();
-                let beside = faces.filter(|&f| mesh.faces[f as usize].contains(&w));
-                side(normal, mesh, beside, closest, x)
+                let at_edge = faces.filter(|&f| mesh.faces[f as usize].contains(&w));
+                side(normal, mesh, at_edge, closest, x)
             }
         }
     }
@@ -294,7 +295,8 @@ impl<'a> Sampler<'a> {
             .as_deref()
     }
 
-    /// The distance to the jets of the three corners, blended by the barycentric coordinates of the closest point.
+    /// The distances to the jets of the three corners, blended by the barycentric coordinates of the closest point. A jet is used
+    /// only if it is trusted and its distance differs little from `raw`.
     fn smooth(&self, closest: &Closest, x: DVec3, raw: f64) -> f64 {
         let face = self.mesh.faces[closest.face as usize];
         let [a, b, c] = face.map(|v| self.mesh.positions[v as usize]);
@@ -318,7 +320,7 @@ impl<'a> Sampler<'a> {
     }
 }
 
-/// The rims of one region's holes.
+/// The rims of a region's holes.
 pub struct RimSet {
     edges: Vec<(u32, u32)>,
     vertices: Vec<u32>,

@@ -1,15 +1,15 @@
-//! On which side of a surface a point lies, from the closest point of it.
+//! Inside or outside: the side of a surface on which a point is, from its closest point.
 
 use glam::DVec3;
 
 use crate::mesh::{Mesh, face_normal};
 use crate::spatial::Closest;
 
-/// A normal says nothing about the side of a point when the sine of the angle between its plane and the way to the point is
-/// less than this.
+/// A normal does not determine the side of a point if the sine of the angle between its plane and the direction to the point is
+/// below this.
 const UNCERTAIN: f64 = 1e-3;
 
-/// Where on the mesh a closest point lies.
+/// The mesh element that contains a closest point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feature {
     /// Inside its face.
@@ -20,7 +20,7 @@ pub enum Feature {
     Vertex(u32),
 }
 
-/// Where on the mesh a closest point lies.
+/// The mesh element that contains a closest point, from its barycentric coordinates.
 pub fn feature(mesh: &Mesh, closest: &Closest) -> Feature {
     let w = closest.barycentric;
     let face = mesh.faces[closest.face as usize];
@@ -35,9 +35,9 @@ pub fn feature(mesh: &Mesh, closest: &Closest) -> Feature {
     }
 }
 
-/// −1 inside, 1 outside: by the pseudonormal of the closest feature (Bærentzen and Aanæs, "Signed distance computation using
-/// the angle weighted pseudonormal", 2005). Where that is of no use, as at folds and edges with more than two faces, the face
-/// of those `around` the feature decides that the point lies farthest from the plane of.
+/// −1 inside, 1 outside: by the pseudonormal of the closest feature (Bærentzen and Aanæs, "Signed distance computation using the
+/// angle weighted pseudonormal", 2005). Where the pseudonormal does not decide, as at folds and non-manifold edges, the face in
+/// `around` decides from whose plane the point is farthest.
 pub fn side(
     pseudonormal: DVec3,
     mesh: &Mesh,

@@ -1,4 +1,4 @@
-//! The distance of a sphere: from the jets of its vertices, and from a distorted level-set function.
+//! Tests on a sphere: distances from the jets of its vertices, and redistancing of a distorted level set function.
 
 use glam::DVec3;
 
@@ -97,7 +97,7 @@ fn what_is_near_a_place_is_what_is_near_in_all() {
         faces: faces[0].clone(),
     });
     let rims = RimSet::new(std::iter::empty());
-    // Points inside the usual box, some of them with what is nearest outside of it, in the wider one, and beyond.
+    // Points inside the usual box (some with their closest point outside it), in the wider box, and beyond.
     for i in 0..400 {
         let t = f64::from(i);
         let way = DVec3::new((1.3 * t).sin(), (2.1 * t).cos(), (3.7 * t).sin());

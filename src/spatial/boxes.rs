@@ -30,7 +30,7 @@ impl Bounds {
         }
     }
 
-    /// The box with a margin on all sides.
+    /// The box enlarged by a margin on all sides.
     pub fn widened(&self, margin: f64) -> Self {
         Self {
             low: self.low - margin,
@@ -38,23 +38,23 @@ impl Bounds {
         }
     }
 
-    /// The distance of two boxes; 0 where they meet.
+    /// Distance between two boxes; 0 if they intersect.
     pub fn gap(&self, other: &Self) -> f64 {
         let apart = (self.low - other.high).max(other.low - self.high);
         apart.max(DVec3::ZERO).length()
     }
 
-    /// Whether two closed boxes have a point in common.
+    /// Whether two closed boxes intersect.
     pub fn meets(&self, other: &Self) -> bool {
         self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
     }
 
-    /// Whether the other box lies in this one.
+    /// Whether this box contains the other one.
     pub fn contains(&self, other: &Self) -> bool {
         self.low.cmple(other.low).all() && other.high.cmple(self.high).all()
     }
 
-    /// The smallest box round both.
+    /// The bounding box of both.
     #[must_use]
     pub fn join(self, other: &Self) -> Self {
         Self {
@@ -64,13 +64,13 @@ impl Bounds {
     }
 }
 
-/// A binary tree of boxes. The items are sorted so that each node covers consecutive ones.
+/// A binary tree over boxes. The items are sorted so that each node covers a contiguous range of them.
 pub struct BoxTree {
     nodes: Vec<Node>,
     items: Vec<Item>,
 }
 
-/// A box and its index.
+/// A box and its index in the input.
 #[derive(Clone, Copy)]
 struct Item {
     bounds: Bounds,
@@ -86,14 +86,14 @@ struct Node {
     second: u32,
 }
 
-/// Items of a leaf, at most.
+/// Maximum number of items in a leaf.
 const LEAF: usize = 4;
-/// Items from which on both halves of a node are handled on threads of their own.
-const MANY: usize = 4096;
-/// Entries of a stack of nodes to visit: one more than the depth of the tree, which 32-bit indices keep below it.
+/// Nodes with at least this many items process their two halves in parallel.
+const PARALLEL_ITEMS: usize = 4096;
+/// Size of the traversal stack: it must exceed the depth of the tree, which is below this for 32-bit indices.
 const STACK: usize = 40;
 
-/// The number of nodes of a tree over a number of items.
+/// Number of nodes of a tree over this many items.
 fn node_count(items: usize) -> usize {
     match items {
         0 => 0,
@@ -131,12 +131,12 @@ fn build(items: &mut [Item], nodes: &mut [Node], start: u32, first: u32) {
     let left = node_count(half);
     let second = first + 1 + left as u32;
     nodes[0].second = second;
-    let is_many = items.len() >= MANY;
+    let in_parallel = items.len() >= PARALLEL_ITEMS;
     let (low, high) = items.split_at_mut(half);
     let (of_low, of_high) = nodes[1..].split_at_mut(left);
     let mut low = || build(low, of_low, start, first + 1);
     let mut high = || build(high, of_high, start + half as u32, second);
-    if is_many {
+    if in_parallel {
         rayon::join(low, high);
     } else {
         low();
@@ -145,7 +145,7 @@ fn build(items: &mut [Item], nodes: &mut [Node], start: u32, first: u32) {
 }
 
 impl BoxTree {
-    /// The tree over boxes, which are named by their index.
+    /// Builds a tree over boxes; items are identified by their index.
     pub fn new(boxes: &[Bounds]) -> Self {
         let items = boxes.iter().zip(0..);
         let items = items.map(|(bounds, index)| Item {
@@ -166,7 +166,8 @@ impl BoxTree {
         Self { nodes, items }
     }
 
-    /// The first item, in the order of the tree, for whose box `meets` holds, as it does for all boxes round it, and for which `accept` holds.
+    /// The first item, in tree order, whose box satisfies `meets` and which `accept` accepts. `meets` must hold for every box
+    /// that contains a box for which it holds.
     fn first(
         &self,
         meets: impl Fn(&Bounds) -> bool,
@@ -196,12 +197,12 @@ impl BoxTree {
         None
     }
 
-    /// The first item, in the order of the tree, whose box meets `query` and for which `accept` holds.
+    /// The first item, in tree order, whose box intersects `query` and which `accept` accepts.
     pub fn find(&self, query: &Bounds, accept: impl FnMut(u32) -> bool) -> Option<u32> {
         self.first(|bounds| bounds.meets(query), accept)
     }
 
-    /// Calls `visit` with every item whose box meets `query`.
+    /// Calls `visit` with every item whose box intersects `query`.
     pub fn for_each(&self, query: &Bounds, mut visit: impl FnMut(u32)) {
         self.find(query, |item| {
             visit(item);
@@ -209,7 +210,7 @@ impl BoxTree {
         });
     }
 
-    /// Calls `visit` with at least every item whose box is within `margin` of a segment.
+    /// Calls `visit` with every item whose box is within `margin` of a segment, and possibly with a few others.
     pub fn for_each_along(&self, segment: [DVec3; 2], margin: f64, mut visit: impl FnMut(u32)) {
         let along = Along::new(segment, margin);
         self.first(
@@ -221,9 +222,9 @@ impl BoxTree {
         );
     }
 
-    /// For each item whether `hit` holds for it and any other one whose boxes meet, in the order of the indices. `hit` is symmetric.
-    /// None where more pairs of boxes meet than `most` for each item: a search by [`BoxTree::find`] that ends at the first partner
-    /// is faster then.
+    /// For each item, by index, whether `hit` holds for it and any other item whose box intersects its own. `hit` must be
+    /// symmetric. None if more than `most` pairs of boxes per item intersect: then a search with [`BoxTree::find`], which ends at
+    /// the first partner, is faster.
     pub fn hits(&self, most: usize, hit: impl Fn(u32, u32) -> bool + Sync) -> Option<Vec<bool>> {
         let flags: Vec<AtomicBool> = self.items.iter().map(|_| AtomicBool::new(false)).collect();
         let pairs = Pairs {
@@ -244,7 +245,7 @@ impl BoxTree {
 struct Along {
     from: DVec3,
     way: DVec3,
-    /// The smallest box round it with its margin.
+    /// Bounding box of the segment with its margin.
     around: Bounds,
     margin: f64,
 }
@@ -252,7 +253,7 @@ struct Along {
 impl Along {
     fn new([from, to]: [DVec3; 2], margin: f64) -> Self {
         let size = from.abs().max(to.abs()).max_element();
-        // Well more than what rounding may add to the distances below.
+        // Larger than the rounding errors of the distances below.
         let margin = margin + 1e-12 * size;
         Self {
             from,
@@ -262,7 +263,8 @@ impl Along {
         }
     }
 
-    /// Whether a box comes near, by the axes of the box and the products of these with the segment (Gottschalk et al. 1996).
+    /// Whether a box is within the margin, by a separating-axis test with the axes of the box and their cross products with the
+    /// segment (Gottschalk et al. 1996).
     fn meets(&self, bounds: &Bounds) -> bool {
         if !self.around.meets(bounds) {
             return false;
@@ -283,17 +285,17 @@ impl Along {
     }
 }
 
-/// A search for pairs of items of a tree.
+/// A search for pairs of items whose boxes intersect.
 struct Pairs<'a, H> {
     tree: &'a BoxTree,
     flags: &'a [AtomicBool],
-    /// How many pairs of boxes may meet yet.
+    /// Number of intersecting pairs of boxes left before the search is abandoned; negative once it is.
     left: AtomicIsize,
     hit: &'a H,
 }
 
 impl<H: Fn(u32, u32) -> bool + Sync> Pairs<'_, H> {
-    /// Looks at the pairs within a node.
+    /// Tests the pairs within a node.
     fn within(&self, i: u32) {
         let node = &self.tree.nodes[i as usize];
         let items = &self.tree.items[node.start as usize..node.end as usize];
@@ -306,7 +308,7 @@ impl<H: Fn(u32, u32) -> bool + Sync> Pairs<'_, H> {
         let children = || {
             self.between(i + 1, node.second);
         };
-        if items.len() >= MANY {
+        if items.len() >= PARALLEL_ITEMS {
             rayon::join(
                 || rayon::join(|| self.within(i + 1), || self.within(node.second)),
                 children,
@@ -318,7 +320,7 @@ impl<H: Fn(u32, u32) -> bool + Sync> Pairs<'_, H> {
         }
     }
 
-    /// Looks at the pairs of an item of one node and one of another node.
+    /// Tests the pairs of an item of one node and an item of another.
     fn between(&self, i: u32, j: u32) {
         let [a, b] = [i, j].map(|i| &self.tree.nodes[i as usize]);
         if !a.bounds.meets(&b.bounds) || self.left.load(Relaxed) < 0 {
@@ -341,7 +343,7 @@ impl<H: Fn(u32, u32) -> bool + Sync> Pairs<'_, H> {
 
     fn both(&self, count: u32, one: [u32; 2], other: [u32; 2]) {
         let [one, other] = [one, other].map(|[i, j]| move || self.between(i, j));
-        if count as usize >= MANY {
+        if count as usize >= PARALLEL_ITEMS {
             rayon::join(one, other);
         } else {
             one();
@@ -371,7 +373,7 @@ mod tests {
     use super::*;
     use crate::mesh::shapes::noise;
 
-    /// Boxes of edges of some length at random places of the unit cube, with the edges.
+    /// Edges of about the given length at random places of the unit cube, with their boxes.
     fn edges(count: usize, length: f64) -> Vec<([DVec3; 2], Bounds)> {
         let mut noise = noise(11);
         let mut point = || DVec3::new(noise(), noise(), noise());

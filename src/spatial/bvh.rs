@@ -1,4 +1,4 @@
-//! A bounding volume hierarchy over the triangles of a mesh.
+//! Bounding volume hierarchy over the triangles of a mesh: closest-point and box queries in double precision.
 
 use glam::{DVec3, Vec4};
 use obvhs::{aabb::Aabb, bvh2::Bvh2};
@@ -7,10 +7,10 @@ use super::ploc::binary;
 use super::triangle::{Barycentric, closest_on_triangle};
 use crate::mesh::{Mesh, bounds};
 
-/// The most children of a node.
+/// Maximum number of children of a node.
 pub(super) const WIDTH: usize = 4;
 
-/// What hangs at a node, in an order in which inner nodes lie behind their parents.
+/// A child of a node. Inner nodes come after their parents.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Child {
     /// Another node.
@@ -19,17 +19,17 @@ pub(super) enum Child {
     Face(u32),
 }
 
-/// Marks a child that is a triangle.
+/// Flag bit of a child index that denotes a triangle.
 const FACE: u32 = 1 << 31;
 
-/// The boxes of up to four children side by side, so that they are looked at together.
+/// The boxes of up to four children, stored component-wise so that they are tested together (SIMD).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     /// Smallest coordinates, by axis.
     low: [Vec4; 3],
     /// Largest coordinates, by axis.
     high: [Vec4; 3],
-    /// Index of a node or, with the mark [`FACE`], of a triangle; the first `count` only.
+    /// Index of a node or, with the flag [`FACE`], of a triangle; only the first `count` are valid.
     children: [u32; WIDTH],
     count: u32,
 }
@@ -39,7 +39,7 @@ pub(super) struct Node {
 pub struct Closest {
     /// The face it lies on.
     pub face: u32,
-    /// Its barycentric coordinates in that face; exact zeros on edges and at corners.
+    /// Its barycentric coordinates in that face; exactly zero on edges and at corners.
     pub barycentric: Barycentric,
     /// The point.
     pub point: DVec3,
@@ -49,18 +49,17 @@ pub struct Closest {
 
 /// A bounding volume hierarchy for closest-point queries in double precision.
 ///
-/// A node has up to four children, as in Wald, Benthin and Boulos, "Getting rid of packets: efficient SIMD single-ray
-/// traversal using multi-branching BVHs", 2008; a leaf is one triangle. The boxes are single precision and widened
-/// outward; the triangles are kept in double precision relative to the mesh's centre, so that coordinates far from the
-/// origin lose nothing.
+/// A node has up to four children, as in Wald, Benthin and Boulos, "Getting rid of packets: efficient SIMD single-ray traversal
+/// using multi-branching BVHs", 2008; a leaf is one triangle. The boxes are in single precision, rounded outward. The triangles
+/// are in double precision relative to the mesh's centre, so that coordinates far from the origin lose no accuracy.
 pub struct Bvh {
-    /// A node lies before its children.
+    /// Nodes, parents before their children.
     pub(super) nodes: Vec<Node>,
-    /// Face of each triangle, in the order of the nodes.
+    /// The mesh face of each triangle, in the order of the nodes.
     pub(super) faces: Vec<u32>,
     /// Corners of each triangle relative to `centre`, in the same order.
     pub(super) corners: Vec<[DVec3; 3]>,
-    /// The point all coordinates are relative to.
+    /// The origin of the stored coordinates.
     pub(super) centre: DVec3,
 }
 
@@ -83,16 +82,16 @@ fn enclosing(corners: &[DVec3; 3]) -> Aabb {
     )
 }
 
-/// Joins the nodes of a binary hierarchy to nodes of up to [`WIDTH`] children, depth first. Also the order of the leaves.
+/// Collapses a binary hierarchy into nodes with up to [`WIDTH`] children, depth first. Also returns the order of the leaves.
 fn collapsed(binary: &Bvh2) -> (Vec<Node>, Vec<u32>) {
     let mut order = Vec::with_capacity(binary.primitive_indices.len());
     let mut nodes: Vec<Node> = Vec::with_capacity(binary.nodes.len() / 4);
-    // Roots of the binary subtrees that wait, with the node and the child to enter them at.
+    // Roots of binary subtrees to process, each with its parent node and its child slot there.
     let mut waiting = vec![(0usize, usize::MAX, 0usize)];
     while let Some((root, parent, at)) = waiting.pop() {
         let mut found = [root; WIDTH];
         let mut count = 1;
-        // The largest inner node is opened until there is no more room.
+        // Replace the inner node of the largest area by its two children while there is room.
         while count < WIDTH {
             let inner = (0..count).filter(|i| binary.nodes[found[*i]].prim_count == 0);
             let area = |i: &usize| binary.nodes[found[*i]].aabb.half_area();
@@ -104,12 +103,12 @@ fn collapsed(binary: &Bvh2) -> (Vec<Node>, Vec<u32>) {
             found[count] = first + 1;
             count += 1;
         }
-        // Its place, which its parent learns.
+        // Store the index of the new node in its parent.
         let index = nodes.len();
         if let Some(parent) = nodes.get_mut(parent) {
             parent.children[at] = index as u32;
         }
-        // The boxes of its children; triangles are numbered in the order in which they come.
+        // Store the boxes of its children; triangles are numbered in the order in which they are reached.
         let mut node = Node::EMPTY;
         for (i, child) in found[..count].iter().enumerate() {
             let child = &binary.nodes[*child];
@@ -121,7 +120,7 @@ fn collapsed(binary: &Bvh2) -> (Vec<Node>, Vec<u32>) {
         }
         node.count = count as u32;
         nodes.push(node);
-        // Children that are nodes wait in reverse, so that the first comes next.
+        // Push inner children in reverse, so that the first one is processed next.
         for (i, child) in found[..count].iter().enumerate().rev() {
             if binary.nodes[*child].prim_count == 0 {
                 waiting.push((*child, index, i));
@@ -132,7 +131,7 @@ fn collapsed(binary: &Bvh2) -> (Vec<Node>, Vec<u32>) {
     (nodes, order)
 }
 
-/// The middle of the box round some faces of a mesh; zero where there is none.
+/// The centre of the bounding box of some faces; the origin if there are none.
 pub fn middle(mesh: &Mesh, faces: impl Iterator<Item = u32>) -> DVec3 {
     let (low, high) = bounds(faces.flat_map(|f| mesh.corners(f)));
     match low.x <= high.x {
@@ -145,15 +144,15 @@ impl Bvh {
     /// Builds the hierarchy over the given faces of a mesh.
     ///
     /// # Panics
-    /// When a face's index is past the end of the positions.
+    /// If a face's vertex index is out of range.
     pub fn new(mesh: &Mesh, faces: impl Iterator<Item = u32>) -> Self {
         let faces: Vec<u32> = faces.collect();
         let centre = middle(mesh, faces.iter().copied());
         Self::about(mesh, faces, centre)
     }
 
-    /// The same with coordinates relative to a given point. Hierarchies over parts of a mesh about one point give distances that
-    /// are equal to the last bit.
+    /// Builds the hierarchy with coordinates relative to a given point. Hierarchies over parts of a mesh with the same point
+    /// return bitwise equal distances.
     ///
     /// # Panics
     /// As [`Bvh::new`].
@@ -180,19 +179,19 @@ impl Bvh {
         }
     }
 
-    /// True where the hierarchy has no face.
+    /// Whether the hierarchy has no faces.
     pub fn is_empty(&self) -> bool {
         self.faces.is_empty()
     }
 
-    /// The closest point to `p` on the mesh, or none when it is farther than `limit`. Of several faces at the same distance it is the
-    /// one of the lowest number, so that the result does not depend on which other faces the hierarchy holds.
+    /// The closest point to `p` on the mesh, or none if it is farther than `limit`. Ties are resolved to the face of the lowest
+    /// number, so that the result does not depend on which other faces the hierarchy holds.
     pub fn closest(&self, p: DVec3, limit: f64) -> Option<Closest> {
         if self.nodes.is_empty() {
             return None;
         }
-        // Squared distances: those to triangles in double precision, those to boxes in single precision, with a bound that
-        // allows for their rounding.
+        // Squared distances, to triangles in double precision and to boxes in single precision. The bound for boxes allows for
+        // rounding errors.
         let q = p - self.centre;
         let around = Around::new(q);
         let mut best = limit * limit;
@@ -201,9 +200,9 @@ impl Bvh {
         let mut stack = Stack::new();
         let mut index = 0;
         loop {
-            // Children whose boxes are within the bound wait, the nearest on top.
+            // Push the children whose boxes are within the bound, the nearest on top.
             stack.push_children(&self.nodes[index as usize], &around, bound);
-            // The nearest node that waits, after the triangles before it.
+            // Pop entries until one is an inner node; triangles are tested on the way.
             index = loop {
                 let Some((lower, child)) = stack.pop() else {
                     return found.map(|(face, barycentric, x)| Closest {
@@ -219,7 +218,7 @@ impl Bvh {
                 if child & FACE == 0 {
                     break child;
                 }
-                // A triangle that is nearer, or as near and of a lower number, takes the place of the best.
+                // A triangle replaces the best one if it is nearer, or equally near with a lower face number.
                 let face = child & !FACE;
                 let [a, b, c] = self.corners[face as usize];
                 let (x, w) = closest_on_triangle(q, a, b, c);
@@ -234,7 +233,7 @@ impl Bvh {
         }
     }
 
-    /// Calls `visit` with every face whose bounding box meets the box from `low` to `high`.
+    /// Calls `visit` with every face whose bounding box intersects the box from `low` to `high`.
     pub fn for_each_in_box(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(u32)) {
         let (low, high) = (low - self.centre, high - self.centre);
         let (from, to) = (Around::new(low), Around::new(high));
@@ -284,7 +283,7 @@ impl Node {
         (corner(&self.low), corner(&self.high))
     }
 
-    /// What hangs at the node.
+    /// The children of the node.
     pub fn children(&self) -> impl DoubleEndedIterator<Item = Child> + ExactSizeIterator {
         self.children[..self.count as usize]
             .iter()
@@ -295,7 +294,7 @@ impl Node {
     }
 }
 
-/// A point between two of single precision, one for each child.
+/// A point enclosed between two single-precision points, replicated for the four children of a node.
 struct Around {
     below: [Vec4; 3],
     above: [Vec4; 3],
@@ -309,7 +308,8 @@ impl Around {
         }
     }
 
-    /// Squared distances of the point from the boxes of a node, too large only by the rounding of some operations.
+    /// Squared distances of the point from the boxes of a node's children; lower bounds except for rounding errors of these few
+    /// operations.
     #[inline]
     fn distances_squared(&self, node: &Node) -> Vec4 {
         let along = |k: usize| {
@@ -321,25 +321,25 @@ impl Around {
         along(0) + along(1) + along(2)
     }
 
-    /// What [`Self::distances_squared`] is at most where the squared distance is at most this.
+    /// Upper bound of [`Self::distances_squared`] for a box that contains a point at this squared distance.
     #[inline]
     fn bound(squared: f64) -> f32 {
-        // Six roundings of half a unit in the last place, that of this one, and some to spare; squares below 1e-38 are
-        // rounded more coarsely.
+        // Allows for six roundings of half a unit in the last place and the rounding of this value, with a margin. Squares below
+        // 1e-38 are denormal and rounded more coarsely, hence the absolute term.
         (squared * (1.0 + 8.0 * f64::from(f32::EPSILON)) + 1e-40) as f32
     }
 }
 
-/// How many children wait without an allocation.
+/// Number of stack entries that need no allocation.
 const WAITING: usize = 64;
 
-/// The children that a query has still to look at, by the squared distances of their boxes.
+/// Stack of children to visit, with the squared distances of their boxes.
 ///
-/// Bits of floats that are not negative are in the order of the floats: distance and child are one number.
+/// Non-negative floats are ordered like their bit patterns, so distance and child are packed into one integer.
 struct Stack {
     few: [u64; WAITING],
     len: usize,
-    /// Those beyond the first few.
+    /// Overflow beyond the fixed-size part.
     more: Vec<u64>,
 }
 
@@ -353,25 +353,25 @@ impl Stack {
         }
     }
 
-    /// Adds the children within the bound, the nearest last.
+    /// Pushes the children within the bound, the nearest last.
     #[inline]
     fn push_children(&mut self, node: &Node, around: &Around, bound: f32) {
         let lower = around.distances_squared(node).to_array();
         let mut keys = [0u64; WIDTH];
         for k in 0..WIDTH {
-            // The root is no child, so that 0 stands for none.
+            // The root (index 0) is never a child, so a key of 0 marks an empty slot.
             let is_near = (lower[k] <= bound) & (k < node.count as usize);
             let key = u64::from(lower[k].to_bits()) << 32 | u64::from(node.children[k]);
             keys[k] = if is_near { key } else { 0 };
         }
-        // A sorting network, descending, without branches.
+        // Branch-free sorting network, descending.
         for (i, j) in [(0, 1), (2, 3), (0, 2), (1, 3), (1, 2)] {
             (keys[i], keys[j]) = (keys[i].max(keys[j]), keys[i].min(keys[j]));
         }
         let count = keys.iter().map(|key| usize::from(*key != 0)).sum::<usize>();
         match self.few.get_mut(self.len..self.len + WIDTH) {
             Some(room) if self.more.is_empty() => {
-                // One by one: a wide load of what was just stored would wait.
+                // Copied one by one: a wide load right after narrow stores would stall.
                 for (slot, key) in room.iter_mut().zip(keys) {
                     *slot = key;
                 }

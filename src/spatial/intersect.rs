@@ -1,4 +1,4 @@
-//! Exact tests whether triangles intersect, and the search for such pairs.
+//! Exact triangle-triangle intersection tests and the search for intersecting pairs of faces.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -6,17 +6,17 @@ use robust::{Coord, Coord3D, orient2d, orient3d};
 
 use super::{Bounds, BoxTree};
 
-/// Up to this number of query faces, the boxes of all others are compared one by one. With a tree over them, the offset shells of 8000 sheets
-/// of two triangles took a tenth longer.
-const FEW: usize = 8;
-/// Pairs of boxes that meet, for each face, up to which each pair of faces is tested. A closed surface of regular triangles has 10; where
-/// there are many more, most faces intersect others, and the first partner of each is found sooner.
-const MOST_PAIRS: usize = 64;
+/// With at most this many query faces all boxes are compared one by one, without a tree. With a tree, making the offset shells of
+/// 8000 sheets of two triangles took a tenth longer.
+const MAX_WITHOUT_TREE: usize = 8;
+/// Pairs of intersecting boxes per face up to which all pairs of faces are tested. A closed surface of regular triangles has 10.
+/// With many more most faces intersect others, and searching only the first partner of each face is faster.
+const MAX_PAIRS_PER_FACE: usize = 64;
 
-/// The faces among the first `count` that intersect another face, in order, each with one partner.
+/// The faces among the first `count` that intersect any other face, in order, each with one partner.
 ///
-/// Faces that share a vertex intersect if they meet anywhere else; faces that share an edge if they are folded onto each
-/// other; faces with the same vertices always. Decided exactly in the given coordinates.
+/// Faces that share a vertex intersect if they have another point in common, faces that share an edge if they are folded onto
+/// each other, faces with the same vertices always. Decided exactly for the given coordinates.
 pub fn intersecting(positions: &[DVec3], faces: &[[u32; 3]], count: usize) -> Vec<(u32, u32)> {
     let boxes: Vec<Bounds> = faces
         .par_iter()
@@ -24,7 +24,7 @@ pub fn intersecting(positions: &[DVec3], faces: &[[u32; 3]], count: usize) -> Ve
         .collect();
     let hit =
         |i: u32, j: u32| j != i && faces_intersect(positions, faces[i as usize], faces[j as usize]);
-    if count <= FEW {
+    if count <= MAX_WITHOUT_TREE {
         let meets = |i: u32, j: u32| boxes[i as usize].meets(&boxes[j as usize]);
         let partner = |i: u32| (0..faces.len() as u32).find(|&j| meets(i, j) && hit(i, j));
         return (0..count as u32)
@@ -32,17 +32,17 @@ pub fn intersecting(positions: &[DVec3], faces: &[[u32; 3]], count: usize) -> Ve
             .collect();
     }
     let tree = BoxTree::new(&boxes);
-    // With all faces asked for, each pair is looked at once. Partners are looked for afterwards, for the few that have one.
-    let hits = (count == faces.len()).then(|| tree.hits(MOST_PAIRS, hit));
+    // If all faces are queried, each pair is tested once; the partners are searched afterwards for the few faces that have one.
+    let hits = (count == faces.len()).then(|| tree.hits(MAX_PAIRS_PER_FACE, hit));
     let hits = hits.flatten();
     let may_hit = |i: &u32| hits.as_ref().is_none_or(|hits| hits[*i as usize]);
     let asked: Vec<u32> = (0..count as u32).filter(may_hit).collect();
     first_partners(positions, faces, &asked, (&boxes, &tree))
 }
 
-/// The faces among some given ones, in rising order, that intersect any other face, each with the partner that [`intersecting`] finds.
+/// The faces among `asked` (ascending) that intersect any other face, each with the partner that [`intersecting`] finds.
 pub(crate) fn partners(positions: &[DVec3], faces: &[[u32; 3]], asked: &[u32]) -> Vec<(u32, u32)> {
-    if faces.len() <= FEW {
+    if faces.len() <= MAX_WITHOUT_TREE {
         let mut all = intersecting(positions, faces, faces.len());
         all.retain(|(f, _)| asked.contains(f));
         return all;
@@ -68,7 +68,7 @@ fn first_partners(
     asked.par_iter().filter_map(partner).collect()
 }
 
-/// All pairs of intersecting faces of which one is among the `asked`, each as these two; see [`intersecting`].
+/// All pairs (asked face, other face) of intersecting faces; see [`intersecting`].
 pub(crate) fn intersecting_pairs(
     positions: &[DVec3],
     faces: &[[u32; 3]],
@@ -78,7 +78,7 @@ pub(crate) fn intersecting_pairs(
         .par_iter()
         .map(|f| Bounds::of(at(positions, *f)))
         .collect();
-    // The tree is built over the few, and walked by the many.
+    // The tree is built over the few asked faces and queried with all faces.
     let own: Vec<Bounds> = asked.iter().map(|i| boxes[*i as usize]).collect();
     let tree = BoxTree::new(&own);
     let pairs = (0..faces.len() as u32).into_par_iter().flat_map_iter(|j| {
@@ -104,7 +104,7 @@ fn at(positions: &[DVec3], [a, b, c]: [u32; 3]) -> [DVec3; 3] {
     ]
 }
 
-/// Whether two faces of a mesh intersect, see [`intersecting`].
+/// Whether two faces of a mesh intersect; see [`intersecting`].
 fn faces_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bool {
     let is_shared = |v: u32| g[0] == v || g[1] == v || g[2] == v;
     match [is_shared(f[0]), is_shared(f[1]), is_shared(f[2])] {
@@ -119,7 +119,7 @@ fn faces_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bool {
     }
 }
 
-/// Whether two faces that share nothing but the first corner of the first one meet anywhere else.
+/// Whether two faces that share only the vertex `f[0]` have another point in common.
 fn corner_sharers_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bool {
     let g = if g[0] == f[0] {
         g
@@ -129,7 +129,7 @@ fn corner_sharers_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bo
         [g[2], g[0], g[1]]
     };
     let (p, q) = (at(positions, f), at(positions, g));
-    // A triangle whose other corners lie on one side of the other's plane has nothing but the vertex there.
+    // If both other corners of a triangle are strictly on one side of the other's plane, the vertex is the only common point.
     let beside = |t: &[DVec3; 3], u: &[DVec3; 3]| {
         let first = side(u[0], u[1], u[2], t[1]);
         first != 0.0 && {
@@ -143,7 +143,7 @@ fn corner_sharers_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bo
     segment_meets_triangle(p[1], p[2], q) || segment_meets_triangle(q[1], q[2], p)
 }
 
-/// Whether two faces that share the first two corners of the first one are folded onto each other.
+/// Whether two faces that share the edge (`f[0]`, `f[1]`) are folded onto each other.
 fn neighbours_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bool {
     let is_other = |v: &u32| *v != f[0] && *v != f[1];
     let own = if is_other(&f[2]) { f[2] } else { f[0] };
@@ -152,7 +152,7 @@ fn neighbours_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bool {
     folded(a, b, c, positions[other as usize])
 }
 
-/// Whether the triangles (a, b, c) and (a, b, d) lie in one plane and on the same side of (a, b).
+/// Whether the triangles (a, b, c) and (a, b, d) are coplanar and on the same side of (a, b).
 fn folded(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> bool {
     if side(a, b, c, d) != 0.0 {
         return false;
@@ -162,7 +162,7 @@ fn folded(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> bool {
     turn(p, q, r) * turn(p, q, s) > 0.0
 }
 
-/// Whether two triangles without common vertex have a point in common.
+/// Whether two triangles without a common vertex have a point in common.
 fn triangles_intersect(p: [DVec3; 3], q: [DVec3; 3]) -> bool {
     let apart = |t: &[DVec3; 3], u: &[DVec3; 3]| {
         let own = |k: usize| side(u[0], u[1], u[2], t[k]);
@@ -197,7 +197,7 @@ fn segment_meets_triangle(p: DVec3, q: DVec3, t: [DVec3; 3]) -> bool {
         || (first <= 0.0 && second <= 0.0 && third <= 0.0)
 }
 
-/// The case where all five points lie in one plane, or the triangle is degenerate.
+/// The case of five coplanar points or a degenerate triangle.
 fn flat_segment_meets_triangle(p: DVec3, q: DVec3, t: [DVec3; 3]) -> bool {
     let flat = Flat::new(t);
     let (a, b) = (flat.project(p), flat.project(q));
@@ -219,7 +219,7 @@ fn flat_segments_meet(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> bool {
     splits(s, t) && splits(u, v)
 }
 
-/// Projection along the coordinate axis nearest to a triangle's normal.
+/// Projection along the coordinate axis closest to a triangle's normal.
 struct Flat(usize);
 
 impl Flat {
@@ -341,7 +341,7 @@ mod tests {
             .collect();
         assert!(!all.is_empty());
         assert_eq!(found.iter().map(|f| f.0).collect::<Vec<_>>(), all);
-        // All pairs in which the first sixty are, with any other.
+        // All pairs of one of the first sixty faces with any other.
         let asked: Vec<u32> = (0..60).collect();
         let mut pairs = intersecting_pairs(&small, &faces, &asked);
         let both = |i: u32| (0..100u32).filter_map(move |j| (i != j).then_some([i, j]));

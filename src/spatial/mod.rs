@@ -1,4 +1,5 @@
-//! Spatial queries on a triangle mesh: bounding volume hierarchy, closest point, generalized winding number.
+//! Spatial queries on triangle meshes: bounding volume hierarchy, closest point, ray casting, exact intersection tests,
+//! generalized winding number.
 
 mod boxes;
 mod bvh;

@@ -1,58 +1,59 @@
-//! A binary hierarchy over boxes by parallel locally-ordered clustering (Meister and Bittner, "Parallel locally-ordered
-//! clustering for bounding volume hierarchy construction", 2018), in a time that no arrangement of the boxes can make
-//! quadratic.
+//! A binary bounding volume hierarchy by parallel locally-ordered clustering (Meister and Bittner, "Parallel locally-ordered
+//! clustering for bounding volume hierarchy construction", 2018). A fallback keeps the build time from becoming quadratic for any
+//! arrangement of boxes.
 
 use glam::DVec3;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, node::Bvh2Node, reinsertion::ReinsertionOptimizer};
 use obvhs::ploc::morton::morton_encode_u64_unorm;
 
-/// Neighbours on each side along the Morton curve that a node is compared with.
+/// Number of neighbours on each side along the Morton curve with which a node is compared.
 const REACH: usize = 6;
-/// Rounds at the start, while the nodes are many, that look at the next neighbours only.
+/// The first rounds, with the most nodes, compare adjacent neighbours only.
 const QUICK_ROUNDS: usize = 2;
-/// A round that joins fewer than one node in this many has stalled: equal or nested boxes all prefer the same partner. On
-/// meshes of scans every round joins one in four or more.
+/// A round that joins fewer than one node in this many has stalled: equal or nested boxes all prefer the same partner. On scanned
+/// meshes every round joins at least one node in four.
 const STALLED: usize = 16;
-/// Below this many nodes a stalled round costs too little to matter.
+/// Below this many nodes stalled rounds are too cheap to matter.
 const FEW: usize = 128;
-/// Part of the nodes that are moved to better places after the clustering.
+/// Fraction of the nodes that the optimiser moves to better places after the clustering.
 const REINSERTED: f32 = 0.02;
 
-/// The hierarchy over boxes, one box a leaf. Takes the boxes, which are gone before the most memory is needed.
+/// The hierarchy over boxes, one box per leaf. Takes ownership of the boxes, so that they are freed before the peak of memory
+/// use.
 pub(super) fn binary(boxes: Vec<Aabb>) -> Bvh2 {
     let (mut built, stalled) = clustered(boxes);
-    // The search for better places does not end early among equal boxes.
+    // The optimiser's search does not terminate early among equal boxes.
     if !stalled {
         ReinsertionOptimizer::default().run(&mut built, REINSERTED, None);
     }
     built
 }
 
-/// The hierarchy by clustering alone, and whether a round stalled.
+/// The hierarchy by clustering alone, without the optimiser, and whether a round stalled.
 fn clustered(boxes: Vec<Aabb>) -> (Bvh2, bool) {
     let count = boxes.len();
-    // One cluster for each box, in the order of their centres along the Morton curve.
+    // One cluster per box, in Morton order of the centres.
     let mut current = leaves(&boxes);
     drop(boxes);
     let mut next = Vec::with_capacity(current.len());
     let mut partner: Vec<u32> = Vec::new();
     let mut nodes = vec![Bvh2Node::default(); (2 * count).saturating_sub(1)];
-    // Children are stored in pairs from the end on, so that they lie behind their parents.
+    // Children are stored in pairs from the end of the array, so that they come after their parents.
     let mut free = nodes.len();
     let (mut rounds, mut stalled) = (0, false);
     while current.len() > 1 {
         let reach = if rounds < QUICK_ROUNDS { 1 } else { REACH };
-        // Each cluster chooses the neighbour along the curve whose common box has the least area.
+        // Each cluster chooses as partner the neighbour whose joint bounding box has the smallest area.
         choose_partners(&current, reach, &mut partner);
         let agreed = (0..current.len()).filter(|&i| partner[partner[i] as usize] == i as u32);
         let joined = agreed.count() / 2;
-        // Where few choose each other, neighbours are joined two by two, which halves the number all the same.
+        // If few choices are mutual, adjacent clusters are joined in pairs, which also halves their number.
         if current.len() > FEW && joined < current.len() / STALLED {
             stalled = true;
             pair_up(&mut partner);
         }
-        // Two that chose each other move to the store; their parent takes the place of the second.
+        // Mutual partners move to the array; their parent replaces the second one.
         for (i, node) in current.iter().enumerate() {
             let other = partner[i] as usize;
             if partner[other] != i as u32 || other == i {
@@ -69,7 +70,7 @@ fn clustered(boxes: Vec<Aabb>) -> (Bvh2, bool) {
         next.clear();
         rounds += 1;
     }
-    // The cluster that is left is the root, at the front of the store.
+    // The last cluster is the root, at the front of the array.
     if let (Some(root), Some(top)) = (nodes.first_mut(), current.first()) {
         *root = *top;
     }
@@ -83,7 +84,7 @@ fn clustered(boxes: Vec<Aabb>) -> (Bvh2, bool) {
     (built, stalled)
 }
 
-/// A leaf for each box, along the Morton curve of their centres.
+/// One leaf per box, sorted along the Morton curve of the box centres.
 fn leaves(boxes: &[Aabb]) -> Vec<Bvh2Node> {
     let all = boxes.iter().fold(Aabb::empty(), |all, b| all.union(b));
     let scale = 1.0 / all.diagonal().as_dvec3();
@@ -103,11 +104,11 @@ fn leaves(boxes: &[Aabb]) -> Vec<Bvh2Node> {
         .collect()
 }
 
-/// For each node the neighbour, up to `reach` places away, with which it has the smallest box; of equally good ones the last.
+/// For each node the neighbour, at most `reach` places away, with the smallest joint box; the last one in case of a tie.
 fn choose_partners(nodes: &[Bvh2Node], reach: usize, partner: &mut Vec<u32>) {
     let cost = |i: usize, j: usize| nodes[i].aabb().union(nodes[j].aabb()).half_area();
     let count = nodes.len();
-    // Costs of each node and those before it are kept from when they were computed for the earlier ones.
+    // Costs computed for earlier nodes are kept, since they are symmetric.
     let mut kept = [[0.0f32; REACH]; REACH];
     partner.clear();
     for i in 0..count {
@@ -129,7 +130,7 @@ fn choose_partners(nodes: &[Bvh2Node], reach: usize, partner: &mut Vec<u32>) {
     }
 }
 
-/// Makes the nodes partners two by two, as they lie along the curve.
+/// Pairs adjacent nodes along the curve.
 fn pair_up(partner: &mut [u32]) {
     let count = partner.len();
     for (i, partner) in partner.iter_mut().enumerate() {
@@ -141,7 +142,7 @@ fn pair_up(partner: &mut [u32]) {
 mod tests {
     use super::*;
 
-    /// The depth of a hierarchy, after a check that every box is in exactly one leaf and inside all boxes above it.
+    /// The depth of a hierarchy. Asserts that every box is in exactly one leaf and inside all boxes above it.
     fn checked_depth(built: &Bvh2, boxes: &[Aabb]) -> usize {
         let mut seen = vec![0; boxes.len()];
         let mut deepest = 0;
@@ -174,7 +175,7 @@ mod tests {
             let boxes: Vec<Aabb> = (0..40_000).map(shape).collect();
             let begun = std::time::Instant::now();
             let built = binary(boxes.clone());
-            // The quadratic way takes over ten seconds.
+            // Without the fallback this takes over ten seconds.
             assert!(begun.elapsed().as_secs_f64() < 3.0);
             assert!(checked_depth(&built, &boxes) < 200);
         }

@@ -1,14 +1,14 @@
-//! The first triangle of a bounding volume hierarchy that a ray meets.
+//! Ray casting: the first triangle of a bounding volume hierarchy that a ray meets.
 
 use glam::DVec3;
 
 use super::bvh::{Bvh, Child, Node};
 
 impl Bvh {
-    /// The first face along a ray from `from` in the direction `along` of those that `counts`, and how far it is in lengths of `along`;
-    /// of several at the same distance the one of the lowest number.
+    /// The first face that a ray from `from` in the direction `along` meets, among those that `counts` accepts, and its distance
+    /// in lengths of `along`. Ties are resolved to the face of the lowest number.
     ///
-    /// The ray meets a triangle by the test of Möller and Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
+    /// Uses the ray-triangle test of Möller and Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
     pub(crate) fn first_along(
         &self,
         from: DVec3,
@@ -49,29 +49,29 @@ impl Bvh {
                     }
                 }
             }
-            // The nearest child comes next.
+            // Sort the new children so that the nearest is popped first.
             stack[first..].sort_by(|a, b| b.0.total_cmp(&a.0));
         }
         best
     }
 }
 
-/// Where a ray enters the box of a child of a node, in lengths of its direction, of which `inverse` is the reciprocal; none where it
-/// misses the box.
+/// Where a ray enters the box of a child, in lengths of its direction; none if it misses the box. `inverse` is the component-wise
+/// reciprocal of the direction.
 fn entered(node: &Node, child: usize, from: DVec3, inverse: DVec3) -> Option<f64> {
     let (low, high) = node.child_box(child);
     let (a, b) = ((low - from) * inverse, (high - from) * inverse);
-    // 0 times infinity, in the plane of a side, is no bound: `f64::min` and `f64::max` leave it out.
+    // A ray in the plane of a side gives 0 times infinity, a NaN, which `f64::min` and `f64::max` ignore.
     let (mut near, mut far) = (0.0f64, f64::INFINITY);
     for k in 0..3 {
         near = near.max(a[k].min(b[k]));
         far = far.min(a[k].max(b[k]));
     }
-    // Boxes without thickness are entered up to rounding.
+    // The tolerance admits boxes without thickness despite rounding.
     (near <= far * (1.0 + 4.0 * f64::EPSILON)).then_some(near)
 }
 
-/// How far along a ray a triangle lies, where it is met.
+/// Where a ray meets a triangle, in lengths of its direction; none if it misses it (Möller and Trumbore 1997).
 pub(crate) fn meets(from: DVec3, along: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
     let (u, v) = (b - a, c - a);
     let p = along.cross(v);

@@ -1,14 +1,14 @@
-//! The closest point of a triangle.
+//! Closest point on a triangle.
 
 use glam::DVec3;
 
 /// Barycentric coordinates of a point in a triangle; exact zeros on edges and at corners.
 pub type Barycentric = [f64; 3];
 
-/// The point of triangle `abc` closest to `p`, with its barycentric coordinates.
+/// The point of triangle `abc` closest to `p`, and its barycentric coordinates.
 ///
-/// A coordinate is exactly zero when the closest point lies on the opposite edge, so that callers can tell
-/// faces, edges and corners apart (Ericson, "Real-Time Collision Detection", section 5.1.5).
+/// A coordinate is exactly zero if the closest point lies on the opposite edge, so that callers can distinguish faces, edges and
+/// corners (Ericson, "Real-Time Collision Detection", section 5.1.5).
 #[inline]
 pub fn closest_on_triangle(p: DVec3, a: DVec3, b: DVec3, c: DVec3) -> (DVec3, Barycentric) {
     let (ab, ac, ap) = (b - a, c - a, p - a);
@@ -16,21 +16,25 @@ pub fn closest_on_triangle(p: DVec3, a: DVec3, b: DVec3, c: DVec3) -> (DVec3, Ba
     if d1 <= 0.0 && d2 <= 0.0 {
         return (a, [1.0, 0.0, 0.0]);
     }
+    // Region of corner b.
     let bp = p - b;
     let (d3, d4) = (ab.dot(bp), ac.dot(bp));
     if d3 >= 0.0 && d4 <= d3 {
         return (b, [0.0, 1.0, 0.0]);
     }
+    // Region of edge ab.
     let vc = d1 * d4 - d3 * d2;
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
         let t = d1 / (d1 - d3);
         return (a + ab * t, [1.0 - t, t, 0.0]);
     }
+    // Region of corner c.
     let cp = p - c;
     let (d5, d6) = (ab.dot(cp), ac.dot(cp));
     if d6 >= 0.0 && d5 <= d6 {
         return (c, [0.0, 0.0, 1.0]);
     }
+    // Regions of the edges ac and bc.
     let vb = d5 * d2 - d1 * d6;
     if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
         let t = d2 / (d2 - d6);
@@ -41,6 +45,7 @@ pub fn closest_on_triangle(p: DVec3, a: DVec3, b: DVec3, c: DVec3) -> (DVec3, Ba
         let t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
         return (b + (c - b) * t, [0.0, 1.0 - t, t]);
     }
+    // The interior.
     let denominator = 1.0 / (va + vb + vc);
     let (v, w) = (vb * denominator, vc * denominator);
     (a + ab * v + ac * w, [1.0 - v - w, v, w])

@@ -1,7 +1,7 @@
-//! The generalized winding number, hierarchically.
+//! The generalized winding number, evaluated hierarchically.
 //!
-//! Jacobson, Kavan, Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding numbers", 2013;
-//! far clusters of triangles are replaced by a dipole, a quadrupole and an octupole as in Barill, Dickson, Schmidt, Levin, Jacobson,
+//! Jacobson, Kavan, Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding numbers", 2013. Distant
+//! clusters of triangles are replaced by a dipole, a quadrupole and an octupole as in Barill, Dickson, Schmidt, Levin, Jacobson,
 //! "Fast winding numbers for soups and clouds", 2018.
 
 use std::f64::consts::PI;
@@ -11,14 +11,14 @@ use glam::{DMat3, DVec3};
 use super::bvh::{Bvh, Child, WIDTH};
 use crate::mesh::area_vector;
 
-/// A cluster counts as far beyond this many of its radii.
-const FAR: f64 = 2.3;
+/// Cluster radii. Beyond this distance from its centre a cluster is replaced by its expansion.
+const FAR_RADII: f64 = 2.3;
 
-/// The sums over a cluster of triangles.
+/// Moments of a cluster of triangles about its centre.
 struct Moments {
-    /// Area-weighted mean of the triangles' centroids, in single precision so that it can be stored.
+    /// Area-weighted mean of the triangles' centroids, rounded to single precision so that it is stored exactly.
     centre: DVec3,
-    /// Largest distance of a corner from `centre`.
+    /// Upper bound of the distance of a corner from `centre`.
     radius: f64,
     /// Sum of area × normal.
     dipole: DVec3,
@@ -29,7 +29,7 @@ struct Moments {
     area: f64,
 }
 
-/// The same as it is stored: single precision, which costs 1e-7 of each cluster's share.
+/// Moments as stored, in single precision. The relative error of a cluster's contribution is about 1e-7.
 #[derive(Clone, Copy, Default)]
 struct Cluster {
     centre: [f32; 3],
@@ -41,16 +41,16 @@ struct Cluster {
     octupole: [[f32; 6]; 3],
 }
 
-/// Sums for the winding number over the nodes of a [`Bvh`].
+/// Moments of the nodes of a [`Bvh`], for evaluating the winding number.
 pub struct WindingTree {
     clusters: Vec<Cluster>,
 }
 
 impl WindingTree {
-    /// Gathers the sums, bottom-up.
+    /// Computes the moments bottom-up.
     pub fn new(bvh: &Bvh) -> Self {
         let mut clusters = vec![Cluster::default(); bvh.nodes.len()];
-        // Children lie behind their parents.
+        // Children come after their parents, so go backwards.
         for (index, node) in bvh.nodes.iter().enumerate().rev() {
             let of = |child| match child {
                 Child::Node(child) => clusters[child as usize].moments(),
@@ -61,7 +61,7 @@ impl WindingTree {
         Self { clusters }
     }
 
-    /// The winding number at `p`: about 1 inside, 0 outside, in between near the holes of an open mesh.
+    /// The winding number at `p`: about 1 inside, 0 outside, and in between near the holes of an open mesh.
     pub fn winding_number(&self, bvh: &Bvh, p: DVec3) -> f64 {
         let q = p - bvh.centre;
         let mut sum = 0.0;
@@ -71,7 +71,7 @@ impl WindingTree {
         }
         while let Some(index) = stack.pop() {
             let cluster = &self.clusters[index as usize];
-            let reach = FAR * f64::from(cluster.radius);
+            let reach = FAR_RADII * f64::from(cluster.radius);
             if (vector(cluster.centre) - q).length_squared() > reach * reach {
                 sum += cluster.moments().far_field(q);
                 continue;
@@ -137,7 +137,7 @@ impl Moments {
         let dipole = 0.5 * area_vector(*c);
         let centroid = (c[0] + c[1] + c[2]) / 3.0;
         let centre = storable(centroid);
-        // Second moment of a triangle about a point: mean of those of its edge midpoints.
+        // The second moment of a triangle about a point is the mean of the second moments of its edge midpoints.
         let moment = (0..3).fold(DMat3::ZERO, |m, k| {
             let d = 0.5 * (c[k] + c[(k + 1) % 3]) - centre;
             m + outer(d, d) * (1.0 / 3.0)
@@ -158,6 +158,7 @@ impl Moments {
             *slot = Some(part);
         }
         let parts = || all.iter().flatten();
+        // The new centre is the area-weighted mean of the centres.
         let area: f64 = parts().map(|c| c.area).sum();
         let mut centre = parts().next().map_or(DVec3::ZERO, |c| c.centre);
         if area > 0.0 {
@@ -173,6 +174,7 @@ impl Moments {
             area,
         };
         for c in parts() {
+            // Translate the moments of the part to the new centre.
             let s = c.centre - centre;
             sum.radius = sum.radius.max(s.length() + c.radius);
             sum.dipole += c.dipole;
@@ -186,6 +188,7 @@ impl Moments {
     }
 
     fn far_field(&self, q: DVec3) -> f64 {
+        // Taylor expansion of the solid angle about the centre, up to the octupole (Barill et al. 2018).
         let r = self.centre - q;
         let r2 = r.length_squared();
         let r3 = r2 * r2.sqrt();

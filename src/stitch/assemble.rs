@@ -1,4 +1,4 @@
-//! The first patch: the kept part of the extracted surface, zipped to the rim.
+//! Assembly of the initial patch: the kept part of the extracted surface, zipped to the rim.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -14,16 +14,16 @@ use super::rim::Rims;
 use super::{Patch, StitchError, StitchInput, StitchReport};
 use crate::mesh::{DisjointSets, area_vector, bounds};
 
-/// A patch under work, with what it is joined to.
+/// A patch during stitching, with its connection to the mesh.
 pub(super) struct Assembled {
     pub(super) mesh: PatchMesh,
     pub(super) rims: Rims,
-    /// What positions are relative to.
+    /// The origin of positions.
     pub(super) centre: DVec3,
     pub(super) report: StitchReport,
 }
 
-/// Cuts, matches and zips.
+/// Cuts the extracted surface, matches its boundary loops to rims, and fills the gaps between them.
 pub(super) fn assemble(input: &StitchInput) -> Result<Assembled, StitchError> {
     let mut report = StitchReport::default();
     let rims = Rims::new(input)?;
@@ -51,7 +51,7 @@ pub(super) fn assemble(input: &StitchInput) -> Result<Assembled, StitchError> {
     Ok(assembled)
 }
 
-/// A closed surface, which is joined to nothing, with target edges of one length.
+/// A closed surface, which is joined to no rim, with one target edge length.
 pub(super) fn closed(input: &StitchInput, edge: f64) -> Result<Assembled, StitchError> {
     let extracted = input.extracted;
     let centre = middle(extracted.positions.iter());
@@ -82,13 +82,13 @@ fn centre(input: &StitchInput, rims: &Rims) -> DVec3 {
     middle(rim.map(|&v| &input.mesh.positions[v as usize]))
 }
 
-/// The middle of the bounding box.
+/// The centre of the bounding box.
 fn middle<'a>(points: impl Iterator<Item = &'a DVec3>) -> DVec3 {
     let (low, high) = bounds(points.copied());
     (low + high) / 2.0
 }
 
-/// Adds the rim corners; returns the loops of corners.
+/// Adds the rim corners and returns their loops.
 fn add_rim(input: &StitchInput, rims: &Rims, centre: DVec3, mesh: &mut PatchMesh) -> Vec<Vec<u32>> {
     let mut loops = Vec::new();
     for lp in &rims.loops {
@@ -106,7 +106,7 @@ fn add_rim(input: &StitchInput, rims: &Rims, centre: DVec3, mesh: &mut PatchMesh
     loops
 }
 
-/// Adds the kept part, projected on the surface; returns its border loops, turned to have the gap to their left.
+/// Adds the kept part, projected on the surface, and returns its boundary loops, oriented to have the gap on their left.
 fn add_kept(
     input: &StitchInput,
     kept: &Kept,
@@ -120,6 +120,7 @@ fn add_kept(
         .par_iter()
         .zip(&kept.normals)
         .map(|(&p, n)| match input.surface.project(p) {
+            // A projection that is far or turns the normal is not used.
             Some((q, m)) if q.distance(p) < input.voxel && m.dot(*n) > 0.0 => (q - centre, m),
             _ => (p - centre, *n),
         })
@@ -129,8 +130,8 @@ fn add_kept(
         mesh.normal.push(n);
         mesh.size.push(input.voxel);
     }
-    for (f, piece) in kept.faces.iter().zip(&kept.piece) {
-        if !dropped.contains(piece) {
+    for (f, component) in kept.faces.iter().zip(&kept.component) {
+        if !dropped.contains(component) {
             mesh.faces.push(f.map(|v| v + offset));
         }
     }
@@ -141,7 +142,7 @@ fn add_kept(
 }
 
 impl Assembled {
-    /// The vertex of the output that a vertex of the patch becomes: of the mesh, or new from `mesh_len` on.
+    /// The output index of a patch vertex: a vertex of the mesh, or a new vertex with index `mesh_len` or higher.
     pub(super) fn output_index(&self, v: u32, mesh_len: u32) -> u32 {
         if self.mesh.is_rim(v) {
             self.mesh.origin[v as usize]
@@ -150,8 +151,8 @@ impl Assembled {
         }
     }
 
-    /// Splits interior edges between rim vertices that the mesh already joins, and all but one of several edges of the patch
-    /// between the same two vertices.
+    /// Splits interior edges between rim vertices that are also joined by an edge of the mesh, and all but one of several patch
+    /// edges between the same two vertices.
     pub(super) fn split_duplicates(&mut self) {
         let mut by_ends: BTreeMap<(u32, u32), Vec<u32>> = BTreeMap::new();
         for h in self.mesh.interior_edges() {
@@ -159,12 +160,12 @@ impl Assembled {
                 [self.mesh.from(h), self.mesh.to(h)].map(|v| self.output_index(v, u32::MAX / 2));
             by_ends.entry((a.min(b), a.max(b))).or_default().push(h);
         }
-        let mut doomed = Vec::new();
+        let mut duplicates = Vec::new();
         for ((a, b), list) in by_ends {
             let spare = usize::from(a != b && !self.rims.has_edge(a, b));
-            doomed.extend_from_slice(&list[spare.min(list.len())..]);
+            duplicates.extend_from_slice(&list[spare.min(list.len())..]);
         }
-        for h in doomed {
+        for h in duplicates {
             let (a, b) = (self.mesh.from(h) as usize, self.mesh.to(h) as usize);
             let position = (self.mesh.position[a] + self.mesh.position[b]) / 2.0;
             let normal = (self.mesh.normal[a] + self.mesh.normal[b]).normalize_or_zero();
@@ -174,7 +175,7 @@ impl Assembled {
         }
     }
 
-    /// The faces with the indices they have in the output.
+    /// The faces with output indices.
     pub(super) fn output_faces(&self, mesh_len: u32) -> Vec<[u32; 3]> {
         self.mesh
             .faces
@@ -201,7 +202,7 @@ impl Assembled {
         })
     }
 
-    /// Fills in the report: angles across the rim, quality, pieces.
+    /// Computes the report's angles across the rim, quality and topology.
     fn measure(&mut self) {
         let mesh = &self.mesh;
         let angles: Vec<f64> = (0..mesh.rim_len() as u32)
@@ -239,7 +240,7 @@ pub(super) fn quality([a, b, c]: [DVec3; 3]) -> f64 {
     }
 }
 
-/// Number of pieces and Euler number.
+/// Number of connected components and Euler characteristic.
 fn topology(mesh: &PatchMesh) -> (usize, i64) {
     let mut sets = DisjointSets::new(mesh.position.len());
     let mut edges = HashMap::new();
@@ -253,9 +254,9 @@ fn topology(mesh: &PatchMesh) -> (usize, i64) {
     let used: Vec<u32> = (0..mesh.position.len() as u32)
         .filter(|&v| mesh.is_used(v))
         .collect();
-    let pieces = used.iter().filter(|&&v| sets.find(v) == v).count();
+    let components = used.iter().filter(|&&v| sets.find(v) == v).count();
     (
-        pieces,
+        components,
         used.len() as i64 - edges.len() as i64 + mesh.faces.len() as i64,
     )
 }

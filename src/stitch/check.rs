@@ -1,4 +1,4 @@
-//! What a finished patch is held to: joined along the whole rim, manifold, and free of intersections.
+//! Intersection test of a patch with itself and with the mesh around it.
 
 use glam::DVec3;
 
@@ -6,11 +6,11 @@ use super::StitchInput;
 use super::assemble::Assembled;
 use crate::spatial::{Bounds, intersecting};
 
-/// The patch's faces in output indices, followed by the mesh's faces near it.
+/// Positions and faces for the test: the patch's faces with output indices, and the mesh's faces near it.
 pub(super) struct Surroundings {
     /// Positions of the mesh, then of the new vertices.
     pub(super) positions: Vec<DVec3>,
-    /// Faces of the mesh whose box meets the patch's box, grown by half its size.
+    /// Faces of the mesh whose bounding box meets the patch's, grown by a tenth of its largest side.
     pub(super) near: Vec<[u32; 3]>,
 }
 
@@ -38,8 +38,8 @@ impl Surroundings {
         }
     }
 
-    /// The faces of the patch, by their number there, that intersect another face, and that face's number: of the patch, or
-    /// of the mesh from the patch's number of faces on.
+    /// Pairs of intersecting faces. The first is a face of the patch; the second is a face of the patch or, from the patch's
+    /// number of faces on, a face of the mesh.
     pub(super) fn intersections(&mut self, patch: &Assembled, mesh_len: usize) -> Vec<(u32, u32)> {
         self.positions.truncate(mesh_len);
         let free = &patch.mesh.position[patch.mesh.rim_len()..];

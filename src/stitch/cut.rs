@@ -1,4 +1,4 @@
-//! The part of the extracted surface that belongs to the hole, cleaned to a manifold with simple border loops.
+//! Cutting the extracted surface: the part that belongs to the hole, cleaned to a manifold with simple boundary loops.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
@@ -8,24 +8,24 @@ use rayon::prelude::*;
 use super::StitchInput;
 use crate::mesh::area_vector;
 
-/// The kept part: vertices, faces, and border loops in the direction of its faces.
+/// The kept part: vertices, faces, and boundary loops in the direction of its faces.
 #[derive(Default)]
 pub(super) struct Kept {
     pub(super) positions: Vec<DVec3>,
-    /// Unit normals, the mean of the faces'.
+    /// Unit normals, from the faces of each vertex.
     pub(super) normals: Vec<DVec3>,
     pub(super) faces: Vec<[u32; 3]>,
-    /// Connected piece of each face.
-    pub(super) piece: Vec<usize>,
-    /// Faces in each piece.
-    pub(super) piece_len: Vec<usize>,
-    /// Border loops.
+    /// Connected component of each face.
+    pub(super) component: Vec<usize>,
+    /// Number of faces of each component.
+    pub(super) component_len: Vec<usize>,
+    /// Boundary loops.
     pub(super) loops: Vec<Vec<u32>>,
-    /// The piece each loop bounds.
-    pub(super) loop_piece: Vec<usize>,
+    /// The component that each loop bounds.
+    pub(super) loop_component: Vec<usize>,
 }
 
-/// Cuts at `cut_depth` from the rim. Pieces without border are dropped, and pieces of a few faces beside a larger one.
+/// Cuts at `cut_depth` from the rim. Drops components without boundary, and components of a few faces next to a larger one.
 pub(super) fn cut(input: &StitchInput) -> Kept {
     let least = input.params.cut_depth * input.voxel;
     let source = input.extracted;
@@ -39,14 +39,14 @@ pub(super) fn cut(input: &StitchInput) -> Kept {
         f.iter().all(|&v| deep[v as usize]) && f[0] != f[1] && f[1] != f[2] && f[2] != f[0]
     });
     make_manifold(&mut faces, source.positions.len());
-    drop_pieces(&mut faces);
+    drop_components(&mut faces);
     let mut kept = compact(&source.positions, faces);
-    (kept.piece, kept.piece_len) = pieces(&kept.faces);
-    border_loops(&mut kept);
+    (kept.component, kept.component_len) = components(&kept.faces);
+    boundary_loops(&mut kept);
     kept
 }
 
-/// Removes ears, faces on edges used twice in one direction, and all but one fan at each vertex.
+/// Removes ears (faces with two boundary edges), faces on edges used twice in one direction, and all but one fan at each vertex.
 fn make_manifold(faces: &mut Vec<[u32; 3]>, vertices: usize) {
     loop {
         let before = faces.len();
@@ -71,7 +71,7 @@ fn make_manifold(faces: &mut Vec<[u32; 3]>, vertices: usize) {
     }
 }
 
-/// At a vertex with several fans of faces keeps the largest.
+/// At a vertex with several fans of faces, keeps the largest fan.
 fn keep_one_fan(faces: &mut Vec<[u32; 3]>, vertices: usize) {
     let mut around: Vec<Vec<u32>> = vec![Vec::new(); vertices];
     for (i, f) in faces.iter().enumerate() {
@@ -99,7 +99,7 @@ fn keep_one_fan(faces: &mut Vec<[u32; 3]>, vertices: usize) {
     });
 }
 
-/// The faces round `v`, grouped by the edges at `v` that they share.
+/// The faces around `v`, grouped into fans by the edges at `v` that they share.
 fn fans(v: u32, list: &[u32], faces: &[[u32; 3]]) -> Vec<Vec<u32>> {
     let sides = |f: u32| {
         let face = faces[f as usize];
@@ -129,56 +129,56 @@ fn fans(v: u32, list: &[u32], faces: &[[u32; 3]]) -> Vec<Vec<u32>> {
     fans
 }
 
-/// Drops pieces that have no border and pieces that are tiny beside the largest.
-fn drop_pieces(faces: &mut Vec<[u32; 3]>) {
-    let (piece, len) = pieces(faces);
+/// Drops components without boundary, and components that are tiny next to the largest.
+fn drop_components(faces: &mut Vec<[u32; 3]>) {
+    let (component, len) = components(faces);
     let edges: HashSet<(u32, u32)> = faces
         .iter()
         .flat_map(|f| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])])
         .collect();
     let mut open = vec![false; len.len()];
-    for (f, &p) in faces.iter().zip(&piece) {
+    for (f, &p) in faces.iter().zip(&component) {
         open[p] |= (0..3).any(|k| !edges.contains(&(f[(k + 1) % 3], f[k])));
     }
     let most = len.iter().copied().max().unwrap_or(0);
     let mut i = 0;
     faces.retain(|_| {
         i += 1;
-        let p = piece[i - 1];
+        let p = component[i - 1];
         open[p] && (len[p] >= 6 || len[p] * 20 >= most)
     });
 }
 
-/// The connected piece of each face, and the number of faces of each piece.
-fn pieces(faces: &[[u32; 3]]) -> (Vec<usize>, Vec<usize>) {
+/// The connected component of each face, and the number of faces of each component.
+fn components(faces: &[[u32; 3]]) -> (Vec<usize>, Vec<usize>) {
     let mut by_edge = HashMap::with_capacity(3 * faces.len());
     for (i, f) in faces.iter().enumerate() {
         (0..3).for_each(|k| {
             by_edge.insert((f[k], f[(k + 1) % 3]), i);
         });
     }
-    let mut piece = vec![usize::MAX; faces.len()];
+    let mut component = vec![usize::MAX; faces.len()];
     let mut len = Vec::new();
     for start in 0..faces.len() {
-        if piece[start] != usize::MAX {
+        if component[start] != usize::MAX {
             continue;
         }
         let mut queue = VecDeque::from([start]);
-        piece[start] = len.len();
+        component[start] = len.len();
         let mut count = 0;
         while let Some(i) = queue.pop_front() {
             count += 1;
             for k in 0..3 {
                 let beyond = by_edge.get(&(faces[i][(k + 1) % 3], faces[i][k])).copied();
-                if let Some(j) = beyond.filter(|&j| piece[j] == usize::MAX) {
-                    piece[j] = len.len();
+                if let Some(j) = beyond.filter(|&j| component[j] == usize::MAX) {
+                    component[j] = len.len();
                     queue.push_back(j);
                 }
             }
         }
         len.push(count);
     }
-    (piece, len)
+    (component, len)
 }
 
 fn compact(positions: &[DVec3], mut faces: Vec<[u32; 3]>) -> Kept {
@@ -204,7 +204,8 @@ fn compact(positions: &[DVec3], mut faces: Vec<[u32; 3]>) -> Kept {
     }
 }
 
-fn border_loops(kept: &mut Kept) {
+/// Finds the boundary loops, each with the component that it bounds.
+fn boundary_loops(kept: &mut Kept) {
     let mut owner = HashMap::with_capacity(3 * kept.faces.len());
     for (i, f) in kept.faces.iter().enumerate() {
         (0..3).for_each(|k| {
@@ -228,7 +229,8 @@ fn border_loops(kept: &mut Kept) {
             at = to as usize;
         }
         if lp.len() >= 3 {
-            kept.loop_piece.push(kept.piece[owner[&(lp[0], lp[1])]]);
+            kept.loop_component
+                .push(kept.component[owner[&(lp[0], lp[1])]]);
             kept.loops.push(lp);
         }
     }

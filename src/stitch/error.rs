@@ -1,3 +1,5 @@
+//! Errors of stitching.
+
 use std::borrow::Cow;
 
 use glam::DVec3;
@@ -6,33 +8,34 @@ use thiserror::Error;
 
 use crate::mesh::triangulate::TriangulationError;
 
-/// Why a patch could not be made.
+/// Why a patch could not be stitched.
 #[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum StitchError {
-    /// An index is beyond the vertices.
+    /// An index is out of range.
     #[error("{what} refers to vertex {vertex}, but there are only {len}; check the input")]
     Index {
-        /// What holds the index.
+        /// The part of the input with the index.
         what: Cow<'static, str>,
         /// The index.
         vertex: u32,
         /// The number of vertices.
         len: usize,
     },
-    /// A coordinate or a length is not a finite number, or not positive where it must be.
+    /// A coordinate or a length is not finite, or not positive where it must be.
     #[error("{what} is not a usable number; check the input")]
     Number {
-        /// What is wrong.
+        /// The part of the input with the number.
         what: Cow<'static, str>,
     },
     /// There are no rim loops.
     #[error("there is no rim loop to stitch to; give at least one loop with three edges")]
     NoLoops,
-    /// A rim loop is not usable.
+    /// A rim loop has an edge that is not a boundary edge of the mesh in that direction.
     #[error(
-        "rim loop {rim} uses the edge {from}-{to} that is not on the border of the mesh in that direction; give loops in the direction of the patch's faces"
+        "rim loop {rim} uses the edge {from}-{to}, which is not a boundary edge of the mesh in that direction; \
+         give loops in the direction of the patch's faces"
     )]
     NotOnBorder {
         /// Index of the loop.
@@ -42,23 +45,23 @@ pub enum StitchError {
         /// End of the edge.
         to: u32,
     },
-    /// The extracted surface has no border near a rim loop.
+    /// The extracted surface has no boundary near a rim loop.
     #[error("the extracted surface does not reach rim loop {rim}; use a finer grid there")]
     RimNotReached {
         /// Index of the loop in the input.
         rim: usize,
     },
-    /// The extracted surface ends away from every rim.
+    /// A boundary of the extracted surface is far from every rim.
     #[error(
         "the extracted surface ends near {position}, {distance} from the nearest rim; extract more cells there"
     )]
     OpenBorder {
-        /// A point of the border.
+        /// A point of the boundary.
         position: DVec3,
-        /// Distance to the rim.
+        /// Distance of that point from the nearest rim.
         distance: f64,
     },
-    /// The border of the extracted surface runs against the rim.
+    /// The boundary of the extracted surface runs against the rim.
     #[error(
         "the extracted surface faces the other way at rim loop {rim}; check the orientation of the loop and the sign of the field"
     )]
@@ -69,13 +72,13 @@ pub enum StitchError {
     /// A rim could not be triangulated.
     #[error(transparent)]
     Triangulation(#[from] TriangulationError),
-    /// Remeshing made more faces than the rims account for.
+    /// Remeshing makes more faces than plausible for the rims.
     #[error(
-        "remeshing came to {faces} faces for rims of {edges} edges and would make more; the edges there differ too much in \
+        "remeshing was stopped at {faces} faces for rims of {edges} edges; the edges there differ too much in \
          length, or the mesh has spikes: remesh or cut them first"
     )]
     TooManyFaces {
-        /// Faces when it was given up.
+        /// Faces when remeshing was stopped.
         faces: usize,
         /// Edges of all rims.
         edges: usize,
@@ -86,24 +89,24 @@ pub enum StitchError {
          length there: remesh or cut them first"
     )]
     Folded {
-        /// Faces whose normals are more than 60 degrees from that of the surface.
+        /// Faces whose normals differ by more than 60 degrees from the surface's.
         tilted: usize,
         /// All faces.
         faces: usize,
     },
-    /// The caller asked to stop.
-    #[error("stopped before it was done")]
+    /// Cancelled by the caller.
+    #[error("stitching was cancelled")]
     Cancelled,
     /// The faces do not form a manifold.
     #[error("the patch is not a manifold near {position}; use a finer grid there")]
     NotManifold {
-        /// The place.
+        /// A position there.
         position: DVec3,
     },
 }
 
 impl StitchError {
-    /// The same error with its vertices renumbered.
+    /// The same error with renumbered vertices.
     pub(crate) fn renumbered(self, number: impl Fn(u32) -> u32) -> Self {
         match self {
             Self::NotOnBorder { rim, from, to } => Self::NotOnBorder {
@@ -115,7 +118,7 @@ impl StitchError {
         }
     }
 
-    /// Whether another error is of the same kind, at the same rim or within `reach` of the same place.
+    /// Whether another error is of the same kind, at the same rim or within `reach` of the same position.
     pub(crate) fn is_like(&self, other: &Self, reach: f64) -> bool {
         match (self, other) {
             (Self::RimNotReached { rim: a }, Self::RimNotReached { rim: b })
@@ -128,7 +131,7 @@ impl StitchError {
         }
     }
 
-    /// The same error with its place moved by `by`.
+    /// The same error with its position moved by `by`.
     pub(super) fn moved(self, by: DVec3) -> Self {
         match self {
             Self::NotManifold { position } => Self::NotManifold {

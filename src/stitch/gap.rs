@@ -1,4 +1,4 @@
-//! Filling the gaps between the rim and the kept part with triangles.
+//! Filling of the gaps between rims and the kept part with triangles.
 
 use glam::DVec3;
 
@@ -11,11 +11,11 @@ use super::{StitchError, StitchInput, StitchReport};
 use crate::mesh::triangulate::{Ground, Polygon, cut_ears, triangulate};
 use crate::tuning::tuning;
 
-/// Loops of patch vertices, each with the gap to its left.
+/// Loops of patch vertices, each with the gap on its left.
 pub(super) struct Loops {
     /// Rim corners.
     pub(super) rim: Vec<Vec<u32>>,
-    /// Border of the kept part.
+    /// Boundary loops of the kept part.
     pub(super) inner: Vec<Vec<u32>>,
 }
 
@@ -30,14 +30,14 @@ pub(super) fn fill(
 ) -> Result<(), StitchError> {
     let faces = match (&gap.rims[..], &gap.inner[..]) {
         ([], _) => Vec::new(),
-        // The surface does not reach into this rim: triangles between the vertices of the rim, if it is thin.
+        // The surface does not reach this rim: if the rim is thin, triangulate it without new vertices.
         (&[rim], []) => {
             report.filled_directly += 1;
             direct(input, rims, &loops.rim[rim], mesh).ok_or(StitchError::RimNotReached {
                 rim: rims.source[rim],
             })?
         }
-        // The common case: a ring of triangles between the rim and one border of the kept part.
+        // The common case: a ring of triangles between the rim and one boundary loop of the kept part.
         (&[rim], &[inner]) => {
             let faces = ring(mesh, &loops.rim[rim], &loops.inner[inner]);
             if agreement(mesh, &faces) < 0.0 {
@@ -47,7 +47,8 @@ pub(super) fn fill(
             }
             faces
         }
-        // Several loops are joined to one polygon and cut by ears; without any border of the kept part only a thin one is.
+        // Several loops are merged to one polygon, which is triangulated by ear cutting; without any boundary loop of the kept
+        // part, only if it is thin.
         _ => {
             report.bridged += gap.rims.len() + gap.inner.len() - 2;
             let polygon = merge(mesh, gap, loops);
@@ -75,7 +76,7 @@ fn outline(mesh: &PatchMesh, lp: &[u32]) -> Outline {
     )
 }
 
-/// The ring between a rim loop and a border loop.
+/// The ring of triangles between a rim loop and a boundary loop of the kept part.
 fn ring(mesh: &PatchMesh, rim: &[u32], inner: &[u32]) -> Vec<[u32; 3]> {
     let (n, m) = (rim.len(), inner.len());
     let steps = zip(&outline(mesh, rim), &outline(mesh, inner));
@@ -86,7 +87,7 @@ fn ring(mesh: &PatchMesh, rim: &[u32], inner: &[u32]) -> Vec<[u32; 3]> {
     steps.into_iter().map(face).collect()
 }
 
-/// Mean cosine between the faces and the surface, weighted by area.
+/// Mean cosine between the normals of faces and surface, weighted by area.
 fn agreement(mesh: &PatchMesh, faces: &[[u32; 3]]) -> f64 {
     let (mut area, mut agreement) = (0.0, 0.0);
     for &f in faces {
@@ -98,8 +99,8 @@ fn agreement(mesh: &PatchMesh, faces: &[[u32; 3]]) -> f64 {
     if area > 0.0 { agreement / area } else { 0.0 }
 }
 
-/// One loop from all loops of the gap: each is joined to those before by the shortest edge, which the loop then runs along
-/// in both directions. Shortest edges do not cross.
+/// Merges all loops of the gap to one: each is joined to the ones before by the shortest edge, along which the merged loop then
+/// runs in both directions. Shortest edges do not intersect.
 fn merge(mesh: &PatchMesh, gap: &Gap, loops: &Loops) -> Vec<u32> {
     let mut left: Vec<&Vec<u32>> = gap
         .rims
@@ -127,7 +128,7 @@ fn merge(mesh: &PatchMesh, gap: &Gap, loops: &Loops) -> Vec<u32> {
     merged
 }
 
-/// A polygon of patch vertices, cut by ears; vertices that it needs are added to the patch.
+/// Triangulates a polygon of patch vertices by ear cutting; new vertices that it needs are added to the patch.
 fn by_ears(mesh: &mut PatchMesh, rims: &Rims, polygon: &[u32]) -> Option<Vec<[u32; 3]>> {
     let rim = |v: u32| mesh.is_rim(v).then(|| mesh.origin[v as usize]);
     let taken = |a: u32, b: u32| match (rim(a), rim(b)) {
@@ -146,12 +147,12 @@ fn by_ears(mesh: &mut PatchMesh, rims: &Rims, polygon: &[u32]) -> Option<Vec<[u3
     for vertex in cut.new {
         mesh.position.push(vertex.position);
         mesh.normal.push(vertex.normal);
-        mesh.size.push(mesh.size[vertex.beside as usize]);
+        mesh.size.push(mesh.size[vertex.neighbour as usize]);
     }
     Some(cut.faces)
 }
 
-/// A triangulation of one rim loop without new vertices, if the loop is thin and the faces follow the surface.
+/// A triangulation of one rim loop without new vertices, if the loop is thin and the faces agree with the surface.
 fn direct(
     input: &StitchInput,
     rims: &Rims,

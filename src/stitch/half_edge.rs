@@ -1,4 +1,4 @@
-//! The patch while it is being worked on: a triangle mesh that can be flipped, split and collapsed in place.
+//! Half-edge mesh of a patch that can be flipped, split and collapsed in place.
 
 use std::collections::HashMap;
 
@@ -6,14 +6,14 @@ use glam::DVec3;
 
 use super::StitchError;
 
-/// No half-edge, no face, no original vertex.
+/// Marks a missing half-edge, a removed face, or a vertex without original.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// A manifold triangle mesh with simple boundary loops, as a corner table.
 ///
-/// Half-edge `3 f + k` runs from corner `k` of face `f` to the next. A vertex of the rim that bounds the patch in several
-/// sectors is there once for each of them ("rim corner"), so that the boundary loops stay simple; [`PatchMesh::origin`]
-/// names the vertex of the input mesh. Rim corners come first and never move.
+/// Half-edge `3 f + k` runs from corner `k` of face `f` to the next corner. A rim vertex at which the patch has several sectors
+/// occurs once for each of them ("rim corner"), so that the boundary loops stay simple; [`PatchMesh::origin`] has the vertex of
+/// the input mesh. Rim corners come first and never move.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PatchMesh {
     /// Positions relative to the patch's centre.
@@ -26,16 +26,16 @@ pub(super) struct PatchMesh {
     pub(super) origin: Vec<u32>,
     /// Faces; a removed one has `u32::MAX` in all corners.
     pub(super) faces: Vec<[u32; 3]>,
-    /// The half-edge on the other side, `u32::MAX` along the rim.
+    /// The opposite half-edge; `u32::MAX` along the rim.
     twin: Vec<u32>,
-    /// One half-edge out of each vertex; of a rim corner the one along the rim. `u32::MAX` for removed vertices.
+    /// One half-edge out of each vertex; for a rim corner, the one along the rim. `u32::MAX` for removed vertices.
     out: Vec<u32>,
 }
 
 impl PatchMesh {
-    /// Joins the faces along their edges.
+    /// Computes the connectivity of the faces.
     ///
-    /// Fails where an edge would have more than two faces or two faces of different orientation.
+    /// Fails if an edge would have more than two faces, or two faces of different orientation.
     pub(super) fn connect(&mut self) -> Result<(), StitchError> {
         self.faces.retain(|f| f[0] != NONE);
         let mut by_edge = HashMap::with_capacity(self.faces.len() * 3);
@@ -64,6 +64,7 @@ impl PatchMesh {
         self.check_fans()
     }
 
+    /// Fails if the faces of a vertex are not a single fan.
     fn check_fans(&self) -> Result<(), StitchError> {
         let mut valence = vec![0usize; self.position.len()];
         self.faces
@@ -80,7 +81,7 @@ impl PatchMesh {
         Ok(())
     }
 
-    /// Number of rim corners; vertices from here on are free.
+    /// Number of rim corners; the vertices after them are free.
     pub(super) fn rim_len(&self) -> usize {
         self.origin.len()
     }
@@ -105,7 +106,7 @@ impl PatchMesh {
         Some(self.twin[h as usize]).filter(|&t| t != NONE)
     }
 
-    /// The half-edges out of `v`, counter-clockwise; along a rim they begin and end there.
+    /// The half-edges out of `v`, counter-clockwise; for a rim corner from one rim edge to the other.
     pub(super) fn outgoing(&self, v: u32) -> Outgoing<'_> {
         Outgoing {
             mesh: self,
@@ -130,7 +131,7 @@ impl PatchMesh {
         })
     }
 
-    /// Half-edges of all faces, each interior edge once, rim edges left out.
+    /// Half-edges of all interior edges, each edge once.
     pub(super) fn interior_edges(&self) -> impl Iterator<Item = u32> + '_ {
         (0..self.twin.len() as u32).filter(|&h| {
             self.faces[h as usize / 3][0] != NONE
@@ -151,7 +152,7 @@ impl PatchMesh {
         self.position[self.from(h) as usize].distance(self.position[self.to(h) as usize])
     }
 
-    /// The half-edge along the rim out of a rim corner; none where it has none.
+    /// The half-edge along the rim out of a rim corner; `None` for a vertex without one.
     pub(super) fn rim_edge(&self, v: u32) -> Option<u32> {
         let used = self.is_used(v).then(|| self.outgoing(v).next())?;
         used.filter(|&h| self.twin(h).is_none())
@@ -165,15 +166,15 @@ impl PatchMesh {
         sum / count
     }
 
-    /// Round an edge a → b and its twin: the corners a, b, c (of the face of `h`), d, and the half-edges on the other side of
-    /// bc, ca, ad, db.
+    /// The neighbourhood of an edge a → b and its twin: the corners a, b, c (of the face of `h`), d (of the twin's), and the
+    /// opposite half-edges of bc, ca, ad, db.
     fn diamond(&self, h: u32, t: u32) -> ([u32; 4], [u32; 4]) {
         let corners = [h, next(h), prev(h), prev(t)].map(|e| self.from(e));
         let outside = [next(h), prev(h), next(t), prev(t)].map(|e| self.twin[e as usize]);
         (corners, outside)
     }
 
-    /// The edge turned in its two faces; the caller has made sure that the new edge is not there yet.
+    /// Flips the edge in its two faces; the new edge must not exist yet.
     pub(super) fn flip(&mut self, h: u32) {
         let Some(t) = self.twin(h) else { return };
         let ([a, b, c, d], [bc, ca, ad, db]) = self.diamond(h, t);
@@ -197,23 +198,23 @@ impl PatchMesh {
         }
     }
 
-    /// A new vertex on an interior edge.
+    /// Splits an interior edge with a new vertex, and returns the vertex.
     pub(super) fn split(&mut self, h: u32, position: DVec3, normal: DVec3, size: f64) -> u32 {
         let m = self.position.len() as u32;
         let Some(t) = self.twin(h) else { return NONE };
         self.position.push(position);
         self.normal.push(normal);
         self.size.push(size);
-        // The two faces, a b c and b a d, and the half-edges across their outer sides.
+        // The two faces, a b c and b a d, and the opposite half-edges of their outer edges.
         let ([a, b, c, d], [bc, ca, ad, db]) = self.diamond(h, t);
         let (f, g) = (h / 3 * 3, t / 3 * 3);
         let (f2, g2) = (self.twin.len() as u32, self.twin.len() as u32 + 3);
         self.twin.extend([NONE; 6]);
-        // Each face becomes two at the new vertex m: one in its place, one at the end.
+        // Each face becomes two at the new vertex m: one replaces it, one is appended.
         self.faces[f as usize / 3] = [a, m, c];
         self.faces[g as usize / 3] = [m, a, d];
         self.faces.extend([[m, b, c], [b, m, d]]);
-        // Half-edges that lie on each other now.
+        // Pairs of opposite half-edges.
         for (x, y) in [
             (f, g),
             (f + 1, f2 + 2),
@@ -227,8 +228,8 @@ impl PatchMesh {
             self.glue(x, y);
         }
         self.out.push(f2);
-        // A corner whose outgoing half-edge was one of the two faces' gets one that still leaves it; on the rim, the one
-        // along the rim.
+        // If a corner's outgoing half-edge was in one of the two faces, it gets one that still leaves it; at a rim corner, the
+        // one along the rim.
         for (v, new) in [
             (
                 a,
@@ -249,7 +250,7 @@ impl PatchMesh {
         m
     }
 
-    /// Whether the free vertex `from(h)` can be merged into `to(h)` without changing the topology.
+    /// Whether the free vertex `from(h)` can be merged into `to(h)` without a change of topology.
     pub(super) fn can_collapse(&self, h: u32) -> bool {
         let Some(t) = self.twin(h) else { return false };
         let (u, v, c, d) = (
@@ -291,14 +292,14 @@ impl PatchMesh {
             self.faces[f as usize] = [NONE; 3];
         }
         self.out[u as usize] = NONE;
-        // half-edges now out of v, c and d beside the removed faces; a half-edge along the rim comes first
+        // Outgoing half-edges of v, c and d next to the removed faces; a half-edge along the rim comes first.
         let at = |x: u32| next(x);
         self.restart(v, gone, [dv, if cu == NONE { NONE } else { cu }]);
         self.restart(c, gone, [vc, if cu == NONE { NONE } else { at(cu) }]);
         self.restart(d, gone, [ud, if dv == NONE { NONE } else { at(dv) }]);
     }
 
-    /// Gives `v` a new first half-edge if its own is gone.
+    /// Gives `v` a new outgoing half-edge if its own was removed.
     fn restart(&mut self, v: u32, gone: [u32; 2], candidates: [u32; 2]) {
         if self.out[v as usize] != NONE && !gone.contains(&(self.out[v as usize] / 3)) {
             return;
@@ -307,7 +308,7 @@ impl PatchMesh {
             .into_iter()
             .find(|&h| h != NONE && self.from(h) == v)
             .unwrap_or(NONE);
-        // turn clockwise to the rim
+        // Turn clockwise until the rim.
         let first = at;
         while at != NONE && self.is_rim(v) {
             match self.twin(at) {
@@ -318,6 +319,7 @@ impl PatchMesh {
         self.out[v as usize] = at;
     }
 
+    /// Makes two half-edges opposite to each other.
     fn glue(&mut self, x: u32, y: u32) {
         if x != NONE {
             self.twin[x as usize] = y;
@@ -327,8 +329,9 @@ impl PatchMesh {
         }
     }
 
-    /// Drops removed faces and vertices; the order of the others stays.
+    /// Removes deleted faces and vertices; the others keep their order.
     pub(super) fn compact(&mut self) {
+        // Moves the used vertices together.
         let mut vertex = vec![NONE; self.position.len()];
         let mut kept = 0;
         for (v, number) in vertex.iter_mut().enumerate() {
@@ -345,6 +348,7 @@ impl PatchMesh {
         self.normal.truncate(kept);
         self.size.truncate(kept);
         self.out.truncate(kept);
+        // Moves the remaining faces together, and renumbers half-edges.
         let mut half_edge = vec![NONE; self.twin.len()];
         let mut faces = 0;
         for f in 0..self.faces.len() {
@@ -378,7 +382,7 @@ pub(super) fn prev(h: u32) -> u32 {
     if h.is_multiple_of(3) { h + 2 } else { h - 1 }
 }
 
-/// See [`PatchMesh::outgoing`].
+/// Iterator of [`PatchMesh::outgoing`].
 pub(super) struct Outgoing<'a> {
     mesh: &'a PatchMesh,
     start: u32,

@@ -1,4 +1,4 @@
-//! Whether a patch is joined to its rims.
+//! Check that a patch is joined to its rims as a manifold.
 
 use std::collections::{HashMap, HashSet};
 
@@ -10,14 +10,14 @@ pub(super) fn check_joined(input: &StitchInput, faces: &[[u32; 3]]) -> Result<()
     let len = mesh.positions.len() as u32;
     let at = |v: u32| mesh.positions.get(v as usize).copied().unwrap_or_default();
     let sides = |f: &[u32; 3]| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])];
-    // Rim edges in the direction of the patch, and whether a face uses them.
+    // Rim edges in the patch's direction, and whether a face uses them.
     let mut rim: HashMap<(u32, u32), bool> = HashMap::new();
     for lp in input.loops {
         (0..lp.len()).for_each(|i| {
             rim.insert((lp[i], lp[(i + 1) % lp.len()]), false);
         });
     }
-    // Edges of the mesh between rim vertices: the patch must not have them too.
+    // Edges of the mesh between rim vertices, which the patch must not use.
     let on_rim: HashSet<u32> = input.loops.iter().flatten().copied().collect();
     let mut taken: HashSet<(u32, u32)> = HashSet::new();
     for (a, b) in mesh.faces.iter().flat_map(sides) {
@@ -25,7 +25,7 @@ pub(super) fn check_joined(input: &StitchInput, faces: &[[u32; 3]]) -> Result<()
             taken.insert((a.min(b), a.max(b)));
         }
     }
-    // Each directed edge occurs at most once in the patch, and belongs to the rim or is new.
+    // Each directed edge occurs at most once in the patch and is a rim edge or new.
     let mut edges = HashSet::with_capacity(3 * faces.len());
     for (a, b) in faces.iter().flat_map(sides) {
         let fresh = edges.insert((a, b));
@@ -39,7 +39,7 @@ pub(super) fn check_joined(input: &StitchInput, faces: &[[u32; 3]]) -> Result<()
             });
         }
     }
-    // Edges of the patch without a face on the other side lie on the rim, and all rim edges are used.
+    // Patch edges without an opposite face must be rim edges, and all rim edges must be used.
     let open = faces
         .iter()
         .flat_map(sides)

@@ -1,4 +1,4 @@
-//! Which loops of the rim and of the kept part bound the same gap.
+//! Matching of loops: which rim loops and boundary loops of the kept part bound the same gap.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
@@ -12,16 +12,16 @@ use super::sector::{Outline, nearest_pair};
 use super::{StitchError, StitchInput};
 use crate::tuning::tuning;
 
-/// A part of the hole between the rim and the kept part, by its bounding loops.
+/// A gap between the rim and the kept part, given by its boundary loops.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Gap {
     /// Rim loops.
     pub(super) rims: Vec<usize>,
-    /// Border loops of the kept part.
+    /// Boundary loops of the kept part.
     pub(super) inner: Vec<usize>,
 }
 
-/// The gaps, and the pieces of the kept part that are left out.
+/// The gaps, and the components of the kept part that are dropped.
 pub(super) fn gaps(
     input: &StitchInput,
     rims: &Rims,
@@ -31,10 +31,11 @@ pub(super) fn gaps(
     let count = rims.loops.len();
     let mut groups = Groups::new(count + kept.loops.len());
     let mut reached = vec![false; count];
+    // A boundary loop joins the gap of each rim loop that has enough of its votes.
     for (l, votes) in votes
         .iter()
         .enumerate()
-        .filter(|(l, _)| !dropped.contains(&kept.loop_piece[*l]))
+        .filter(|(l, _)| !dropped.contains(&kept.loop_component[*l]))
     {
         let most = votes.values().copied().max().unwrap_or(0);
         for (&rim, &n) in votes {
@@ -49,7 +50,7 @@ pub(super) fn gaps(
     for rim in 0..count {
         gaps.entry(groups.root(rim)).or_default().rims.push(rim);
     }
-    for l in (0..kept.loops.len()).filter(|&l| !dropped.contains(&kept.loop_piece[l])) {
+    for l in (0..kept.loops.len()).filter(|&l| !dropped.contains(&kept.loop_component[l])) {
         gaps.entry(groups.root(count + l))
             .or_default()
             .inner
@@ -60,7 +61,8 @@ pub(super) fn gaps(
 
 type Votes = Vec<BTreeMap<usize, usize>>;
 
-/// For each border loop the number of its vertices nearest to each rim loop. Pieces away from every rim are dropped.
+/// For each boundary loop, the number of its vertices that are nearest to each rim loop. Components far from every rim are
+/// dropped.
 fn vote(
     input: &StitchInput,
     rims: &Rims,
@@ -69,24 +71,24 @@ fn vote(
     let limit = tuning().stitch.far_border * input.voxel;
     let segments = segments(input, rims);
     let mut far = Vec::new();
-    let mut near = vec![false; kept.piece_len.len()];
+    let mut near = vec![false; kept.component_len.len()];
     let mut votes = Vec::new();
     for (l, lp) in kept.loops.iter().enumerate() {
-        // The border the other way round, with the gap to its left.
+        // The boundary loop in reverse, with the gap on its left.
         let outline = Outline::new(
             lp.iter()
                 .rev()
                 .map(|&v| (kept.positions[v as usize], kept.normals[v as usize])),
         );
-        // Distance in world units and rim loop of the nearest rim edge across the gap, for each vertex.
+        // For each vertex, the distance (world units) and the loop of the nearest rim edge across the gap.
         let found: Vec<(f64, usize)> = (0..lp.len())
             .into_par_iter()
             .map(|i| nearest_rim(&outline, i, &segments))
             .collect();
-        // A border is near a rim or not as a whole; the component of the kept part is near with one of its borders.
+        // A boundary loop as a whole is near a rim or not; a component is near if one of its boundary loops is.
         let mean = found.iter().map(|f| f.0).sum::<f64>() / found.len() as f64;
         if mean <= limit {
-            near[kept.loop_piece[l]] = true;
+            near[kept.loop_component[l]] = true;
         } else {
             let worst = (0..lp.len())
                 .max_by(|&a, &b| found[a].0.total_cmp(&found[b].0))
@@ -101,15 +103,15 @@ fn vote(
             .for_each(|f| *count.entry(f.1).or_insert(0) += 1);
         votes.push(count);
     }
-    // A far border of a near component means that the surface runs away from the hole.
-    if let Some(&(_, position, distance)) = far.iter().find(|f| near[kept.loop_piece[f.0]]) {
+    // A far boundary loop of a near component means that the surface continues away from the hole.
+    if let Some(&(_, position, distance)) = far.iter().find(|f| near[kept.loop_component[f.0]]) {
         return Err(StitchError::OpenBorder { position, distance });
     }
     let dropped = (0..near.len()).filter(|&p| !near[p]).collect();
     Ok((votes, dropped))
 }
 
-/// A rim edge: its ends, the surface normal, and its loop.
+/// A rim edge: its ends, the surface normal, and its rim loop.
 struct Segment {
     ends: [DVec3; 2],
     normal: DVec3,
@@ -132,8 +134,8 @@ fn segments(input: &StitchInput, rims: &Rims) -> Vec<Segment> {
     segments
 }
 
-/// Distance from vertex `i` to the nearest rim edge across the gap, and its loop: each must lie on the gap side of the
-/// other, if there is such an edge.
+/// Distance from vertex `i` to the nearest rim edge across the gap, and its rim loop. Vertex and edge must be on the gap side of
+/// each other; if there is no such edge, the nearest edge counts.
 fn nearest_rim(outline: &Outline, i: usize, segments: &[Segment]) -> (f64, usize) {
     let (p, normal) = (outline.position[i], outline.normal[i]);
     let mut across = (f64::INFINITY, 0);
@@ -158,7 +160,7 @@ fn nearest_rim(outline: &Outline, i: usize, segments: &[Segment]) -> (f64, usize
     (best.0.sqrt(), best.1)
 }
 
-/// Rim loops that no border loop is nearest to join the gap of the nearest other loop, unless they bound a small hole of
+/// Joins rim loops that are nearest to no boundary loop to the gap of the nearest other loop, unless they bound a small hole of
 /// their own.
 fn join_islands(
     input: &StitchInput,
@@ -171,22 +173,25 @@ fn join_islands(
     if reached.iter().all(|&r| r) {
         return;
     }
+    // Outlines of the rim loops, then of the boundary loops of the kept part.
     let at = |v: &u32| (input.mesh.positions[*v as usize], rims.normal[v]);
     let mut outlines: Vec<Outline> = rims
         .loops
         .iter()
         .map(|lp| Outline::new(lp.iter().map(at)))
         .collect();
+    // Rim loops that bound a small hole of their own.
     let alone: Vec<bool> = (outlines.iter().zip(reached))
         .map(|(o, &reached)| !reached && o.turning() > 0.0 && o.is_thin(input.voxel))
         .collect();
     for (l, lp) in kept.loops.iter().enumerate() {
-        let used = !dropped.contains(&kept.loop_piece[l]);
+        let used = !dropped.contains(&kept.loop_component[l]);
         let vertices = lp.iter().rev().filter(|_| used);
         outlines.push(Outline::new(
             vertices.map(|&v| (kept.positions[v as usize], kept.normals[v as usize])),
         ));
     }
+    // The other unreached rim loops join the nearest loop.
     let is_alone = |o: usize| alone.get(o).copied().unwrap_or(false);
     for r in (0..reached.len()).filter(|&r| !reached[r] && !is_alone(r)) {
         let island = outlines[r].turning() < -PI;
@@ -200,7 +205,7 @@ fn join_islands(
     }
 }
 
-/// Disjoint sets.
+/// Disjoint sets (union-find).
 struct Groups(Vec<usize>);
 
 impl Groups {

@@ -1,4 +1,4 @@
-//! What is told of a patch: how it meets the mesh, and the shape of its faces.
+//! Quality measures of a patch: angles across the rim and the shape of its faces.
 
 use std::collections::{HashMap, HashSet};
 
@@ -9,8 +9,8 @@ use super::assemble::quality;
 use crate::mesh::{Mesh, area_vector};
 
 impl Patch {
-    /// Measures the angles across the rim and the quality of the faces again, after vertices moved. `around` are the faces of
-    /// `mesh` at the rim, and perhaps others.
+    /// Recomputes the angles across the rim and the quality of the faces after vertices moved. `around` must contain the faces of
+    /// `mesh` at the rim, and may contain others.
     pub fn measure(&mut self, mesh: &Mesh, around: impl Iterator<Item = [u32; 3]>) {
         let len = mesh.positions.len() as u32;
         let at = |v: u32| match v.checked_sub(len) {

@@ -1,12 +1,11 @@
-//! Joining an extracted surface to the rim of the hole it fills.
+//! Stitching: joins an extracted surface to the rim of the hole that it fills.
 //!
-//! The part of the extracted surface that belongs to the hole is cut out, the gap between its border and the rim is
-//! zipped with triangles, and the patch is remeshed with the rim held fixed. The input mesh is never changed: the patch
-//! refers to its vertices by index and brings new vertices and faces only.
+//! The part of the extracted surface that belongs to the hole is cut out, the gap between its boundary and the rim is zipped with
+//! triangles, and the patch is remeshed with a fixed rim. The input mesh is never changed: the patch refers to its vertices by
+//! index and only adds vertices and faces.
 //!
-//! [`stitch`] guarantees that the patch uses every rim edge exactly once and in the right direction, that the mesh with
-//! the patch has no edge in more than two faces on the patch's account, and that the same input gives the same bytes. It
-//! reports, but cannot always avoid, faces that intersect others.
+//! [`stitch`] guarantees that the patch uses every rim edge exactly once and in the right direction, that it creates no edge with
+//! more than two faces, and that the same input gives the same bytes. It reports, but cannot always avoid, faces that intersect.
 //!
 //! Sources: Botsch and Kobbelt, "A remeshing approach to multiresolution modeling", 2004 (remeshing); Liepa, "Filling
 //! holes in meshes", 2003 (triangulation of single loops).
@@ -42,19 +41,19 @@ pub use refined::{flipped, refined_triangulation};
 pub use seam::close_seam;
 pub use written::count_crossing;
 
-/// What [`stitch`] works on.
+/// Input of [`stitch`].
 #[derive(Clone, Copy)]
 pub struct StitchInput<'a> {
     /// The mesh with the hole.
     pub mesh: &'a Mesh,
-    /// Rim loops of the region as vertex indices of `mesh`, in the direction of the patch's faces: the patch uses the
-    /// directed edges `loop[i] → loop[i + 1]`, against the mesh's own. Loops may share vertices.
+    /// Rim loops of the region as vertex indices of `mesh`, in the direction of the patch's faces: the patch uses the directed
+    /// edges `loop[i] → loop[i + 1]`, opposite to the mesh's own. Loops may share vertices.
     pub loops: &'a [Vec<u32>],
     /// The smooth surface.
     pub surface: &'a dyn Surface,
     /// The extracted surface of the region, in the coordinates of `mesh`, close to `surface`.
     pub extracted: &'a Mesh,
-    /// Lattice spacing at which `extracted` was made, in the units of `mesh`.
+    /// Spacing of the lattice from which `extracted` was made, in the units of `mesh`.
     pub voxel: f64,
     /// Settings.
     pub params: StitchParams,
@@ -63,21 +62,21 @@ pub struct StitchInput<'a> {
 /// Settings of [`stitch`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StitchParams {
-    /// Extracted triangles nearer to the rim than this are cut away, in voxels.
+    /// Extracted triangles closer to the rim than this are cut away, in voxels.
     pub cut_depth: f64,
-    /// Edge length of the patch over the edge length of the mesh at the rim.
+    /// Edge length of the patch relative to the edge length of the mesh at the rim.
     pub edge_factor: f64,
-    /// Largest distance of an edge's middle from the smooth surface where the edges may be made shorter for it, in voxels.
+    /// Largest distance of an edge's midpoint from the smooth surface, in voxels; edges are shortened to meet it.
     pub chord_error: f64,
     /// Rounds of split, collapse, flip and smoothing.
     pub iterations: usize,
-    /// 0 leaves the vertices on the smooth surface; 1 moves them along its normal until the faces round each vertex are on
+    /// 0 leaves the vertices on the smooth surface; 1 moves them along its normal until the faces around each vertex are on
     /// average neither above nor below it. Fades in over two rings from the rim.
     pub facet_compensation: f64,
 }
 
 impl StitchInput<'_> {
-    /// An error once the surface is cancelled.
+    /// Returns an error once the surface is cancelled.
     fn go_on(&self) -> Result<(), StitchError> {
         match self.surface.is_cancelled() {
             true => Err(StitchError::Cancelled),
@@ -101,32 +100,32 @@ impl Default for StitchParams {
 /// A patch for a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Patch {
-    /// New vertices; their indices follow those of the mesh.
+    /// New vertices; their indices follow the mesh's.
     pub positions: Vec<DVec3>,
-    /// Faces: an index below the mesh's number of vertices is an original vertex.
+    /// Faces; indices below the mesh's number of vertices are vertices of the mesh.
     pub faces: Vec<[u32; 3]>,
-    /// What was found and done.
+    /// Quality measures and actions.
     pub report: StitchReport,
 }
 
-/// What [`stitch`] found and did.
+/// Quality measures and actions of [`stitch`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StitchReport {
     /// Mean angle between the faces on both sides of a rim edge, in degrees.
     pub seam_angle_mean: f64,
-    /// Largest such angle, in degrees.
+    /// Largest of these angles, in degrees.
     pub seam_angle_max: f64,
     /// Mean over the patch's faces of twice the inradius over the circumradius (1 for equilateral faces).
     pub quality_mean: f64,
     /// Patch faces that intersect another face, after repair.
     pub intersecting_faces: usize,
-    /// Connected pieces of the patch.
+    /// Connected components of the patch.
     pub components: usize,
-    /// Euler number of the patch, with rim vertices counted once for each sector of the patch.
+    /// Euler characteristic of the patch, with rim vertices counted once for each sector of the patch.
     pub euler: i64,
-    /// Rim loops that the extracted surface did not reach and that were triangulated on their own.
+    /// Rim loops that the extracted surface did not reach and that were triangulated separately.
     pub filled_directly: usize,
-    /// Edges that joined several loops bounding one gap, where the lattice does not tell them apart.
+    /// Edges added to join several loops that bound one gap, because the lattice does not resolve them.
     pub bridged: usize,
     /// Edges that were split because the mesh or the patch already had an edge between the same vertices.
     pub split_duplicates: usize,
@@ -135,7 +134,7 @@ pub struct StitchReport {
 /// Joins the extracted surface to the rim.
 ///
 /// # Errors
-/// When it cannot be joined; [`StitchError::Cancelled`] once the surface is.
+/// If it cannot be joined; [`StitchError::Cancelled`] once the surface is cancelled.
 pub fn stitch(input: &StitchInput) -> Result<Patch, StitchError> {
     input.go_on()?;
     let mut patch = assemble::assemble(input)?;
@@ -145,11 +144,11 @@ pub fn stitch(input: &StitchInput) -> Result<Patch, StitchError> {
     patch.into_patch(input)
 }
 
-/// Remeshes a closed surface isotropically, with edges of about `edge`, shorter where a chord would be too far from the
-/// smooth surface. `extracted` must be manifold and close to `surface`, `voxel` the spacing of the lattice it comes from.
+/// Remeshes a closed surface isotropically, with edges of about `edge`, shorter where a chord would be too far from the smooth
+/// surface. `extracted` must be manifold and close to `surface`; `voxel` is the spacing of the lattice it comes from.
 ///
 /// # Errors
-/// When `extracted` is not manifold; [`StitchError::Cancelled`] once `surface` is.
+/// If `extracted` is not manifold; [`StitchError::Cancelled`] once `surface` is cancelled.
 pub fn remesh_closed(
     extracted: &Mesh,
     surface: &dyn Surface,
@@ -174,9 +173,9 @@ pub fn remesh_closed(
     patch.into_patch(&input)
 }
 
-/// The number of `faces`, a patch for `mesh` with `new` vertices, that intersect another face of the patch or the mesh.
+/// The number of `faces` (a patch for `mesh` with the new vertices `new`) that intersect another face of the patch or the mesh.
 ///
-/// Decided exactly. Faces that share a vertex or an edge intersect if they meet elsewhere too; touching counts.
+/// Decided exactly. Faces that share a vertex or an edge intersect if they have further common points; touching counts.
 pub fn count_intersecting(mesh: &Mesh, new: &[DVec3], faces: &[[u32; 3]]) -> usize {
     let positions: Vec<DVec3> = mesh.positions.iter().chain(new).copied().collect();
     let all: Vec<[u32; 3]> = faces.iter().chain(&mesh.faces).copied().collect();

@@ -1,5 +1,5 @@
-//! Patches that begin as a triangulation of a rim, refined until their faces are as large as those round it: Liepa, "Filling holes
-//! in meshes", 2003, section 4.
+//! Refined triangulations: patches that start as a triangulation of a rim and are refined to the face size around it (Liepa,
+//! "Filling holes in meshes", 2003, section 4).
 
 use std::collections::{HashMap, HashSet};
 
@@ -10,11 +10,11 @@ use crate::mesh::Mesh;
 use crate::mesh::triangulate::triangulate_loop;
 use crate::tuning::tuning;
 
-/// A triangulation of one rim of `mesh`, refined. Its new vertices lie on the triangles between the rim's vertices: only the
-/// connectivity and the density of the patch are of use.
+/// A refined triangulation of one rim of `mesh`. Its new vertices are on the triangles between the rim's vertices: only the
+/// connectivity and density of the patch are useful.
 ///
 /// # Errors
-/// When the rim cannot be triangulated, or the edges at it differ so much that too many faces would be made.
+/// If the rim cannot be triangulated, or too many faces would result because its edge lengths differ too much.
 pub fn refined_triangulation(mesh: &Mesh, rim: &[u32], factor: f64) -> Result<Patch, StitchError> {
     let faces = triangulate_loop(mesh, rim)?;
     let local: HashMap<u32, u32> = rim.iter().copied().zip(0..).collect();
@@ -38,7 +38,7 @@ pub fn refined_triangulation(mesh: &Mesh, rim: &[u32], factor: f64) -> Result<Pa
     Ok(work.into_patch(mesh))
 }
 
-/// Flips the edges of a patch of one rim, after its vertices were moved, until they are as Delaunay as they can be.
+/// Flips the edges of a patch of one rim after its vertices moved, until the triangulation is as Delaunay as possible.
 pub fn flipped(mesh: &Mesh, rim: &[u32], patch: &Patch) -> Patch {
     let count = mesh.positions.len() as u32;
     let local: HashMap<u32, u32> = rim.iter().copied().zip(0..).collect();
@@ -60,14 +60,14 @@ pub fn flipped(mesh: &Mesh, rim: &[u32], patch: &Patch) -> Patch {
     work.into_patch(mesh)
 }
 
-/// A patch under refinement. Vertices are the rim's, in its order, then new ones.
+/// A patch under refinement. The rim's vertices come first, in its order, then new ones.
 struct Refinement {
     rim: Vec<u32>,
     position: Vec<DVec3>,
-    /// Length of edges wanted at each vertex.
+    /// Target edge length at each vertex.
     size: Vec<f64>,
     faces: Vec<[u32; 3]>,
-    /// Pairs of rim vertices, the smaller first, that the mesh or the rim joins.
+    /// Pairs of rim vertices (the smaller first) that are joined by an edge of the mesh or the rim.
     taken: HashSet<(u32, u32)>,
 }
 
@@ -102,7 +102,7 @@ impl Refinement {
         }
     }
 
-    /// Divides faces that are too large; whether there were any.
+    /// Divides faces that are too large at their centroid; returns whether there were any.
     fn divide(&mut self) -> bool {
         let before = self.faces.len();
         for i in 0..before {
@@ -125,19 +125,19 @@ impl Refinement {
         self.faces.len() > before
     }
 
-    /// Flips edges while the angles opposite to one add up to more than those after the flip.
+    /// Flips edges as long as the sum of the angles opposite to an edge is larger than after the flip.
     fn flip(&mut self) {
-        let mut beside: HashMap<(u32, u32), u32> = HashMap::new();
+        let mut face_of: HashMap<(u32, u32), u32> = HashMap::new();
         for (f, face) in self.faces.iter().enumerate() {
             for k in 0..3 {
-                beside.insert((face[k], face[(k + 1) % 3]), f as u32);
+                face_of.insert((face[k], face[(k + 1) % 3]), f as u32);
             }
         }
         for _ in 0..tuning().stitch.refined_flips {
             let mut flipped = false;
             for f in 0..self.faces.len() {
                 for k in 0..3 {
-                    flipped |= self.flip_edge(f, k, &mut beside);
+                    flipped |= self.flip_edge(f, k, &mut face_of);
                 }
             }
             if !flipped {
@@ -146,10 +146,10 @@ impl Refinement {
         }
     }
 
-    fn flip_edge(&mut self, f: usize, k: usize, beside: &mut HashMap<(u32, u32), u32>) -> bool {
+    fn flip_edge(&mut self, f: usize, k: usize, face_of: &mut HashMap<(u32, u32), u32>) -> bool {
         let face = self.faces[f];
         let (a, b, c) = (face[k], face[(k + 1) % 3], face[(k + 2) % 3]);
-        let Some(&g) = beside.get(&(b, a)) else {
+        let Some(&g) = face_of.get(&(b, a)) else {
             return false;
         };
         let Some(d) = self.faces[g as usize]
@@ -158,24 +158,24 @@ impl Refinement {
         else {
             return false;
         };
-        let joined = beside.contains_key(&(c, d)) || beside.contains_key(&(d, c));
+        let joined = face_of.contains_key(&(c, d)) || face_of.contains_key(&(d, c));
         if c == d || joined || self.taken.contains(&(c.min(d), c.max(d))) {
             return false;
         }
         let [pa, pb, pc, pd] = [a, b, c, d].map(|v| self.position[v as usize]);
         let opposite = (pa - pc).angle_between(pb - pc) + (pa - pd).angle_between(pb - pd);
         let after = (pc - pa).angle_between(pd - pa) + (pc - pb).angle_between(pd - pb);
-        // A flip must help by more than rounding, so that flips end.
+        // A flip must improve by more than rounding errors, so that the loop ends.
         if opposite.partial_cmp(&(after + 1e-9)) != Some(std::cmp::Ordering::Greater) {
             return false;
         }
-        beside.remove(&(a, b));
-        beside.remove(&(b, a));
+        face_of.remove(&(a, b));
+        face_of.remove(&(b, a));
         self.faces[f] = [c, a, d];
         self.faces[g as usize] = [d, b, c];
         for (at, [x, y, z]) in [(f as u32, [c, a, d]), (g, [d, b, c])] {
             for edge in [(x, y), (y, z), (z, x)] {
-                beside.insert(edge, at);
+                face_of.insert(edge, at);
             }
         }
         true

@@ -1,4 +1,4 @@
-//! The rim: boundary loops in the direction of the patch, traced so that each bounds the gap it belongs to.
+//! The rim: boundary loops in the direction of the patch, traced so that each loop bounds a single gap.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::f64::consts::TAU;
@@ -8,21 +8,21 @@ use glam::DVec3;
 use super::{StitchError, StitchInput};
 use crate::mesh::area_vector;
 
-/// A face of the mesh beyond a rim edge.
+/// The mesh face on the other side of a rim edge.
 #[derive(Clone, Copy)]
 pub(super) struct Beyond {
-    /// Its unit normal.
+    /// Unit normal of the face.
     pub(super) normal: DVec3,
-    /// The vertex of it that is not on the edge.
+    /// The vertex of the face that is not on the edge.
     pub(super) apex: DVec3,
 }
 
-/// The rim loops of a region, and what the mesh looks like there.
+/// The rim loops of a region, and properties of the mesh at the rim.
 #[derive(Default)]
 pub(super) struct Rims {
-    /// Loops of mesh vertices; a vertex is there once for each gap that it borders on.
+    /// Loops of mesh vertices; a vertex occurs once for each gap that it bounds.
     pub(super) loops: Vec<Vec<u32>>,
-    /// For each loop an input loop it came from.
+    /// For each loop, the input loop that its first edge comes from.
     pub(super) source: Vec<usize>,
     /// Edges of the mesh between rim vertices, the smaller index first.
     pub(super) edges: HashSet<(u32, u32)>,
@@ -30,9 +30,9 @@ pub(super) struct Rims {
     pub(super) normal: HashMap<u32, DVec3>,
     /// Mean length of the mesh's edges at each rim vertex.
     pub(super) length: HashMap<u32, f64>,
-    /// The mesh face beside each directed rim edge.
+    /// The mesh face next to each directed rim edge.
     pub(super) beyond: HashMap<(u32, u32), Beyond>,
-    /// Mean angle across the mesh's edges at the rim vertices, in radians; none where there are no such edges.
+    /// Mean dihedral angle (deviation from flat) at the mesh's edges at rim vertices, in radians; `None` without such edges.
     pub(super) angle_around: Option<f64>,
 }
 
@@ -53,6 +53,7 @@ impl Rims {
     }
 }
 
+/// Checks indices and numbers of the input.
 fn validate(input: &StitchInput) -> Result<(), StitchError> {
     let len = input.mesh.positions.len();
     let check = |what: &'static str, v: u32, len: usize| {
@@ -66,7 +67,7 @@ fn validate(input: &StitchInput) -> Result<(), StitchError> {
             })
         }
     };
-    // Rim loops: vertices of the mesh at finite positions.
+    // Rim loops: existing vertices at finite positions.
     for &v in input.loops.iter().flatten() {
         check("a rim loop", v, len)?;
         if !input.mesh.positions[v as usize].is_finite() {
@@ -75,7 +76,7 @@ fn validate(input: &StitchInput) -> Result<(), StitchError> {
             });
         }
     }
-    // Faces of the mesh and of the extracted surface: vertices that there are.
+    // Faces of the mesh and of the extracted surface: existing vertices.
     input
         .mesh
         .faces
@@ -88,7 +89,7 @@ fn validate(input: &StitchInput) -> Result<(), StitchError> {
         .iter()
         .flatten()
         .try_for_each(|&v| check("an extracted face", v, extracted.positions.len()))?;
-    // Lengths and factors: finite and positive; depths: finite.
+    // Lengths and factors: finite and positive; depth and compensation: finite.
     let p = &input.params;
     let positive = [input.voxel, p.edge_factor, p.chord_error];
     if positive.iter().any(|v| !v.is_finite() || *v <= 0.0) {
@@ -111,7 +112,7 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
     // Sums over the faces of the mesh that have a rim vertex.
     let mut edges = HashSet::new();
     let mut beyond = HashMap::new();
-    let mut beside: HashMap<(u32, u32), DVec3> = HashMap::new();
+    let mut first_normal: HashMap<(u32, u32), DVec3> = HashMap::new();
     let mut angles = Vec::new();
     let mut length: HashMap<u32, (f64, f64)> = HashMap::new();
     let mut sum: HashMap<u32, DVec3> = HashMap::new();
@@ -124,17 +125,17 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
         let n = area_vector(f.map(at));
         for k in 0..3 {
             let (a, b) = (f[k], f[(k + 1) % 3]);
-            // The angle across an edge, when the second of its faces comes.
+            // The angle at an edge, computed at the second of its faces.
             if on_rim.contains(&a) || on_rim.contains(&b) {
-                match beside.remove(&(b, a)) {
+                match first_normal.remove(&(b, a)) {
                     Some(other) if n.length() * other.length() > 0.0 => {
                         angles.push(n.angle_between(other));
                     }
                     Some(_) => {}
-                    None => _ = beside.insert((a, b), n),
+                    None => _ = first_normal.insert((a, b), n),
                 }
             }
-            // Lengths and area vectors at each rim vertex, for the mean edge and the normal there.
+            // Lengths and area vectors at each rim vertex, for the mean edge length and the normal.
             for v in [a, b].into_iter().filter(|v| on_rim.contains(v)) {
                 let l = length.entry(v).or_default();
                 *l = (l.0 + at(a).distance(at(b)), l.1 + 1.0);
@@ -142,7 +143,7 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
             if on_rim.contains(&a) {
                 *sum.entry(a).or_default() += n;
             }
-            // An edge between rim vertices. A patch on its other side runs along it from b to a.
+            // An edge between rim vertices; a patch on its other side uses it from b to a.
             if on_rim.contains(&a) && on_rim.contains(&b) {
                 edges.insert((a.min(b), a.max(b)));
                 let (normal, apex) = (n.normalize_or_zero(), at(f[(k + 2) % 3]));
@@ -169,7 +170,7 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
     })
 }
 
-/// The surface's normal at a rim vertex, where it does not look against the mesh's, which is that of the sum of area vectors.
+/// The normal of the surface at a rim vertex; the normal of the mesh if the two point to opposite sides.
 fn normal_at(input: &StitchInput, v: u32, area: DVec3) -> DVec3 {
     let of_mesh = area.normalize_or_zero();
     let at = input.mesh.positions[v as usize];
@@ -179,7 +180,8 @@ fn normal_at(input: &StitchInput, v: u32, area: DVec3) -> DVec3 {
         .unwrap_or(of_mesh)
 }
 
-/// The directed rim edges with the loop they come from; edges that are there in both directions cancel.
+/// The directed rim edges, each with its input loop. Fails for an edge that is not on the boundary of the mesh in this direction
+/// or occurs twice.
 fn directed_edges(
     input: &StitchInput,
     rims: &Rims,
@@ -198,7 +200,7 @@ fn directed_edges(
     Ok(edges)
 }
 
-/// Follows the rim so that at a vertex with several gaps each loop turns within its own gap.
+/// Traces the rim; at a vertex with several gaps, each loop stays within its own gap.
 fn trace(
     input: &StitchInput,
     rims: &Rims,
@@ -220,10 +222,10 @@ fn trace(
     (loops, source)
 }
 
-/// For each directed rim edge the vertex after its end.
+/// For each directed rim edge, the vertex after its end.
 ///
-/// A gap lies counter-clockwise of its outgoing rim edge, up to its incoming one; so a loop that comes in goes out by the
-/// first rim edge clockwise of it. Where the angles contradict each other every edge still has one successor.
+/// A gap extends counter-clockwise from its outgoing rim edge to its incoming one; so a loop leaves a vertex by the first rim
+/// edge clockwise from the one by which it arrives. If angles contradict each other, every edge still gets exactly one successor.
 fn turns(
     input: &StitchInput,
     rims: &Rims,
@@ -255,7 +257,7 @@ fn turns(
     next
 }
 
-/// The angle from `a` clockwise to `b` at `at`, seen against the normal.
+/// The clockwise angle from `a` to `b` at `at`, seen from the tip of the normal.
 fn clockwise(input: &StitchInput, rims: &Rims, at: u32, a: u32, b: u32) -> f64 {
     let p = |v: u32| input.mesh.positions[v as usize];
     let n = rims.normal[&at];

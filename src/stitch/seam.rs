@@ -1,10 +1,10 @@
-//! Closing a seam: two rims that lie on each other.
+//! Closing of a seam: triangles between two coincident rims.
 
 use crate::mesh::Mesh;
 use crate::tuning::tuning;
 
-/// The thin triangles between two boundary loops of `mesh` that lie on each other, vertex for vertex, but share none, such
-/// as the two sides of a seam whose coordinates were rounded differently. None where they do not.
+/// The thin triangles between two boundary loops of `mesh` that coincide vertex by vertex but share no vertex, for example the
+/// two sides of a seam whose coordinates were rounded differently. `None` if they do not coincide.
 ///
 /// Faces use the directed edges `loop[i] → loop[i + 1]` of both loops.
 pub fn close_seam(mesh: &Mesh, first: &[u32], second: &[u32]) -> Option<Vec<[u32; 3]>> {
@@ -19,7 +19,7 @@ pub fn close_seam(mesh: &Mesh, first: &[u32], second: &[u32]) -> Option<Vec<[u32
     let close = |a: u32, b: u32| {
         position(a).distance(position(b)) < tuning().stitch.seam_apart * length / n as f64
     };
-    // The loops run against each other.
+    // The loops run in opposite directions.
     let partner = |start: usize, i: usize| second[(start + n - i) % n];
     let start = (0..n).find(|&start| (0..n).all(|i| close(first[i], partner(start, i))))?;
     let quad = |i: usize| {

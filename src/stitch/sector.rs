@@ -1,11 +1,11 @@
-//! Closed polylines that bound a gap, and what lies on their gap side.
+//! Closed polylines that bound a gap, and tests for the gap side.
 
 use std::f64::consts::TAU;
 
 use crate::tuning::tuning;
 use glam::DVec3;
 
-/// A closed polyline with the gap to its left, seen against the normals.
+/// A closed polyline with the gap on its left, seen from the tips of the normals.
 #[derive(Clone, Default)]
 pub(super) struct Outline {
     pub(super) position: Vec<DVec3>,
@@ -14,7 +14,7 @@ pub(super) struct Outline {
 }
 
 impl Outline {
-    /// From positions and unit normals.
+    /// Builds an outline from positions and unit normals.
     pub(super) fn new(vertices: impl Iterator<Item = (DVec3, DVec3)>) -> Self {
         let (position, normal): (Vec<DVec3>, Vec<DVec3>) = vertices.unzip();
         let n = position.len();
@@ -44,7 +44,7 @@ impl Outline {
         self.sector[i].contains(p)
     }
 
-    /// Whether no place within can be more than a few voxels from the loop.
+    /// Whether no point inside can be more than a few voxels from the loop (area over length).
     pub(super) fn is_thin(&self, voxel: f64) -> bool {
         let n = self.len();
         let at = |i: usize| self.position[i % n] - self.position[0];
@@ -57,13 +57,13 @@ impl Outline {
         area <= tuning().stitch.thin * voxel * length
     }
 
-    /// The sum of the turns to the left: positive round a hole, negative round an island.
+    /// The sum of the turning angles to the left: positive around a hole, negative around an island.
     pub(super) fn turning(&self) -> f64 {
         self.sector.iter().map(|s| TAU / 2.0 - s.angle()).sum()
     }
 }
 
-/// An angle at a vertex, from one direction counter-clockwise to another.
+/// The sector at a vertex from one direction counter-clockwise to another.
 #[derive(Clone)]
 struct Sector {
     at: DVec3,
@@ -74,7 +74,7 @@ struct Sector {
 }
 
 impl Sector {
-    /// At `at`, from the direction of `first` to that of `last`; the whole circle if they are the same.
+    /// The sector at `at` from the direction of `first` to the direction of `last`; the full circle if they are the same.
     fn new(at: DVec3, first: DVec3, last: DVec3, normal: DVec3) -> Self {
         let (first, last) = (first - at, last - at);
         Self {
@@ -103,8 +103,8 @@ impl Sector {
     }
 }
 
-/// The distance and the positions in the loops of the pair of vertices nearest to each other, nearer than `limit` and, if
-/// there are such pairs, with the gap of both between them. Pairs at the same place do not count.
+/// The closest pair of vertices of two outlines: their distance and indices. The distance is below `limit`. Pairs that see each
+/// other across the gap take precedence; pairs at the same position do not count.
 pub(super) fn nearest_pair(p: &Outline, q: &Outline, limit: f64) -> Option<(f64, usize, usize)> {
     let mut inside = (limit * limit, None);
     let mut any = (limit * limit, None);

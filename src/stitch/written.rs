@@ -1,18 +1,18 @@
-//! The check of patches as they are written: with rounded positions, in the mesh they were put into.
+//! Intersection count of written patches: with rounded positions, in the mesh that contains them.
 
 use rayon::prelude::*;
 
 use crate::mesh::{Mesh, Part, welded};
 use crate::spatial::{Bounds, BoxTree, intersecting};
 
-/// For each patch of a mesh the number of its faces that intersect another face of the mesh.
+/// For each patch of a mesh, the number of its faces that intersect another face of the mesh.
 ///
-/// The faces of the patches, of which there are `patches[i]` each, follow the first `kept` ones. Vertices at the same place
-/// count as one. Decided exactly in the positions of the mesh; faces that share a vertex or an edge intersect if they meet
-/// elsewhere too, and touching counts.
+/// The faces of the patches, `patches[i]` each, follow the first `kept` faces. Vertices at the same position count as one.
+/// Decided exactly in the positions of the mesh; faces that share a vertex or an edge intersect if they have further common
+/// points, and touching counts.
 ///
 /// # Panics
-/// When the mesh has fewer faces than that, or uses vertices that it does not have.
+/// If the mesh has fewer faces than that, or a face has an invalid vertex index.
 pub fn count_crossing(mesh: &Mesh, kept: usize, patches: &[usize]) -> Vec<usize> {
     let new: usize = patches.iter().sum();
     let bounds = |f: &[u32; 3]| Bounds::of(f.map(|v| mesh.positions[v as usize]));
@@ -47,9 +47,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_patches_that_cross_are_counted_and_vertices_at_one_place_are_one() {
+    fn only_patches_that_intersect_are_counted_and_coincident_vertices_are_one() {
         let p = DVec3::new;
-        // A face; a patch beside it with vertices of its own; one that crosses the first face.
+        // A face; an adjacent patch with its own vertices; a patch that intersects the first face.
         let positions = vec![
             p(0.0, 0.0, 0.0),
             p(1.0, 0.0, 0.0),
@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn a_patch_that_rounding_pushes_through_another_face_is_found() {
-        // Two sheets 1e-9 apart at 1: rounded to 32 bits they lie on each other.
+        // Two sheets 1e-9 apart at height 1: rounded to 32 bits they coincide.
         let sheet = |z: f64| [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, z));
         let mut mesh = Mesh::new(
             [

@@ -1,4 +1,4 @@
-//! Zipping two closed polylines that run side by side with a ring of triangles.
+//! Zipping: a ring of triangles between two adjacent closed polylines.
 
 use glam::DVec3;
 
@@ -17,11 +17,11 @@ pub(super) enum Step {
 const ADVANCE_RIM: u8 = 1;
 const ADVANCE_INNER: u8 = 2;
 
-/// The ring of triangles between `rim` and `inner`, which have the ring to their left and so run in opposite directions.
+/// The ring of triangles between `rim` and `inner`, which both have the ring on their left and so run in opposite directions.
 ///
-/// Dynamic programming over all pairs of vertices: the least sum of the squared lengths of the edges across, with a
-/// penalty for triangles that are tilted away from the surface normal and for edges that do not lie in the gap. Starts from the
-/// nearest pair whose edge lies in the gap.
+/// Dynamic programming over all pairs of vertices: minimises the sum of the squared lengths of the edges across, with penalties
+/// for triangles tilted away from the surface normal and for edges outside the gap. Starts at the closest pair whose edge is in
+/// the gap.
 pub(super) fn zip(rim: &Outline, inner: &Outline) -> Vec<Step> {
     let (n, m) = (rim.len(), inner.len());
     let (_, i0, j0) = nearest_pair(rim, inner, f64::INFINITY).unwrap_or((0.0, 0, 0));
@@ -39,6 +39,7 @@ pub(super) fn zip(rim: &Outline, inner: &Outline) -> Vec<Step> {
     steps
 }
 
+/// Half the width of the strip of the table that is computed, in columns; the whole table if it is small.
 fn half_width(n: usize, m: usize) -> usize {
     if n * m <= tuning().stitch.full_table {
         m
@@ -47,6 +48,7 @@ fn half_width(n: usize, m: usize) -> usize {
     }
 }
 
+/// The table of the dynamic programme: rim vertices by rows, inner vertices by columns, from the start pair on.
 struct Table<'a> {
     rim: &'a Outline,
     inner: &'a Outline,
@@ -58,6 +60,7 @@ struct Table<'a> {
 }
 
 impl Table<'_> {
+    /// The first and last column computed in a row.
     fn row(&self, i: usize) -> (usize, usize) {
         let middle = i * self.m / self.n;
         (
@@ -66,7 +69,7 @@ impl Table<'_> {
         )
     }
 
-    /// For each pair of vertices the step that leads to it at the least cost.
+    /// For each pair of vertices, the step that leads to it at the lowest cost.
     fn fill(&self) -> Vec<Vec<u8>> {
         let mut rows = Vec::with_capacity(self.n + 1);
         let mut above = vec![f64::INFINITY; self.m + 1];
@@ -105,6 +108,7 @@ impl Table<'_> {
         rows
     }
 
+    /// The steps from the last pair back to the first.
     fn trace(&self, rows: &[Vec<u8>]) -> Vec<Step> {
         let mut steps = Vec::with_capacity(self.n + self.m);
         let (mut i, mut j) = (self.n, self.m);
@@ -128,32 +132,35 @@ impl Table<'_> {
         steps
     }
 
-    /// Position in the rim loop of the `i`th vertex of the walk.
+    /// Index in the rim loop of the `i`th vertex of the walk.
     fn rim_index(&self, i: usize) -> usize {
         (self.i0 + i) % self.n
     }
 
-    /// Position in the inner loop, which is walked backwards.
+    /// Index in the inner loop of the `j`th vertex of the walk, which goes backwards.
     fn inner_index(&self, j: usize) -> usize {
         (self.j0 + 2 * self.m - j) % self.m
     }
 
+    /// Position and normal of the `i`th rim vertex of the walk.
     fn r(&self, i: usize) -> (DVec3, DVec3) {
         let k = self.rim_index(i);
         (self.rim.position[k], self.rim.normal[k])
     }
 
+    /// Position and normal of the `j`th inner vertex of the walk.
     fn k(&self, j: usize) -> (DVec3, DVec3) {
         let k = self.inner_index(j);
         (self.inner.position[k], self.inner.normal[k])
     }
 
+    /// The cost of an edge across.
     fn across(&self, i: usize, j: usize) -> f64 {
         let (p, q) = (self.r(i).0, self.k(j).0);
         let from_rim = self.rim.opens_towards(self.rim_index(i), q);
         let from_inner = self.inner.opens_towards(self.inner_index(j), p);
-        let astray = f64::from(u8::from(!from_rim)) + f64::from(u8::from(!from_inner));
-        p.distance_squared(q) * (1.0 + tuning().stitch.astray_weight * astray)
+        let outside = f64::from(u8::from(!from_rim)) + f64::from(u8::from(!from_inner));
+        p.distance_squared(q) * (1.0 + tuning().stitch.astray_weight * outside)
     }
 
     fn tilt_rim(&self, i: usize, j: usize) -> f64 {
@@ -165,7 +172,7 @@ impl Table<'_> {
     }
 }
 
-/// The penalty of a triangle whose normal is far from the mean of the normals at its corners.
+/// The penalty of a triangle whose normal is far from the mean of its corner normals.
 fn tilt(a: (DVec3, DVec3), b: (DVec3, DVec3), c: (DVec3, DVec3)) -> f64 {
     let (u, v) = (b.0 - a.0, c.0 - a.0);
     let cross = u.cross(v);

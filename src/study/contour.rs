@@ -1,11 +1,11 @@
-//! Level lines of nodal fields, and how many pieces their insides have.
+//! Level lines of nodal fields on a square grid, and the number of connected components inside the zero line.
 
 use super::grid::SquareGrid;
 
-/// A piece of a level line.
+/// A straight segment of a level line.
 pub type Segment = [[f64; 2]; 2];
 
-/// The level line `field = level` of the cells, linear along their edges.
+/// The level line `field = level`, cell by cell, with linear interpolation along the cells' edges.
 pub fn level_line(grid: &SquareGrid, field: &[f64], level: f64) -> Vec<Segment> {
     let mut segments = Vec::new();
     for j in 0..grid.cells() {
@@ -23,7 +23,7 @@ fn cell_segments(
     (i, j): (usize, usize),
     out: &mut Vec<Segment>,
 ) {
-    // Corners round the cell.
+    // Corners in counterclockwise order.
     let round = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
     let value = round.map(|(a, b)| field[grid.index(a, b)] - level);
     let mut crossings = Vec::with_capacity(4);
@@ -38,7 +38,7 @@ fn cell_segments(
             crossings.push([p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])]);
         }
     }
-    // Where all four edges are crossed the mean decides which pairs belong together.
+    // If the line crosses all four edges, the sign of the corners' mean decides which crossings are joined.
     if crossings.len() == 4 && (value.iter().sum::<f64>() < 0.0) == (value[0] < 0.0) {
         crossings.rotate_left(1);
     }
@@ -47,8 +47,8 @@ fn cell_segments(
     }
 }
 
-/// Number of connected pieces of `field < 0`, over the edges of the grid.
-pub fn pieces_inside(grid: &SquareGrid, field: &[f64]) -> usize {
+/// Number of connected components of `field < 0`; nodes are connected along the edges of the grid.
+pub fn components_inside(grid: &SquareGrid, field: &[f64]) -> usize {
     let n = grid.cells();
     let mut seen = vec![false; field.len()];
     let mut count = 0;
@@ -101,14 +101,17 @@ mod tests {
     }
 
     #[test]
-    fn pieces_are_counted() {
+    fn components_are_counted() {
         let grid = SquareGrid::centred(20);
         let two = grid.field(|[x, y]| (x - 0.25).hypot(y).min((x + 0.25).hypot(y)) - 0.15);
         let one = grid.field(|[x, y]| (x - 0.25).hypot(y).min((x + 0.25).hypot(y)) - 0.3);
         assert_eq!(
-            (pieces_inside(&grid, &two), pieces_inside(&grid, &one)),
+            (
+                components_inside(&grid, &two),
+                components_inside(&grid, &one)
+            ),
             (2, 1)
         );
-        assert_eq!(pieces_inside(&grid, &grid.field(|_| 0.0)), 0);
+        assert_eq!(components_inside(&grid, &grid.field(|_| 0.0)), 0);
     }
 }

@@ -1,4 +1,4 @@
-//! The bilinear element on the unit square: 2 × 2 Gauss points and the centre.
+//! Shape functions of the bilinear finite element on the unit square, at the 2 × 2 Gauss points and at the centre.
 
 use std::sync::LazyLock;
 
@@ -56,7 +56,7 @@ pub struct Element {
     pub centre: Shape,
 }
 
-/// The element's constant tables.
+/// The shape functions at the quadrature points, computed once.
 pub static ELEMENT: LazyLock<Element> = LazyLock::new(|| {
     let g = gauss_points();
     Element {

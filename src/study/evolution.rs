@@ -1,21 +1,21 @@
-//! Runs of many steps, and their energies.
+//! Runs of many flow steps in the plane, with their energies and solver iterations.
 
 use super::observer::{Observer, StudyError};
 use super::step::PlaneFlow;
 
-/// What a run left behind.
+/// The record of a run.
 #[derive(Clone, Debug, Default)]
 pub struct PlaneRun {
     /// Energy before each step.
     pub energies: Vec<f64>,
-    /// Iterations of the linear solver in all.
+    /// Total number of iterations of the linear solver.
     pub iterations: usize,
-    /// Steps whose system was not solved to its tolerance.
+    /// Number of steps whose system was not solved to its tolerance.
     pub unsolved: usize,
 }
 
 impl PlaneRun {
-    /// Takes some steps.
+    /// Takes `steps` steps from `phi`.
     pub fn advance(
         &mut self,
         flow: &mut PlaneFlow,
@@ -40,7 +40,7 @@ impl PlaneRun {
         Ok(())
     }
 
-    /// Steps in which the energy rose by more than rounding.
+    /// Number of steps in which the energy rose by more than rounding.
     pub fn rises(&self) -> usize {
         self.energies
             .windows(2)
@@ -48,12 +48,12 @@ impl PlaneRun {
             .count()
     }
 
-    /// Iterations a step.
+    /// Mean number of iterations of the linear solver per step.
     pub fn iterations_per_step(&self) -> f64 {
         self.iterations as f64 / self.energies.len().max(1) as f64
     }
 
-    /// (time, energy) before each step, thinned to at most about 500 points.
+    /// (time, energy) before each step, thinned to at most 500 points.
     pub fn curve(&self, tau: f64) -> Vec<(f64, f64)> {
         let every = self.energies.len().div_ceil(500).max(1);
         let points = self.energies.iter().enumerate().step_by(every);

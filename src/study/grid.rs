@@ -1,4 +1,4 @@
-//! A square of equal square cells, and the nine-point stencils on its nodes.
+//! A square grid of square cells, and sparse matrices on its nodes, stored as nine-point stencils.
 
 use glam::DVec3;
 
@@ -8,7 +8,7 @@ use crate::linalg::Real;
 
 /// A square domain cut into `cells × cells` squares.
 ///
-/// Nodal fields have a halo one node wide, whose values are zero, so that stencils need no special case at the border.
+/// Nodal fields have a halo one node wide with value zero, so that stencils need no special case at the boundary.
 #[derive(Clone, Debug)]
 pub struct SquareGrid {
     cells: usize,
@@ -26,17 +26,17 @@ impl SquareGrid {
         }
     }
 
-    /// The unit square round the origin.
+    /// The unit square centred at the origin.
     pub fn centred(cells: usize) -> Self {
         Self::new(cells, [-0.5; 2], 1.0)
     }
 
-    /// Cells along a side.
+    /// Number of cells along a side.
     pub fn cells(&self) -> usize {
         self.cells
     }
 
-    /// Side of a cell.
+    /// Side length of a cell.
     pub fn h(&self) -> f64 {
         self.h
     }
@@ -46,23 +46,23 @@ impl SquareGrid {
         self.origin
     }
 
-    /// Distance in a field between a node and the one above it.
+    /// Offset in a field from a node to its upper neighbour.
     pub fn stride(&self) -> usize {
         self.cells + 3
     }
 
-    /// Entries of a nodal field, the halo included.
+    /// Number of entries of a nodal field, with the halo.
     pub fn field_len(&self) -> usize {
         self.stride() * self.stride()
     }
 
-    /// Entry of node (i, j), both from 0 to `cells`.
+    /// Index in a field of node (i, j), both from 0 to `cells`.
     #[inline]
     pub fn index(&self, i: usize, j: usize) -> usize {
         (j + 1) * self.stride() + i + 1
     }
 
-    /// Place of node (i, j).
+    /// Position of node (i, j).
     pub fn position(&self, i: usize, j: usize) -> [f64; 2] {
         [
             self.origin[0] + self.h * i as f64,
@@ -76,14 +76,14 @@ impl SquareGrid {
         (0..=n).flat_map(move |j| (0..=n).map(move |i| (i, j)))
     }
 
-    /// Entries of the four corners of cell (i, j).
+    /// Indices in a field of the four corners of cell (i, j).
     #[inline]
     pub fn corners(&self, i: usize, j: usize) -> [usize; 4] {
         let (a, s) = (self.index(i, j), self.stride());
         [a, a + 1, a + s, a + s + 1]
     }
 
-    /// The field of a function of place.
+    /// Samples a function of the position at the nodes.
     pub fn field(&self, f: impl Fn([f64; 2]) -> f64) -> Vec<f64> {
         let mut out = vec![0.0; self.field_len()];
         for (i, j) in self.nodes() {
@@ -108,18 +108,18 @@ impl SquareGrid {
         }
     }
 
-    /// True at the nodes, and only at inner ones unless `border` is set.
-    pub fn node_mask(&self, border: bool) -> Vec<bool> {
+    /// True at all nodes, or only at the inner ones if `boundary` is false; false in the halo.
+    pub fn node_mask(&self, boundary: bool) -> Vec<bool> {
         let n = self.cells;
         let mut mask = vec![false; self.field_len()];
         for (i, j) in self.nodes() {
             let inner = i > 0 && j > 0 && i < n && j < n;
-            mask[self.index(i, j)] = border || inner;
+            mask[self.index(i, j)] = boundary || inner;
         }
         mask
     }
 
-    /// `∫_∂Ω γ ψ_i` by two Gauss points on each border edge; γ takes a place and the outer normal. Equations (12), (13).
+    /// `∫_∂Ω γ ψ_i` by two Gauss points on each boundary edge; γ takes a position and the outer normal. Equations (12), (13).
     pub fn boundary_load(&self, gamma: impl Fn([f64; 2], [f64; 2]) -> f64) -> Vec<f64> {
         let n = self.cells;
         let mut load = vec![0.0; self.field_len()];
@@ -224,7 +224,7 @@ impl<T: Real> Stencils<T> {
 }
 
 impl Stencils {
-    /// Adds a symmetric element matrix, given by its upper triangle row by row.
+    /// Adds a symmetric element matrix; `element` is its upper triangle row by row.
     #[inline]
     pub fn add(&mut self, corners: &[usize; 4], element: &[f64; 10]) {
         let mut e = 0;
@@ -240,7 +240,7 @@ impl Stencils {
         }
     }
 
-    /// Rounds the matrix with its rows scaled, and with a part more on its diagonal, to single precision.
+    /// Writes the matrix in single precision to `to`, with its rows multiplied by `scale` and `diagonal` added to its diagonal.
     pub fn round_scaled(
         &self,
         scale: impl Fn(usize) -> f64,
@@ -256,7 +256,7 @@ impl Stencils {
     }
 }
 
-/// Plane of the neighbour at corner `b` seen from corner `a`.
+/// Plane of the coefficient that couples corner `a` of a cell to corner `b`.
 const fn plane(a: usize, b: usize) -> usize {
     3 * (1 + (b >> 1) - (a >> 1)) + 1 + (b & 1) - (a & 1)
 }

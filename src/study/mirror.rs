@@ -1,23 +1,23 @@
-//! Squares that mirror themselves, by their quarter.
+//! Square domains with mirror symmetry in x and y, computed on a quarter.
 
 use super::grid::SquareGrid;
 
 /// The centred unit square, for functions that are even in x and in y.
 ///
-/// Its axes are then lines of nodes across which nothing changes: the elements of the quarter `x, y ≥ 0` with a natural border
-/// give the equations of the whole square, at a fourth of the cost.
+/// With an even number of cells a side, the axes are lines of nodes, and the functions have no normal derivative there. The elements
+/// of the quarter `x, y ≥ 0` with natural boundary conditions then give the equations of the whole square, at a fourth of the cost.
 #[derive(Clone, Debug)]
 pub struct Mirrored {
     /// The whole square.
     pub whole: SquareGrid,
-    /// What is computed: the quarter, or the whole where the cells along a side are odd in number and no node is on the axes.
+    /// The computed domain: the quarter, or the whole square if the number of cells a side is odd and no node is on the axes.
     pub part: SquareGrid,
-    /// The first node of the part, along both axes.
+    /// Index in the whole of the part's first node, along both axes.
     first: usize,
 }
 
 impl Mirrored {
-    /// The square of so many cells a side.
+    /// The unit square with `cells` cells a side.
     pub fn new(cells: usize) -> Self {
         let whole = SquareGrid::centred(cells);
         if cells % 2 == 1 {
@@ -34,13 +34,13 @@ impl Mirrored {
         }
     }
 
-    /// The nodes of the part, by their numbers in the whole.
+    /// The nodes of the part, by their indices in the whole.
     pub fn nodes(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         let first = self.first;
         self.part.nodes().map(move |(i, j)| (first + i, first + j))
     }
 
-    /// The part of a field.
+    /// Restricts a field on the whole square to the part.
     pub fn fold(&self, field: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; self.part.field_len()];
         for ((i, j), (a, b)) in self.part.nodes().zip(self.nodes()) {
@@ -49,7 +49,7 @@ impl Mirrored {
         out
     }
 
-    /// The field of a part.
+    /// Extends a field on the part to the whole square by symmetry.
     pub fn unfold(&self, part: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; self.whole.field_len()];
         let seen = |k: usize| k.abs_diff(self.first);

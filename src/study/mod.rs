@@ -1,11 +1,11 @@
-//! The experiments of the paper: level lines in the plane, and graphs.
+//! The experiments of the paper on Willmore flow of level lines in the plane and of graphs; also closed surfaces in time, and fills of
+//! exact surfaces.
 //!
-//! Droske and Rumpf, "A level set formulation for Willmore flow", 2004, by bilinear elements on squares. The schemes are
-//! those of `flow` ([`Variant`](crate::Variant)), the solvers those of `linalg`. The energy is
-//! that of the paper, without the localisation that the fill of a hole needs.
+//! The paper is Droske and Rumpf, "A level set formulation for Willmore flow", 2004. The plane is discretised by bilinear elements
+//! on a square grid. The schemes come from `flow` ([`Variant`](crate::Variant)), the solvers from `linalg`. The energy in the plane is
+//! the paper's, without the localisation that filling a hole needs.
 //!
-//! Each experiment of [`experiments`] hands back a [`StudyReport`]: tables, what was stated beside what was got, and what
-//! to draw.
+//! Each experiment of [`experiments`] returns a [`StudyReport`]: tables, the stated values beside the measured ones, and charts.
 
 mod contour;
 mod element;
@@ -35,7 +35,7 @@ pub use report::{Cell, Chart, Claim, Curve, Levels, Panel, StudyReport, Table};
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub use {
-    contour::{Segment, level_line, pieces_inside},
+    contour::{Segment, components_inside, level_line},
     evolution::PlaneRun,
     grid::{SquareGrid, Stencils},
     multigrid::coarse_levels,

@@ -1,17 +1,17 @@
-//! Coarse levels for the fourth-order systems on a square.
+//! Multigrid levels for the fourth-order linear systems on a square grid.
 //!
-//! Prolongation is by the four-point rule (−1, 9, 9, −1)/16 along each axis, whose limit has a derivative: with bilinear
-//! weights the energy of a coarse function would grow by a factor of two on each level. At the border it reflects, which
-//! suits both a clamped border (φ = 0 and ∂νφ = 0 for corrections) and a natural one.
+//! Prolongation uses the four-point rule (−1, 9, 9, −1)/16 along each axis, whose limit function is differentiable. With bilinear
+//! weights the energy of a coarse function would grow by a factor of two on each level. At the boundary the rule reflects the
+//! function, which suits both clamped (φ = 0 and ∂νφ = 0 for corrections) and natural boundary conditions.
 
 use super::plane::PlaneEnergy;
 use super::system::StepSystem;
 use crate::linalg::{Accumulator, Csr, Multigrid, SparseMatrix};
 
-/// Grids of up to so many cells a side are not coarsened.
+/// Number of cells a side up to which a grid is not coarsened further.
 const COARSEST: usize = 16;
 
-/// The unknowns of one level: node (i, j) ↦ number, for `cells + 1` nodes a side.
+/// The numbers of the unknowns of one level, by node (i, j), with `cells + 1` nodes a side; none at fixed nodes.
 struct Numbering {
     cells: usize,
     numbers: Vec<Option<u32>>,
@@ -19,9 +19,9 @@ struct Numbering {
 }
 
 impl Numbering {
-    fn new(cells: usize, border: bool) -> Self {
+    fn new(cells: usize, boundary: bool) -> Self {
         let mut count = 0;
-        let inner = |k: usize| border || (k > 0 && k < cells);
+        let inner = |k: usize| boundary || (k > 0 && k < cells);
         let numbers = (0..(cells + 1) * (cells + 1))
             .map(|at| {
                 let (i, j) = (at % (cells + 1), at / (cells + 1));
@@ -43,7 +43,7 @@ impl Numbering {
     }
 }
 
-/// Coarse nodes and weights of fine node `k` along an axis of `cells` coarse cells.
+/// Coarse nodes that interpolate fine node `k`, with their weights, along an axis of `cells` coarse cells.
 fn parents(k: usize, cells: usize) -> Vec<(usize, f64)> {
     if k.is_multiple_of(2) {
         return vec![(k / 2, 1.0)];
@@ -59,7 +59,7 @@ fn parents(k: usize, cells: usize) -> Vec<(usize, f64)> {
         .collect()
 }
 
-fn send_parents(coarse: &Numbering, (i, j): (usize, usize), sink: &mut Accumulator) {
+fn add_parents(coarse: &Numbering, (i, j): (usize, usize), sink: &mut Accumulator) {
     for (b, v) in parents(j, coarse.cells) {
         for (a, u) in parents(i, coarse.cells) {
             if let Some(c) = coarse.get(a, b) {
@@ -69,21 +69,21 @@ fn send_parents(coarse: &Numbering, (i, j): (usize, usize), sink: &mut Accumulat
     }
 }
 
-/// The coarse levels below a system; none where the grid cannot be halved or the coarsest matrix is not positive definite.
+/// The coarse levels below a system; none if the grid cannot be halved or the coarsest matrix is not positive definite.
 pub fn coarse_levels(energy: &PlaneEnergy, system: &StepSystem) -> Option<Multigrid> {
     let grid = &energy.grid;
-    let border = energy.free()[grid.index(0, 0)];
+    let boundary = energy.free()[grid.index(0, 0)];
     let mut levels = Vec::new();
     let mut cells = grid.cells();
     while cells > COARSEST && cells.is_multiple_of(2) {
         cells /= 2;
-        levels.push(Numbering::new(cells, border));
+        levels.push(Numbering::new(cells, boundary));
     }
     let first = levels.first()?;
     let (stride, free) = (grid.stride(), energy.free());
     let finest = Csr::from_rows(grid.field_len(), first.count, |at, sink| {
         if free[at] {
-            send_parents(first, (at % stride - 1, at / stride - 1), sink);
+            add_parents(first, (at % stride - 1, at / stride - 1), sink);
         }
     });
     let wide = SparseMatrix::from(finest.clone());
@@ -98,7 +98,7 @@ pub fn coarse_levels(energy: &PlaneEnergy, system: &StepSystem) -> Option<Multig
                 .filter(|&at| fine.numbers[at].is_some())
                 .collect();
             Csr::from_rows(fine.count, coarse.count, |row, sink| {
-                send_parents(coarse, (nodes[row] % side, nodes[row] / side), sink);
+                add_parents(coarse, (nodes[row] % side, nodes[row] / side), sink);
             })
         })
         .collect();
@@ -114,7 +114,7 @@ mod tests {
     };
     use crate::study::grid::SquareGrid;
 
-    /// Iterations to 1e-8 for one step of Gauss-Newton at a smooth graph with a huge time step.
+    /// Number of iterations to a residual of 1e-8 for one Gauss-Newton step at a smooth graph with a very large time step.
     fn iterations(cells: usize, multigrid: bool) -> usize {
         let grid = SquareGrid::centred(cells);
         let phi = grid.field(|[x, y]| 0.2 * (4.0 * x).sin() * (1.0 + y * y));

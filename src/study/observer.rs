@@ -1,70 +1,70 @@
-//! Who watches an experiment, and the fields that can be kept of it.
+//! The observer of an experiment: progress, stored fields, cancellation; and the errors of experiments.
 
 use thiserror::Error;
 
 use crate::grid::Volume;
 
-/// Why an experiment did not come to its end.
+/// Why an experiment stopped early.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum StudyError {
-    /// The caller ended it.
+    /// The observer stopped it.
     #[error("the experiment was stopped")]
     Stopped,
-    /// φ is no longer finite.
+    /// φ is not finite any more.
     #[error("the flow blew up in step {step}; take a smaller time step")]
     BlewUp {
         /// The step.
         step: usize,
     },
-    /// There is no zero line to measure or redistance.
+    /// φ has no zero line, so it cannot be measured or redistanced.
     #[error("there is no zero line after step {step}; take a finer grid or a shorter run")]
     NoZeroLine {
         /// The step.
         step: usize,
     },
-    /// A field could not be kept.
-    #[error("cannot keep the field of step {step}: {reason}")]
+    /// A field could not be stored.
+    #[error("cannot store the field of step {step}: {reason}")]
     Frame {
         /// The step.
         step: usize,
-        /// Why not.
+        /// The cause.
         reason: String,
     },
 }
 
-/// A watcher. All methods may be called from several threads.
+/// Follows an experiment. All methods may be called from several threads.
 pub trait Observer: Sync {
-    /// Hears how far the experiment is.
+    /// Receives a line of progress.
     fn progress(&self, line: &str) {
         let _ = line;
     }
 
-    /// Keeps a field.
+    /// Stores a field.
     fn frame(&self, frame: &Frame) -> Result<(), StudyError> {
         let _ = frame;
         Ok(())
     }
 
-    /// False ends the experiment.
+    /// Whether to continue; false stops the experiment.
     fn keep_going(&self) -> bool {
         true
     }
 }
 
-/// A watcher that keeps nothing.
+/// An observer that ignores everything.
 pub struct Silent;
 
 impl Observer for Silent {}
 
 /// A field at one time.
 pub struct Frame<'a> {
-    /// Name of the run it belongs to.
+    /// Name of the run that it belongs to.
     pub series: &'a str,
-    /// Step.
+    /// Number of steps taken.
     pub step: usize,
     /// Time, in units of length⁴.
     pub time: f64,
-    /// φ; of one layer of nodes where the experiment is in the plane.
+    /// φ; one layer of nodes for experiments in the plane.
     pub volume: &'a Volume,
 }

@@ -1,21 +1,21 @@
-//! Willmore flow of a triangulated surface: the parametric flow that the flow of graphs is compared with.
+//! Parametric Willmore flow of a triangulated surface, the reference for the flow of graphs.
 //!
-//! Mixed formulation for the position x and the curvature vector y = Δ_Γ x (Rusu, "An algorithm for the elastic flow of
-//! surfaces", Interfaces and Free Boundaries 7, 2005), linear elements, lumped mass:
+//! Mixed formulation for the position x and the curvature vector y = Δ_Γ x, with linear elements and lumped mass (Rusu, "An algorithm
+//! for the elastic flow of surfaces", Interfaces and Free Boundaries 7, 2005):
 //!
 //! `∫ y·ψ + ∫ ∇x:∇ψ = ∫_∂Γ μ·ψ`, `∫ ∂t x·ψ = ∫ (2 n⊗n − E) ∇y:∇ψ − ½ ∫ |y|² ∇x:∇ψ`.
 //!
-//! Vertices move along their normals ν only, ψ and δ being multiples of ν: the tangential part of the motion changes the
-//! mesh, not the surface, and left free it spoils the mesh in the end. A step is semi-implicit and in increments: with
-//! `L1 = L[|y|²]`, `Nᵀ(M + τ/2 L1 + τ S M⁻¹ S)N s = τ Nᵀ F(x, y)`, `δ = N s`, `(N s)_i = s_i ν_i`, on the free vertices.
-//! For δ along the normal `2 n⊗n − E` is the identity, so the system is symmetric, as variant II of the level set flow.
+//! Vertices move along their normals ν only: the test functions ψ and the increments δ are multiples of ν. Tangential motion changes
+//! the mesh but not the surface, and without this restriction it degrades the mesh in the long run. A step is semi-implicit. It solves
+//! for the increment: `Nᵀ(M + τ/2 L1 + τ S M⁻¹ S)N s = τ Nᵀ F(x, y)`, with `L1 = L[|y|²]`, `δ = N s`, `(N s)_i = s_i ν_i`, on the free
+//! vertices. For δ along the normal, `2 n⊗n − E` is the identity, so the system is symmetric, as in variant II of the level set flow.
 
 use glam::DVec3;
 
 use crate::linalg::{Csr, Jacobi, LinearOperator, conjugate_gradient};
 use crate::mesh::Mesh;
 
-/// A surface under parametric Willmore flow, its border held in position and conormal.
+/// A surface under parametric Willmore flow, with position and conormal held on its boundary.
 pub struct ParametricFlow {
     /// The surface.
     pub mesh: Mesh,
@@ -24,22 +24,22 @@ pub struct ParametricFlow {
     free: Vec<bool>,
     /// `∫_∂Γ μ·ψ_i`.
     load: Vec<DVec3>,
-    /// Faces of each vertex, with its corner in them.
+    /// For each vertex its faces, with the vertex's corner in each.
     fans: Vec<Vec<(u32, u8)>>,
 }
 
-/// One step.
+/// The record of one step.
 #[derive(Clone, Copy, Debug)]
 pub struct ParametricStep {
-    /// `½ Σ m_i |y_i|²` before it.
+    /// Energy `½ Σ m_i |y_i|²` before the step.
     pub energy: f64,
-    /// Longest way of a vertex.
+    /// Largest displacement of a vertex.
     pub movement: f64,
-    /// Iterations of the linear solver.
+    /// Number of iterations of the linear solver.
     pub iterations: usize,
 }
 
-/// Element matrices and normals of the faces, and what is gathered from them.
+/// Element matrices, normals and areas of the faces, and the lumped mass of the vertices.
 struct Geometry {
     /// `∫ ∇ψa·∇ψb` for (a, b) = (0, 1), (1, 2), (2, 0).
     cotangents: Vec<[f64; 3]>,
@@ -49,7 +49,8 @@ struct Geometry {
 }
 
 impl ParametricFlow {
-    /// A flow; `conormal` gives the outward unit conormal on a border edge from its end points. Border vertices are fixed.
+    /// A flow with time step `tau`. `conormal` gives the outward unit conormal on a boundary edge from its end points. Boundary
+    /// vertices are fixed.
     pub fn new(mesh: Mesh, tau: f64, conormal: impl Fn(DVec3, DVec3) -> DVec3) -> Self {
         let n = mesh.positions.len();
         let mut fans = vec![Vec::new(); n];
@@ -61,7 +62,7 @@ impl ParametricFlow {
             }
         }
         let (mut free, mut load) = (vec![true; n], vec![DVec3::ZERO; n]);
-        // Face by face, so that sums do not depend on the order of a hash table.
+        // Face by face, so that the sums do not depend on the order of a hash table.
         for face in &mesh.faces {
             for k in 0..3 {
                 let (a, b) = (face[k], face[(k + 1) % 3]);
@@ -84,7 +85,7 @@ impl ParametricFlow {
         }
     }
 
-    /// `½ Σ m_i |y_i|²`.
+    /// The energy `½ Σ m_i |y_i|²`.
     pub fn energy(&self) -> f64 {
         let geometry = self.geometry();
         let stiffness = self.matrix(&geometry.cotangents);
@@ -96,6 +97,7 @@ impl ParametricFlow {
         let geometry = self.geometry();
         let stiffness = self.matrix(&geometry.cotangents);
         let y = self.curvature(&geometry, &stiffness);
+        // L1: the stiffness of each face times the mean of |y|² at its corners.
         let square: Vec<f64> = y.iter().map(|y| y.length_squared()).collect();
         let weighted: Vec<[f64; 3]> = self
             .mesh
@@ -108,6 +110,7 @@ impl ParametricFlow {
             })
             .collect();
         let weighted = self.matrix(&weighted);
+        // Right-hand side τ Nᵀ F.
         let force = self.force(&geometry, &y, &weighted);
         let normals = self.vertex_normals(&geometry);
         let b: Vec<f64> = force
@@ -124,15 +127,16 @@ impl ParametricFlow {
             weighted,
             tau: self.tau,
         };
-        let mut way = vec![0.0; b.len()];
+        // Solve for the displacements s along the normals, and move the vertices.
+        let mut shift = vec![0.0; b.len()];
         let scaling = Jacobi(system.jacobi());
-        let end = conjugate_gradient(&system, &scaling, &b, &mut way, 1e-7, 2000);
-        for ((p, w), n) in self.mesh.positions.iter_mut().zip(&way).zip(&normals) {
-            *p += *w * *n;
+        let end = conjugate_gradient(&system, &scaling, &b, &mut shift, 1e-7, 2000);
+        for ((p, s), n) in self.mesh.positions.iter_mut().zip(&shift).zip(&normals) {
+            *p += *s * *n;
         }
         ParametricStep {
             energy: energy_of(&y, &geometry.mass),
-            movement: way.iter().fold(0.0, |m, w| m.max(w.abs())),
+            movement: shift.iter().fold(0.0, |m, s| m.max(s.abs())),
             iterations: end.iterations,
         }
     }
@@ -150,7 +154,7 @@ impl ParametricFlow {
             let twice = normal.length();
             face.iter()
                 .for_each(|&v| geometry.mass[v as usize] += twice / 6.0);
-            // ∇ψa·∇ψb over the face is minus half the cotangent of the angle across.
+            // `∫ ∇ψa·∇ψb` over the face is minus half the cotangent of the angle opposite the edge from a to b.
             let entry = |a: usize, b: usize, c: usize| {
                 -0.5 * (p[a] - p[c]).dot(p[b] - p[c]) / twice.max(f64::MIN_POSITIVE)
             };
@@ -163,7 +167,7 @@ impl ParametricFlow {
         geometry
     }
 
-    /// Unit normals of the vertices, faces weighted by their area.
+    /// Unit normals of the vertices: means of the face normals, weighted by area.
     fn vertex_normals(&self, geometry: &Geometry) -> Vec<DVec3> {
         let mut sums = vec![DVec3::ZERO; self.fans.len()];
         for ((face, n), area) in self
@@ -178,7 +182,7 @@ impl ParametricFlow {
         sums.into_iter().map(DVec3::normalize_or_zero).collect()
     }
 
-    /// The matrix whose face entries off the diagonal are given, its rows summing to zero.
+    /// The matrix with the given off-diagonal entries of each face, and rows that sum to zero.
     fn matrix(&self, entries: &[[f64; 3]]) -> Csr {
         let n = self.fans.len();
         Csr::from_rows(n, n, |v, sink| {
@@ -196,7 +200,7 @@ impl ParametricFlow {
         })
     }
 
-    /// `y = M⁻¹ (∫_∂Γ μ·ψ − S x)`.
+    /// The curvature vectors `y = M⁻¹ (∫_∂Γ μ·ψ − S x)`.
     fn curvature(&self, geometry: &Geometry, stiffness: &Csr) -> Vec<DVec3> {
         (0..self.fans.len())
             .map(|v| {
@@ -209,7 +213,7 @@ impl ParametricFlow {
             .collect()
     }
 
-    /// `∫ (2 n⊗n − E) ∇y:∇ψ − ½ ∫ |y|² ∇x:∇ψ` at the free vertices.
+    /// The force `∫ (2 n⊗n − E) ∇y:∇ψ − ½ ∫ |y|² ∇x:∇ψ` at the free vertices, zero at the others.
     fn force(&self, geometry: &Geometry, y: &[DVec3], weighted: &Csr) -> Vec<DVec3> {
         (0..y.len())
             .map(|v| {
@@ -247,7 +251,7 @@ fn energy_of(y: &[DVec3], mass: &[f64]) -> f64 {
         .sum::<f64>()
 }
 
-/// `Nᵀ (M + τ/2 L1 + τ S M⁻¹ S) N` on the free vertices.
+/// The system matrix `Nᵀ (M + τ/2 L1 + τ S M⁻¹ S) N` on the free vertices.
 struct System<'a> {
     free: &'a [bool],
     mass: &'a [f64],
@@ -258,7 +262,7 @@ struct System<'a> {
     jacobi: Vec<f64>,
 }
 
-/// The inverse of the diagonal; unit normals do not show in it.
+/// The inverse of the system's diagonal, on which unit normals have no influence.
 fn jacobi(free: &[bool], mass: &[f64], stiffness: &Csr, weighted: &Csr, tau: f64) -> Vec<f64> {
     let second = weighted.diagonal();
     (0..mass.len())
@@ -300,7 +304,7 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// An octahedron, each edge cut in `n`, blown up to the unit sphere and stretched along z.
+    /// An octahedron with each edge cut into `n` parts, projected to the unit sphere and stretched along z.
     fn ball(n: i32, stretch: f64) -> Mesh {
         let mut mesh = Mesh::default();
         let mut number = std::collections::HashMap::new();

@@ -1,25 +1,25 @@
-//! The Willmore energy of all level lines of a function on a square, or of the graph of that function.
+//! The discrete Willmore energy of all level lines of a function on a square, or of the graph of the function, and its gradient.
 //!
 //! With `|v|_ε = √(|v|² + ε²)`, lumped mass `M`, and the matrices `L3 = L[1/|∇φ|_ε]`, `L2 = L[P/|∇φ|_ε]`,
 //! `L1 = L[w²/|∇φ|_ε³]` (Droske and Rumpf, Section 5),
 //!
 //! `E(φ) = ½ Σ m_i w_i²`, `w = M⁻¹ (L3 φ − b)` (10), `g = ½ L1 φ + L2 w` (9).
 //!
-//! ε = 1 makes `(∇φ, −ε)` the normal of a graph (Section 6); ε of the order of h or less stands for level lines.
+//! With ε = 1, `(∇φ, −ε)` is the normal of the graph (Section 6). For level lines, ε is of the order of h or less.
 
 use super::element::{ELEMENT, Shape};
 use super::grid::{SquareGrid, Stencils};
 
-/// Where `w²` is taken in L1.
+/// The quadrature of `w²` in L1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quadrature {
-    /// At the Gauss points: the paper's choice.
+    /// `w²` at the Gauss points, as in the paper.
     Gauss,
-    /// At the cell's centre, as the mean of the corners' `w²`: then `g` is exactly the gradient of the discrete energy.
+    /// The mean of the corners' `w²` at the cell's centre. `g` is then exactly the gradient of the discrete energy.
     Midpoint,
 }
 
-/// The energy on a grid, with its regularisation and border conditions.
+/// The energy on a grid, with its regularisation and boundary conditions.
 #[derive(Clone, Debug)]
 pub struct PlaneEnergy {
     /// The grid.
@@ -32,7 +32,7 @@ pub struct PlaneEnergy {
     free: Vec<bool>,
 }
 
-/// The energy at one φ and what a step needs there.
+/// The energy, its gradient and the matrices of a step at one φ.
 pub struct Linearisation {
     /// The energy.
     pub energy: f64,
@@ -40,7 +40,7 @@ pub struct Linearisation {
     pub gradient: Vec<f64>,
     /// Lumped mass, zero in the halo.
     pub mass: Vec<f64>,
-    /// Its inverse, zero in the halo.
+    /// Inverse of the lumped mass, zero in the halo.
     pub inverse_mass: Vec<f64>,
     /// L3.
     pub full: Stencils,
@@ -51,7 +51,7 @@ pub struct Linearisation {
 }
 
 impl PlaneEnergy {
-    /// Natural border conditions: every node is free, γ = 0.
+    /// Natural boundary conditions: every node is free, γ = 0.
     pub fn natural(grid: SquareGrid, epsilon: f64) -> Self {
         let load = vec![0.0; grid.field_len()];
         let free = grid.node_mask(true);
@@ -64,8 +64,8 @@ impl PlaneEnergy {
         }
     }
 
-    /// φ is held on the border, and so is the normal through `γ = ∂νφ/|∇φ|_ε` as a function of place and outer normal
-    /// (12), (13).
+    /// Clamped boundary conditions: φ is held on the boundary, and so is the normal, through `γ = ∂νφ/|∇φ|_ε` as a function of
+    /// position and outer normal (12), (13).
     pub fn clamped(
         grid: SquareGrid,
         epsilon: f64,
@@ -92,7 +92,7 @@ impl PlaneEnergy {
         self.curvature(phi).energy()
     }
 
-    /// Everything a step needs at φ.
+    /// The energy, its gradient and the matrices of a step at φ.
     pub fn linearise(&self, phi: &[f64]) -> Linearisation {
         let curvature = self.curvature(phi);
         let weighted = self.weighted(phi, &curvature);
@@ -134,6 +134,7 @@ impl PlaneEnergy {
         let mut inverse_norms = Vec::with_capacity(grid.cells() * grid.cells());
         let quarter = 0.25 * grid.h() * grid.h();
         let shapes = &*ELEMENT;
+        // Assemble L3, L2 by the four Gauss points of each cell, and the lumped mass of 1/|∇φ|_ε by its centre (Section 5).
         for j in 0..grid.cells() {
             for i in 0..grid.cells() {
                 let corners = grid.corners(i, j);
@@ -154,10 +155,12 @@ impl PlaneEnergy {
                 tangential.add(&corners, &e2);
             }
         }
+        // The mass is zero in the halo only.
         let inverse_mass: Vec<f64> = mass
             .iter()
             .map(|&m| if m > 0.0 { 1.0 / m } else { 0.0 })
             .collect();
+        // w = M⁻¹ (L3 φ − b): equation (10).
         let mut w = vec![0.0; phi.len()];
         full.apply(phi, &mut w);
         for (i, w) in w.iter_mut().enumerate() {
@@ -205,9 +208,9 @@ impl PlaneEnergy {
     }
 }
 
-/// The weak curvature of φ and what it is made of.
+/// The weak curvature of φ, with the matrices that it is computed from.
 struct Curvature {
-    /// `w = M⁻¹ (L3 φ − b)` at all nodes, those of the border included: equation (10).
+    /// `w = M⁻¹ (L3 φ − b)` at all nodes, the boundary included: equation (10).
     w: Vec<f64>,
     mass: Vec<f64>,
     inverse_mass: Vec<f64>,

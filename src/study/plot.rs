@@ -1,4 +1,4 @@
-//! Plates of charts and level lines as SVG.
+//! Draws the charts and level lines of a report as one SVG.
 
 use std::error::Error;
 
@@ -11,9 +11,9 @@ use super::report::{Chart, Curve, Levels, Panel, StudyReport, short_number};
 const PANEL: (u32, u32) = (560, 380);
 /// Width of a chart's legend, in pixels.
 const LEGEND: u32 = 165;
-/// Panels in a row.
+/// Number of panels in a row.
 const COLUMNS: usize = 3;
-/// Colours that can be told apart in print (Okabe and Ito).
+/// Colours that can be distinguished in print and by colour-blind readers (Okabe and Ito).
 const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -28,7 +28,7 @@ const COLOURS: [RGBColor; 8] = [
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = Result<(), Box<dyn Error>>;
 
-/// Draws a report's panels on one plate.
+/// Draws a report's panels into one SVG.
 ///
 /// # Errors
 /// When there is nothing to draw, or the drawing library refuses the values.
@@ -58,8 +58,8 @@ pub fn to_svg(report: &StudyReport) -> Result<String, Box<dyn Error>> {
     Ok(svg)
 }
 
-/// A value as it is drawn along an axis; none where a logarithmic axis has no place for it.
-fn placed(value: f64, logarithmic: bool) -> Option<f64> {
+/// The coordinate of a value along an axis; none if a logarithmic axis cannot show it.
+fn coordinate(value: f64, logarithmic: bool) -> Option<f64> {
     let v = if logarithmic { value.log10() } else { value };
     v.is_finite().then_some(v)
 }
@@ -68,11 +68,11 @@ fn drawn_points(chart: &Chart, curve: &Curve) -> Vec<(f64, f64)> {
     let [lx, ly] = chart.logarithmic;
     let points = curve.points.iter();
     points
-        .filter_map(|&(x, y)| Some((placed(x, lx)?, placed(y, ly)?)))
+        .filter_map(|&(x, y)| Some((coordinate(x, lx)?, coordinate(y, ly)?)))
         .collect()
 }
 
-/// The range of values with a margin.
+/// The range of values with a margin; 0 to 1 if there are none.
 fn range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
     let (low, high) = values.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
     if low > high {
@@ -155,7 +155,7 @@ fn draw_chart(area: &Area, chart: &Chart) -> Drawn {
     draw_legend(area, chart)
 }
 
-/// The names of the curves, right of the chart.
+/// Draws the names of the curves to the right of the chart.
 fn draw_legend(area: &Area, chart: &Chart) -> Drawn {
     if chart.curves.len() < 2 {
         return Ok(());
@@ -180,7 +180,7 @@ fn draw_legend(area: &Area, chart: &Chart) -> Drawn {
 
 fn draw_levels(area: &Area, levels: &Levels) -> Drawn {
     let ([x, y], side) = levels.square;
-    // A square picture in a panel that is wider than high.
+    // Centre a square picture in a panel that is wider than high.
     let (width, height) = area.dim_in_pixel();
     let spare = width.saturating_sub(height) / 2;
     let mut context = ChartBuilder::on(area)

@@ -1,29 +1,33 @@
-//! Signed distances on a square: closest points on the zero line of the bicubic spline through φ.
+//! Redistancing on a square grid: signed distances to the zero line of the bicubic spline through φ.
 
 use super::grid::SquareGrid;
 use super::spline::Spline;
 
-/// Newton steps to a closest point, and the length of the longest of them in cells.
+/// Upper bound of the number of Newton steps to a closest point.
 const NEWTON_STEPS: usize = 12;
+/// Upper bound of the length of a Newton step, in cells.
 const LONGEST_STEP: f64 = 0.5;
 
-/// The rule for how seldom a flow may be redistanced: in K steps inner level lines spread to `(2Kτ)^¼` (the radius of a
-/// point under the flow), which is to stay below 0.45 of the smallest radius of the zero line.
+/// The largest number K of steps between redistancings that the rule `(2Kτ)^¼ < 0.45 r` allows, at least 1; r is the smallest
+/// radius of the zero line.
 ///
-/// Returns the largest such K, at least 1; see [`keeps_rule`].
+/// In K steps a point grows to a circle of radius `(2Kτ)^¼` under the flow, so inner level lines spread to this radius. See
+/// [`keeps_rule`].
 pub fn redistance_interval(tau: f64, smallest_radius: f64) -> usize {
     let steps = (SPREAD * smallest_radius).powi(4) / (2.0 * tau);
     (steps.ceil() as usize).saturating_sub(1).max(1)
 }
 
-/// Whether redistancing every `interval` steps keeps `(2Kτ)^¼ < 0.45` of the smallest radius.
+/// Whether redistancing every `interval` steps satisfies `(2Kτ)^¼ < 0.45 r`, with r the smallest radius of the zero line.
 pub fn keeps_rule(interval: usize, tau: f64, smallest_radius: f64) -> bool {
     (2.0 * interval as f64 * tau).powf(0.25) < SPREAD * smallest_radius
 }
 
+/// Bound of the spread of inner level lines between redistancings, as a fraction of the smallest radius of the zero line.
 const SPREAD: f64 = 0.45;
 
-/// Points of the zero line: where grid edges meet it, then moved on to the spline's zero line by Newton's method.
+/// Points of the zero line: intersections with grid edges by linear interpolation, then moved to the spline's zero line by Newton's
+/// method.
 pub fn zero_points(grid: &SquareGrid, field: &[f64], spline: &Spline) -> Vec<[f64; 2]> {
     let n = grid.cells();
     let mut points = Vec::new();
@@ -56,12 +60,12 @@ pub fn zero_points(grid: &SquareGrid, field: &[f64], spline: &Spline) -> Vec<[f6
     points
 }
 
-/// The signed distance to the zero line of φ at every node, with the signs of φ. None where φ has no zero line.
+/// The signed distance to the zero line of φ at every node, with the signs of φ. None if φ has no zero line.
 pub fn redistance(grid: &SquareGrid, field: &[f64]) -> Option<Vec<f64>> {
     redistance_at(grid, field, grid.nodes())
 }
 
-/// The same at some nodes; zero at the others.
+/// As [`redistance`], but only at the given nodes; zero at the others.
 pub fn redistance_at(
     grid: &SquareGrid,
     field: &[f64],
@@ -89,8 +93,8 @@ pub fn redistance_at(
     Some(out)
 }
 
-/// The closest point to `x` on the spline's zero line, from a point near it: Newton's method for `φ(c) = 0`,
-/// `(x − c) × ∇φ(c) = 0`. None where it does not converge.
+/// The closest point to `x` on the spline's zero line: Newton's method for `φ(c) = 0`, `(x − c) × ∇φ(c) = 0`, started at `from`. None
+/// if it does not converge.
 fn closest(spline: &Spline, x: [f64; 2], from: [f64; 2], h: f64) -> Option<[f64; 2]> {
     let mut c = from;
     for _ in 0..NEWTON_STEPS {
@@ -98,7 +102,8 @@ fn closest(spline: &Spline, x: [f64; 2], from: [f64; 2], h: f64) -> Option<[f64;
         let ([gx, gy], [xx, xy, yy]) = (jet.gradient, jet.second);
         let w = [x[0] - c[0], x[1] - c[1]];
         let cross = w[0] * gy - w[1] * gx;
-        // Derivatives of the cross product along x and y.
+        // Derivatives of the cross product along x and y. Where the Newton system is nearly singular, take a gradient step to the zero
+        // line instead.
         let (kx, ky) = (w[0] * xy - w[1] * xx - gy, w[0] * yy - w[1] * xy + gx);
         let determinant = gx * ky - gy * kx;
         let square = gx * gx + gy * gy;

@@ -1,22 +1,22 @@
-//! The nonsymmetric systems of variant I: BiCGstab in single precision, refined until the residual in double precision is small.
+//! Solver of the nonsymmetric systems of variant I: BiCGstab in single precision with iterative refinement in double precision.
 //!
-//! A step needs its system to four to seven digits. Single precision gives five in one go, at half the memory and with twice the
-//! numbers an instruction; the rest of the residual is solved for anew.
+//! A step needs its system solved to four to seven digits. A solve in single precision gives five, with half the memory and twice the
+//! numbers per instruction. Further rounds solve for the remaining residual.
 
 use super::grid::{SquareGrid, Stencils};
 use super::system::StepSystem;
 use crate::linalg::{CgOutcome, LinearOperator};
 
-/// A round in single precision stops at this part of the residual that it began with: rounding allows no less.
+/// Lower bound of a round's tolerance relative to its initial residual: single precision reaches no smaller one.
 const LEAST: f64 = 1e-5;
-/// It aims at this part of what is wanted, as its own residual is off by rounding.
+/// A round's tolerance relative to the goal; below 1, since the round's own residual has rounding errors.
 const MARGIN: f64 = 0.9;
-/// Most iterations of all rounds.
+/// Upper bound of the number of iterations of all rounds.
 const MOST_ITERATIONS: usize = 4000;
-/// Most iterations of one round, after which its residual is computed anew.
+/// Upper bound of the number of iterations of one round; then the residual is recomputed in double precision.
 const MOST_IN_ROUND: usize = 500;
 
-/// The system with its rows scaled by its diagonal, in single precision, and the vectors of a solve.
+/// The system in single precision, with rows scaled by its diagonal D, and the work vectors of a solve.
 pub struct Refined {
     /// `M⁻¹ L3`.
     inner: Stencils<f32>,
@@ -28,7 +28,7 @@ pub struct Refined {
 }
 
 impl Refined {
-    /// Room for systems on a grid.
+    /// Allocates memory for systems on a grid.
     pub fn new(grid: &SquareGrid) -> Self {
         let matrix = || Stencils::zero(grid);
         Self {
@@ -39,7 +39,7 @@ impl Refined {
         }
     }
 
-    /// Solves `A x = b` from the given `x` until the residual over the diagonal has a norm of at most `goal`.
+    /// Solves `A x = b` from the given `x` until the residual divided by the diagonal has a norm of at most `goal`.
     pub fn solve(&mut self, system: &StepSystem, b: &[f64], x: &mut [f64], goal: f64) -> CgOutcome {
         let scaling = system.jacobi();
         let whole = norm(b.iter().zip(scaling).map(|(b, s)| s * b));
@@ -52,7 +52,7 @@ impl Refined {
                 *r = s * (b - *r);
             }
             let left = norm(rest.iter().copied());
-            // A round that gained nothing would be followed by others like it.
+            // Stop after a round that did not halve the residual: further rounds would not either.
             let gained = left < 0.5 * before;
             if left <= goal || !gained || iterations >= MOST_ITERATIONS {
                 return CgOutcome {
@@ -69,18 +69,19 @@ impl Refined {
         }
     }
 
-    /// `y = A x`.
+    /// `y = D⁻¹ A x`.
     fn apply(&self, x: &[f32], bent: &mut [f32], y: &mut [f32]) {
         self.inner.apply(x, bent);
         self.near.apply(x, y);
         self.outer.apply_add(bent, y);
     }
 
-    /// BiCGstab (van der Vorst 1992) from zero for a right-hand side of the given norm; what is found is added to `x`. Stops at
-    /// the tolerance, or where a scalar product vanishes or leaves the range of numbers. Returns the iterations.
+    /// BiCGstab (van der Vorst 1992), started at zero, for a right-hand side `b` of norm `size`; adds the solution to `x`. Stops at the
+    /// relative tolerance, or when a scalar product vanishes or overflows. Returns the number of iterations.
     fn round(&mut self, b: &[f64], size: f64, tolerance: f64, x: &mut [f64]) -> usize {
         let mut vectors = std::mem::take(&mut self.vectors);
         let [r, shadow, p, v, t, d, bent] = &mut vectors;
+        // Scale the right-hand side to norm 1.
         for (r, b) in r.iter_mut().zip(b) {
             *r = (b / size) as f32;
         }
@@ -92,12 +93,14 @@ impl Refined {
         let mut iterations = 0;
         while iterations < MOST_IN_ROUND {
             iterations += 1;
+            // Step along the search direction p.
             self.apply(p, bent, v);
             let alpha = rho / dot(shadow, v);
             if !alpha.is_finite() {
                 break;
             }
             add(r, -alpha, v);
+            // Stabilising step along the residual r, which minimises the new residual.
             self.apply(r, bent, t);
             let square = dot(t, t);
             let omega = if square > 0.0 {
@@ -108,6 +111,7 @@ impl Refined {
             add(d, alpha, p);
             add(d, omega, r);
             add(r, -omega, t);
+            // Next search direction.
             let next = dot(shadow, r);
             let beta = next / rho * alpha / omega;
             if dot(r, r) <= goal || !beta.is_finite() {
@@ -119,6 +123,7 @@ impl Refined {
             }
             rho = next;
         }
+        // Add the correction in double precision if it is finite.
         if d.iter().all(|d| d.is_finite()) {
             x.iter_mut()
                 .zip(&*d)
@@ -139,7 +144,7 @@ pub(super) fn norm(v: impl Iterator<Item = f64>) -> f64 {
     v.map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// `a · b`: sixteen sums in single precision over short stretches, these in double precision.
+/// `a · b`: sixteen partial sums in single precision over stretches of 256 numbers; the stretches are added in double precision.
 fn dot(a: &[f32], b: &[f32]) -> f64 {
     const STRETCH: usize = 256;
     let stretch = |(a, b): (&[f32], &[f32])| {
@@ -187,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_solved_ends() {
+    fn an_unsolvable_system_ends() {
         let grid = SquareGrid::centred(8);
         let phi = grid.field(|[x, y]| x.hypot(y) - 0.2);
         let energy = PlaneEnergy::natural(grid.clone(), 0.01);

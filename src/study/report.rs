@@ -1,4 +1,4 @@
-//! What an experiment hands back: tables, what was stated beside what was got, and what to draw.
+//! The report of an experiment: tables, stated values beside measured ones, and charts; as text and CSV.
 
 use serde::Serialize;
 
@@ -7,19 +7,19 @@ use super::contour::Segment;
 /// The result of an experiment.
 #[derive(Clone, Debug, Serialize)]
 pub struct StudyReport {
-    /// Its name on the command line.
+    /// Name of the experiment on the command line.
     pub name: &'static str,
-    /// What it is.
+    /// Title, with the main parameters.
     pub title: String,
-    /// What was measured.
+    /// The measurements.
     pub tables: Vec<Table>,
-    /// What was stated, beside what was got.
+    /// Stated values beside measured ones.
     pub claims: Vec<Claim>,
-    /// Remarks on how it was run.
+    /// Remarks on the run.
     pub remarks: Vec<String>,
-    /// Seconds in all.
+    /// Run time in seconds.
     pub seconds: f64,
-    /// What to draw.
+    /// Charts and level lines to draw.
     #[serde(skip)]
     pub panels: Vec<Panel>,
 }
@@ -102,23 +102,23 @@ fn csv_line(cells: impl Iterator<Item = String>) -> String {
     line
 }
 
-/// What the paper or the project's reference states, beside what was got.
+/// A statement of the paper or of the project's reference, beside the measured value.
 #[derive(Clone, Debug, Serialize)]
 pub struct Claim {
-    /// What it is about.
+    /// The measured quantity.
     pub what: String,
-    /// What was stated.
+    /// The stated value.
     pub stated: String,
-    /// What was got.
+    /// The measured value.
     pub got: String,
     /// Whether they agree.
     pub holds: bool,
 }
 
-/// A table.
+/// A table of measurements.
 #[derive(Clone, Debug, Serialize)]
 pub struct Table {
-    /// What it shows.
+    /// Heading.
     pub title: String,
     /// Names of the columns, with units.
     pub columns: Vec<&'static str>,
@@ -171,11 +171,11 @@ impl Table {
 pub enum Cell {
     /// Text.
     Text(String),
-    /// A number of things.
+    /// A count.
     Count(usize),
     /// A number.
     Number(f64),
-    /// Nothing to compare with.
+    /// No value.
     Missing,
 }
 
@@ -222,7 +222,7 @@ impl From<Option<f64>> for Cell {
     }
 }
 
-/// Four digits, with an exponent where the number is small or large.
+/// Formats a number with about four digits, with an exponent below 0.01 and from 100,000 on.
 pub fn short_number(x: f64) -> String {
     match x.abs() {
         0.0 => "0".to_owned(),
@@ -233,7 +233,7 @@ pub fn short_number(x: f64) -> String {
     }
 }
 
-/// One picture of a plate.
+/// One panel of the drawing.
 #[derive(Clone, Debug)]
 pub enum Panel {
     /// Curves over axes.
@@ -247,7 +247,7 @@ pub enum Panel {
 pub struct Chart {
     /// Heading.
     pub title: String,
-    /// What the axes are, with units.
+    /// Quantities along the axes, with units.
     pub axes: [&'static str; 2],
     /// Which axes are logarithmic.
     pub logarithmic: [bool; 2],
@@ -255,27 +255,27 @@ pub struct Chart {
     pub curves: Vec<Curve>,
 }
 
-/// A curve.
+/// A curve of a chart.
 #[derive(Clone, Debug)]
 pub struct Curve {
     /// Its name in the legend.
     pub name: String,
     /// Its points.
     pub points: Vec<(f64, f64)>,
-    /// Whether it is drawn as dots: what was measured at few places.
+    /// Whether it is drawn as dots, for few measurements.
     pub dots: bool,
 }
 
-/// Level lines.
+/// Level lines of a function on a square.
 #[derive(Clone, Debug)]
 pub struct Levels {
     /// Heading.
     pub title: String,
     /// Lower left corner and side of the square.
     pub square: ([f64; 2], f64),
-    /// Thin lines.
+    /// Segments drawn thin: several levels.
     pub thin: Vec<Segment>,
-    /// The line that matters.
+    /// Segments drawn bold: the level of interest.
     pub bold: Vec<Segment>,
 }
 

@@ -1,7 +1,7 @@
-//! Surfaces with exact signed distances, each with a ball of it unknown.
+//! Test surfaces with exact signed distances, for the fill of an unknown ball.
 //!
-//! Every surface goes through the origin; the unknown ball has radius 1 round it, diameter 2. In the shape's own frame z
-//! points outward there; the frame is turned against every lattice.
+//! Every surface passes through the origin, the centre of the unknown ball of radius 1. In the shape's own frame, z is the outward
+//! normal at the origin. The frame is rotated so that it is aligned with no lattice.
 
 use glam::DVec3;
 
@@ -10,11 +10,11 @@ use crate::region::{DistanceData, NodeData};
 /// An exact signed distance, negative inside, in world units.
 type Distance = Box<dyn Fn(DVec3) -> f64 + Sync + Send>;
 
-/// A surface with a hole.
+/// A surface with an exact signed distance, part of which is unknown.
 pub struct ExactShape {
     /// Its name.
     pub name: &'static str,
-    /// Whether it is critical for the Willmore energy, so that the fill converges to it.
+    /// Whether it is a critical point of the Willmore energy, so that the fill converges to it.
     pub critical: bool,
     distance: Distance,
 }
@@ -37,7 +37,7 @@ impl ExactShape {
 
     /// The exact signed distance.
     pub fn distance(&self, x: DVec3) -> f64 {
-        (self.distance)(turned(x))
+        (self.distance)(to_frame(x))
     }
 
     /// The unit normal of the level set through `x`, by central differences of the distance.
@@ -52,13 +52,13 @@ impl ExactShape {
         Self::new("plane", true, |p| p.z)
     }
 
-    /// A sphere of which the unknown ball cuts out a cap of so many degrees.
+    /// A sphere from which the unknown ball cuts a cap of the given opening angle.
     pub fn sphere_cap(name: &'static str, degrees: f64) -> Self {
         let r = UNKNOWN_RADIUS / (2.0 * (0.5 * degrees.to_radians()).sin());
         Self::new(name, true, move |p| (p + DVec3::Z * r).length() - r)
     }
 
-    /// The Clifford torus, from its outer or its inner equator; the unknown ball's radius is `part` of the tube's.
+    /// The Clifford torus, with the unknown ball on its outer or inner equator; the ball's radius is `part` times the tube's.
     pub fn clifford_torus(name: &'static str, part: f64, outer: bool) -> Self {
         let r = UNKNOWN_RADIUS / part;
         let big = r * 2f64.sqrt();
@@ -69,27 +69,27 @@ impl ExactShape {
         })
     }
 
-    /// A catenoid whose neck has the radius of the unknown ball, from its neck.
+    /// A catenoid whose neck has the radius of the unknown ball; the ball is on the neck.
     pub fn catenoid() -> Self {
         Self::new("catenoid neck", true, catenoid)
     }
 
-    /// A Dupin cyclide that is a Möbius image of the Clifford torus, from the outside of its thick part.
+    /// A Dupin cyclide that is a Möbius image of the Clifford torus; the unknown ball is on the outside of its thick part.
     pub fn cyclide() -> Self {
-        // Radius d of the mean tube, half the difference c of the extreme ones; a² + c² = 2 d² makes it critical.
+        // d is the mean radius of the tube, c half the difference of its extreme radii; a² + c² = 2 d² makes the surface critical.
         let d: f64 = UNKNOWN_RADIUS / 1.1;
         let c = 0.35 * d;
         let a = (2.0 * d * d - c * c).sqrt();
         Self::new("Dupin cyclide", true, move |p| cyclide(p, a, c, d))
     }
 
-    /// A cylinder whose radius is that of the unknown ball.
+    /// A cylinder with the radius of the unknown ball.
     pub fn cylinder() -> Self {
         let r = UNKNOWN_RADIUS;
         Self::new("cylinder", false, move |p| p.x.hypot(p.z + r) - r)
     }
 
-    /// An ellipsoid of semiaxes 1.4, 1.1, 0.9 times the unknown ball's radius, from the end of the shortest.
+    /// An ellipsoid with semiaxes 1.4, 1.1, 0.9 times the unknown ball's radius; the ball is at the end of the shortest.
     pub fn ellipsoid() -> Self {
         let axes = UNKNOWN_RADIUS * DVec3::new(1.4, 1.1, 0.9);
         Self::new("ellipsoid", false, move |p| {
@@ -97,7 +97,7 @@ impl ExactShape {
         })
     }
 
-    /// All of them.
+    /// All test surfaces.
     pub fn all() -> Vec<Self> {
         vec![
             Self::plane(),
@@ -124,9 +124,9 @@ impl DistanceData for ExactShape {
     }
 }
 
-/// From the world to a frame turned against every lattice, the one in which the reference values were found: x, y
-/// tangential, z outward.
-fn turned(x: DVec3) -> DVec3 {
+/// Transforms from the world to the shape's frame, which is aligned with no lattice: x, y tangential, z outward. The reference values
+/// were computed in the same frame.
+fn to_frame(x: DVec3) -> DVec3 {
     let z = DVec3::new(0.711_652, 0.674_309, 0.197_125).normalize();
     let u = DVec3::new(-0.692_111, 0.721_080, 0.032_017)
         .reject_from_normalized(z)
@@ -134,7 +134,7 @@ fn turned(x: DVec3) -> DVec3 {
     DVec3::new(x.dot(u), x.dot(z.cross(u)), x.dot(z))
 }
 
-/// Newton's method for the parameter of the closest point of the profile `r = a cosh t, z = a t`.
+/// Signed distance to the catenoid: Newton's method for the parameter of the closest point of the profile `r = a cosh t, z = a t`.
 fn catenoid(p: DVec3) -> f64 {
     let a = UNKNOWN_RADIUS;
     let (r, z) = ((p.z + a).hypot(p.x), p.y);
@@ -149,11 +149,11 @@ fn catenoid(p: DVec3) -> f64 {
     if r > a * (z / a).cosh() { d } else { -d }
 }
 
-/// The parallel surfaces of a cyclide are cyclides, `(|q|² − D² + b²)² = 4 (a x − c D)² + 4 b² y²` with `b² = a² − c²` and
-/// its own D for each distance: Newton's method for D, from the distance to the torus of the mean tube.
+/// Signed distance to the cyclide. Its parallel surfaces are the cyclides `(|q|² − D² + b²)² = 4 (a x − c D)² + 4 b² y²` with
+/// `b² = a² − c²`, one D for each distance. Newton's method for D starts at the distance from the centre circle of the tube.
 fn cyclide(p: DVec3, a: f64, c: f64, d: f64) -> f64 {
     let bb = a * a - c * c;
-    // The thick end is at −x; there the outward direction is −x.
+    // The thick end is at −x, where the outward direction is −x.
     let q = DVec3::new(-(a + d + c) - p.z, p.x, p.y);
     let torus = (q.x.hypot(q.y) - a).hypot(q.z);
     let mut tube = torus.max(0.3 * d);
@@ -174,7 +174,8 @@ fn cyclide(p: DVec3, a: f64, c: f64, d: f64) -> f64 {
     tube - d
 }
 
-/// Bisection for the multiplier of the closest point (Eberly, "Distance from a point to an ellipsoid").
+/// Signed distance to the ellipsoid: bisection for the multiplier of the closest point (Eberly, "Distance from a point to an
+/// ellipsoid").
 fn ellipsoid(p: DVec3, axes: DVec3) -> f64 {
     let q = p.abs();
     let squares = axes * axes;
@@ -203,7 +204,7 @@ fn ellipsoid(p: DVec3, axes: DVec3) -> f64 {
 mod tests {
     use super::*;
 
-    /// Distances grow at slope 1, and feet by the gradient lie on the surface.
+    /// The gradient has length 1, and the foot point along it is on the surface.
     #[test]
     fn distances_are_distances() {
         for shape in ExactShape::all() {

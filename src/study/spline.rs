@@ -1,8 +1,8 @@
-//! The bicubic spline through nodal values: twice continuously differentiable.
+//! The interpolating bicubic spline through nodal values, with its first and second derivatives.
 
 use super::grid::SquareGrid;
 
-/// A bicubic spline in B-spline coefficients, with not-a-knot ends.
+/// A bicubic C² spline in B-spline coefficients, with not-a-knot ends.
 pub struct Spline {
     cells: usize,
     h: f64,
@@ -47,7 +47,7 @@ impl Spline {
         }
     }
 
-    /// The jet at a place; outside the square the outermost piece is continued.
+    /// Value and derivatives at a position; outside the square the polynomial of the outermost cell is continued.
     pub fn jet(&self, x: [f64; 2]) -> Jet {
         let (i, u) = self.cell((x[0] - self.origin[0]) / self.h);
         let (j, v) = self.cell((x[1] - self.origin[1]) / self.h);
@@ -102,9 +102,11 @@ fn basis(t: f64) -> [[f64; 4]; 3] {
 fn interpolate(f: &[f64]) -> Vec<f64> {
     let n = f.len();
     let mut c = vec![0.0; n + 2];
-    // (c₋ + 4c + c₊)/6 = f at every node; not-a-knot makes the second and last but one coefficients explicit.
+    // Interpolation: (c₋ + 4c + c₊)/6 = f at every node. The not-a-knot conditions give the coefficients at the second and the
+    // last but one node explicitly.
     c[2] = (8.0 * f[1] - f[0] - f[2]) / 6.0;
     c[n - 1] = (8.0 * f[n - 2] - f[n - 1] - f[n - 3]) / 6.0;
+    // Forward elimination of the tridiagonal system for the inner coefficients.
     let inner = n - 4;
     let (mut slope, mut rest) = (vec![0.0; inner], vec![0.0; inner]);
     for k in 0..inner {
@@ -123,6 +125,7 @@ fn interpolate(f: &[f64]) -> Vec<f64> {
         slope[k] = 1.0 / (4.0 - above);
         rest[k] = (r - before) * slope[k];
     }
+    // Back substitution, then the end coefficients from the interpolation conditions.
     for k in (0..inner).rev() {
         let after = if k + 1 < inner { c[k + 4] } else { 0.0 };
         c[k + 3] = rest[k] - slope[k] * after;
@@ -163,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn smooth_functions_are_met_to_fourth_order() {
+    fn smooth_functions_are_approximated_to_fourth_order() {
         let error = |cells: usize| {
             let grid = SquareGrid::centred(cells);
             let f = |[x, y]: [f64; 2]| (5.0 * x + 1.0).sin() * (3.0 * y).exp();

@@ -1,4 +1,4 @@
-//! Harmonic functions as starts.
+//! Discrete harmonic functions as initial values of a flow.
 
 use super::grid::Stencils;
 use super::plane::PlaneEnergy;
@@ -23,7 +23,7 @@ impl LinearOperator for Laplacian {
     }
 }
 
-/// Replaces φ at the free nodes by the discrete harmonic function with the values of the others.
+/// Replaces φ at the free nodes by the discrete harmonic function with the values of φ at the fixed nodes.
 pub fn harmonic_fill(energy: &PlaneEnergy, phi: &mut [f64]) {
     let free = energy.free().to_vec();
     for (p, &free) in phi.iter_mut().zip(&free) {
@@ -31,7 +31,7 @@ pub fn harmonic_fill(energy: &PlaneEnergy, phi: &mut [f64]) {
             *p = 0.0;
         }
     }
-    // L3 at a constant function is the Laplacian over ε.
+    // At a constant function, L3 is the stiffness matrix of the Laplacian divided by ε.
     let stencils = energy.linearise(&vec![0.0; phi.len()]).full;
     let mut load = vec![0.0; phi.len()];
     stencils.apply(phi, &mut load);

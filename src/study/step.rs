@@ -1,4 +1,4 @@
-//! One semi-implicit step of the flow on a square: and the solution of its linear system.
+//! One semi-implicit step of Willmore flow on a square grid, with the solution of its linear system.
 
 use super::multigrid::coarse_levels;
 use super::plane::PlaneEnergy;
@@ -10,22 +10,22 @@ use crate::linalg::{
     conjugate_gradient,
 };
 
-/// Most iterations of one solve.
+/// Upper bound of the number of iterations of one solve.
 const MOST_ITERATIONS: usize = 4000;
 
-/// How the linear systems are solved.
+/// The stopping criterion of the linear solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tolerance {
-    /// The residual falls to this part of `‖M φ‖`, as for the paper's systems for φ itself: for flows in time. In variant I the
-    /// residual over the system's diagonal, which is about the error of φ, falls to this part of `‖φ‖`: else nodes where φ is
-    /// flat, whose mass is up to 1/ε times that of others, outweigh these.
+    /// For flows in time: the norm of the residual relative to `‖M φ‖`, as for the paper's systems for φ itself. In variant I it is the
+    /// norm of the residual divided by the system's diagonal, about the error of φ, relative to `‖φ‖`. Without this scaling, nodes
+    /// where φ is flat would dominate: their mass is up to 1/ε times larger.
     OfState(f64),
-    /// The residual falls to this part of the right-hand side: for steady states.
+    /// For steady states: the norm of the residual relative to the right-hand side.
     OfStep(f64),
 }
 
 impl Tolerance {
-    /// The norm that a residual is to fall to, for a right-hand side of a norm and a state.
+    /// The norm that the residual must reach, for a right-hand side of norm `size`.
     fn goal(self, size: f64, state: impl Iterator<Item = f64>) -> f64 {
         match self {
             Self::OfStep(t) => t * size,
@@ -34,14 +34,14 @@ impl Tolerance {
     }
 }
 
-/// One step.
+/// The record of one step.
 #[derive(Clone, Copy, Debug)]
 pub struct PlaneStep {
-    /// Energy before it.
+    /// Energy before the step.
     pub energy: f64,
-    /// Largest change of φ.
+    /// Largest change of φ at a node.
     pub movement: f64,
-    /// Iterations of the linear solver.
+    /// Number of iterations of the linear solver.
     pub iterations: usize,
     /// Whether the residual reached its tolerance.
     pub solved: bool,
@@ -55,17 +55,17 @@ pub struct PlaneFlow {
     pub variant: Variant,
     /// Time step τ, in units of length⁴.
     pub tau: f64,
-    /// When a linear system counts as solved.
+    /// Stopping criterion of the linear solver.
     pub tolerance: Tolerance,
     coarse: Option<Multigrid>,
-    /// For variant I without multigrid.
+    /// Solver of variant I without multigrid.
     refined: Option<Refined>,
-    /// The steps since the start, at most the last two.
+    /// The last steps since the start or the last restart, at most two.
     last: Vec<Vec<f64>>,
 }
 
 impl PlaneFlow {
-    /// A flow whose systems are scaled by their diagonal.
+    /// A flow whose linear systems are preconditioned by their diagonal.
     pub fn new(energy: PlaneEnergy, variant: Variant, tau: f64, tolerance: Tolerance) -> Self {
         let refined = (variant == Variant::I).then(|| Refined::new(&energy.grid));
         Self {
@@ -79,7 +79,7 @@ impl PlaneFlow {
         }
     }
 
-    /// Solves by multigrid from now on, its coarse levels taken at φ. For time steps far above h⁴.
+    /// Preconditions by multigrid, with coarse levels computed once, at φ. For time steps far above h⁴.
     pub fn with_multigrid(mut self, phi: &[f64]) -> Self {
         let at = self.energy.linearise(phi);
         let system = StepSystem::new(&self.energy, &at, Variant::GaussNewton, self.tau);
@@ -87,16 +87,18 @@ impl PlaneFlow {
         self
     }
 
-    /// Forgets the last steps, from which the next is guessed; to be called when φ is changed from outside.
+    /// Discards the last steps, from which the next one is extrapolated. Call it after φ was changed by other means than [`Self::step`].
     pub fn restart(&mut self) {
         self.last.clear();
     }
 
     /// Takes one step: `A d = −τ g`, `φ += d`.
     pub fn step(&mut self, phi: &mut [f64]) -> PlaneStep {
+        // Assemble the system A and the right-hand side −τ g at φ.
         let at = self.energy.linearise(phi);
         let system = StepSystem::new(&self.energy, &at, self.variant, self.tau);
         let b: Vec<f64> = at.gradient.iter().map(|g| -self.tau * g).collect();
+        // Initial guess from the last steps; then solve by refinement, or by a preconditioned Krylov method.
         let mut d = self.guess();
         let (end, tolerance) = match (&self.coarse, &mut self.refined) {
             (None, Some(refined)) => {
@@ -121,6 +123,7 @@ impl PlaneFlow {
                 (end, tolerance)
             }
         };
+        // Apply the step, and store it for the next initial guess.
         phi.iter_mut().zip(&d).for_each(|(p, d)| *p += d);
         let movement = d.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         if self.last.len() == 2 {
@@ -135,7 +138,7 @@ impl PlaneFlow {
         }
     }
 
-    /// What the next step may be: in flows in time the last one, in variant I on a line through the last two.
+    /// Initial guess of the next step. For flows in time it is the last step, and in variant I the linear extrapolation of the last two.
     fn guess(&self) -> Vec<f64> {
         let in_time = matches!(self.tolerance, Tolerance::OfState(_));
         match &self.last[..] {
@@ -148,7 +151,7 @@ impl PlaneFlow {
     }
 }
 
-/// Conjugate gradients from `x` where the variant is symmetric, else BiCGstab for the correction to `x`.
+/// Conjugate gradients from `x` for the symmetric variants; BiCGstab for the correction to `x` for variant I.
 fn solve(
     system: &StepSystem,
     preconditioner: &dyn Preconditioner,

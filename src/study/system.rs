@@ -1,14 +1,14 @@
-//! The linear system of one semi-implicit step on a square.
+//! The linear system of one semi-implicit step of Willmore flow on a square grid.
 
 use super::grid::Stencils;
 use super::plane::{Linearisation, PlaneEnergy};
 use crate::flow::Variant;
 use crate::linalg::{Csr, LinearOperator};
 
-/// `A = M + τ/2 L1 + τ K M⁻¹ Kᵀ'` on the free nodes; M⁻¹ runs over all nodes.
+/// `A = M + τ/2 L1 + τ K M⁻¹ K'` on the free nodes; M⁻¹ acts on all nodes.
 ///
-/// (K, K') is (L2, L3) for variant I, (L3, L3) for variant II and (L2, L2) for Gauss-Newton: three approximations of the
-/// energy's Hessian that share the right-hand side `−τ g`, and so the stationary states.
+/// (K, K') is (L2, L3) for variant I, (L3, L3) for variant II and (L2, L2) for Gauss-Newton. These are three approximations of the
+/// energy's Hessian. They share the right-hand side `−τ g`, and therefore the steady states.
 pub struct StepSystem<'a> {
     at: &'a Linearisation,
     outer: &'a Stencils,
@@ -57,7 +57,7 @@ impl<'a> StepSystem<'a> {
         if d > 0.0 { d } else { 1.0 }
     }
 
-    /// The factors in single precision, `M⁻¹ K'`, `τ D⁻¹ K` and `D⁻¹ (M + τ/2 L1)`, whose rows are scaled by the system's diagonal D.
+    /// Writes the factors `M⁻¹ K'`, `τ D⁻¹ K` and `D⁻¹ (M + τ/2 L1)` in single precision, with the system's diagonal D.
     pub(super) fn round(
         &self,
         inner: &mut Stencils<f32>,
@@ -72,7 +72,7 @@ impl<'a> StepSystem<'a> {
             .round_scaled(|i| 0.5 * tau * scale[i], |i| scale[i] * at.mass[i], near);
     }
 
-    /// The matrix by rows, over all entries of a field.
+    /// The assembled matrix, over all entries of a field.
     pub fn matrix(&self) -> Csr {
         let n = self.free.len();
         Csr::from_rows(n, n, |i, sink| {

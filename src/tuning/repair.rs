@@ -53,7 +53,7 @@ thresholds! {
         /// Square roots of the face's area. Distance of the sample points from the face.
         before: f64 = 1e-2,
         /// Mean edges. A sheet covers another one that is at most this far below it.
-        layer: f64 = 4.0,
+        cover: f64 = 4.0,
         /// Least cosine between the faces of two such sheets: 60°.
         same_way: f64 = 0.5,
         /// Fraction of a component inside others. Above this the component is kept as an inner one, and its visible part is
@@ -91,30 +91,30 @@ thresholds! {
         /// Steps of the search for a direction into the surface at a vertex, at most; twenty are rarely needed.
         shell_steps: usize = 100,
         /// Faces of an offset shell for one hole, at most; it bounds the time, not the shape.
-        lined_faces: usize = 20_000,
+        shell_faces: usize = 20_000,
         /// Faces of a component that gets an offset shell as a whole, as the last resort, at most.
-        lined_whole: usize = 250_000,
+        shell_whole: usize = 250_000,
         /// Faces of all components that get an offset shell as a whole, at most.
-        lined_whole_work: usize = 1_000_000,
+        shell_whole_work: usize = 1_000_000,
         /// Edges. Longer boundary loops are not closed: where hundreds of edges could not be closed at the rim, they seldom can
         /// be farther away.
-        lined_edges: usize = 200,
+        shell_edges: usize = 200,
         /// Faces visited by the searches for offset shells of parts of a mesh, at most.
-        lined_work: usize = 400_000,
+        shell_work: usize = 400_000,
         /// Faces visited for one hole or for the holes of one component, at most.
-        lined_work_each: usize = 40_000,
+        shell_work_each: usize = 40_000,
         /// The search for triangles that close a boundary loop counts as the square of its number of edges over this, in visited
         /// faces.
-        lined_edges_work: usize = 2,
+        shell_edges_work: usize = 2,
         /// Square roots of the component's area. An open component with shorter boundary loops counts as closed if it encloses
         /// [`Self::least_volume`].
         short_border: f64 = 1.0,
         /// Area to the power 3/2. Least volume of such a component: 0.094 for a sphere.
         least_volume: f64 = 0.02,
         /// Rounds: each shell adds surface along which further holes can be closed.
-        linings: usize = 4,
+        shell_passes: usize = 4,
         /// Times that faces are cut out of surfaces for which no shell can be made, at most.
-        cut_and_line: usize = 30,
+        shell_cuts: usize = 30,
         /// Fraction of the area of the component that it is attached to. A smaller sheet is a dangling sheet.
         dangling: f64 = 0.01,
         /// Rounds of cuts: each changes which sheets touch.

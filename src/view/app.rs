@@ -1,4 +1,4 @@
-//! What all requests share.
+//! The server-side state of one page, shared by all its requests; jobs and their threads.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -8,79 +8,79 @@ use glam::DVec3;
 use serde_json::json;
 
 use super::choices::Choices;
-use super::events::{Events, Teller};
+use super::events::{Events, ProgressSender};
 use super::session::{Busy, Session};
 use super::state::State;
 use super::step::Order;
-use super::store::{KeptStep, Store};
+use super::store::{Store, StoredStep};
 use super::words::Words;
 use crate::mend::Control;
 
-/// What is being done when the steps of an earlier session are made again.
-const AGAIN: &str = "resume";
+/// Kind of the job that repeats the steps of an earlier session.
+const RESUME: &str = "resume";
 
-/// The server's state.
+/// The server-side state of one page.
 pub struct App {
-    /// The file that was opened.
+    /// The input file.
     pub input: PathBuf,
-    /// Bytes of it.
+    /// Size of the input file in bytes.
     pub bytes: u64,
-    /// The format that it was said to have.
+    /// The format of the input file, if the caller set it.
     pub from: Option<crate::io::Format>,
-    /// The format of the files between two steps.
+    /// The format of the intermediate files between two steps.
     pub format_between: crate::io::Format,
-    /// The folder that files are written below.
+    /// The folder below which files are read and written.
     pub root: PathBuf,
-    /// The point that positions are relative to.
+    /// The point that positions sent to the page are relative to.
     pub centre: DVec3,
     /// The session.
     pub session: Mutex<Session>,
-    /// Where steps that are not saved are kept.
+    /// The recovery file of unsaved steps.
     pub store: Store,
-    /// The file of an earlier session whose steps were not saved, where it is not gone on with.
+    /// The recovery file of an earlier session that this one does not resume.
     pub earlier: Option<PathBuf>,
-    /// What pages are told.
+    /// The events for the page.
     pub events: Events,
-    /// The threads that steps are made on, which all pages of the server share.
+    /// The thread pool for steps, which all pages of the server share.
     pub pool: Arc<rayon::ThreadPool>,
-    /// The threads that requests are answered on which take long: those of a step would keep them waiting.
+    /// The thread pool for long requests, so that they need not wait for a step.
     pub aside: Arc<rayon::ThreadPool>,
-    /// The words of the command line.
-    pub words: Arc<dyn Words>,
-    /// Opens another file on a page of its own; returns where that page is on this server.
+    /// Writes steps as commands of the command line.
+    pub renderer: Arc<dyn Words>,
+    /// Opens another file on its own page; returns the path of that page on this server.
     pub open: Box<dyn Fn(PathBuf) -> Result<String, String> + Send + Sync>,
     /// Whether a path is the input of any page of this server.
     pub is_input: Box<dyn Fn(&Path) -> bool + Send + Sync>,
 }
 
 impl App {
-    /// The session, for a short time.
+    /// Locks the session. Hold the lock for a short time only.
     pub fn session(&self) -> MutexGuard<'_, Session> {
         self.session.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Keeps what is not saved, and tells pages that something has changed.
+    /// Writes the recovery file and notifies the page that the state has changed.
     pub fn changed(&self) {
-        self.keep();
-        self.events.tell("state", &json!({}));
+        self.store_session();
+        self.events.send("state", &json!({}));
     }
 
-    /// Keeps the steps and the choices that are not saved.
-    pub fn keep(&self) {
-        // Steps that are made again are in the file until all of them are.
-        let is_again = |b: &Busy| b.kind == AGAIN;
-        if !self.session().busy.as_ref().is_some_and(is_again) {
-            self.store.keep(|| {
+    /// Writes unsaved steps and choices to the recovery file.
+    pub fn store_session(&self) {
+        // While an earlier session is repeated, the file keeps its steps until all of them are done.
+        let is_resume = |b: &Busy| b.kind == RESUME;
+        if !self.session().busy.as_ref().is_some_and(is_resume) {
+            self.store.update(|| {
                 let session = self.session();
-                session.is_kept().then(|| session.kept())
+                session.needs_storing().then(|| session.snapshot())
             });
         }
     }
 
-    /// Begins a step on a thread of its own and returns the number of its job; none where another is being made.
+    /// Starts a step on its own thread and returns the number of its job; none if another job is running.
     ///
     /// # Errors
-    /// When there is no thread for it.
+    /// When the thread cannot be started.
     pub fn begin(self: &Arc<Self>, order: Order, preview: bool) -> std::io::Result<Option<u64>> {
         let kind = order.work.name();
         self.start(kind, move |app, control| {
@@ -90,24 +90,25 @@ impl App {
         })
     }
 
-    /// Makes the steps of an earlier session again, and takes what was chosen on the file and after each; `own` says whether they were kept where this session keeps its own.
+    /// Repeats the steps of an earlier session, and restores the choices on the file and after each step. `own` says whether the steps
+    /// were read from the recovery file of this session.
     ///
     /// # Errors
-    /// When there is no thread for it.
+    /// When the thread cannot be started.
     pub fn resume(
         self: &Arc<Self>,
-        (steps, choices): (Vec<KeptStep>, Vec<Choices>),
+        (steps, choices): (Vec<StoredStep>, Vec<Choices>),
         own: bool,
     ) -> std::io::Result<()> {
         let mut choices = choices.into_iter();
         if let Some(choices) = choices.next() {
             self.session().restore_choices(choices);
         }
-        self.start(AGAIN, move |app, control| {
+        self.start(RESUME, move |app, control| {
             for step in steps {
                 let parent = app.session().current().clone();
                 let faces = parent.loaded.mesh.faces.len();
-                let order = Order::new(step.work, step.mask, faces, app.words.as_ref());
+                let order = Order::new(step.work, step.mask, faces, app.renderer.as_ref());
                 let order = order.map_err(|wrong| wrong.error)?;
                 let state = app.make(order, &parent, control)?;
                 app.session().add(state, false);
@@ -124,14 +125,14 @@ impl App {
         Ok(())
     }
 
-    /// Makes a step.
+    /// Runs a step on the thread pool.
     fn make(&self, order: Order, parent: &Arc<State>, control: &Control) -> Result<State, String> {
         let make = || order.make(&self.input, parent, control);
         let made = unless_panicked(|| self.pool.install(make))?;
-        made.map_err(|error| told(&error))
+        made.map_err(|error| error_text(&error))
     }
 
-    /// Does a job on a thread of its own, and takes the mesh that it makes, where it is none that is only looked at.
+    /// Runs a job on its own thread. The job may return a mesh, and whether it is a preview; it is added to the session.
     fn start(
         self: &Arc<Self>,
         kind: &'static str,
@@ -143,9 +144,9 @@ impl App {
         self.changed();
         let app = self.clone();
         let work = move || {
-            let teller = Teller::new(&app.events, number);
-            let tell = |step: &crate::mend::Step| teller.step(step);
-            let control = Control::new().cancel(&cancel).progress(&tell);
+            let sender = ProgressSender::new(&app.events, number);
+            let send = |step: &crate::mend::Step| sender.step(step);
+            let control = Control::new().cancel(&cancel).progress(&send);
             let made = job(&app, &control);
             app.finish(number, made, cancel.is_cancelled());
         };
@@ -157,11 +158,11 @@ impl App {
         Ok(Some(number))
     }
 
-    /// Takes what a job made, unless it was cancelled.
+    /// Adds the result of a job to the session, unless it was cancelled, and sends the event of its end.
     fn finish(&self, job: u64, made: Result<Option<(State, bool)>, String>, cancelled: bool) {
         let mut session = self.session();
         session.busy = None;
-        let told = match made {
+        let (event, data) = match made {
             _ if cancelled => ("cancelled", json!({ "job": job })),
             Ok(state) => {
                 let added = state.map(|(state, preview)| session.add(state, preview));
@@ -171,23 +172,24 @@ impl App {
             Err(error) => ("failed", json!({ "job": job, "error": error })),
         };
         drop(session);
-        self.events.tell(told.0, &told.1);
+        self.events.send(event, &data);
         self.changed();
     }
 }
 
-/// Runs something; what panics in it is an error.
+/// Runs `work` and turns a panic into an error.
 ///
 /// # Errors
-/// That it panicked.
+/// When `work` panicked.
 pub fn unless_panicked<R>(work: impl FnOnce() -> R) -> Result<R, String> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|_| {
-        "an internal error; please report it with the file that it was made with".to_owned()
+        "an internal error; please report it, with the input file and the steps that led to it"
+            .to_owned()
     })
 }
 
-/// An error with what caused it.
-pub fn told(error: &dyn std::error::Error) -> String {
+/// The message of an error, followed by the messages of its causes that it does not contain.
+pub fn error_text(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
     while let Some(error) = cause {

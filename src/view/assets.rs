@@ -1,4 +1,4 @@
-//! The files of the page.
+//! The static files of the page, embedded in the program: markup, styles, scripts.
 
 use std::sync::LazyLock;
 
@@ -6,9 +6,9 @@ use crate::report::html::STYLE;
 use crate::report::scripts::{Script, bundle};
 
 const HTML: &str = include_str!("page/page.html");
-/// What it has beside the looks of the report.
+/// The page's additions to the style of the report.
 const OWN_STYLE: &str = include_str!("page/page.css");
-/// Where things stand.
+/// The page's layout.
 const LAYOUT: &str = include_str!("page/layout.css");
 const WORKER: &str = include_str!("page/worker.js");
 /// The page's own modules, in no order: `main.js` imports what it needs.
@@ -38,10 +38,10 @@ const OWN: [Script; 24] = [
     ("topology.js", include_str!("page/topology.js")),
     ("views.js", include_str!("page/views.js")),
 ];
-/// The modules of the viewer and the page in one.
+/// The modules of the viewer and the page, bundled into one script.
 static SCRIPT: LazyLock<String> = LazyLock::new(|| bundle("main.js", &OWN));
 
-/// A file of the page and its type.
+/// The content of a file of the page, with its media type.
 pub fn asset(name: &str) -> Option<(&'static str, String)> {
     let (kind, text) = match name {
         "" => ("text/html; charset=utf-8", HTML.to_owned()),
@@ -59,7 +59,7 @@ pub fn asset(name: &str) -> Option<(&'static str, String)> {
 #[cfg(test)]
 mod tests {
     #[test]
-    fn the_script_has_all_that_it_imports() {
+    fn the_script_contains_all_its_imports() {
         crate::report::scripts::check("main.js", &super::OWN);
     }
 }

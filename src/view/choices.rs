@@ -1,5 +1,5 @@
-//! What is chosen on a mesh of the session: what to do with each hole, between which crease ends sharp edges are continued, and which
-//! faces are marked.
+//! The user's choices on a mesh of the session: an action for each hole, pairs of crease ends between which sharp edges are continued,
+//! and the marked faces.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -10,21 +10,21 @@ use super::runs::Runs;
 use super::state::{Origin, State};
 use crate::mesh::{Hole, HoleId};
 
-/// What is to be done with a hole.
+/// The action for a hole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
-pub enum Doing {
-    /// It is filled.
+pub enum HoleAction {
+    /// Fill the hole.
     Fill,
-    /// It stays open.
+    /// Leave the hole open.
     Open,
-    /// It gets a flat cap.
+    /// Close the hole by a flat cap.
     Flat,
-    /// It is filled in one region with the others of the same number.
+    /// Fill the hole in one region with the other holes of the same bridge number.
     Bridge(u16),
 }
 
-impl TryFrom<String> for Doing {
+impl TryFrom<String> for HoleAction {
     type Error = String;
 
     fn try_from(text: String) -> Result<Self, String> {
@@ -35,26 +35,26 @@ impl TryFrom<String> for Doing {
             ("flat", _) => Ok(Self::Flat),
             (_, Some(Ok(number))) => Ok(Self::Bridge(number)),
             _ => Err(format!(
-                "'{text}' cannot be done with a hole; fill, open, flat and bridge 1, 2, … can"
+                "'{text}' is no action for a hole; the actions are fill, open, flat and bridge 1, 2, …"
             )),
         }
     }
 }
 
-impl From<Doing> for String {
-    fn from(doing: Doing) -> Self {
-        match doing {
-            Doing::Fill => "fill".to_owned(),
-            Doing::Open => "open".to_owned(),
-            Doing::Flat => "flat".to_owned(),
-            Doing::Bridge(number) => format!("bridge {number}"),
+impl From<HoleAction> for String {
+    fn from(action: HoleAction) -> Self {
+        match action {
+            HoleAction::Fill => "fill".to_owned(),
+            HoleAction::Open => "open".to_owned(),
+            HoleAction::Flat => "flat".to_owned(),
+            HoleAction::Bridge(number) => format!("bridge {number}"),
         }
     }
 }
 
-impl Doing {
-    /// What is done with a hole of which nothing was said: as the command line does.
-    fn usual(hole: &Hole) -> Self {
+impl HoleAction {
+    /// The default action for a hole, as on the command line.
+    fn default_for(hole: &Hole) -> Self {
         match hole.outer_border {
             true => Self::Open,
             false => Self::Fill,
@@ -62,19 +62,19 @@ impl Doing {
     }
 }
 
-/// A change of the choices on a mesh, as the page tells it.
+/// A change of the choices on a mesh, as the page sends it.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Change {
     /// The mesh.
     pub id: u32,
-    /// What is to be done with holes, by their numbers; the others stay as they are.
+    /// New actions, by the numbers of the holes; the other holes are unchanged.
     #[serde(default)]
-    pub holes: BTreeMap<HoleId, Doing>,
-    /// All pairs of crease ends, by their numbers, between which sharp edges are continued, where those are others now.
+    pub holes: BTreeMap<HoleId, HoleAction>,
+    /// All pairs of crease ends, by their numbers, between which sharp edges are continued; none for no change.
     #[serde(default)]
     pub creases: Option<Vec<[usize; 2]>>,
-    /// The marked faces, where those are others now.
+    /// All marked faces; none for no change.
     #[serde(default)]
     pub mask: Option<Runs>,
 }
@@ -83,9 +83,9 @@ pub struct Change {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Choices {
-    /// Rims and what is to be done with their holes, where that is not the usual. A rim is the numbers of its vertices in order.
-    holes: Vec<(Vec<u32>, Doing)>,
-    /// Pairs of vertices of rims between which sharp edges are continued.
+    /// Rims and the actions for their holes, if not the default ones. A rim is given by its [`rim_key`].
+    holes: Vec<(Vec<u32>, HoleAction)>,
+    /// Pairs of rim vertices between which sharp edges are continued.
     #[serde(default)]
     creases: Vec<[u32; 2]>,
     /// The marked faces.
@@ -93,15 +93,15 @@ pub struct Choices {
 }
 
 impl Choices {
-    /// What is to be done with the holes of a mesh of which it is not the usual, by their numbers.
-    pub fn doings(&self, state: &State) -> BTreeMap<HoleId, Doing> {
-        let by_rim: HashMap<_, _> = self.holes.iter().map(|(rim, d)| (rim, *d)).collect();
+    /// The actions for the holes of a mesh that are not the default ones, by the numbers of the holes.
+    pub fn actions(&self, state: &State) -> BTreeMap<HoleId, HoleAction> {
+        let by_rim: HashMap<_, _> = self.holes.iter().map(|(rim, a)| (rim, *a)).collect();
         let holes = state.holes.iter();
         let chosen = holes.filter_map(|hole| Some((hole.id, *by_rim.get(&rim_key(&hole.rim))?)));
         chosen.collect()
     }
 
-    /// Pairs of crease ends of a mesh, by their numbers, between which sharp edges are continued.
+    /// The pairs of crease ends of a mesh, by their numbers, between which sharp edges are continued.
     pub fn creases(&self, state: &State) -> Vec<[usize; 2]> {
         let number = |v: u32| {
             let mut ends = state.crease_ends.iter();
@@ -116,10 +116,10 @@ impl Choices {
         &self.mask
     }
 
-    /// Takes what the page tells.
+    /// Applies a change from the page.
     ///
     /// # Errors
-    /// When the mesh has no such hole or face, and where in the request that stands. Nothing is changed then.
+    /// When the mesh has no hole, crease end or face of a given number; the error names the part of the request.
     pub fn change(&mut self, change: &Change, state: &State) -> Result<(), (String, &'static str)> {
         let mask = change.mask.as_ref().filter(|mask| !mask.0.is_empty());
         if let Some(mask) = mask {
@@ -127,38 +127,38 @@ impl Choices {
             checked.map_err(|error| (error, "mask"))?;
         }
         let count = state.holes.len();
-        let mut doings = self.doings(state);
-        for (&id, &doing) in &change.holes {
+        let mut actions = self.actions(state);
+        for (&id, &action) in &change.holes {
             if !state.holes.iter().any(|hole| hole.id == id) {
                 return Err((
-                    format!("there is no hole {id}: the mesh has {count}"),
+                    format!("there is no hole {id}: the mesh has {count} holes"),
                     "holes",
                 ));
             }
-            doings.insert(id, doing);
+            actions.insert(id, action);
         }
         if let Some(pairs) = &change.creases {
             self.creases = vertices_of(pairs, state).map_err(|error| (error, "creases"))?;
         }
-        self.set(&doings, state);
+        self.set(&actions, state);
         if let Some(mask) = &change.mask {
             self.mask = mask.clone();
         }
         Ok(())
     }
 
-    /// Takes what is to be done with holes, and drops what is the usual.
-    fn set(&mut self, doings: &BTreeMap<HoleId, Doing>, state: &State) {
+    /// Sets the actions for holes; default actions are not stored.
+    fn set(&mut self, actions: &BTreeMap<HoleId, HoleAction>, state: &State) {
         let holes = state.holes.iter();
         let chosen = holes.filter_map(|hole| {
-            let doing = doings.get(&hole.id).copied()?;
-            (doing != Doing::usual(hole)).then(|| (rim_key(&hole.rim), doing))
+            let action = actions.get(&hole.id).copied()?;
+            (action != HoleAction::default_for(hole)).then(|| (rim_key(&hole.rim), action))
         });
         self.holes = chosen.collect();
     }
 
-    /// The same for the mesh that a step made of `old`: for the rims that are still there, and the faces that are. What a step
-    /// put in the place of marked faces is marked too.
+    /// The choices carried over to the mesh that a step made from `old`: for rims, crease ends and faces that still exist. The new
+    /// faces of a step on marked faces are marked too.
     pub fn carried(&self, old: &State, new: &State) -> Self {
         let step = new.step.as_ref();
         let marked = step.and_then(|step| step.mask.as_ref());
@@ -169,22 +169,27 @@ impl Choices {
             let rim = rim.iter().map(|&v| vertices.get(v as usize).copied()?);
             rim.collect::<Option<Vec<u32>>>().map(|rim| rim_key(&rim))
         };
-        // Of all holes: what is the usual may be another after the step, as when a hole becomes the border of what is left.
-        let chosen = self.doings(old);
-        let doing = |hole: &Hole| chosen.get(&hole.id).copied();
-        let kept: HashMap<Vec<u32>, Doing> = (old.holes.iter())
-            .filter_map(|h| Some((renumbered(&h.rim)?, doing(h).unwrap_or(Doing::usual(h)))))
+        // Carry the actions of all holes, also the default ones: a hole's default may change, for example when it becomes the outer
+        // border of the remaining component.
+        let chosen = self.actions(old);
+        let action = |hole: &Hole| chosen.get(&hole.id).copied();
+        let kept: HashMap<Vec<u32>, HoleAction> = (old.holes.iter())
+            .filter_map(|h| {
+                let action = action(h).unwrap_or(HoleAction::default_for(h));
+                Some((renumbered(&h.rim)?, action))
+            })
             .collect();
         let holes = new.holes.iter();
-        let mut doings: BTreeMap<HoleId, Doing> = holes
+        let mut actions: BTreeMap<HoleId, HoleAction> = holes
             .filter_map(|hole| Some((hole.id, *kept.get(&rim_key(&hole.rim))?)))
             .collect();
-        // A bridge needs two.
-        let alone = |d: &Doing, all: &[Doing]| {
-            matches!(d, Doing::Bridge(_)) && all.iter().filter(|other| *other == d).count() < 2
+        // Drop bridges with fewer than two holes.
+        let alone = |a: &HoleAction, all: &[HoleAction]| {
+            matches!(a, HoleAction::Bridge(_)) && all.iter().filter(|other| *other == a).count() < 2
         };
-        let all: Vec<Doing> = doings.values().copied().collect();
-        doings.retain(|_, doing| !alone(doing, &all));
+        let all: Vec<HoleAction> = actions.values().copied().collect();
+        actions.retain(|_, action| !alone(action, &all));
+        // Carry the marks, and mark the new faces.
         let mut marks = vec![false; new.loaded.mesh.faces.len()];
         for face in mask.numbers() {
             if let Some(&Some(face)) = faces.get(face) {
@@ -196,6 +201,7 @@ impl Choices {
                 *mark |= *origin == Origin::New;
             }
         }
+        // Carry the pairs of crease ends that still exist.
         let is_end = |v: &u32| new.crease_ends.iter().any(|end| end.vertex == *v);
         let renumbered_end = |v: u32| {
             let now = vertices.get(v as usize).copied().flatten();
@@ -208,16 +214,16 @@ impl Choices {
                 .collect(),
             ..Self::default()
         };
-        carried.set(&doings, new);
+        carried.set(&actions, new);
         carried.mask = Runs::of_marks(marks);
         carried
     }
 
-    /// The same without what a mesh does not have, as when it was written by another version.
+    /// Removes choices on rims, crease ends or faces that the mesh does not have; a file of another version may contain some.
     #[must_use]
     pub fn checked(mut self, state: &State) -> Self {
-        let doings = self.doings(state);
-        self.set(&doings, state);
+        let actions = self.actions(state);
+        self.set(&actions, state);
         let is_end = |v: &u32| state.crease_ends.iter().any(|end| end.vertex == *v);
         self.creases.retain(|pair| pair.iter().all(is_end));
         if self.mask.check(state.loaded.mesh.faces.len()).is_err() {
@@ -233,7 +239,7 @@ fn vertices_of(pairs: &[[usize; 2]], state: &State) -> Result<Vec<[u32; 2]>, Str
     let vertex = |id: usize| {
         let end = id.checked_sub(1).and_then(|at| state.crease_ends.get(at));
         end.map(|end| end.vertex)
-            .ok_or_else(|| format!("there is no crease end {id}: the mesh has {count}"))
+            .ok_or_else(|| format!("there is no crease end {id}: the mesh has {count} crease ends"))
     };
     let pair = |&[a, b]: &[usize; 2]| Ok([vertex(a)?, vertex(b)?]);
     pairs.iter().map(pair).collect()
@@ -244,7 +250,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rim_is_the_same_from_whichever_vertex() {
+    fn a_rim_key_does_not_depend_on_the_first_vertex() {
         assert_eq!(rim_key(&[5, 2, 9]), rim_key(&[9, 5, 2]));
         assert_ne!(rim_key(&[5, 2, 9]), rim_key(&[9, 2, 5]));
         // A rim that passes a vertex twice.
@@ -253,11 +259,11 @@ mod tests {
     }
 
     #[test]
-    fn doings_are_written_as_they_are_read() {
+    fn actions_are_written_as_they_are_read() {
         for text in ["fill", "open", "flat", "bridge 3"] {
-            let doing = Doing::try_from(text.to_owned()).unwrap();
-            assert_eq!(String::from(doing), text);
+            let action = HoleAction::try_from(text.to_owned()).unwrap();
+            assert_eq!(String::from(action), text);
         }
-        assert!(Doing::try_from("bridge x".to_owned()).is_err());
+        assert!(HoleAction::try_from("bridge x".to_owned()).is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! Connections: how many there are at a time, and how long they may take to say what they want.
+//! The HTTP connections: their number at a time, and the time limit for request headers.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,17 +14,17 @@ use tokio::sync::Semaphore;
 
 use super::pages::Pages;
 
-/// Most connections at a time: a browser has up to six for a page, one of which hears what happens. More wait until one ends.
+/// Upper bound of the number of connections at a time; further ones wait. A browser uses up to six for a page, one of them for events.
 const CONNECTIONS: usize = 64;
-/// Longest time until the head of a request is there, also of the next one on the same connection.
+/// Time limit for the header of a request, also of each further request on the same connection.
 const HEAD: Duration = Duration::from_secs(5);
-/// Pause after a connection that could not be taken, such as when there are too many files open.
+/// Pause after a failed `accept`, for example when too many files are open.
 const PAUSE: Duration = Duration::from_millis(50);
 
 /// Answers requests until the process ends.
 ///
 /// # Errors
-/// None: a connection that fails is one that ends.
+/// None at present: the failure of one connection only ends that connection.
 pub async fn serve(listener: TcpListener, pages: Arc<Pages>) -> std::io::Result<()> {
     let free = Arc::new(Semaphore::new(CONNECTIONS));
     loop {
@@ -41,7 +41,7 @@ pub async fn serve(listener: TcpListener, pages: Arc<Pages>) -> std::io::Result<
         tokio::spawn(async move {
             let mut http = http1::Builder::new();
             http.timer(TokioTimer::new()).header_read_timeout(HEAD);
-            // One that breaks off concerns nobody else.
+            // An error of this connection does not concern the others.
             let _ = http.serve_connection(TokioIo::new(stream), service).await;
             drop(own);
         });

@@ -1,22 +1,22 @@
-//! Arrays of numbers as the page gets them: a header of JSON, then the arrays one after the other, little-endian.
+//! The binary format of arrays sent to the page: a JSON header, then the arrays one after the other, little-endian.
 
 use serde_json::{Map, Value, json};
 
-/// What is sent to the page in binary.
+/// Named arrays with a header.
 ///
-/// The bytes are: the length of the header as `u32`, the header, padded with spaces so that what follows begins at a multiple of
-/// four bytes, and the arrays, each padded likewise.
+/// The bytes are: the length of the header as `u32`, the header, padded with spaces to a multiple of four bytes, and the arrays, each
+/// padded with zeros to a multiple of four bytes.
 pub struct Container {
     header: Map<String, Value>,
     arrays: Vec<Value>,
     body: Vec<u8>,
 }
 
-/// A number in an array.
+/// A number type of arrays.
 pub trait Number: Copy {
-    /// Its name in the header.
+    /// Name of the type in the header.
     const NAME: &'static str;
-    /// Appends its bytes.
+    /// Appends the number's bytes.
     fn put(self, bytes: &mut Vec<u8>);
 }
 
@@ -33,7 +33,7 @@ macro_rules! numbers {
 numbers!(f32, u32, u16, u8);
 
 impl Container {
-    /// A container with what its header says beside the arrays, which must be an object.
+    /// A container without arrays; `header` is a JSON object, to which the list of arrays is added.
     pub fn new(header: Value) -> Self {
         let header = match header {
             Value::Object(header) => header,
@@ -46,7 +46,7 @@ impl Container {
         }
     }
 
-    /// The same with an array of values of so many components.
+    /// Appends an array of values with `components` numbers each.
     #[must_use]
     pub fn with<N: Number>(
         mut self,
@@ -69,7 +69,7 @@ impl Container {
         self
     }
 
-    /// The bytes.
+    /// The encoded container.
     pub fn bytes(mut self) -> Vec<u8> {
         self.header
             .insert("arrays".to_owned(), Value::Array(self.arrays));

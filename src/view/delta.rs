@@ -1,4 +1,4 @@
-//! What of a mesh is the same in the one that was made of it.
+//! Which vertices and faces a step kept, and their numbers before and after it.
 
 use std::collections::HashMap;
 
@@ -8,18 +8,18 @@ use super::runs::Runs;
 use crate::job::Kept;
 use crate::mesh::Mesh;
 
-/// Which vertices and faces of a mesh are the first ones of another, in order.
+/// The vertices and faces of an old mesh that a new mesh starts with, in the same order.
 #[derive(Clone, Debug, Default)]
 pub struct Delta {
-    /// The vertices of the old mesh.
+    /// Numbers of the kept vertices in the old mesh.
     pub vertices: Runs,
-    /// The faces of the old mesh.
+    /// Numbers of the kept faces in the old mesh.
     pub faces: Runs,
 }
 
 impl Delta {
-    /// What of `old` begins `new`, where it is what `kept` says, or all of it; none where that turns out not to be so, as after a
-    /// format that has put vertices in another order.
+    /// Checks that `new` starts with the part of `old` that `kept` names, or with all of `old` if `kept` is none. Returns none if it does
+    /// not, for example after a file format that reorders vertices.
     pub fn new(old: &Mesh, new: &Mesh, kept: Option<&Kept>) -> Option<Self> {
         let all = |count: usize| match count {
             0 => Runs::default(),
@@ -47,22 +47,22 @@ impl Delta {
         Some(Self { vertices, faces })
     }
 
-    /// Whether all of a mesh is kept.
+    /// Whether all of the old mesh is kept.
     pub fn keeps_all(&self, mesh: &Mesh) -> bool {
         self.vertices.count() == mesh.positions.len() && self.faces.count() == mesh.faces.len()
     }
 }
 
-/// The numbers that the vertices and the faces of a mesh have in one that was made of it.
+/// The numbers of a mesh's vertices and faces in the mesh that a step made from it.
 pub struct Numbers {
-    /// For each vertex of the old mesh.
+    /// For each vertex of the old mesh its new number; none if it is gone.
     pub vertices: Vec<Option<u32>>,
-    /// For each face of the old mesh.
+    /// For each face of the old mesh its new number; none if it is gone.
     pub faces: Vec<Option<u32>>,
 }
 
 impl Numbers {
-    /// Those in a mesh of which it is known what is kept, or where it is not found by places.
+    /// The new numbers by `delta`, or by position if there is none.
     pub fn new(before: &Mesh, after: &Mesh, delta: Option<&Delta>) -> Self {
         let Some(delta) = delta else {
             return Self::by_position(before, after);
@@ -80,7 +80,7 @@ impl Numbers {
         }
     }
 
-    /// The same where the order is another: vertices at exactly the same place, and faces between them, turned over or not.
+    /// The new numbers independent of the order: vertices by exact position, and faces by their vertices in either orientation.
     pub fn by_position(before: &Mesh, after: &Mesh) -> Self {
         let bits = |p: &DVec3| p.to_array().map(f64::to_bits);
         let mut place = HashMap::new();
@@ -109,8 +109,7 @@ impl Numbers {
     }
 }
 
-/// The numbers of a rim's vertices from the one on at which they are the least in the order of a dictionary: the same whichever
-/// vertex it was found from.
+/// The vertex numbers of a rim, rotated to the lexicographically smallest sequence, so that they do not depend on the first vertex.
 pub fn rim_key(rim: &[u32]) -> Vec<u32> {
     let least = rim.iter().min();
     let starts = (0..rim.len()).filter(|&i| Some(&rim[i]) == least);
@@ -130,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_is_found_and_what_is_not_is_refused() {
+    fn kept_parts_are_found_and_wrong_ones_refused() {
         let points = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [1., 1., 0.]];
         let old = mesh(&points, &[[0, 1, 2], [1, 3, 2]]);
         let delta = Delta::new(&old, &old, None).unwrap();

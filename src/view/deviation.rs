@@ -1,4 +1,4 @@
-//! Signed distances from a reference mesh.
+//! Signed distances of vertices from a reference mesh.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -6,11 +6,11 @@ use rayon::prelude::*;
 use crate::mesh::Mesh;
 use crate::spatial::{Bvh, Closest};
 
-/// The distance of the chosen vertices of a mesh from a reference mesh: positive on the side that the normals of the nearest face point to,
-/// negative on the other side; 0 for the vertices that are not chosen.
+/// Distances of the chosen vertices of a mesh from a reference mesh; 0 for the other vertices. A distance is positive on the side to
+/// which the nearest face's normal points, negative on the other side.
 ///
-/// Where the nearest point lies on an edge or a corner, the sign is that of the face that the closest-point query names. On sharp edges
-/// it may be that of either face.
+/// If the nearest point is on an edge or a corner, the face that the closest-point query returns gives the sign. At sharp edges the
+/// faces may disagree on the sign.
 pub fn deviation(mesh: &Mesh, chosen: &[bool], reference: &Mesh) -> Vec<f32> {
     let bvh = Bvh::new(reference, 0..reference.faces.len() as u32);
     let sign = |p: DVec3, found: &Closest| {
@@ -31,7 +31,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_sign_says_on_which_side_a_vertex_lies() {
+    fn the_sign_gives_the_side_of_a_vertex() {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y].map(|p| 4.0 * p);
         let reference = Mesh::new(corners.to_vec(), vec![[0, 1, 2]]);
         let at = |z: f64| DVec3::new(1.0, 1.0, z);

@@ -1,4 +1,4 @@
-//! What the page is told while it is open: server-sent events.
+//! Server-sent events: changes of the session and the progress of jobs.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -9,12 +9,12 @@ use tokio::sync::broadcast::{self, Receiver, Sender};
 use crate::mend::{Event, Step};
 use crate::report::region_lines;
 
-/// Events that a page may be behind before it is told to look at everything anew.
+/// Number of undelivered events above which a page must fetch the whole state again.
 const BACKLOG: usize = 256;
-/// Least time between two tellings of progress.
+/// Shortest time between two events of progress.
 const BETWEEN: Duration = Duration::from_millis(50);
 
-/// Tells all pages that listen.
+/// Broadcasts events to all connected pages.
 pub struct Events(Sender<String>);
 
 impl Default for Events {
@@ -24,38 +24,39 @@ impl Default for Events {
 }
 
 impl Events {
-    /// Tells something.
-    pub fn tell(&self, name: &str, data: &Value) {
-        // Nobody may listen.
+    /// Sends an event.
+    pub fn send(&self, name: &str, data: &Value) {
+        // Sending fails if no page is connected, which is no error.
         let _ = self.0.send(event(name, data));
     }
 
-    /// What is told from now on.
+    /// Receives the events from now on.
     pub fn listen(&self) -> Receiver<String> {
         self.0.subscribe()
     }
 }
 
-/// An event as it goes over the wire.
+/// An event in the text format of server-sent events.
 pub fn event(name: &str, data: &Value) -> String {
     format!("event: {name}\ndata: {data}\n\n")
 }
 
-/// Tells of the progress of a job, not too often.
-pub struct Teller<'a> {
+/// Sends events of the progress of a job, at most every 50 ms.
+pub struct ProgressSender<'a> {
     events: &'a Events,
     job: u64,
+    /// Time of the last event, and the summary of the last finished region that was not sent yet.
     last: Mutex<(Option<Instant>, String)>,
 }
 
-impl<'a> Teller<'a> {
-    /// Of a job.
+impl<'a> ProgressSender<'a> {
+    /// A sender for a job.
     pub fn new(events: &'a Events, job: u64) -> Self {
         let last = Mutex::default();
         Self { events, job, last }
     }
 
-    /// Tells of a step.
+    /// Sends the progress of a step.
     pub fn step(&self, step: &Step) {
         let (stage, region) = match step.event {
             Event::Begun(holes) => ("begun", holes.first().copied()),
@@ -76,6 +77,6 @@ impl<'a> Teller<'a> {
             "share": step.part, "line": last.1,
         });
         *last = (Some(Instant::now()), String::new());
-        self.events.tell("progress", &data);
+        self.events.send("progress", &data);
     }
 }

@@ -1,25 +1,26 @@
-//! The files that the page may name: those below one folder.
+//! Access control for files that the page names: only paths below one folder, without links out of it.
 
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-/// Longest path that is looked at, in bytes.
+/// Upper bound of the length of a path, in bytes.
 const LONGEST: usize = 4096;
 
 /// Why a file may not be read or written.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Denied {
-    /// It is none of those.
+    /// The path is outside the folder, or is no regular file.
     Outside(String),
-    /// It makes no sense.
+    /// The path is invalid.
     Wrong(String),
-    /// It is there, and was not to be replaced.
+    /// The file exists and must not be replaced.
     Taken(String),
-    /// It is not there.
+    /// The file does not exist.
     Missing(String),
 }
 
-/// A file to write below a folder. Its own folder must be there; no link is followed out of the folder or written through.
+/// The path of a file to write below a folder. The file's own folder must exist. Links out of the folder and links in place of the file
+/// are refused.
 ///
 /// # Errors
 /// [`Denied`].
@@ -34,12 +35,12 @@ pub fn to_write(root: &Path, name: &str, overwrite: bool) -> Result<PathBuf, Den
             let what = format!("{name} is a link or a device, not a file");
             Err(Denied::Outside(what))
         }
-        Ok(_) if !overwrite => Err(Denied::Taken(format!("{name} is there already"))),
+        Ok(_) if !overwrite => Err(Denied::Taken(format!("{name} exists already"))),
         _ => Ok(path),
     }
 }
 
-/// A file to read below a folder.
+/// The path of a file to read below a folder.
 ///
 /// # Errors
 /// [`Denied`].
@@ -52,17 +53,17 @@ pub fn to_read(root: &Path, name: &str) -> Result<PathBuf, Denied> {
     }
 }
 
-/// A path below a folder, whose own folder is there and not elsewhere by a link.
+/// Resolves a path below a folder. The path's own folder must exist and, with links resolved, be below the folder.
 fn inside(root: &Path, name: &str) -> Result<PathBuf, Denied> {
     let wrong = |what: &str| Err(Denied::Wrong(what.to_owned()));
     if name.trim().is_empty() || name.len() > LONGEST {
-        return wrong("the name of a file is needed");
+        return wrong("the name of the file is empty or too long");
     }
     if name.contains(char::is_control) {
-        return wrong("the name of the file has control characters, such as a line break");
+        return wrong("the name of the file contains control characters, such as a line break");
     }
     if name.ends_with(['/', std::path::MAIN_SEPARATOR]) {
-        return wrong("that is the name of a folder; name a file in it");
+        return wrong("this is the name of a folder; name a file in it");
     }
     let outside = || {
         Denied::Outside(format!(
@@ -70,7 +71,7 @@ fn inside(root: &Path, name: &str) -> Result<PathBuf, Denied> {
             root.display()
         ))
     };
-    // A whole path is fine as long as it leads into the folder.
+    // An absolute path is allowed if it leads into the folder.
     let path = Path::new(name);
     let path = path.strip_prefix(root).unwrap_or(path);
     let is_plain = |c: Component| matches!(c, Component::Normal(_) | Component::CurDir);
@@ -79,7 +80,7 @@ fn inside(root: &Path, name: &str) -> Result<PathBuf, Denied> {
     }
     let whole = root.join(path);
     let (Some(folder), Some(file)) = (whole.parent(), whole.file_name()) else {
-        return wrong("the name of a file is needed");
+        return wrong("the path has no file name");
     };
     let folder = folder.canonicalize().map_err(|_| {
         let folder = folder.display();
@@ -91,7 +92,7 @@ fn inside(root: &Path, name: &str) -> Result<PathBuf, Denied> {
     }
 }
 
-/// A path as it is told in a folder: relative to it where both have a common beginning.
+/// A path relative to a folder; the absolute path if they are on different disks, the path itself if it cannot be resolved.
 pub fn relative(folder: &Path, path: &Path) -> PathBuf {
     let whole = |p: &Path| {
         let parent = p.parent().filter(|p| !p.as_os_str().is_empty());
@@ -201,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn paths_are_told_as_seen_from_a_folder() {
+    fn paths_are_made_relative_to_a_folder() {
         let folder = tempfile::tempdir().unwrap();
         let top = folder.path().canonicalize().unwrap();
         fs::create_dir_all(top.join("a/b")).unwrap();

@@ -1,4 +1,5 @@
-//! Who is let in: those who know the token, from the address that the server has, with requests that only its own page makes.
+//! Authorisation of requests: they need the page's secret token, one of the server's own addresses as host, and must come from the
+//! server's own page.
 
 use std::net::{IpAddr, SocketAddr};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -14,28 +15,29 @@ use axum::response::{IntoResponse, Redirect, Response};
 
 use super::token::Token;
 
-/// What the page may load: its own files and nothing else.
+/// Content security policy: the page loads its own files and nothing else.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; \
                       worker-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-/// What of the computer the page may use: nothing but to put text on the clipboard.
+/// Permissions policy: the page may write to the clipboard and use nothing else.
 const PERMISSIONS: &str = "camera=(), microphone=(), geolocation=(), display-capture=(), usb=(), serial=(), hid=(), bluetooth=(), \
                            payment=(), clipboard-read=(), clipboard-write=(self)";
-/// How a browser says from where a request comes.
+/// Header with which a browser states the origin of a request.
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 
-/// What a request must show.
+/// The secrets and host names that a request must match.
 pub struct Gate {
     token: Token,
-    /// A secret that leads to the page once: programs that open a browser show it to all users of the machine.
+    /// A secret that leads to the page once. It is passed to the program that opens a browser, whose arguments all users of the machine
+    /// can see; the token itself stays hidden.
     ticket: Mutex<Option<Token>>,
-    /// The names that the server may be addressed by, with the port.
+    /// Allowed host names, with the port.
     hosts: Vec<String>,
-    /// The port, where any address of the machine will do.
+    /// The port, if the server listens on all addresses of the machine.
     any_address: Option<u16>,
 }
 
 impl Gate {
-    /// The gate of a server at an address.
+    /// The gate of a page on a server that listens at `at`.
     pub fn new(token: Token, ticket: Token, at: SocketAddr) -> Self {
         let port = at.port();
         let mut hosts = vec![at.to_string()];
@@ -50,8 +52,8 @@ impl Gate {
         }
     }
 
-    /// Whether the server may be addressed so. Names other than localhost are refused: a foreign name that leads to this machine
-    /// is how a foreign page would reach it.
+    /// Whether a host name is allowed. Names other than localhost are refused: a foreign page could reach the server through a foreign
+    /// name that resolves to this machine (DNS rebinding).
     fn knows_host(&self, host: &str) -> bool {
         let host = host.to_ascii_lowercase();
         let is_address = |port: u16| {
@@ -64,41 +66,41 @@ impl Gate {
         self.hosts.contains(&host) || self.any_address.is_some_and(is_address)
     }
 
-    /// Whether a request may pass.
-    fn lets_in(&self, request: &Request) -> bool {
+    /// Whether a request is authorised.
+    fn admits(&self, request: &Request) -> bool {
         let path = request.uri().path();
         let first = path.strip_prefix('/').and_then(|p| p.split('/').next());
-        // Asked first, so that all who do not know it are told the same in the same time.
+        // Check the token first, so that all requests without it get the same answer in the same time.
         let knows = self.token.is(first.unwrap_or(""));
-        knows && self.is_from_home(request)
+        knows && self.is_own_request(request)
     }
 
-    /// Where a request with the ticket is led, which is worth nothing then.
-    fn led_on(&self, request: &Request) -> Option<String> {
+    /// Redeems a request with the ticket: returns the path of the page and invalidates the ticket.
+    fn redeem(&self, request: &Request) -> Option<String> {
         let name = request.uri().path().strip_prefix('/')?;
         let mut ticket = self.ticket.lock().unwrap_or_else(PoisonError::into_inner);
         let knows = ticket.as_ref().is_some_and(|t| t.is(name));
-        if !knows || request.method() != Method::GET || !self.is_from_home(request) {
+        if !knows || request.method() != Method::GET || !self.is_own_request(request) {
             return None;
         }
         *ticket = None;
         Some(format!("/{}/", self.token.text()))
     }
 
-    /// Whether a request is one that the page makes, or that opens it.
-    fn is_from_home(&self, request: &Request) -> bool {
+    /// Whether a request may come from the page itself, or opens it: by host, origin, method and content type.
+    fn is_own_request(&self, request: &Request) -> bool {
         let path = request.uri().path();
         let authority = request.uri().authority().map(|a| a.as_str());
         let headers = request.headers();
         let host = single(headers, &HOST);
-        let at_home = host.is_some_and(|h| self.knows_host(h))
+        let right_host = host.is_some_and(|h| self.knows_host(h))
             && authority.is_none_or(|a| self.knows_host(a));
-        let from_home = !headers.contains_key(ORIGIN)
+        let right_origin = !headers.contains_key(ORIGIN)
             || single(headers, &ORIGIN)
                 .and_then(|o| o.strip_prefix("http://"))
                 .is_some_and(|o| self.knows_host(o));
         let site = single(headers, &FETCH_SITE);
-        let asked_well = match *request.method() {
+        let right_method = match *request.method() {
             Method::GET | Method::HEAD => {
                 let is_data = path.split('/').nth(2) == Some("api");
                 !is_data
@@ -113,22 +115,23 @@ impl Gate {
             }
             _ => false,
         };
-        at_home && from_home && asked_well
+        right_host && right_origin && right_method
     }
 }
 
-/// The value of a header that is there once.
+/// The value of a header that occurs exactly once.
 fn single<'h>(headers: &'h HeaderMap, name: &HeaderName) -> Option<&'h str> {
     let mut values = headers.get_all(name).iter();
     let value = values.next()?.to_str().ok();
     value.filter(|_| values.next().is_none())
 }
 
-/// Lets requests through, or refuses them without a hint why.
-pub async fn keep(State(gate): State<Arc<Gate>>, request: Request, next: Next) -> Response {
-    let mut response = if gate.lets_in(&request) {
+/// Passes authorised requests on, redirects a request with the ticket, and refuses all others without a reason. Adds security headers
+/// to every response.
+pub async fn authorise(State(gate): State<Arc<Gate>>, request: Request, next: Next) -> Response {
+    let mut response = if gate.admits(&request) {
         next.run(request).await
-    } else if let Some(page) = gate.led_on(&request) {
+    } else if let Some(page) = gate.redeem(&request) {
         Redirect::to(&page).into_response()
     } else {
         StatusCode::FORBIDDEN.into_response()
@@ -167,11 +170,11 @@ mod tests {
                 .header(HOST, host);
             request.body(axum::body::Body::empty()).unwrap()
         };
-        assert_eq!(gate.led_on(&asked("GET", "evil.example:8080")), None);
-        assert_eq!(gate.led_on(&asked("POST", "127.0.0.1:8080")), None);
-        assert!(!gate.lets_in(&asked("GET", "127.0.0.1:8080")));
-        assert_eq!(gate.led_on(&asked("GET", "127.0.0.1:8080")), Some(page));
-        assert_eq!(gate.led_on(&asked("GET", "127.0.0.1:8080")), None);
+        assert_eq!(gate.redeem(&asked("GET", "evil.example:8080")), None);
+        assert_eq!(gate.redeem(&asked("POST", "127.0.0.1:8080")), None);
+        assert!(!gate.admits(&asked("GET", "127.0.0.1:8080")));
+        assert_eq!(gate.redeem(&asked("GET", "127.0.0.1:8080")), Some(page));
+        assert_eq!(gate.redeem(&asked("GET", "127.0.0.1:8080")), None);
     }
 
     #[test]

@@ -1,8 +1,8 @@
-//! The local page: a server for a browser on the same machine. A mesh is seen, holes and regions are chosen, steps are made, undone and
-//! saved, and told as commands that do the same.
+//! The local page of `isomend view`: a web server for a browser on the same machine. The user views a mesh, chooses holes and regions,
+//! runs, undoes and saves steps, and gets a recipe of commands that repeat them.
 //!
-//! Every step is a job from a file to a file, the files between two steps but in memory: what the page shows after a step is what
-//! the next command would read. So the commands of [`Command`] give the same bytes.
+//! Every step is a job from file to file, with intermediate files in memory: the page shows after a step what the next command would
+//! read. The commands of a recipe ([`Command`]) therefore give the same bytes.
 
 mod api;
 mod app;

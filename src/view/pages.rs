@@ -1,4 +1,4 @@
-//! The pages of one server: each has a file, a session and a secret token of its own.
+//! The pages of one server; each has its own input file, session and secret token.
 
 use std::sync::{PoisonError, RwLock};
 
@@ -6,7 +6,7 @@ use axum::Router;
 
 use super::token::Token;
 
-/// Upper bound of the number of open files: each keeps its meshes in memory.
+/// Upper bound of the number of pages; each keeps its meshes in memory.
 const MAX_PAGES: usize = 12;
 
 /// The router of each page, found by the token in the path of a request.
@@ -19,7 +19,7 @@ impl Pages {
         let first = path.strip_prefix('/').and_then(|p| p.split('/').next());
         let pages = self.0.read().unwrap_or_else(PoisonError::into_inner);
         let mut found = pages.first().map(|(_, router)| router);
-        // Every token is compared, so that the time does not depend on which page is asked for.
+        // Compare every token, so that the time does not depend on the requested page.
         for (token, router) in pages.iter() {
             if token.is(first.unwrap_or_default()) {
                 found = Some(router);
@@ -33,7 +33,7 @@ impl Pages {
         self.0.read().unwrap_or_else(PoisonError::into_inner).len() < MAX_PAGES
     }
 
-    /// Adds a page; false when there are as many as allowed.
+    /// Adds a page; false if the maximum number is reached.
     pub fn add_page(&self, token: Token, router: Router) -> bool {
         let mut pages = self.0.write().unwrap_or_else(PoisonError::into_inner);
         let has_room = pages.len() < MAX_PAGES;

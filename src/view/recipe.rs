@@ -1,4 +1,4 @@
-//! A session as commands that do the same, for a shell and as a table for other programs.
+//! Recipes: a session as a list of commands that repeat it, as a shell script and as TOML for other programs.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -8,15 +8,15 @@ use super::runs::Runs;
 use super::state::State;
 use super::words::Command;
 
-/// Exit code of a command that left something open that was to be filled.
+/// Exit code of a command that left a hole open that was to be filled.
 const IN_PART: u8 = 3;
 
 /// The commands of a session.
 pub struct Recipe {
     lines: Vec<Line>,
-    /// Files between two commands.
+    /// Intermediate files between two commands.
     between: Vec<String>,
-    /// The files of masks, by their names beside the recipe.
+    /// The masks, by the names of their files, which are beside the recipe.
     masks: BTreeMap<String, Runs>,
 }
 
@@ -25,27 +25,27 @@ struct Line {
     command: Command,
     input: String,
     output: String,
-    /// Whether its exit code says that something is left open.
+    /// Whether it exits with [`IN_PART`].
     in_part: bool,
 }
 
-/// Where the files of a recipe are.
+/// Paths of the files of a recipe.
 pub struct Places<'a> {
     /// The folder of the recipe.
     pub folder: &'a Path,
-    /// The name of the recipe without its extension, with which those of the masks begin.
+    /// File name of the recipe without its extension; the names of mask files begin with it.
     pub stem: &'a str,
-    /// The file that was opened, and the format that it was said to have.
+    /// The input file, and its format if the caller set it.
     pub input: (&'a Path, Option<crate::io::Format>),
-    /// The files between two steps, by the number of steps before.
+    /// The intermediate file after the given number of steps.
     pub between: &'a dyn Fn(usize) -> PathBuf,
-    /// The file that is saved.
+    /// The saved file.
     pub output: &'a Path,
 }
 
 impl Recipe {
-    /// The commands that make a mesh and save it, as text where `ascii` says so. `last` is a command of its own that saves it,
-    /// where the last step cannot.
+    /// The commands that make a mesh and save it; as text if `ascii` is set. `last` is a further command that saves it, if the last step
+    /// cannot.
     pub fn new(state: &State, last: Option<Command>, ascii: bool, places: &Places) -> Self {
         let steps = state.steps();
         let mut commands: Vec<(Command, Option<&Runs>, bool)> = steps
@@ -54,13 +54,13 @@ impl Recipe {
             .collect();
         commands.extend(last.map(|command| (command, None, false)));
         let count = commands.len();
-        let told = |path: &Path| told(&relative(places.folder, path));
+        let argument = |path: &Path| path_argument(&relative(places.folder, path));
         let mut recipe = Self {
             lines: Vec::new(),
             between: Vec::new(),
             masks: BTreeMap::new(),
         };
-        let mut input = told(places.input.0);
+        let mut input = argument(places.input.0);
         for (number, (mut command, mask, in_part)) in (1..).zip(commands) {
             if let Some(format) = places.input.1.filter(|_| number == 1) {
                 command.option("from", format.extension());
@@ -71,8 +71,8 @@ impl Recipe {
                 recipe.masks.insert(name, mask.clone());
             }
             let output = match number == count {
-                true => told(places.output),
-                false => told(&(places.between)(number)),
+                true => argument(places.output),
+                false => argument(&(places.between)(number)),
             };
             if number < count {
                 recipe.between.push(output.clone());
@@ -90,23 +90,23 @@ impl Recipe {
         recipe
     }
 
-    /// The files of masks: their names and what is in them.
+    /// The mask files: their names and contents.
     pub fn masks(&self) -> impl Iterator<Item = (&str, String)> {
         self.masks
             .iter()
             .map(|(name, runs)| (name.as_str(), runs.text()))
     }
 
-    /// The same for a shell.
+    /// The recipe as a shell script.
     pub fn shell(&self) -> String {
         let mut text = format!(
-            "#!/bin/sh\n# What was done in `isomend view`, version {}: the same file, to the byte.\nset -e\ncd \"$(dirname \"$0\")\"\n",
+            "#!/bin/sh\n# Repeats a session of `isomend view`, version {}: the same file, to the byte.\nset -e\ncd \"$(dirname \"$0\")\"\n",
             env!("CARGO_PKG_VERSION")
         );
         if !self.between.is_empty() {
             let files: Vec<String> = self.between.iter().map(|f| quoted(f)).collect();
             let files = files.join(" ");
-            // In quotes of its own, since it is read again when it is run.
+            // Quoted once more, since the shell parses the command of a trap again when it runs it.
             text += &format!("trap {} EXIT\n", quoted(&format!("rm -f {files}")));
         }
         for line in &self.lines {
@@ -119,10 +119,10 @@ impl Recipe {
         text
     }
 
-    /// The same as a table of steps, whose options are what a file for `--config` holds.
+    /// The recipe as TOML: a list of steps, with options as in a file for `--config`.
     pub fn toml(&self) -> String {
         let mut text = format!(
-            "# What was done in `isomend view`. Options are as in a file for --config; paths are relative to the folder of this file.\n\
+            "# Repeats a session of `isomend view`. Options are as in a file for --config; paths are relative to this file's folder.\n\
              version = {}\nbetween = [{}]\n",
             string(env!("CARGO_PKG_VERSION")),
             listed(self.between.iter().map(String::as_str))
@@ -163,8 +163,8 @@ impl Line {
     }
 }
 
-/// A path as a word of a command, which no option can be taken for.
-fn told(path: &Path) -> String {
+/// A path as an argument of a command. A leading dash gets the prefix `./`, so that the path is not taken for an option.
+fn path_argument(path: &Path) -> String {
     let text = path.to_string_lossy().into_owned();
     match text.starts_with('-') {
         true => format!("./{text}"),
@@ -172,7 +172,7 @@ fn told(path: &Path) -> String {
     }
 }
 
-/// A word quoted for a shell where it has to be.
+/// Quotes a word for a shell if necessary.
 pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,=+@%".contains(c);
     match !word.is_empty() && word.chars().all(plain) {
@@ -181,7 +181,7 @@ pub fn quoted(word: &str) -> String {
     }
 }
 
-/// A string of TOML: the escapes of JSON are among its own, but for DEL, which has to be escaped there.
+/// A TOML string. JSON's escapes are valid in TOML; in addition TOML requires an escape for DEL.
 fn string(text: &str) -> String {
     serde_json::Value::from(text)
         .to_string()
@@ -203,7 +203,7 @@ mod tests {
         assert_eq!(quoted("my scan.ply"), "'my scan.ply'");
         assert_eq!(quoted("it's $HOME"), "'it'\\''s $HOME'");
         assert_eq!(quoted(""), "''");
-        assert_eq!(told(Path::new("-o.ply")), "./-o.ply");
+        assert_eq!(path_argument(Path::new("-o.ply")), "./-o.ply");
         assert_eq!(string("a\"b\\\n"), "\"a\\\"b\\\\\\n\"");
     }
 }

@@ -1,20 +1,20 @@
-//! Marks on faces, as ranges of their numbers.
+//! Sets of numbers, such as marked faces, as ascending ranges.
 
 use serde::{Deserialize, Serialize};
 
-/// Ranges of numbers, each from its first to before its end, in ascending order.
+/// Half-open ranges of numbers, `[first, end)`, in ascending order.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Runs(pub Vec<[u32; 2]>);
 
 impl Runs {
-    /// The numbers of the true marks.
+    /// The indices of the marks that are true.
     pub fn of_marks(marks: impl IntoIterator<Item = bool>) -> Self {
         let numbers = (0u32..).zip(marks);
         Self::of_sorted(numbers.filter(|(_, mark)| *mark).map(|(i, _)| i))
     }
 
-    /// Ascending numbers.
+    /// The ranges of ascending numbers.
     pub fn of_sorted(numbers: impl IntoIterator<Item = u32>) -> Self {
         let mut runs: Vec<[u32; 2]> = Vec::new();
         for number in numbers {
@@ -26,21 +26,21 @@ impl Runs {
         Self(runs)
     }
 
-    /// Whether they are ascending ranges of numbers below a count, and at least one.
+    /// Checks that there is at least one range, and that the ranges ascend and stay below `count`, the number of faces.
     ///
     /// # Errors
-    /// What is wrong with them.
+    /// The first violation.
     pub fn check(&self, count: usize) -> Result<(), String> {
         let mut before = 0;
         for &[first, end] in &self.0 {
             if first >= end || first < before {
                 return Err(format!(
-                    "the range of faces {first}, {end} is empty, or not behind the one before it"
+                    "the range of faces {first}, {end} is empty, or does not follow the previous one"
                 ));
             }
             if end as usize > count {
                 return Err(format!(
-                    "there is no face {}: the mesh has {count}, from 0",
+                    "there is no face {}: the mesh has {count} faces, numbered from 0",
                     end - 1
                 ));
             }
@@ -58,12 +58,12 @@ impl Runs {
         ranges.flat_map(|&[first, end]| first as usize..end as usize)
     }
 
-    /// How many numbers there are.
+    /// The number of elements.
     pub fn count(&self) -> usize {
         self.0.iter().map(|[a, b]| (b - a) as usize).sum()
     }
 
-    /// The text of a file of these numbers, as the command line reads it.
+    /// The text of a face file, one number a line, as the command line reads it.
     pub fn text(&self) -> String {
         let mut text = String::new();
         for number in self.numbers() {

@@ -1,4 +1,4 @@
-//! Writes what the session made.
+//! Writes meshes, reports and recipes of the session.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use crate::io::Format;
 use crate::job::{Drawings, JobError, JobSpec, Output, Source, Work, inspect};
 use crate::mend::Control;
 
-/// What was written.
+/// The result of saving.
 pub struct Saved {
     /// The file.
     pub path: PathBuf,
@@ -18,22 +18,22 @@ pub struct Saved {
 }
 
 impl App {
-    /// A mesh, as that which the next command would read.
+    /// A mesh as the input of the next command.
     pub fn source_of(&self, state: &State) -> Source {
         let mut source = Source::mesh(state.place(&self.input), state.loaded.clone());
         source.format = self.from.filter(|_| state.depth == 0);
         source
     }
 
-    /// The file after so many steps, which is not written but by a recipe.
+    /// The intermediate file after `depth` steps. Only a recipe writes it; the session keeps intermediate files in memory.
     pub fn between(&self, depth: usize) -> PathBuf {
         between(&self.input, depth, self.format_between.extension())
     }
 
-    /// Writes a mesh as the last command of its recipe does.
+    /// Writes a mesh, as the last command of its recipe does.
     ///
     /// # Errors
-    /// When it cannot be written so.
+    /// When the format does not allow it, or the file cannot be written.
     pub fn save_mesh(&self, state: &State, path: &Path, ascii: bool) -> Result<Saved, JobError> {
         let mut output = Output::new(path, None)?;
         output.ascii = ascii;
@@ -61,8 +61,8 @@ impl App {
         })
     }
 
-    /// Whether the command of a mesh's last step writes it in a format: what is made for glTF keeps the numbers of vertices, which
-    /// a command that writes another format does not.
+    /// Whether the command of a mesh's last step gives the same mesh in the given format. Steps with glTF as the intermediate format keep
+    /// the numbers of vertices, which a command that writes another format does not, except a fill.
     fn is_last(&self, state: &State, format: Format) -> bool {
         let is_gltf = |f: Format| matches!(f, Format::Gltf | Format::Glb);
         let fills = |work: &Work| matches!(work, Work::Fill(_));
@@ -73,7 +73,7 @@ impl App {
             .is_some_and(|step| same || fills(&step.work))
     }
 
-    /// Draws the page of a step, or of the file as it was read.
+    /// Writes the report page of a step, or of the input.
     ///
     /// # Errors
     /// When it cannot be written.
@@ -100,10 +100,10 @@ impl App {
         })
     }
 
-    /// The commands that make a mesh and save it in a file.
+    /// The recipe that makes a mesh and saves it to a file.
     ///
     /// # Errors
-    /// When the file has no format, or the command line no words.
+    /// When the file's extension names no format, or a step cannot be written as a command.
     pub fn recipe(
         &self,
         state: &State,
@@ -115,14 +115,14 @@ impl App {
             .any(|path| path.to_str().is_none())
         {
             return Err(
-                "the names of the files are no text, so no script can hold them".to_owned(),
+                "the name of a file is not valid Unicode, so a script cannot contain it".to_owned(),
             );
         }
         let format = Format::from_extension(output);
-        let format = format.ok_or("the extension of the saved file tells no format")?;
+        let format = format.ok_or("the extension of the saved file names no known format")?;
         let last = match self.is_last(state, format) {
             true => None,
-            false => Some(self.words.command(&Work::Copy, None)?),
+            false => Some(self.renderer.command(&Work::Copy, None)?),
         };
         let places = Places {
             folder,

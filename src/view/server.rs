@@ -1,4 +1,4 @@
-//! The server.
+//! The web server of the local page: start, pages of several files, recovery of earlier sessions.
 
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use thiserror::Error;
 
 use super::api::router;
-use super::app::{App, told};
+use super::app::{App, error_text};
 use super::choices::Choices;
 use super::connections;
 use super::events::Events;
@@ -16,82 +16,82 @@ use super::pages::Pages;
 use super::session::Session;
 use super::state::State;
 use super::step::format_between;
-use super::store::{KeptStep, Mark, ResumeError, Store};
+use super::store::{Fingerprint, ResumeError, Store, StoredStep};
 use super::token::Token;
 use super::words::Words;
 use crate::io::{Format, IoError};
 use crate::job::{JobError, Source};
 
-/// Threads that wait for requests; work is done on others.
+/// Number of threads that serve connections; the work of requests runs on other threads.
 const LISTENERS: usize = 2;
-/// The answer when no further page can be added.
+/// The error when no further page can be added.
 const TOO_MANY: &str = "too many files are open; end the program and start it again";
 
-/// What is served, and where.
+/// The settings of the server.
 pub struct Settings {
     /// The mesh file.
     pub input: PathBuf,
-    /// Its format, where it is not told from it.
+    /// Its format; none to detect it from the file.
     pub from: Option<Format>,
     /// The address to listen on.
     pub listen: IpAddr,
-    /// The port; 0 for any that is free.
+    /// The port; 0 for any free one.
     pub port: u16,
-    /// The folder below which the page may write; none for that of the file.
+    /// The folder below which the page may read and write; none for the folder of the input file.
     pub root: Option<PathBuf>,
-    /// Threads for the work; 0 for one per core.
+    /// Number of threads for the work; 0 for one per core.
     pub threads: usize,
-    /// The words of the command line.
+    /// Writes steps as commands of the command line.
     pub words: Box<dyn Words>,
-    /// Whether to go on with the steps of an earlier session, and where they are if not in the usual file.
+    /// Whether to resume an earlier session, and its recovery file if it is not the default one.
     pub resume: Option<Option<PathBuf>>,
 }
 
-/// Why there is no page.
+/// Why the server cannot start.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ViewError {
-    /// The mesh cannot be had.
+    /// The mesh cannot be read or inspected.
     #[error(transparent)]
     Job(#[from] JobError),
-    /// An earlier session cannot be gone on with.
+    /// The earlier session cannot be resumed.
     #[error(transparent)]
     Resume(#[from] ResumeError),
-    /// The folder to write to cannot be used.
+    /// The folder for files cannot be used.
     #[error("the folder {} cannot be used: {cause}", path.display())]
     Root {
         /// The folder.
         path: PathBuf,
-        /// What is wrong.
+        /// The cause.
         cause: std::io::Error,
     },
-    /// Nothing can be served there.
+    /// The address or port cannot be used.
     #[error("cannot listen on {at}: {cause}")]
     Listen {
         /// The address.
         at: SocketAddr,
-        /// What is wrong.
+        /// The cause.
         cause: std::io::Error,
     },
-    /// The system does not give what a server needs.
+    /// The system refuses a resource that the server needs.
     #[error("cannot start the server: {0}")]
     Start(#[from] std::io::Error),
-    /// There are no threads.
+    /// The threads cannot be started.
     #[error("cannot start the threads; try fewer: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-/// Where the page is.
+/// The address of a started server.
 pub struct Address {
-    /// Where the server listens.
+    /// The address that the server listens on.
     pub at: SocketAddr,
-    /// The address of the page, which holds the secret.
+    /// The address of the page; it contains the secret token.
     pub page: String,
     /// An address that leads to the page once.
     pub once: String,
-    /// The file of an earlier session whose steps were not saved, where it is not gone on with.
+    /// The recovery file of an earlier session that this one does not resume.
     pub earlier: Option<PathBuf>,
-    /// The recovery files of all pages that have unsaved steps now.
+    /// Lists the recovery files of all pages that have unsaved steps at the time of the call.
     pub unsaved: Box<dyn Fn() -> Vec<PathBuf> + Send + Sync>,
 }
 
@@ -127,8 +127,8 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
             opening: Mutex::default(),
         });
         let earlier = read.earlier.clone();
-        let is_usual_file = matches!(settings.resume, Some(None));
-        let [token, ticket] = shared.add_page(read, is_usual_file)?;
+        let is_own_file = matches!(settings.resume, Some(None));
+        let [token, ticket] = shared.add_page(read, is_own_file)?;
         let all = shared.clone();
         ready(Address {
             at,
@@ -149,12 +149,12 @@ struct Read {
     bytes: u64,
     first: State,
     store: Store,
-    steps: Option<(Vec<KeptStep>, Vec<Choices>)>,
+    steps: Option<(Vec<StoredStep>, Vec<Choices>)>,
     earlier: Option<PathBuf>,
 }
 
 impl Read {
-    /// Reads a file, and the steps of an earlier session where these are to be made again.
+    /// Reads a file and, if `resume` is given, the steps of an earlier session.
     fn new(
         pool: &rayon::ThreadPool,
         root: &Path,
@@ -169,7 +169,7 @@ impl Read {
             let path = input.clone();
             JobError::Io(IoError::Read { path, cause })
         })?;
-        let store = Store::new(root, &input, Mark::of(&content));
+        let store = Store::new(root, &input, Fingerprint::of(&content));
         let steps = resume.map(|file| store.read(file)).transpose()?;
         let earlier = store.path().to_path_buf();
         let earlier = (steps.is_none() && earlier.exists()).then_some(earlier);
@@ -185,7 +185,7 @@ impl Read {
     }
 }
 
-/// What the pages of a server share.
+/// The state that all pages of a server share.
 struct Shared {
     at: SocketAddr,
     root: PathBuf,
@@ -195,14 +195,14 @@ struct Shared {
     pages: Arc<Pages>,
     /// The state of each page, with its token.
     apps: Mutex<Vec<(Token, Arc<App>)>>,
-    /// Held while a file is opened. Never locked on a thread of a pool: such a thread may take up another request while it waits.
+    /// Locked while a file is opened. Never lock it on a thread of a rayon pool: a waiting thread may take up another request.
     opening: Mutex<()>,
 }
 
 impl Shared {
-    /// Adds the page of a file that was read. Returns the page's token and a ticket that leads to the page once. `is_usual_file` says
-    /// that the steps of an earlier session come from the file in which this session keeps its own.
-    fn add_page(self: &Arc<Self>, read: Read, is_usual_file: bool) -> std::io::Result<[Token; 2]> {
+    /// Adds the page of a file that was read. Returns the page's token and a ticket that leads to the page once. `is_own_file` says
+    /// whether the steps of an earlier session were read from the recovery file of this session.
+    fn add_page(self: &Arc<Self>, read: Read, is_own_file: bool) -> std::io::Result<[Token; 2]> {
         let [token, ticket] = [Token::new()?, Token::new()?];
         let gate = Arc::new(Gate::new(token.clone(), ticket.clone(), self.at));
         let [low, high] = read.first.loaded.mesh.bounds();
@@ -220,12 +220,12 @@ impl Shared {
             events: Events::default(),
             pool: self.pool.clone(),
             aside: self.aside.clone(),
-            words: self.words.clone(),
+            renderer: self.words.clone(),
             open: Box::new(move |path| opens.open(path)),
             is_input: Box::new(move |path| knows.page_of(path).is_some()),
         });
         if let Some(steps) = read.steps {
-            app.resume(steps, is_usual_file)?;
+            app.resume(steps, is_own_file)?;
         }
         let mut apps = self.apps.lock().unwrap_or_else(PoisonError::into_inner);
         let router = router(app.clone(), gate);
@@ -236,8 +236,8 @@ impl Shared {
         Ok([token, ticket])
     }
 
-    /// Opens another file and returns the path of its page on this server. A file that is open already keeps its page: a second session
-    /// would overwrite the recovery file of the first.
+    /// Opens another file and returns the path of its page on this server. A file that is already open keeps its page, since a second
+    /// session would overwrite the first one's recovery file.
     fn open(self: &Arc<Self>, path: PathBuf) -> Result<String, String> {
         let _one_at_a_time = self.opening.lock().unwrap_or_else(PoisonError::into_inner);
         let page = |token: Token| format!("/{}/", token.text());
@@ -248,14 +248,14 @@ impl Shared {
             return Err(TOO_MANY.to_owned());
         }
         let read = Read::new(&self.aside, &self.root, path, None, None);
-        let read = read.map_err(|error| told(&error))?;
+        let read = read.map_err(|error| error_text(&error))?;
         let [token, _] = self
             .add_page(read, false)
             .map_err(|error| error.to_string())?;
         Ok(page(token))
     }
 
-    /// The token of the page that was opened with this file as its input.
+    /// The token of the page whose input is this file.
     fn page_of(&self, path: &Path) -> Option<Token> {
         let path = path.canonicalize().ok()?;
         let apps = self.apps.lock().unwrap_or_else(PoisonError::into_inner);
@@ -267,7 +267,7 @@ impl Shared {
     /// The recovery files of all pages that have unsaved steps.
     fn unsaved(&self) -> Vec<PathBuf> {
         let apps = self.apps.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_unsaved = |app: &App| app.session().is_kept() && app.store.error().is_none();
+        let is_unsaved = |app: &App| app.session().needs_storing() && app.store.error().is_none();
         let unsaved = apps.iter().filter(|(_, app)| is_unsaved(app));
         unsaved
             .map(|(_, app)| app.store.path().to_path_buf())
@@ -275,7 +275,7 @@ impl Shared {
     }
 }
 
-/// The folder below which files are written.
+/// The folder below which the page may read and write files.
 fn root(settings: &Settings) -> Result<PathBuf, ViewError> {
     let beside = settings.input.parent().unwrap_or(Path::new(""));
     let beside = match beside.as_os_str().is_empty() {
@@ -290,11 +290,11 @@ fn root(settings: &Settings) -> Result<PathBuf, ViewError> {
     let whole = root.canonicalize().map_err(in_root)?;
     match whole.is_dir() {
         true => Ok(whole),
-        false => Err(in_root(std::io::Error::other("it is no folder"))),
+        false => Err(in_root(std::io::Error::other("it is not a folder"))),
     }
 }
 
-/// The address that a secret stands in, for a browser on this machine.
+/// The address of a secret path, for a browser on this machine.
 fn address(at: SocketAddr, token: &Token) -> String {
     let host = match at.ip() {
         IpAddr::V4(ip) if ip.is_unspecified() => "127.0.0.1".to_owned(),

@@ -1,4 +1,4 @@
-//! The steps of a session: a line along which undo and redo go, and meshes beside it that are only looked at.
+//! A session: the history of meshes with undo and redo, previews, the running job, and the user's choices on each mesh.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -7,49 +7,49 @@ use std::time::SystemTime;
 
 use super::choices::{Change, Choices};
 use super::state::State;
-use super::store::{Keep, KeptStep};
+use super::store::{Snapshot, StoredStep};
 use crate::Cancel;
 
-/// Most meshes that are kept to be looked at.
+/// Upper bound of the number of previews; the oldest is dropped.
 const PREVIEWS: usize = 4;
 
-/// All meshes of a session, and what is being done.
+/// All meshes of a session, and the running job.
 pub struct Session {
     states: BTreeMap<u32, Arc<State>>,
-    /// The numbers of the meshes from the file on.
+    /// The numbers of the meshes of the history, from the input on.
     line: Vec<u32>,
-    /// The place of the current one in it.
+    /// Index of the current mesh in `line`.
     at: usize,
-    /// The meshes beside the line, the oldest first.
+    /// The numbers of the previews, the oldest first.
     previews: Vec<u32>,
     next_state: u32,
     next_job: u64,
-    /// What is being done.
+    /// The running job.
     pub busy: Option<Busy>,
-    /// The mesh that was saved last; at first the file itself.
+    /// The mesh that was saved last; at first the input.
     saved: u32,
-    /// Where meshes were saved last, and whether as text.
+    /// For each saved mesh the last file, and whether it is text.
     outputs: BTreeMap<u32, (PathBuf, bool)>,
-    /// What is chosen on each mesh.
+    /// The choices on each mesh.
     choices: BTreeMap<u32, Choices>,
-    /// How often something was chosen, and how often when a mesh was saved last.
+    /// Number of changes of choices: until now, and until the last save.
     chosen: [u64; 2],
 }
 
-/// A job that is being done.
+/// A running job.
 pub struct Busy {
     /// Its number.
     pub job: u64,
     /// The name of the command.
     pub kind: &'static str,
-    /// Since when.
+    /// Time of its start.
     pub since: SystemTime,
-    /// Stops it.
+    /// Cancels it.
     pub cancel: Cancel,
 }
 
 impl Session {
-    /// A session of a file.
+    /// A session that starts with a mesh.
     pub fn new(first: State) -> Self {
         Self {
             states: BTreeMap::from([(0, Arc::new(first))]),
@@ -71,27 +71,27 @@ impl Session {
         &self.states[&self.line[self.at]]
     }
 
-    /// A mesh.
+    /// The mesh with the given number.
     pub fn state(&self, id: u32) -> Option<&Arc<State>> {
         self.states.get(&id)
     }
 
-    /// The meshes of the line.
+    /// The meshes of the history, from the input on.
     pub fn line(&self) -> impl Iterator<Item = &Arc<State>> {
         self.line.iter().map(|id| &self.states[id])
     }
 
-    /// The meshes beside it.
+    /// The previews, the oldest first.
     pub fn previews(&self) -> impl Iterator<Item = &Arc<State>> {
         self.previews.iter().map(|id| &self.states[id])
     }
 
     /// Whether there are steps to undo and to redo.
-    pub fn ways(&self) -> [bool; 2] {
+    pub fn can_undo_redo(&self) -> [bool; 2] {
         [self.at > 0, self.at + 1 < self.line.len()]
     }
 
-    /// Begins a job, unless there is one.
+    /// Starts a job; none if one is running.
     pub fn begin(&mut self, kind: &'static str) -> Option<(u64, Cancel)> {
         if self.busy.is_some() {
             return None;
@@ -107,25 +107,25 @@ impl Session {
         Some((job, cancel))
     }
 
-    /// Goes one step back or forth.
-    pub fn go(&mut self, forth: bool) -> bool {
-        let [back, on] = self.ways();
-        match forth {
-            true if on => self.at += 1,
-            false if back => self.at -= 1,
+    /// Undoes or, if `forward` is set, redoes one step; false if there is none.
+    pub fn go(&mut self, forward: bool) -> bool {
+        let [can_undo, can_redo] = self.can_undo_redo();
+        match forward {
+            true if can_redo => self.at += 1,
+            false if can_undo => self.at -= 1,
             _ => return false,
         }
         true
     }
 
-    /// Goes to a mesh of the line.
+    /// Makes a mesh of the history the current one; false if it is not in the history.
     pub fn go_to(&mut self, id: u32) -> bool {
         let place = self.line.iter().position(|i| *i == id);
         self.at = place.unwrap_or(self.at);
         place.is_some()
     }
 
-    /// Takes a mesh that was made of the current one: the next of the line, in the place of those that were, or a preview.
+    /// Adds a mesh that was made from the current one, as a preview or as the next mesh of the history. The latter replaces undone steps.
     pub fn add(&mut self, mut state: State, preview: bool) -> u32 {
         let id = self.next_state;
         self.next_state += 1;
@@ -144,25 +144,27 @@ impl Session {
         id
     }
 
-    /// Makes a preview the next mesh of the line.
+    /// Makes a preview the next mesh of the history.
     ///
     /// # Errors
-    /// Why it cannot be.
+    /// When there is no preview of this number, or it was made from another mesh than the current one.
     pub fn adopt(&mut self, id: u32) -> Result<(), &'static str> {
         let place = self.previews.iter().position(|i| *i == id);
-        let place = place.ok_or("there is no such preview")?;
+        let place = place.ok_or("there is no preview with this number")?;
         let parent = self.states[&id].parent.as_ref().map(|p| p.id);
         if parent != Some(self.current().id) {
-            return Err("the preview was made of another mesh than the current one");
+            return Err(
+                "the preview was made from another mesh than the current one; make it again",
+            );
         }
         self.previews.remove(place);
-        // What was chosen since it was made counts too.
+        // Carry the choices once more, since they may have changed after the preview was made.
         self.carry(id);
         self.append(id);
         Ok(())
     }
 
-    /// Drops a preview.
+    /// Deletes a preview; false if there is none of this number.
     pub fn discard(&mut self, id: u32) -> bool {
         let place = self.previews.iter().position(|i| *i == id);
         if let Some(place) = place {
@@ -172,7 +174,7 @@ impl Session {
         place.is_some()
     }
 
-    /// Puts a mesh behind the current one.
+    /// Appends a mesh to the history after the current one, and deletes the undone ones.
     fn append(&mut self, id: u32) {
         for gone in self.line.split_off(self.at + 1) {
             self.forget(gone);
@@ -181,13 +183,13 @@ impl Session {
         self.at = self.line.len() - 1;
     }
 
-    /// Drops a mesh and what was chosen on it.
+    /// Deletes a mesh and the choices on it.
     fn forget(&mut self, id: u32) {
         self.states.remove(&id);
         self.choices.remove(&id);
     }
 
-    /// Carries what is chosen on a mesh's parent to it.
+    /// Carries the choices on a mesh's parent over to the mesh.
     fn carry(&mut self, id: u32) {
         let state = &self.states[&id];
         if let Some(parent) = &state.parent {
@@ -196,22 +198,22 @@ impl Session {
         }
     }
 
-    /// What is chosen on a mesh.
+    /// The choices on a mesh.
     pub fn choices(&self, id: u32) -> Choices {
         self.choices.get(&id).cloned().unwrap_or_default()
     }
 
-    /// Whether faces of any of its meshes are marked, or were for a step.
+    /// Whether faces of any mesh are marked, or were marked for a step.
     pub fn was_masked(&self) -> bool {
         let by_step = |s: &Arc<State>| s.step.as_ref().is_some_and(|step| step.mask.is_some());
         let marked = self.choices.values().any(|c| !c.mask().0.is_empty());
         marked || self.states.values().any(by_step)
     }
 
-    /// Takes what is chosen on a mesh.
+    /// Changes the choices on a mesh; none if the mesh does not exist any more.
     ///
     /// # Errors
-    /// As [`Choices::change`]; none where the mesh is no more.
+    /// As [`Choices::change`].
     pub fn choose(&mut self, change: &Change) -> Option<Result<(), (String, &'static str)>> {
         let state = self.states.get(&change.id)?.clone();
         let choices = self.choices.entry(change.id).or_default();
@@ -219,20 +221,20 @@ impl Session {
         Some(choices.change(change, &state))
     }
 
-    /// Takes what was chosen on the current mesh in an earlier session.
+    /// Restores the choices on the current mesh from an earlier session.
     pub fn restore_choices(&mut self, choices: Choices) {
         let state = self.current().clone();
-        // They are worth keeping on, also where no step follows.
+        // Count them as a change, so that they are stored again even if no step follows.
         if choices != Choices::default() {
             self.chosen[0] += 1;
         }
         self.choices.insert(state.id, choices.checked(&state));
     }
 
-    /// What a file of the session holds.
-    pub fn kept(&self) -> Keep {
+    /// The content of the recovery file: the steps to the current mesh and the choices on each mesh.
+    pub fn snapshot(&self) -> Snapshot {
         let current = self.current();
-        let step = |s: &super::state::StepDone| KeptStep {
+        let step = |s: &super::state::StepDone| StoredStep {
             work: s.work.clone(),
             mask: s.mask.clone(),
         };
@@ -243,31 +245,31 @@ impl Session {
             at = state.parent.as_ref();
         }
         choices.reverse();
-        Keep {
+        Snapshot {
             of: (current.id, self.chosen[0]),
             steps: current.steps().into_iter().map(step).collect(),
             choices,
         }
     }
 
-    /// Whether there is anything that a file of the session has to keep: steps that no saved file has, or choices made since.
-    pub fn is_kept(&self) -> bool {
+    /// Whether the recovery file is needed: there are unsaved steps, or choices changed since the last save.
+    pub fn needs_storing(&self) -> bool {
         self.is_unsaved() || self.chosen[0] != self.chosen[1]
     }
 
-    /// A mesh was saved.
+    /// Records that a mesh was saved.
     pub fn was_saved(&mut self, id: u32, path: PathBuf, ascii: bool) {
         self.saved = id;
         self.chosen[1] = self.chosen[0];
         self.outputs.insert(id, (path, ascii));
     }
 
-    /// Where a mesh was saved last.
+    /// The file that a mesh was last saved to, and whether it is text.
     pub fn output(&self, id: u32) -> Option<&(PathBuf, bool)> {
         self.outputs.get(&id)
     }
 
-    /// Whether there are steps that no saved file has.
+    /// Whether the current mesh differs from the one saved last.
     pub fn is_unsaved(&self) -> bool {
         self.current().id != self.saved
     }

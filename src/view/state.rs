@@ -1,4 +1,4 @@
-//! A mesh of the session: as it was read, or as a step made it.
+//! A mesh of the session: the input or the result of a step, with its holes, the origin of its faces, and its expected errors.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock};
@@ -20,40 +20,40 @@ use crate::report::counted;
 
 /// A mesh of the session.
 pub struct State {
-    /// Its number, which no other mesh of the session has or had.
+    /// Its number, which is never reused in the session.
     pub id: u32,
-    /// The one that it was made of.
+    /// The mesh that it was made from.
     pub parent: Option<Arc<State>>,
-    /// So many steps were made from the file to it.
+    /// Number of steps from the input to it.
     pub depth: usize,
-    /// What made it; none for the file as it was read.
+    /// The step that made it; none for the input.
     pub step: Option<StepDone>,
-    /// The mesh, with what it carries.
+    /// The mesh with its attributes.
     pub loaded: Arc<Loaded>,
     /// Its holes.
     pub holes: Vec<Hole>,
-    /// Where sharp edges end at their rims.
+    /// The ends of sharp edges at its rims.
     pub crease_ends: Vec<CreaseEnd>,
     /// The document of `isomend inspect`.
     pub inspected: Value,
-    /// For each face from where it is.
+    /// The origin of each face.
     pub origin: Vec<Origin>,
-    /// For each face the region that made it in this step, from 1; else 0.
+    /// For each face the region that made it in this step, counted from 1; 0 for other faces.
     pub region: Vec<u16>,
     /// The expected errors of its vertices.
     pub errors: Errors,
-    /// What of the parent is kept, where that is known.
+    /// The vertices and faces of the parent that it keeps in order, if known.
     pub delta: Option<Delta>,
     textures: OnceLock<Textures>,
-    /// What was looked for last, and what was found.
+    /// Parameters and result of the last check for defects.
     pub checked: Mutex<Option<(CheckParams, Value)>>,
 }
 
-/// Where a face is from.
+/// The origin of a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Origin {
-    /// The file that was opened.
+    /// The input file.
     File = 0,
     /// The step that made this mesh.
     New = 1,
@@ -61,34 +61,34 @@ pub enum Origin {
     Earlier = 2,
 }
 
-/// A step that was done.
+/// A completed step.
 pub struct StepDone {
-    /// What was done; the marks of its mask are in `mask`.
+    /// The work, without the marked faces.
     pub work: Work,
-    /// The faces that were marked.
+    /// The marked faces.
     pub mask: Option<Runs>,
-    /// The same as a command.
+    /// The step as a command.
     pub command: Command,
-    /// What it made, to be written in any format.
+    /// The result, which can be written in any format.
     pub mended: Mended<'static>,
-    /// The document of the command.
+    /// The JSON document of the command.
     pub document: Value,
-    /// What was done, in a line.
+    /// A summary in one line.
     pub summary: String,
-    /// Whether all that was to be filled is.
+    /// Whether all requested holes were filled.
     pub complete: bool,
-    /// How long it took.
+    /// Run time in seconds.
     pub seconds: f64,
 }
 
 impl State {
-    /// The file as it was read.
+    /// The state of the input file.
     ///
     /// # Errors
-    /// When the mesh cannot be measured.
+    /// When the mesh cannot be inspected.
     pub fn first(source: &Source, loaded: Arc<Loaded>) -> Result<Self, JobError> {
         let faces = loaded.mesh.faces.len();
-        let (holes, crease_ends, inspected) = looked_at(source, &loaded)?;
+        let (holes, crease_ends, inspected) = inspect_mesh(source, &loaded)?;
         Ok(Self {
             id: 0,
             parent: None,
@@ -107,10 +107,10 @@ impl State {
         })
     }
 
-    /// What a step made of a state, as it is read from the bytes of `source`.
+    /// The state after a step. The mesh is read back from the bytes of `source`, as the next command would read it.
     ///
     /// # Errors
-    /// As [`State::first`].
+    /// When `source` cannot be read, or the mesh cannot be inspected.
     pub fn next(
         parent: &Arc<State>,
         step: StepDone,
@@ -118,7 +118,8 @@ impl State {
         source: &Source,
     ) -> Result<Self, JobError> {
         let loaded = source.read()?;
-        let (holes, crease_ends, inspected) = looked_at(source, &loaded)?;
+        let (holes, crease_ends, inspected) = inspect_mesh(source, &loaded)?;
+        // Find the vertices and faces that the step kept in order.
         let [_, first] = step.mended.kept_size();
         let kept = step.mended.kept();
         let whole = first == 0;
@@ -127,10 +128,11 @@ impl State {
             false => Delta::new(&parent.loaded.mesh, &loaded.mesh, kept),
         };
         let faces = loaded.mesh.faces.len();
-        // A repair that renumbers vertices keeps faces that are not the same by their numbers: they are found by their places.
+        // If a repair renumbered vertices, the kept faces do not match by number. They are then found by position.
         let delta = delta.filter(|delta| delta.faces.count() == first.min(faces));
         let origin = origins(parent, &loaded.mesh, delta.as_ref(), &step.mended);
         let errors = Errors::next(&parent.errors, &step.mended, &parent.loaded, &loaded);
+        // The new faces follow the kept ones, region by region.
         let mut region = vec![0; faces];
         let mut at = first.min(faces);
         for (number, made) in (1..).zip(&report.regions) {
@@ -156,7 +158,7 @@ impl State {
         })
     }
 
-    /// Where it is: the file that was opened, or what a step made of it, in memory.
+    /// Its location: the input file, or a file in memory after a step.
     pub fn place(&self, input: &Path) -> Place {
         match self.depth {
             0 => input.into(),
@@ -164,12 +166,12 @@ impl State {
         }
     }
 
-    /// The images on it.
+    /// Its texture images.
     pub fn textures(&self) -> &Textures {
         self.textures.get_or_init(|| Textures::new(&self.loaded))
     }
 
-    /// The step, and those before it, from the first on.
+    /// All steps from the input to this mesh, the first one first.
     pub fn steps(&self) -> Vec<&StepDone> {
         let mut steps: Vec<&StepDone> = Vec::new();
         let mut at = Some(self);
@@ -183,8 +185,8 @@ impl State {
 }
 
 impl Origin {
-    /// The same after another step.
-    fn aged(self) -> Self {
+    /// The origin of the same face after another step.
+    fn after_step(self) -> Self {
         match self {
             Self::File => Self::File,
             Self::New | Self::Earlier => Self::Earlier,
@@ -192,7 +194,7 @@ impl Origin {
     }
 }
 
-/// For each face of a mesh, as it was read again, from where it is: as in the mesh that it was made of, where that has the face.
+/// The origins of the faces after a step: kept faces inherit them from the parent, the others are new.
 fn origins(parent: &State, mesh: &Mesh, delta: Option<&Delta>, mended: &Mended) -> Vec<Origin> {
     let faces = mesh.faces.len();
     let before: Vec<Option<u32>> = match delta {
@@ -203,15 +205,15 @@ fn origins(parent: &State, mesh: &Mesh, delta: Option<&Delta>, mended: &Mended) 
     let mut origin = vec![Origin::New; faces];
     for (new, old) in origin.iter_mut().zip(before) {
         if let Some(old) = old {
-            *new = parent.origin[old as usize].aged();
+            *new = parent.origin[old as usize].after_step();
         }
     }
     origin
 }
 
-/// Whether the faces of a mesh, as it was read again, are those that were written, in the same order and where they were but for what a
-/// format rounds.
+/// Whether a mesh that was read back has the written faces in the same order, at the same positions up to the format's rounding.
 fn is_in_order(mesh: &Mesh, mended: &Mended) -> bool {
+    /// Tolerance of positions, relative to the diagonal of the bounding box.
     const ROUNDED: f64 = 1e-5;
     let [low, high] = mesh.bounds();
     let near = ROUNDED * low.distance(high);
@@ -224,8 +226,8 @@ fn is_in_order(mesh: &Mesh, mended: &Mended) -> bool {
     mended.face_corners(faces).is_none() && (0..faces as u32).all(is_same)
 }
 
-/// The holes of a mesh, the crease ends at their rims, and all that `isomend inspect` tells of it.
-fn looked_at(
+/// The holes of a mesh, the crease ends at their rims, and the document of `isomend inspect`.
+fn inspect_mesh(
     source: &Source,
     loaded: &Loaded,
 ) -> Result<(Vec<Hole>, Vec<CreaseEnd>, Value), JobError> {
@@ -234,7 +236,7 @@ fn looked_at(
     Ok((inspected.found.holes, inspected.crease_ends, document))
 }
 
-/// The place of a mesh after so many steps: in memory, with what it refers to beside the file that was opened.
+/// The location of the mesh after `depth` steps: in memory; files that it refers to are found in the folder of the input.
 pub fn place_after(input: &Path, depth: usize) -> Place {
     let name = input.file_name().unwrap_or_default().to_string_lossy();
     Place::Memory {
@@ -243,14 +245,14 @@ pub fn place_after(input: &Path, depth: usize) -> Place {
     }
 }
 
-/// The file of the mesh between two steps in a recipe, which writes it.
+/// The intermediate file after `depth` steps, as a recipe writes it.
 pub fn between(input: &Path, depth: usize, extension: &str) -> PathBuf {
     let stem = input.file_stem().unwrap_or_default().to_string_lossy();
     input.with_file_name(format!("{stem}.isomend-step{depth}.{extension}"))
 }
 
 impl StepDone {
-    /// What was done, in a word or two.
+    /// A label of a few words for the history.
     pub fn label(&self) -> String {
         let marked = self.mask.as_ref().map(Runs::count);
         match (&self.work, marked) {

@@ -1,4 +1,4 @@
-//! Makes a step: as the command line would, from a file to a file, but for the files.
+//! Steps of the session: checks a request of the page, and runs it like a command from file to file, with the files in memory.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -18,19 +18,19 @@ use crate::mesh::length_beside;
 use crate::repair::RepairParams;
 use crate::report::{counted, tally_line};
 
-/// What a step is to do, as the page asks for it.
+/// A step that the page requests.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Request {
     /// The command.
     pub kind: Kind,
-    /// Its parameters; those that are not given are the usual ones.
+    /// Its parameters; missing ones have their defaults.
     #[serde(default)]
     pub params: Value,
-    /// The faces that are marked.
+    /// The marked faces.
     #[serde(default)]
     pub mask: Option<Runs>,
-    /// Whether the result is only to be looked at.
+    /// Whether the result is only a preview.
     #[serde(default)]
     pub preview: bool,
 }
@@ -39,41 +39,41 @@ pub struct Request {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
-    /// Holes are filled.
+    /// Fill holes.
     Fill,
-    /// What is marked is replaced.
+    /// Replace the marked faces.
     Restore,
-    /// The surface, or what is marked, is faired.
+    /// Fair the surface, or the marked faces.
     Fair,
-    /// What is wrong is mended.
+    /// Repair defects.
     Repair,
 }
 
-/// What is wrong with a request, and where.
+/// The error of an invalid request.
 #[derive(Debug)]
 pub struct Wrong {
-    /// What is wrong.
+    /// The reason.
     pub error: String,
-    /// The part of the request.
-    pub place: &'static str,
+    /// The invalid field of the request.
+    pub field: &'static str,
 }
 
-/// A step that can be made.
+/// A checked step, ready to run.
 #[derive(Clone)]
 pub struct Order {
-    /// What is to be done, without the marks of the mask.
+    /// The work, without the marked faces.
     pub work: Work,
-    /// The faces that are marked.
+    /// The marked faces.
     pub mask: Option<Runs>,
-    /// The same as a command.
+    /// The step as a command.
     pub command: super::words::Command,
 }
 
 impl Request {
-    /// Checks it for a mesh of so many faces: what it asks for must be something that the command line can be asked for.
+    /// Checks the request for a mesh with `faces` faces. The command line must be able to express it.
     ///
     /// # Errors
-    /// What is wrong.
+    /// When a parameter or the mask is invalid, or no command does the work.
     pub fn order(self, faces: usize, words: &dyn Words) -> Result<Order, Wrong> {
         let params = match self.params {
             Value::Null => Value::Object(serde_json::Map::new()),
@@ -97,15 +97,15 @@ impl Request {
 fn read<P: serde::de::DeserializeOwned>(params: Value) -> Result<P, Wrong> {
     serde_json::from_value(params).map_err(|error| Wrong {
         error: error.to_string(),
-        place: "params",
+        field: "params",
     })
 }
 
 impl Order {
-    /// As [`Request::order`].
+    /// Checks a step, as [`Request::order`] does.
     ///
     /// # Errors
-    /// What is wrong.
+    /// As [`Request::order`].
     pub fn new(
         work: Work,
         mask: Option<Runs>,
@@ -114,7 +114,7 @@ impl Order {
     ) -> Result<Self, Wrong> {
         let in_mask = |error| Wrong {
             error,
-            place: "mask",
+            field: "mask",
         };
         if let Some(mask) = &mask {
             mask.check(faces).map_err(in_mask)?;
@@ -122,16 +122,21 @@ impl Order {
         match (&work, &mask) {
             (Work::Fill(_) | Work::Repair(_), Some(_)) => {
                 return Err(in_mask(
-                    "holes are filled by their numbers, not by a mask".to_owned(),
+                    "fill and repair take no marked faces: holes are chosen by their numbers"
+                        .to_owned(),
                 ));
             }
-            (Work::Restore(..), None) => return Err(in_mask("no face is marked".to_owned())),
+            (Work::Restore(..), None) => {
+                return Err(in_mask(
+                    "no face is marked; mark the region to restore first".to_owned(),
+                ));
+            }
             _ => {}
         }
         let faces = mask.as_ref().map(|_| "marks.faces");
         let command = words.command(&work, faces).map_err(|error| Wrong {
             error,
-            place: "params",
+            field: "params",
         })?;
         Ok(Self {
             work,
@@ -140,7 +145,7 @@ impl Order {
         })
     }
 
-    /// The work with the marks of its mask.
+    /// The work with the marked faces.
     fn marked(&self) -> Work {
         let mut work = self.work.clone();
         let (Work::Restore(mask, _) | Work::Fair(Some(mask), _)) = &mut work else {
@@ -152,10 +157,10 @@ impl Order {
         work
     }
 
-    /// Makes the step. The result is what the next command would read from the file that this one writes.
+    /// Runs the step. The result is the mesh that the next command would read from this command's output.
     ///
     /// # Errors
-    /// What the job fails with; also when it is cancelled.
+    /// When the job fails or is cancelled.
     pub fn make(
         self,
         input: &Path,
@@ -163,13 +168,13 @@ impl Order {
         control: &Control,
     ) -> Result<State, JobError> {
         let clock = Instant::now();
-        // As it was read, or as the step before wrote it.
+        // The job as a command would run it; the output goes to memory.
         let format = format_between(parent.loaded.format);
         let place = place_after(input, parent.depth + 1);
         let source = Source::mesh(parent.place(input), parent.loaded.clone());
         let mut spec = JobSpec::plan(source, self.marked());
         spec.output = Some(Output::new(place.clone(), Some(format))?);
-        // What was cut out is kept for the page of the step.
+        // Keep the removed faces for the report page of the step.
         spec.drawings.may_follow = true;
         spec.work.check()?;
         let mended = spec.read()?.mend(control)?.into_owned();
@@ -194,8 +199,7 @@ impl Order {
     }
 }
 
-/// The format between two steps: that of the file, which carries all that came with it; of STL files, whose vertices have no
-/// numbers, PLY.
+/// The format of intermediate files: the input's format, which stores all its attributes; PLY for STL, which does not number vertices.
 pub fn format_between(file: Format) -> Format {
     match file {
         Format::Stl => Format::Ply,
@@ -203,7 +207,7 @@ pub fn format_between(file: Format) -> Format {
     }
 }
 
-/// What was done, in a line.
+/// A summary of the result in one line.
 fn summary(done: &JobResult) -> String {
     let fill = || tally_line(&done.report);
     match &done.extent {

@@ -1,4 +1,4 @@
-//! Steps that were not saved, kept in a file: what has to be done again to have them.
+//! The recovery file of a session: unsaved steps and choices, from which the session can be repeated.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,72 +13,72 @@ use super::runs::Runs;
 use crate::io::replace_file;
 use crate::job::Work;
 
-/// Why a session cannot be gone on with.
+/// Why a session cannot be resumed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ResumeError {
-    /// There is none.
-    #[error("there are no steps to go on with: {} cannot be read ({cause})", path.display())]
+    /// The recovery file cannot be read.
+    #[error("there are no steps to resume: {} cannot be read ({cause})", path.display())]
     Missing {
-        /// The file of the session.
+        /// The recovery file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         cause: std::io::Error,
     },
-    /// It is something else.
+    /// The file is no recovery file, or damaged.
     #[error("{} is not the file of a session of this program: {what}", path.display())]
     Damaged {
-        /// The file of the session.
+        /// The recovery file.
         path: PathBuf,
-        /// What is wrong.
+        /// The error of the parser.
         what: String,
     },
-    /// It is of another mesh.
+    /// The recovery file belongs to another mesh.
     #[error(
-        "{} is of another mesh: {} was changed since, or is another file; move the session away to begin anew",
+        "{} belongs to another mesh: {} has changed since, or is another file; move the session file away to start a new session",
         path.display(),
         input.display()
     )]
     Other {
-        /// The file of the session.
+        /// The recovery file.
         path: PathBuf,
         /// The mesh.
         input: PathBuf,
     },
 }
 
-/// What is kept of a session.
+/// The content of a recovery file.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SessionFile {
     /// The version of the program that wrote it.
     version: String,
-    input: Mark,
-    steps: Vec<KeptStep>,
-    /// What is chosen on the file as it was read, and on the mesh of each step.
+    input: Fingerprint,
+    steps: Vec<StoredStep>,
+    /// The choices on the input and on the mesh after each step.
     #[serde(default)]
     choices: Vec<Choices>,
 }
 
-/// Steps to a mesh, and what is chosen on the meshes on the way.
-pub struct Keep {
-    /// The mesh, and how often something was chosen.
+/// The steps to a mesh, and the choices on the meshes on the way.
+pub struct Snapshot {
+    /// Number of the mesh, and number of changes of choices so far; equal for equal snapshots.
     pub of: (u32, u64),
     /// The steps.
-    pub steps: Vec<KeptStep>,
-    /// What is chosen on the file as it was read, and on the mesh of each step.
+    pub steps: Vec<StoredStep>,
+    /// The choices on the input and on the mesh after each step.
     pub choices: Vec<Choices>,
 }
 
-/// By what a file is known again.
+/// Size and checksum by which the input file is recognised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Mark {
+pub struct Fingerprint {
     bytes: u64,
     crc: u32,
 }
 
-impl Mark {
-    /// Of the content of a file.
+impl Fingerprint {
+    /// The fingerprint of a file's content.
     pub fn of(bytes: &[u8]) -> Self {
         let mut crc = Crc::new();
         crc.update(bytes);
@@ -89,61 +89,64 @@ impl Mark {
     }
 }
 
-/// A step that is kept.
+/// A stored step.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct KeptStep {
-    /// What is to be done.
+pub struct StoredStep {
+    /// The work, without the marked faces.
     pub work: Work,
-    /// The faces that are marked.
+    /// The marked faces.
     pub mask: Option<Runs>,
 }
 
-/// The file of a session.
+/// The recovery file of a session.
 pub struct Store {
     path: PathBuf,
     input: PathBuf,
-    mark: Mark,
-    now: Mutex<Now>,
+    fingerprint: Fingerprint,
+    status: Mutex<Status>,
 }
 
 #[derive(Default)]
-struct Now {
-    /// Whether the file on disk is this session's.
+struct Status {
+    /// Whether the file on disk belongs to this session.
     own: bool,
-    /// The mesh whose steps it has, and how often something was chosen before.
-    kept: Option<(u32, u64)>,
-    /// Why it could not be written last.
+    /// [`Snapshot::of`] of the stored snapshot.
+    stored: Option<(u32, u64)>,
+    /// The error of the last write.
     error: Option<String>,
 }
 
 impl Store {
-    /// The file for a mesh in a folder.
-    pub fn new(root: &Path, input: &Path, mark: Mark) -> Self {
+    /// The recovery file of an input file, in the folder `root`.
+    pub fn new(root: &Path, input: &Path, fingerprint: Fingerprint) -> Self {
         let name = input.file_name().unwrap_or_default().to_string_lossy();
         Self {
             path: root.join(format!(".{name}.isomend-session.json")),
             input: input.to_path_buf(),
-            mark,
-            now: Mutex::default(),
+            fingerprint,
+            status: Mutex::default(),
         }
     }
 
-    /// The file.
+    /// The path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Why it could not be written last.
+    /// The error of the last write, if it failed.
     pub fn error(&self) -> Option<String> {
-        self.now().error.clone()
+        self.status().error.clone()
     }
 
-    /// The steps that a file keeps, of this mesh, and what was chosen on each of its meshes.
+    /// Reads the steps and choices of a recovery file of this input; `file` is none for the default file.
     ///
     /// # Errors
     /// [`ResumeError`].
-    pub fn read(&self, file: Option<&Path>) -> Result<(Vec<KeptStep>, Vec<Choices>), ResumeError> {
+    pub fn read(
+        &self,
+        file: Option<&Path>,
+    ) -> Result<(Vec<StoredStep>, Vec<Choices>), ResumeError> {
         let path = file.unwrap_or(&self.path).to_path_buf();
         let bytes = match fs::read(&path) {
             Ok(bytes) => bytes,
@@ -156,46 +159,47 @@ impl Store {
                 return Err(ResumeError::Damaged { path, what });
             }
         };
-        if kept.input != self.mark {
+        if kept.input != self.fingerprint {
             let input = self.input.clone();
             return Err(ResumeError::Other { path, input });
         }
         Ok((kept.steps, kept.choices))
     }
 
-    /// From now on the file is this session's, which has all that was in it.
+    /// Takes the file over from the earlier session, whose steps this session has repeated.
     pub fn own(&self) {
-        self.now().own = true;
+        self.status().own = true;
     }
 
-    /// Keeps what `session` tells; none where all is saved. The file of another session is moved aside.
-    pub fn keep(&self, session: impl FnOnce() -> Option<Keep>) {
-        // Before the session is asked for, so that the last to write has the last state of it.
-        let mut now = self.now();
-        let keep = session();
-        let of = keep.as_ref().map(|keep| keep.of);
-        if now.own && of.is_some() && of == now.kept {
+    /// Writes the snapshot that `session` returns, or deletes the own file if it returns none because everything is saved. The file of
+    /// another session is renamed first.
+    pub fn update(&self, session: impl FnOnce() -> Option<Snapshot>) {
+        // Lock before taking the snapshot, so that the last writer has the latest state.
+        let mut status = self.status();
+        let snapshot = session();
+        let of = snapshot.as_ref().map(|snapshot| snapshot.of);
+        if status.own && of.is_some() && of == status.stored {
             return;
         }
-        let is_another = !now.own && self.path.exists();
-        let written = match keep {
-            // Choices alone do not move the steps of another session aside.
-            Some(keep) if is_another && keep.steps.is_empty() => Ok(false),
-            Some(keep) => self.write(is_another, keep).map(|()| true),
-            None if now.own => fs::remove_file(&self.path).map(|()| false),
+        let is_another = !status.own && self.path.exists();
+        let written = match snapshot {
+            // Choices alone do not replace the steps of another session.
+            Some(snapshot) if is_another && snapshot.steps.is_empty() => Ok(false),
+            Some(snapshot) => self.write(is_another, snapshot).map(|()| true),
+            None if status.own => fs::remove_file(&self.path).map(|()| false),
             None => Ok(false),
         };
-        now.own = *written.as_ref().unwrap_or(&false);
-        now.error = written.err().map(|e| e.to_string());
-        now.kept = of;
+        status.own = *written.as_ref().unwrap_or(&false);
+        status.error = written.err().map(|e| e.to_string());
+        status.stored = of;
     }
 
-    fn write(&self, is_another: bool, keep: Keep) -> std::io::Result<()> {
+    fn write(&self, is_another: bool, snapshot: Snapshot) -> std::io::Result<()> {
         let kept = SessionFile {
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            input: self.mark,
-            steps: keep.steps,
-            choices: keep.choices,
+            input: self.fingerprint,
+            steps: snapshot.steps,
+            choices: snapshot.choices,
         };
         if is_another {
             fs::rename(&self.path, self.path.with_extension("json.old"))?;
@@ -204,7 +208,7 @@ impl Store {
         replace_file(&self.path, &text)
     }
 
-    fn now(&self) -> std::sync::MutexGuard<'_, Now> {
-        self.now.lock().unwrap_or_else(PoisonError::into_inner)
+    fn status(&self) -> std::sync::MutexGuard<'_, Status> {
+        self.status.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

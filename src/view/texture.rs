@@ -1,42 +1,43 @@
-//! The images on a mesh.
+//! The texture images of a mesh, and its texture coordinates, for the page.
 
 use std::path::Path;
 
 use crate::io::{Format, Image, Loaded, beside};
 use crate::mesh::attributes::{LabelKind, Role};
 
-/// Most images that are served.
+/// Upper bound of the number of images; their numbers are stored in a byte.
 const MOST: usize = 255;
-/// Largest image, in bytes.
+/// Upper bound of the size of an image, in bytes.
 const LARGEST: u64 = 512 << 20;
-/// Marks a face without an image.
+/// Image number of a face without an image.
 pub const NONE: u8 = u8::MAX;
 
-/// Where an image is.
+/// The location of an image.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum ImagePlace {
-    /// In the mesh file, by its number.
+    /// In the mesh file; the image's number in it.
     Inside(usize),
-    /// A file, relative to the folder of the mesh's.
+    /// A file, relative to the folder of the mesh file.
     File(String),
 }
 
-/// The images of a mesh, and which face has which.
+/// The images of a mesh, and the image of each face.
 #[derive(Default)]
 pub struct Textures {
     images: Vec<ImagePlace>,
-    /// For each face the number of its image, or `u32::MAX`.
+    /// For each face the number of its image, or [`NONE`].
     pub of_face: Vec<u8>,
 }
 
 impl Textures {
-    /// Those of a mesh that was read.
+    /// The images of a mesh that was read; none if it has no texture coordinates.
     pub fn new(loaded: &Loaded) -> Self {
         let mut textures = Self {
             images: Vec::new(),
             of_face: vec![NONE; loaded.mesh.faces.len()],
         };
         if let Some(document) = &loaded.document {
+            // glTF: the file's own materials.
             for (faces, image) in document.images_of_faces() {
                 let number = image.map_or(NONE, |image| textures.number(ImagePlace::Inside(image)));
                 if let Some(part) = textures.of_face.get_mut(faces) {
@@ -44,6 +45,7 @@ impl Textures {
                 }
             }
         } else if let Some(labels) = loaded.attributes.labels_of(LabelKind::Material) {
+            // The materials of labelled faces, as in OBJ.
             let materials = &loaded.attributes.materials;
             let image = |name: &String| {
                 let material = materials.iter().find(|m| m.name == name.trim());
@@ -57,6 +59,7 @@ impl Textures {
                 *slot = numbers.get(*label as usize).copied().unwrap_or(NONE);
             }
         } else if let Some(name) = loaded.attributes.textures.first() {
+            // One image for all faces.
             let number = textures.number(ImagePlace::File(name.clone()));
             textures.of_face.fill(number);
         }
@@ -68,7 +71,7 @@ impl Textures {
         }
     }
 
-    /// The number of an image, which is new or not.
+    /// The number of an image, which is added if it is new; [`NONE`] above [`MOST`].
     fn number(&mut self, place: ImagePlace) -> u8 {
         let known = self.images.iter().position(|p| *p == place);
         let number = known.unwrap_or_else(|| {
@@ -81,12 +84,12 @@ impl Textures {
         u8::try_from(number).unwrap_or(NONE)
     }
 
-    /// How many images there are.
+    /// The number of images.
     pub fn count(&self) -> usize {
         self.images.len()
     }
 
-    /// The bytes of an image and their type; none where it cannot be had or is none that a browser shows.
+    /// The bytes of an image and their media type; none if it cannot be read or no browser shows it.
     pub fn image(
         &self,
         index: usize,
@@ -99,14 +102,14 @@ impl Textures {
         };
         let bytes = match found {
             Image::Bytes(bytes) => bytes,
-            // From the folder of the mesh only, as when it is read.
+            // Only from the folder of the mesh, as when the mesh is read.
             Image::File(name) => beside(input)(&name, LARGEST).ok()?,
         };
         Some((kind(&bytes)?, bytes))
     }
 }
 
-/// The type of an image, told from its first bytes: of the formats that hold nothing but an image.
+/// The media type of an image, detected from its first bytes. Only formats that contain nothing but an image: SVG may contain scripts.
 fn kind(bytes: &[u8]) -> Option<&'static str> {
     let kinds: [(&[u8], &str); 4] = [
         (b"\x89PNG\r\n\x1a\n", "image/png"),
@@ -141,8 +144,8 @@ pub fn uv(loaded: &Loaded, face: usize, corner: usize) -> Option<[f32; 2]> {
     Some([value.first()?, value.get(1)?].map(|x| (x / unit) as f32))
 }
 
-/// Whether the second coordinate goes up in the image, as it does in all formats but glTF.
-pub fn goes_up(format: Format) -> bool {
+/// Whether the second texture coordinate points up in the image, as in all formats except glTF.
+pub fn v_points_up(format: Format) -> bool {
     !matches!(format, Format::Gltf | Format::Glb)
 }
 

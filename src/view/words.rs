@@ -1,13 +1,13 @@
-//! A step in the words of the command line.
+//! Steps as commands of the command line.
 
 use crate::job::Work;
 
-/// A command with its options, without its files.
+/// A command with its options, without its input and output files.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Command {
     /// Its name.
     pub name: String,
-    /// Its options: their long names without dashes, and their values.
+    /// Its options: long names without dashes, and values; none for flags.
     pub options: Vec<(String, Option<String>)>,
 }
 
@@ -54,11 +54,11 @@ impl Command {
     }
 }
 
-/// Tells steps as commands. The names of commands and options belong to the command line, which stands behind this.
+/// Writes steps as commands. The command line, which defines the names of commands and options, implements it.
 pub trait Words: Send + Sync {
-    /// The command that does a work, whose mask is a file of face numbers where one is given.
+    /// The command that does `work`; `faces` is the file of face numbers of its mask.
     ///
     /// # Errors
-    /// What of it the command line refuses, or has no words for.
+    /// When the command line refuses the work or cannot express it.
     fn command(&self, work: &Work, faces: Option<&str>) -> Result<Command, String>;
 }

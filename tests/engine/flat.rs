@@ -126,6 +126,6 @@ fn the_command_line_suggests_flat_caps_and_refuses_invalid_ones() {
     assert!(text(&both.stderr).contains("bridged"));
     let none = desk.run(&["fill", "half.ply", "-o", "no.ply", "--flat", "one"]);
     assert_code(&none, 2);
-    assert!(text(&none.stderr).contains("'one' is not the number of a hole"));
+    assert!(text(&none.stderr).contains("'one' is not a hole number"));
     assert!(!desk.path("no.ply").exists());
 }

@@ -89,7 +89,7 @@ fn boxes_balls_face_lists_and_mask_meshes_add_up() {
     assert_eq!(desk.mask(&["--mask", "large.ply"])["faces"], all);
     let text = String::from_utf8(desk.run(&["--ball", "0,0,-1,0.5"]).stdout).unwrap();
     assert!(
-        text.contains("mask: ") && text.contains("1 piece"),
+        text.contains("mask: ") && text.contains("1 component"),
         "{text}"
     );
 }

@@ -93,7 +93,7 @@ fn the_table_lists_each_hole_once_and_verbose_adds_details() {
     desk.save("closed.ply", &sphere(6), Format::Ply);
     let done = desk.run(&["fair", "closed.ply", "-o", "out.ply", "-v"]);
     let said = text(&done.stderr);
-    assert_eq!(said.matches("all of the surface: ").count(), 1, "{said}");
+    assert_eq!(said.matches("whole surface: ").count(), 1, "{said}");
 }
 
 #[test]

@@ -362,7 +362,7 @@ fn the_command_repairs_reports_and_exits_by_the_verdict() {
     assert_code(&done, 0);
     let said = text(&done.stderr);
     assert!(
-        said.contains("faces crossed others") && said.contains("printable: yes"),
+        said.contains("faces intersected others") && said.contains("printable: yes"),
         "{said}"
     );
     let document = desk.json("out.json");

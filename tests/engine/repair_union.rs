@@ -396,7 +396,7 @@ fn the_command_says_how_many_bodies_were_united() {
         assert_code(&done, 0);
         let said = text(&done.stderr);
         assert!(
-            said.contains("2 touching or crossing bodies united"),
+            said.contains("2 touching or intersecting bodies united"),
             "{said}"
         );
         let document = desk.json("out.json");

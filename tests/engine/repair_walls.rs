@@ -112,7 +112,7 @@ fn bowls_and_vases_get_flat_caps() {
         let done = closed(&mesh, RepairParams::new());
         assert_whole(&mesh, &done);
         assert_eq!(done.report.fill.tally().flat, 1);
-        assert!(done.report.linings.is_empty());
+        assert!(done.report.offset_shells.is_empty());
         let new = &done.mesh.positions[mesh.positions.len()..];
         assert!(!new.is_empty());
         for p in new {
@@ -133,19 +133,19 @@ fn a_terrain_gets_walls_of_the_given_thickness() {
         assert!(
             regions
                 .filter_map(|r| r.closed_by)
-                .any(|by| by == ClosedBy::Lining)
+                .any(|by| by == ClosedBy::OffsetShell)
         );
         let outcomes = done.report.fill.holes.iter().map(|h| &h.outcome);
         assert_eq!(outcomes.collect::<Vec<_>>(), [&HoleOutcome::Walls]);
-        let [(1, lining)] = done.report.linings[..] else {
-            panic!("{:?}", done.report.linings);
+        let [(1, shell)] = done.report.offset_shells[..] else {
+            panic!("{:?}", done.report.offset_shells);
         };
         let wanted = wall.unwrap_or(mean_edge(&mesh));
-        let [least, mean] = [lining.least_wall, lining.mean_wall].map(Option::unwrap);
+        let [least, mean] = [shell.least_wall, shell.mean_wall].map(Option::unwrap);
         assert!((mean - wanted).abs() < 0.1 * wanted, "{mean} for {wanted}");
         assert!(least > 0.5 * wanted, "{least} for {wanted}");
-        assert!(done.report.thin_linings.is_empty());
-        // What a check measures is what the repair told.
+        assert!(done.report.thin_offset_shells.is_empty());
+        // A check measures the thickness that the repair reported.
         let found = verdict(&done.mesh, Some(0.45 * wanted));
         assert!(found.is_sound(), "{}", found.line());
         let found = verdict(&done.mesh, Some(1.2 * wanted));
@@ -165,13 +165,13 @@ fn parallel_sheets_get_walls_that_fit_between_them() {
     let done = closed(&mesh, RepairParams::new());
     assert_whole(&mesh, &done);
     assert_eq!(verdict(&done.mesh, None).components.len(), 2);
-    let linings = &done.report.linings;
+    let shells = &done.report.offset_shells;
     assert_eq!(
-        linings.iter().map(|l| l.0).collect::<HashSet<_>>(),
+        shells.iter().map(|l| l.0).collect::<HashSet<_>>(),
         [1, 2].into()
     );
-    for (_, lining) in linings {
-        assert!(lining.mean_wall.unwrap() > 0.4 * apart, "{linings:?}");
+    for (_, shell) in shells {
+        assert!(shell.mean_wall.unwrap() > 0.4 * apart, "{shells:?}");
     }
 }
 
@@ -200,19 +200,19 @@ fn walls_that_are_too_thin_are_reported_with_their_component() {
     let mesh = joined(&sheet(0.0), &sheet(0.001));
     let done = closed(&mesh, RepairParams::new());
     assert_whole(&mesh, &done);
-    let thin = &done.report.thin_linings;
+    let thin = &done.report.thin_offset_shells;
     assert_eq!(
         thin.iter().map(|t| t.0).collect::<Vec<_>>(),
         [2],
         "{:?}",
-        done.report.linings
+        done.report.offset_shells
     );
     let limit = 0.5 * mean_edge(&mesh);
     assert!((thin[0].1 - limit).abs() < 0.1 * limit);
     let params = RepairParams::new().with_min_wall(limit);
     let strict = closed(&mesh, params);
     assert!(
-        strict.report.thin_linings.is_empty(),
+        strict.report.thin_offset_shells.is_empty(),
         "a limit of its own is the verdict's"
     );
     assert!(!verdict(&strict.mesh, Some(limit)).is_sound());

@@ -79,7 +79,7 @@ fn bowl_with_needle() -> (Mesh, Mesh) {
 }
 
 #[test]
-fn a_hole_that_something_sticks_through_is_closed_by_a_pocket_round_it() {
+fn a_hole_that_something_sticks_through_is_closed_by_an_offset_shell_round_it() {
     let (bowl, needle) = bowl_with_needle();
     let bad = joined(&bowl, &needle);
     let done = repaired(&bad, &RepairParams::default());
@@ -96,14 +96,14 @@ fn a_hole_that_something_sticks_through_is_closed_by_a_pocket_round_it() {
         .iter()
         .map(|r| r.closed_by)
         .collect();
-    assert!(by.contains(&Some(ClosedBy::Lining)), "{by:?}");
+    assert!(by.contains(&Some(ClosedBy::OffsetShell)), "{by:?}");
     let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Left(_) | HoleOutcome::Failed(_));
     let mut holes = done.report.fill.holes.iter();
     assert!(!holes.any(|h| is_open(&h.outcome)));
 }
 
 #[test]
-fn faces_under_which_no_lining_fits_are_cut_out_first() {
+fn faces_that_block_an_offset_shell_are_cut_out_first() {
     let (bowl, needle) = bowl_with_needle();
     let mut bad = joined(&bowl, &needle);
     // A spike from below ends 1e-9 under a face at the rim.
@@ -174,7 +174,7 @@ fn open_sheets_whose_caps_would_intersect_faces_become_shells() {
 }
 
 #[test]
-fn a_spike_of_which_a_cut_would_leave_nothing_stays_in_a_pocket() {
+fn a_spike_of_which_a_cut_would_leave_nothing_is_enclosed_by_an_offset_shell() {
     let ball = turned(sphere(8));
     let p = DVec3::new;
     let needle = Mesh::new(

@@ -81,7 +81,12 @@ fn the_claims_on_the_growing_circle_hold() {
     };
     let report = circle(&seldom, &Silent).expect("a report");
     assert!(!report.holds());
-    assert!(report.remarks.iter().any(|r| r.contains("breaks the rule")));
+    assert!(
+        report
+            .remarks
+            .iter()
+            .any(|r| r.contains("violates the rule"))
+    );
 }
 
 #[test]
@@ -98,7 +103,7 @@ fn the_claims_on_the_merging_squares_hold_and_their_energy_falls() {
         energy[2] < energy[1] && energy[1] < 0.1 * energy[0],
         "{energy:?}"
     );
-    assert_eq!(column(&report, 0, "pieces"), [2.0; 3]);
+    assert_eq!(column(&report, 0, "components"), [2.0; 3]);
 }
 
 #[test]
@@ -106,7 +111,7 @@ fn level_lines_stay_at_right_angles_to_a_natural_boundary() {
     let settings = OrthogonalSettings {
         cells: 32,
         steps: 200,
-        looks: 2,
+        rows: 2,
     };
     assert_holds(&orthogonal(&settings, &Silent).expect("a report"));
 }
@@ -115,7 +120,7 @@ fn level_lines_stay_at_right_angles_to_a_natural_boundary() {
 fn a_graph_converges_to_the_cap() {
     let settings = CapSettings {
         cells: 16,
-        looks: vec![0, 700],
+        reported_steps: vec![0, 700],
         ..CapSettings::default()
     };
     let report = cap(&settings, &Silent).expect("a report");
@@ -130,7 +135,7 @@ fn a_graph_converges_to_the_cap() {
 fn the_graph_flow_stays_near_the_parametric_one() {
     let settings = GraphSettings {
         steps: 400,
-        looks: 4,
+        rows: 4,
         ..GraphSettings::default()
     };
     let report = graph(&settings, &Silent).expect("a report");
@@ -180,7 +185,7 @@ fn the_claims_on_closed_surfaces_hold() {
         ratio[0] > 1.9 && *ratio.last().expect("a row") < 1.8,
         "{ratio:?}"
     );
-    let energy = column(&report, 3, "over the steady");
+    let energy = column(&report, 3, "relative to steady state");
     assert!(
         energy[0] > 3.0 && *energy.last().expect("a row") < 1.2,
         "{energy:?}"

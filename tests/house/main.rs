@@ -1,6 +1,6 @@
 //! Tests of the source's structure: modules import only from lower layers, and no files import each other in a cycle. Also tests of
 //! generated files, of words, and of saves, which need a process in which nothing else saves files.
-#![allow(clippy::unwrap_used, clippy::too_many_lines)] // A test that cannot go on fails; long ones tell one story.
+#![allow(clippy::unwrap_used, clippy::too_many_lines)] // An unwrap that fails is a failed test; long tests follow one scenario.
 
 mod parameters;
 mod unfinished;

@@ -68,7 +68,7 @@ fn patches_are_written_alone_with_their_holes_and_errors() {
     }
     assert_usage(
         &desk.run(&["fill", "ball.ply", "-o", "out.ply", "--patches", "out.ply"]),
-        &["the patches", "would be the mesh too"],
+        &["the patches", "is the file of the mesh"],
     );
     let done = desk.run(&[
         "fill",
@@ -93,7 +93,10 @@ fn patches_are_written_alone_with_their_holes_and_errors() {
         "--patches",
         "dent.ply",
     ];
-    assert_usage(&desk.run(&inside), &["the patches", "would be a mask too"]);
+    assert_usage(
+        &desk.run(&inside),
+        &["the patches", "is the file of a mask"],
+    );
 }
 
 #[test]
@@ -139,7 +142,7 @@ fn the_missing_piece_is_a_sound_solid_of_the_missing_volume() {
     fs::remove_file(desk.path("chip.stl")).unwrap();
     let done = desk.run(&restore);
     assert_code(&done, 3);
-    assert!(text(&done.stderr).contains("no piece was written: the patch lies below"));
+    assert!(text(&done.stderr).contains("no piece was written: the patch is below"));
     assert!(!desk.path("chip.stl").exists());
     let reason = &desk.json("out.json")["piece"]["reason"];
     assert!(reason.as_str().unwrap().contains("nothing is missing"));

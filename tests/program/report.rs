@@ -353,7 +353,7 @@ fn the_picture_cannot_overwrite_the_mesh() {
     ];
     let output = isomend.args(arguments).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("is the mesh too"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("is the file of the mesh"));
     assert!(!desk.path("a.png").exists());
 }
 

@@ -115,7 +115,7 @@ fn a_repair_takes_flat_caps_by_numbers_of_the_input_and_ends_with_the_verdict() 
     assert!(last.contains("watertight and printable: yes"), "{said}");
     let lid = lid.faces.len();
     assert!(
-        said.contains(&format!("among them 1 component of {lid} faces")),
+        said.contains(&format!("including 1 component of {lid} faces")),
         "{said}"
     );
 }

@@ -290,7 +290,7 @@ fn a_conversion_changes_nothing() {
     assert_eq!(document["command"], "convert");
     assert_eq!(document["input"]["faces"], document["output"]["faces"]);
     let plan = desk.run(&["convert", "ball.ply", "--dry-run"]);
-    assert!(crate::desk::text(&plan.stdout).contains("would be written as they are"));
+    assert!(crate::desk::text(&plan.stdout).contains("would be written unchanged"));
     // A note lists data of the OBJ file that STL cannot hold.
     desk.text(
         "named.obj",

@@ -275,7 +275,7 @@ fn options_without_effect_are_refused() {
     ];
     let done = desk.run(&named);
     assert_code(&done, 0);
-    assert!(text(&done.stderr).contains("--max-diameter does nothing"));
+    assert!(text(&done.stderr).contains("--max-diameter has no effect"));
     // Formats with a text form accept `--ascii`.
     for name in ["text.obj", "text.gltf", "text.vtk"] {
         assert_code(

@@ -44,21 +44,24 @@ fn a_sheet_gets_walls_and_the_report_gives_their_thickness() {
     let done = desk.run(&arguments);
     assert_code(&done, 0);
     let said = text(&done.stderr);
-    assert!(said.contains("component 1 was lined: walls 0.0"), "{said}");
+    assert!(
+        said.contains("component 1 got an offset shell: walls 0.0"),
+        "{said}"
+    );
     assert!(
         said.contains("by walls") && !said.contains("still open"),
         "{said}"
     );
     let document = desk.json("out.json");
     assert_eq!(document["holes"][0]["outcome"], "walls");
-    let lining = &document["linings"][0];
-    assert_eq!(lining["component"], 1);
+    let shell = &document["offset_shells"][0];
+    assert_eq!(shell["component"], 1);
     assert!(
-        (lining["mean_wall"].as_f64().unwrap() - 0.05).abs() < 0.005,
-        "{lining}"
+        (shell["mean_wall"].as_f64().unwrap() - 0.05).abs() < 0.005,
+        "{shell}"
     );
-    assert!(lining["too_thin"].is_null());
-    // Checking the file says how thick its walls are, and no where that is too thin.
+    assert!(shell["too_thin"].is_null());
+    // A check of the file reports the thickness of its walls, and fails if they are thinner than a limit.
     let checked = desk.run(&["check", "out.stl"]);
     assert_code(&checked, 0);
     assert!(text(&checked.stdout).contains("walls:                 0.0"));

@@ -1,4 +1,4 @@
-//! Walls of bodies whose thickness is known.
+//! Tests of wall thickness on bodies of known thickness.
 
 use glam::DVec3;
 
@@ -21,7 +21,7 @@ fn walls(mesh: &Mesh) -> [Option<f64>; 2] {
     [component.least_wall, component.mean_wall]
 }
 
-/// The mesh with each face divided into four, some times.
+/// The mesh with each face divided into four, `times` times.
 fn divided(mesh: &Mesh, times: usize) -> Mesh {
     let mut mesh = mesh.clone();
     for _ in 0..times {
@@ -56,7 +56,7 @@ fn cuboid(sides: DVec3) -> Mesh {
     mesh
 }
 
-/// A prism of length 3 over a triangle with this angle at the edge, whose sides there are 1 long.
+/// A prism of length 3. Its cross-section is a triangle with two sides of length 1 and this angle between them.
 fn wedge(degrees: f64) -> Mesh {
     let half = 0.5 * degrees.to_radians();
     let at = |y: f64| {
@@ -94,7 +94,7 @@ fn a_sharp_edge_is_no_thin_wall() {
     for times in 0..5 {
         let mesh = divided(&wedge(20.0), times);
         let [least, _] = walls(&mesh);
-        // The ends are 3 apart.
+        // The end faces are 3 apart, which is the only wall.
         assert!(least.is_none_or(|l| l > 2.9), "{times}: {least:?}");
         assert!(verdict(&mesh, Some(0.1)).is_sound());
     }
@@ -107,7 +107,7 @@ fn the_tip_of_a_cone_is_no_thin_wall() {
         let (a, r) = (std::f64::consts::TAU * u, tip * v);
         DVec3::new(r * a.cos(), r * a.sin(), -v)
     });
-    // Rings of no size at the tip, and an open base, which a fan closes.
+    // The surface has a degenerate ring at the tip and an open base, which a fan closes.
     let base: Vec<u32> = (0..mesh.positions.len() as u32)
         .filter(|v| mesh.positions[*v as usize].z < -1.0 + 1e-9)
         .collect();

@@ -1,3 +1,5 @@
+//! Accuracy of finished patches whose true surface is known.
+
 use super::super::patch::Located;
 use super::super::willmore;
 use super::super::*;
@@ -7,7 +9,7 @@ use super::{
 use crate::mesh::Mesh;
 use crate::mesh::shapes::{grid, icosphere};
 
-/// Willmore's energy alone.
+/// Finishes a patch with the Willmore energy only.
 fn minimum(mesh: &Mesh, patch: &[u32]) -> Finished {
     let params = FinishParams {
         method: FinishMethod::Willmore,
@@ -64,7 +66,7 @@ fn planes_are_mended_to_planes() {
 }
 
 #[test]
-fn cylinders_are_foretold_better_than_by_the_energy() {
+fn cylinders_are_continued_better_than_by_the_energy() {
     let cylinder = grid(60, 40, [true, false], |s, t| {
         let angle = s * std::f64::consts::TAU;
         DVec3::new(angle.cos(), angle.sin(), 4.0 * t - 2.0)
@@ -85,7 +87,7 @@ fn cylinders_are_foretold_better_than_by_the_energy() {
 
 #[test]
 fn noise_is_seen_and_not_continued() {
-    // One draw of noise tells little: the errors of twelve, in the geometric mean.
+    // A single draw of noise varies too much: take the geometric mean of the errors over twelve.
     let (mut ratio, mut sizes, draws) = (1.0, 1.0, 12);
     for draw in 0..draws {
         let mut mesh = square(30, |_, _| 0.0);
@@ -152,7 +154,7 @@ fn large_patches_get_the_energy_alone() {
 }
 
 #[test]
-fn a_large_patch_that_is_crumpled_at_its_rim_comes_to_rest() {
+fn a_large_patch_that_is_crumpled_at_its_rim_converges() {
     let cap = |p: DVec3| p.z > 0.4;
     let (mesh, patch) = with_patch(icosphere(5), cap, |v, p| {
         let crumpled = if p.z < 0.5 { 0.02 } else { 0.0 };
@@ -166,7 +168,7 @@ fn a_large_patch_that_is_crumpled_at_its_rim_comes_to_rest() {
 }
 
 #[test]
-fn a_finely_meshed_rough_rim_keeps_no_large_patch_from_rest() {
+fn a_large_patch_with_a_finely_meshed_rough_rim_converges() {
     let mut mesh = icosphere(5);
     for (v, p) in (0..).zip(&mut mesh.positions) {
         *p *= 1.0 + 3e-3 * noise(v);
@@ -174,7 +176,7 @@ fn a_finely_meshed_rough_rim_keeps_no_large_patch_from_rest() {
     let cap = |p: DVec3| p.z > 0.4;
     let (mesh, patch) = with_patch(mesh, cap, |_, p| p * -0.02 * (p.z - 0.4));
     let result = finished(&mesh, &patch);
-    // 9 steps; without a bound of what the roughness adds to the system, 15.
+    // 9 steps; 15 without the bound on the roughness in the system.
     let found = &result.found;
     assert!(found.converged && found.steps <= 12, "{found:?}");
     let error = rms(&result, |p| p.length() - 1.0);

@@ -1,3 +1,5 @@
+//! Finishes of degenerate and invalid input, and cancellation.
+
 use glam::DVec3;
 
 use super::super::*;
@@ -10,7 +12,7 @@ fn cap() -> (Mesh, Vec<u32>) {
     with_patch(icosphere(3), |p| p.z > 0.8, |v, p| p * 0.03 * noise(v))
 }
 
-/// Whether positions are those of the mesh, to the bit.
+/// Whether positions are equal to the mesh's, bit for bit.
 fn unchanged(mesh: &Mesh, finished: &Finished) -> bool {
     let bits = |p: DVec3| p.to_array().map(f64::to_bits);
     let pairs = finished.vertices.iter().zip(&finished.positions);
@@ -80,7 +82,7 @@ fn coincident_vertices_and_zero_areas_do_no_harm() {
     mesh.positions.fill(place);
     let result = finished(&mesh, &patch);
     assert!(unchanged(&mesh, &result));
-    // On a line.
+    // All on a line.
     for (i, p) in mesh.positions.iter_mut().enumerate() {
         *p = DVec3::X * i as f64;
     }
@@ -110,7 +112,7 @@ fn heaps_of_triangles_end_in_numbers() {
     for seed in 0..150u32 {
         let random = |i: u32| 0.5 + 0.5 * noise(7919 * seed + i);
         let count = 12 + seed % 30;
-        // Coarse coordinates: many coincide or lie on lines and planes.
+        // Coarse coordinates, so that many points coincide or are collinear or coplanar.
         let grain = f64::from(1 + seed % 4);
         let point = |v: u32| {
             let at = |k: u32| (random(3 * v + k) * grain * 3.0).floor() / grain;
@@ -179,7 +181,7 @@ fn moves_beyond_the_limit_are_refused() {
 }
 
 #[test]
-fn it_stops_when_told_to_and_leaves_the_patch_alone() {
+fn it_stops_when_cancelled_and_leaves_the_patch_unchanged() {
     let (mesh, patch) = cap();
     let params = FinishParams::default();
     let stopped_after = |reads: usize| {

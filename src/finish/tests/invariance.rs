@@ -1,3 +1,5 @@
+//! Invariance of a finish: motions, scale, mirroring, far parts of the mesh, threads.
+
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
@@ -6,7 +8,7 @@ use super::{faces_of, finished, noise, square, surroundings, with_patch};
 use crate::mesh::Mesh;
 use crate::mesh::shapes::{icosphere, punch};
 
-/// A wavy square with noise and a hole that is filled badly: kriging, the ring test and Gauss-Newton all have work.
+/// A wavy square with noise and a badly filled hole: kriging, the ring test and Gauss-Newton are all exercised.
 fn wavy() -> (Mesh, Vec<u32>) {
     let mut mesh = square(30, |x, y| 0.2 * x * x + 0.1 * (3.0 * y).sin());
     for (v, p) in mesh.positions.iter_mut().enumerate() {
@@ -19,7 +21,8 @@ fn wavy() -> (Mesh, Vec<u32>) {
     )
 }
 
-/// The same after an orientation-preserving or -reversing map of space, mapped back, in diameters of the hole from the first.
+/// Largest difference between the result on a mesh and the result on the mapped mesh, mapped back, in diameters of the hole.
+/// `turn` reverses the faces.
 fn difference(map: impl Fn(DVec3) -> DVec3, back: impl Fn(DVec3) -> DVec3, turn: bool) -> f64 {
     let (mut mesh, patch) = wavy();
     let first = finished(&mesh, &patch);
@@ -64,7 +67,7 @@ fn what_is_far_away_does_not_matter_to_the_bit() {
     assert_eq!(whole.found.result, FinishResult::Blend);
     let near = punch(&mesh, |p| p.z < -0.2);
     assert!(near.positions.len() < mesh.positions.len() / 3 * 2);
-    // The vertices of the part in the order that they have in the whole.
+    // The vertices of the part in their order in the whole mesh.
     let mut order: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     order.retain(|&v| near.positions.contains(&mesh.positions[v as usize]));
     let positions: Vec<DVec3> = order.iter().map(|&v| mesh.positions[v as usize]).collect();

@@ -1,3 +1,5 @@
+//! Biharmonic and minimal-surface fills, energy, and groups of patch vertices.
+
 use glam::DVec3;
 
 use super::super::*;
@@ -39,7 +41,7 @@ fn the_energy_of_half_a_sphere_is_that_of_the_formula() {
     let (mesh, patch) = with_patch(icosphere(5), |p| p.z > 0.5, |_, _| DVec3::ZERO);
     let energy = willmore_energy(&surroundings(&mesh, &patch), &patch).unwrap();
     let wanted = 2.0 * std::f64::consts::TAU * 0.5;
-    // The rim's vertices, whose curvature the patch sets too, add a strip of an edge in width.
+    // The rim's vertices, whose curvature also depends on the patch, add a strip one edge wide.
     assert!((energy / wanted - 1.0).abs() < 0.08, "{energy} {wanted}");
 }
 
@@ -49,7 +51,7 @@ fn the_minimal_surface_of_a_circle_is_its_disk() {
         let (y, x) = (s * std::f64::consts::TAU).sin_cos();
         DVec3::new(x, y, -t)
     });
-    // A dome over the ring: rings of vertices towards a pole.
+    // A dome over the ring: rows of vertices towards a pole.
     let mut mesh = ring;
     let rows = 7;
     let top = |i: u32| (i % 48) * 7;
@@ -90,7 +92,7 @@ fn the_minimal_surface_of_a_circle_is_its_disk() {
 }
 
 #[test]
-fn pieces_are_what_hangs_together() {
+fn groups_are_connected() {
     let mesh = icosphere(3);
     let inside = |p: DVec3| p.z.abs() > 0.9;
     let (mesh, patch) = with_patch(mesh, inside, |_, _| DVec3::ZERO);
@@ -108,8 +110,8 @@ fn pieces_are_what_hangs_together() {
 }
 
 #[test]
-fn vertices_that_only_the_rim_is_beside_belong_to_the_patch() {
-    // Two patch vertices far from each other, and all faces of the mesh between them the patch's.
+fn vertices_whose_neighbours_are_all_on_the_rim_belong_to_the_patch() {
+    // Two patch vertices far from each other, joined by the faces in between if those belong to the patch.
     let mesh = square(6, |_, _| 0.0);
     let inside = |v: &u32| {
         let p = mesh.positions[*v as usize];

@@ -1,3 +1,5 @@
+//! Tests of the finish of a patch, and their shared shapes.
+
 mod accuracy;
 mod bad_input;
 mod invariance;
@@ -8,13 +10,13 @@ use glam::DVec3;
 use super::{FinishParams, Finished, Surroundings, finish};
 use crate::mesh::Mesh;
 
-/// A number between -1 and 1 for each number.
+/// A pseudo-random number between -1 and 1.
 fn noise(i: u32) -> f64 {
     let x = f64::from(i) * 12.9898;
     2.0 * (x.sin() * 43758.5453).rem_euclid(1.0) - 1.0
 }
 
-/// A mesh with a patch: the vertices that `inside` holds for, moved by what `disturb` says.
+/// A mesh with a patch: the vertices for which `inside` is true, displaced by `disturb`.
 pub(super) fn with_patch(
     mut mesh: Mesh,
     inside: impl Fn(DVec3) -> bool,
@@ -55,7 +57,7 @@ fn rms(finished: &Finished, distance: impl Fn(DVec3) -> f64) -> f64 {
     mean.sqrt() / finished.found.diameter
 }
 
-/// A round torus with a tube of radius 1 round a circle of radius √2, which is critical for the energy.
+/// A round torus with a tube of radius 1 around a circle of radius √2, a critical surface of the energy.
 fn clifford_torus(n: usize) -> Mesh {
     crate::mesh::shapes::grid(n, 5 * n / 7, [true, true], |s, t| {
         let (u, v) = (s * std::f64::consts::TAU, t * std::f64::consts::TAU);
@@ -68,7 +70,7 @@ fn torus_distance(p: DVec3) -> f64 {
     (p.truncate().length() - 2f64.sqrt()).hypot(p.z) - 1.0
 }
 
-/// A square of the plane, 2 wide.
+/// A graph over a square 2 wide.
 fn square(n: usize, height: impl Fn(f64, f64) -> f64) -> Mesh {
     crate::mesh::shapes::grid(n, n, [false, false], |s, t| {
         let (x, y) = (2.0 * s - 1.0, 2.0 * t - 1.0);

@@ -1,4 +1,4 @@
-//! The connected components of patches, each with the holes that it fills.
+//! Splits the patches of a mended mesh into connected components and finds the holes that each component fills.
 
 use std::collections::BTreeMap;
 
@@ -7,26 +7,26 @@ use glam::DVec3;
 use crate::mend::FillReport;
 use crate::mesh::{DisjointSets, HoleId, Mesh};
 
-/// A connected component of a patch: one for each hole, or for several holes that one patch fills.
+/// A connected component of the new faces. It fills one hole, or several holes that a bridge joins.
 #[derive(Clone, Debug)]
 pub(in crate::job) struct Component {
     /// Number of its region, from 1.
     pub(in crate::job) region: usize,
-    /// The holes that it fills, in rising order.
+    /// The holes that it fills, in ascending order.
     pub(in crate::job) holes: Vec<HoleId>,
-    /// Its faces, in rising order.
+    /// Its faces in the mesh, in ascending order.
     pub(in crate::job) faces: Vec<u32>,
 }
 
 impl Component {
-    /// The number that stands for it in files: that of its first hole, 0 where it has none.
+    /// The number that files give it: the number of its first hole, or 0 without a hole.
     pub(in crate::job) fn hole(&self) -> usize {
         self.holes.first().map_or(0, |id| id.get())
     }
 }
 
-/// The components of the patches of a mesh, in the order of their first faces. The first `kept` faces are the input's; those of the
-/// regions follow, in the order of the report.
+/// The components of the patches of a mesh: region by region, and within a region in the order of their first faces. The first `kept`
+/// faces of the mesh are the input's; the new faces of the regions follow, in the order of the report.
 pub(in crate::job) fn components(mesh: &Mesh, kept: usize, report: &FillReport) -> Vec<Component> {
     let mut all = Vec::new();
     let mut first = kept;
@@ -52,12 +52,12 @@ pub(in crate::job) fn components(mesh: &Mesh, kept: usize, report: &FillReport) 
     all
 }
 
-/// A position as a key; zero and minus zero are equal.
+/// A position as a map key; 0 and -0 give the same key.
 fn key(p: DVec3) -> [u64; 3] {
     p.to_array().map(|x| (x + 0.0).to_bits())
 }
 
-/// The holes at whose rims there is a vertex, by its position.
+/// For each rim vertex of the holes, by its position: the holes whose rims pass through it.
 fn rim_places(
     mesh: &Mesh,
     holes: &[HoleId],
@@ -77,7 +77,8 @@ fn rim_places(
     places
 }
 
-/// The holes two or more of whose rim vertices a component has: a rim that it merely touches has one.
+/// The holes that a component fills: it contains at least two vertices of their rims. A rim that the component only touches in one
+/// vertex does not count.
 fn holes_of(mesh: &Mesh, faces: &[u32], rims: &BTreeMap<[u64; 3], Vec<HoleId>>) -> Vec<HoleId> {
     let corners = faces.iter().flat_map(|f| mesh.faces[*f as usize]);
     let mut vertices: Vec<u32> = corners.collect();
@@ -94,7 +95,7 @@ fn holes_of(mesh: &Mesh, faces: &[u32], rims: &BTreeMap<[u64; 3], Vec<HoleId>>) 
     real.map(|(hole, _)| hole).collect()
 }
 
-/// Groups of faces that are connected across edges, in the order of their first faces.
+/// Groups of faces that are connected across edges, ordered by their first faces.
 fn connected(mesh: &Mesh, faces: std::ops::Range<usize>) -> Vec<Vec<u32>> {
     let mut edges: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * faces.len());
     for f in faces.clone() {
@@ -129,7 +130,7 @@ mod tests {
     use crate::{FillParams, HoleId};
 
     #[test]
-    fn each_hole_has_a_component_of_its_own() {
+    fn each_hole_has_a_separate_component() {
         let sphere = icosphere(3);
         let open = punch(&sphere, |c| c.z.abs() > 0.9);
         let found = Inspection::new(&open).unwrap();
@@ -139,7 +140,7 @@ mod tests {
         let holes: Vec<Vec<HoleId>> = all.iter().map(|c| c.holes.clone()).collect();
         assert_eq!(holes.len(), 2);
         assert!(holes.iter().all(|h| h.len() == 1), "{holes:?}");
-        // One region of both holes still has a cap for each.
+        // One region with both holes: every new face belongs to a component, and each component fills a hole.
         params.bridge = vec![vec![1.into(), 2.into()]];
         let filled = found.fill(&params, &Control::new()).unwrap();
         let all = components(&filled.mesh, open.faces.len(), &filled.report);

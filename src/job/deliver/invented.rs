@@ -1,4 +1,4 @@
-//! How much of a mended mesh is invented, and how sure it is: areas and expected errors of the patches, measured against a tolerance.
+//! Areas and expected errors of the patches of a mended mesh, compared with a tolerance.
 
 use serde::Serialize;
 
@@ -7,21 +7,22 @@ use crate::mend::FillReport;
 use crate::mesh::{HoleId, Mesh, area_vector};
 use crate::tuning::tuning;
 
-/// What is invented of a mesh, in all and for each patch.
+/// The invented (new) surface of a mesh: totals and one entry for each patch.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(in crate::job) struct Invented {
-    /// Area of the new faces, in square units of the mesh, and its part of the whole surface in per cent.
+    /// Area of the new faces, in square units of the mesh.
     pub(in crate::job) area: f64,
+    /// Area of the new faces, in per cent of the whole surface.
     pub(in crate::job) percent: f64,
     pub(in crate::job) expected_error: Expected,
-    /// Numbers of the holes too much of whose patches may err by more than the tolerance; none where there is no tolerance.
+    /// The holes whose patches are not within the tolerance; see [`Patch::is_within`]. `None` without a tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(in crate::job) beyond_tolerance: Option<Vec<HoleId>>,
-    /// The patches: one for each hole, or for several holes that one patch fills.
+    /// One entry for each hole, or for several holes that one patch fills.
     pub(in crate::job) patches: Vec<Patch>,
 }
 
-/// A patch.
+/// Area and expected error of one patch. Fields as in [`Invented`].
 #[derive(Clone, Debug, Serialize)]
 pub(in crate::job) struct Patch {
     pub(in crate::job) holes: Vec<HoleId>,
@@ -30,31 +31,36 @@ pub(in crate::job) struct Patch {
     pub(in crate::job) area: f64,
     pub(in crate::job) percent: f64,
     pub(in crate::job) expected_error: Expected,
-    /// Whether no more of it than `tuning().deliver.beyond_part` may err by more than the tolerance.
+    /// Whether twice the expected error is within the tolerance on all of its area but at most the fraction
+    /// `tuning().deliver.beyond_part`. `None` without a tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(in crate::job) is_within: Option<bool>,
 }
 
-/// Expected errors of a part of the surface, in units of the mesh.
+/// Expected errors of a set of faces, in units of the mesh.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(in crate::job) struct Expected {
-    /// The mean, weighted by area, and the largest; none where nothing is known.
+    /// Mean, weighted by area; `None` if no expected error is known.
     pub(in crate::job) mean: Option<f64>,
+    /// The largest; `None` if no expected error is known.
     pub(in crate::job) largest: Option<f64>,
-    /// Per cent of the area of which nothing can be said.
+    /// Per cent of the area without a known expected error.
     pub(in crate::job) unknown_percent: f64,
-    /// Per cent of the area where twice the expected error is within the tolerance; none where there is no tolerance.
+    /// Per cent of the area where twice the expected error is within the tolerance; `None` without a tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(in crate::job) within_percent: Option<f64>,
 }
 
-/// Sums over corners of faces, each with a third of its face's area.
+/// Sums over the corners of faces; each corner counts with a third of its face's area.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     area: f64,
+    /// Area with a known expected error.
     known: f64,
+    /// Integral of the expected error over the known area.
     error: f64,
     largest: f64,
+    /// Area within the tolerance.
     within: f64,
 }
 
@@ -79,12 +85,12 @@ impl Sums {
     }
 }
 
-/// A mesh with its patches, as it is measured.
+/// A mesh with its patches, and the data for measuring them.
 pub(in crate::job) struct Measured<'a> {
     pub(in crate::job) mesh: &'a Mesh,
-    /// How many of its vertices, from the first on, are the input's.
+    /// The first `kept` vertices are the input's.
     pub(in crate::job) kept: usize,
-    /// For each vertex of a patch, behind those, its expected error.
+    /// The expected errors of the new vertices, which follow the input's.
     pub(in crate::job) expected_error: &'a [Option<f64>],
     pub(in crate::job) components: &'a [Component],
     pub(in crate::job) report: &'a FillReport,
@@ -92,7 +98,7 @@ pub(in crate::job) struct Measured<'a> {
 }
 
 impl Measured<'_> {
-    /// What is invented of it.
+    /// Measures the patches.
     pub(in crate::job) fn invented(&self) -> Invented {
         let area = |f: u32| area_vector(self.mesh.corners(f)).length() / 2.0;
         let whole: f64 = (0..self.mesh.faces.len() as u32).map(area).sum();
@@ -103,7 +109,7 @@ impl Measured<'_> {
             let sums = self.sums(component);
             all.add(&sums);
             let within = |_| {
-                // A patch without area cannot err.
+                // `<=`: a patch of zero area is within any tolerance.
                 sums.area - sums.within <= tuning().deliver.beyond_part * sums.area
             };
             patches.push(Patch {
@@ -132,8 +138,8 @@ impl Measured<'_> {
         }
     }
 
-    /// The sums of a component. The input's own vertices have no error; where nothing is known of its other vertices, or there are none,
-    /// nothing is known of it.
+    /// The sums of a component. The input's vertices have error 0. If no new vertex of the component has a known error, the error of the
+    /// whole component is unknown.
     fn sums(&self, component: &Component) -> Sums {
         let own = |v: u32| {
             let own = (v as usize).checked_sub(self.kept)?;
@@ -142,7 +148,8 @@ impl Measured<'_> {
         let corners = component.faces.iter();
         let mut corners = corners.flat_map(|f| self.mesh.faces[*f as usize]);
         let is_known = corners.any(|v| own(v).flatten().is_some());
-        // The true surface over a hole is hardly farther from triangles between its vertices than the hole is wide.
+        // Unknown error: over a hole the true surface is hardly farther from the patch's triangles than the hole is wide, so a hole
+        // smaller than the tolerance is within it.
         let spans_little = self
             .tolerance
             .is_some_and(|t| self.diameter(component) <= t);
@@ -171,6 +178,7 @@ impl Measured<'_> {
         sums
     }
 
+    /// The diameter of the component's region; infinite if the report does not list the region.
     fn diameter(&self, component: &Component) -> f64 {
         let region = self
             .report
@@ -209,7 +217,7 @@ mod tests {
         };
         let plain = measured(None);
         assert_eq!(plain.patches.len(), 2);
-        // A cap from height z has 2 π (1 - z) of 4 π.
+        // A cap of the unit sphere above height z has area 2 π (1 - z) of 4 π.
         assert!((plain.percent - 7.5).abs() < 1.0, "{}", plain.percent);
         assert!(plain.beyond_tolerance.is_none());
         let largest = plain.expected_error.largest.unwrap();
@@ -217,7 +225,7 @@ mod tests {
         let wide = measured(Some(3.0 * largest));
         assert_eq!(wide.beyond_tolerance, Some(Vec::new()));
         assert!((wide.expected_error.within_percent.unwrap() - 100.0).abs() < 1e-9);
-        // Expected errors of a sphere, which patches continue exactly, are rounding.
+        // Patches continue a sphere exactly, so its expected errors are only rounding errors.
         let narrow = measured(Some(largest / 4.0));
         assert!(!narrow.beyond_tolerance.unwrap().is_empty());
     }

@@ -1,4 +1,4 @@
-//! Patches in a colour or hatched, so that what was added is seen in the file.
+//! Marks patches in the written file by a colour or by hatching, so that the new faces can be seen.
 
 use std::str::FromStr;
 
@@ -14,14 +14,14 @@ use crate::tuning::tuning;
 /// The colour of hatches.
 const ORANGE: [u8; 3] = [0xe6, 0x78, 0x14];
 
-/// How patches are marked so that they are seen.
+/// How patches are marked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Mark {
     /// In one colour: red, green, blue.
     Colour([u8; 3]),
-    /// By orange stripes over the colour that was continued, about upright along z.
+    /// Orange stripes over the colour that was continued from the surroundings; on steep patches the stripes run along z.
     Hatch,
 }
 
@@ -34,7 +34,7 @@ impl FromStr for Mark {
             return Ok(Self::Hatch);
         }
         let wrong =
-            || format!("'{text}' is no mark; give hatch, or a colour such as colour=ff8000");
+            || format!("'{text}' is not a mark; use hatch, or a colour such as colour=ff8000");
         let colour = text
             .strip_prefix("colour=")
             .or_else(|| text.strip_prefix("color="));
@@ -47,10 +47,10 @@ impl FromStr for Mark {
 }
 
 impl Mark {
-    /// Colours the patches of a mesh, whose first `kept` faces are the input's; remarks.
+    /// Colours the patches of a mesh whose first `kept` faces are the input's. Returns remarks.
     ///
-    /// Vertices of patches get the colour, those that the input's faces use keep theirs; where the format has colours of faces, faces get
-    /// it too, so that the border of a patch is sharp.
+    /// New vertices get the colour; vertices that faces of the input use keep their colours. If the format has face colours, the new
+    /// faces get the colour too, so that the edge of a patch is sharp.
     pub(in crate::job) fn apply(
         self,
         model: &mut Model,
@@ -67,7 +67,7 @@ impl Mark {
         let has_uv = |a: &Attribute| matches!(a.role, Role::Uv(_));
         let textured = attributes.vertex.iter().any(has_uv)
             || attributes.corner.iter().any(|c| has_uv(&c.pool));
-        // Textures are multiplied by the colour.
+        // Renderers multiply textures by the colour: white leaves a texture unchanged.
         let plain = if textured { [255.0; 3] } else { [200.0; 3] };
         let on_faces = has_face_colours(format);
         let mut vertex = colours(&mut attributes.vertex, mesh.positions.len(), plain);
@@ -100,7 +100,8 @@ impl Mark {
         attributes.vertex.push(vertex);
         attributes.face.extend(face);
         let note = format!(
-            "new faces without a mark, since all their vertices are the input's and {format} has colours of vertices only: {hidden}"
+            "new faces that could not be marked: {hidden} ({format} stores colours at vertices only, and all vertices of these faces \
+             belong to the input)"
         );
         (hidden > 0).then_some(note).into_iter().collect()
     }
@@ -119,7 +120,7 @@ pub(super) fn has_face_colours(format: Format) -> bool {
     )
 }
 
-/// Takes the colours out of a list, or makes some: grey where there is nothing, and where values are missing.
+/// Takes the colours out of a list of attributes, or makes new ones. Items without a colour get `plain`, in 0..255.
 fn colours(all: &mut Vec<Attribute>, count: usize, plain: [f64; 3]) -> Attribute {
     let is_colour = |a: &Attribute| a.role == Role::Colour && (3..=4).contains(&a.components);
     let mut colours = match all.iter().position(is_colour) {
@@ -143,7 +144,7 @@ fn colours(all: &mut Vec<Attribute>, count: usize, plain: [f64; 3]) -> Attribute
     colours
 }
 
-/// Gives faces without colours those of their corners in the mean.
+/// Gives each face the mean colour of its corners.
 fn mean_of_corners(face: &mut Attribute, vertex: &Attribute, mesh: &Mesh) {
     let (unit, part) = (face.unit(), 1.0 / (3.0 * vertex.unit()));
     let count = vertex.components;
@@ -157,7 +158,7 @@ fn mean_of_corners(face: &mut Attribute, vertex: &Attribute, mesh: &Mesh) {
     }
 }
 
-/// Gives an item a colour, opaque; without one it keeps its own.
+/// Gives an item an opaque colour; `None` leaves its colour as it is.
 fn paint(colours: &mut Attribute, item: usize, colour: Option<[u8; 3]>) {
     let Some(colour) = colour else {
         return;
@@ -169,13 +170,17 @@ fn paint(colours: &mut Attribute, item: usize, colour: Option<[u8; 3]>) {
     }
 }
 
-/// Parallel stripes across a component.
+/// Parallel stripes on a component.
 struct Stripes {
+    /// Unit vector across the stripes.
     across: DVec3,
+    /// Width of a stripe, in units of the mesh.
     width: f64,
 }
 
 impl Stripes {
+    /// Stripes upright along z, or along y on a component that faces up or down. A stripe is at least `stripe_edges` mean edges wide, and
+    /// there are at most about `stripes` of them.
     fn new(mesh: &Mesh, component: &Component) -> Self {
         let faces = || component.faces.iter().map(|f| mesh.corners(*f));
         let normal: DVec3 = faces().map(area_vector).sum();

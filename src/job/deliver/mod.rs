@@ -1,4 +1,5 @@
-//! What is handed on beside the mended mesh: the patches alone, the piece that is missing, marks, units and what is invented.
+//! Deliverables besides the mended mesh: the patches alone, the missing piece as a solid, marks on patches, units, and measures of the
+//! invented surface.
 
 mod components;
 mod invented;
@@ -20,38 +21,38 @@ pub(super) use invented::Invented;
 pub use mark::Mark;
 pub(super) use write::{Delivered, PieceRow};
 
-/// What is handed on beside a mended mesh, and how it is reported.
+/// Further files besides a mended mesh, and how patches are marked and reported.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]
 pub struct Deliverables {
-    /// Where the new faces go alone: one component for each hole, with the number of the hole and the expected errors where the format has
-    /// a place for them.
+    /// File for the new faces alone: one component for each hole, with the number of the hole and the expected errors if the format can
+    /// store them.
     pub patches: Option<Output>,
-    /// Where the solid between the faces cut out and the patches goes; after a restoration.
+    /// File for the solid between the faces that were cut out and the patches; only after a restoration.
     pub piece: Option<Output>,
     /// How patches are marked in the files.
     pub mark: Option<Mark>,
-    /// The unit of the mesh's coordinates, which stands with every length in reports. With a unit or a tolerance reports have no run times, so
-    /// that the same run gives the same bytes.
+    /// The unit of the mesh's coordinates; reports print it with every length. With a unit or a tolerance, reports contain no run times, so
+    /// that equal runs give equal bytes.
     pub unit: Option<Unit>,
-    /// The largest error that is allowed, in the mesh's units: holes are listed where twice the expected error is larger on more than
-    /// `tuning().deliver.beyond_part` of their patches.
+    /// The largest error allowed, in the mesh's units. Reports list a hole if twice the expected error exceeds this on more than the
+    /// fraction `tuning().deliver.beyond_part` of its patch.
     pub tolerance: Option<f64>,
 }
 
 impl Deliverables {
-    /// Whether reports are to be filed: they have no run times.
+    /// Whether reports are meant for an archive; they then contain no run times.
     pub fn is_filed(&self) -> bool {
         self.unit.is_some() || self.tolerance.is_some()
     }
 
-    /// Checks what can be known before anything is read.
+    /// Checks files and parameters without reading a mesh.
     pub(super) fn check(&self, spec: &JobSpec) -> Result<(), JobError> {
         let wrong = |what: String| Err(JobError::Deliverable { what });
         if let Some(tolerance) = self.tolerance.filter(|t| !(t.is_finite() && *t > 0.0)) {
             return wrong(format!(
-                "the tolerance must be a positive number, but is {tolerance}"
+                "the tolerance must be a positive number, but it is {tolerance}"
             ));
         }
         if self.piece.is_some() && !matches!(spec.work, Work::Restore(..)) {
@@ -60,14 +61,15 @@ impl Deliverables {
         let makes_patches = !matches!(spec.work, Work::Copy);
         if !makes_patches && (self.patches.is_some() || self.mark.is_some()) {
             return wrong(
-                "there are no patches in a mesh that is written as it was read".to_owned(),
+                "a conversion makes no patches, so there is nothing to mark or to write alone"
+                    .to_owned(),
             );
         }
         let marked = spec.output.as_ref().filter(|_| self.mark.is_some());
         if let Some(output) = marked.filter(|o| !mark::has_colours(o.format)) {
             return wrong(format!(
-                "{} has no colours, so patches cannot be marked in {}; write PLY, OBJ, glTF or VTK, or the patches alone into a file of their \
-                 own",
+                "{} has no colours, so patches cannot be marked in {}; write PLY, OBJ, glTF or VTK, or write the patches alone to a \
+                 separate file",
                 output.format,
                 output.place.name()
             ));
@@ -95,7 +97,7 @@ impl Deliverables {
             let place = &output.place;
             if let Some((what, _)) = taken.iter().find(|(_, t)| place.is_same_file(t)) {
                 let what = format!(
-                    "{name} {} would be {what} too; name another file",
+                    "{name} would be written to {}, which is the file of {what}; name another file",
                     place.name()
                 );
                 return Err(JobError::Deliverable { what });
@@ -107,7 +109,7 @@ impl Deliverables {
 }
 
 /// Sets the run times of a report to 0.
-pub(super) fn forget_clock(report: &mut FillReport) {
+pub(super) fn clear_run_times(report: &mut FillReport) {
     report.seconds = 0.0;
     for region in &mut report.regions {
         region.seconds = 0.0;

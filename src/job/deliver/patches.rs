@@ -1,4 +1,4 @@
-//! The new faces alone: one component for each hole, with the numbers of holes and the expected errors.
+//! The new faces as a separate mesh: one component for each hole, with the numbers of the holes and the expected errors.
 
 use std::collections::BTreeMap;
 
@@ -10,23 +10,23 @@ use crate::mesh::attributes::{
 };
 use crate::mesh::{Attributes, FaceOrigin, Mesh, Model, Origins};
 
-/// The expected error of a vertex of which nothing can be said.
+/// Stored in place of an unknown expected error.
 const UNKNOWN: f64 = -1.0;
 
-/// What the patches are taken from.
+/// The mended mesh that the patches are taken from.
 pub(in crate::job) struct Whole<'a> {
-    /// The mesh with its patches, and what it carries.
     pub(in crate::job) mesh: &'a Mesh,
     pub(in crate::job) attributes: &'a Attributes,
-    /// How many of its vertices, from the first on, are the input's.
+    /// The first `kept` vertices are the input's.
     pub(in crate::job) kept: usize,
-    /// For each vertex of a patch, behind those, its expected error.
+    /// The expected errors of the new vertices, which follow the input's.
     pub(in crate::job) expected_error: &'a [Option<f64>],
 }
 
 impl Whole<'_> {
-    /// The faces of the components as a model of their own, component after component; no two share a vertex. `format` says where the
-    /// numbers of holes and the expected errors have a place.
+    /// The faces of the components as a separate model, component after component; no two components share a vertex. Hole numbers and
+    /// expected errors are stored where `format` has a place for them: at faces and vertices (PLY, VTK), at vertices (glTF), or hole
+    /// numbers only, as groups (OBJ).
     pub(in crate::job) fn patches(&self, components: &[Component], format: Format) -> Model {
         let mut origins = Origins::default();
         let mut mesh = Mesh::default();
@@ -50,7 +50,7 @@ impl Whole<'_> {
         let mut attributes = self.attributes.derived(&origins, &none);
         attributes.kept_of_file = None;
         attributes.copies = Vec::new();
-        // All faces are of patches: marks would say nothing.
+        // All faces belong to patches, so the column that marks patches is useless; expected errors are added below.
         attributes.face.retain(|a| a.name != PATCH_NAME);
         attributes.vertex.retain(|a| a.name != SIGMA_NAME);
         if !has_face_colours(format) {
@@ -86,7 +86,7 @@ impl Whole<'_> {
         }
     }
 
-    /// The expected errors of the vertices: 0 at rims, negative where nothing can be said.
+    /// The expected errors of the vertices: 0 at rims, negative where unknown.
     fn errors(&self, origins: &Origins) -> Attribute {
         let mut errors = Attribute::new(SIGMA_NAME, Role::Other, Scalar::F32, 1);
         for &v in &origins.vertices {
@@ -102,6 +102,7 @@ impl Whole<'_> {
     }
 }
 
+/// Hole numbers as an attribute.
 fn numbers(holes: impl Iterator<Item = usize>) -> Attribute {
     let mut numbers = Attribute::new(HOLE_NAME, Role::Other, Scalar::I32, 1);
     holes.for_each(|hole| numbers.push(Some(&[hole as f64])));

@@ -1,4 +1,4 @@
-//! The solid between the faces that were cut out and the patches: what is missing, as a piece to print.
+//! The missing piece as a printable solid: the volume between the faces that a restoration cut out and its patches.
 
 use glam::DMat4;
 
@@ -8,22 +8,23 @@ use crate::mesh::{Mesh, Topology, weld_map};
 use crate::repair::{Carried, RepairParams, repair};
 use crate::tuning::tuning;
 
-/// A solid that lies between two surfaces with a common rim.
+/// The solid between two surfaces with a common rim.
 pub(in crate::job) struct Piece {
-    /// It, closed and oriented outward.
+    /// Closed and oriented outward.
     pub(in crate::job) mesh: Mesh,
     /// Remarks.
     pub(in crate::job) notes: Vec<String>,
 }
 
-/// Builds the solid between `patches`, the new faces of a mesh, and `cut`, the faces that they replace. Vertices of the common rim are at
-/// the same positions. `stored` is as in [`Carried::stored`].
+/// Builds the solid between `patches`, the new faces of a mesh, and `cut`, the faces that they replace. The two surfaces have the same
+/// vertex positions along the common rim. `stored` is as in [`Carried::stored`].
 ///
-/// The patches are its outside, the faces that were cut out turned over its inside. Where they intersect, what the patches add is kept
-/// and what they take away goes: a point belongs to the solid where its winding number is positive. Holes in what was cut out are filled.
+/// The solid is bounded by the patches on the outside and by the flipped cut faces on the inside. Where the two surfaces intersect, only
+/// the volume that the patches add is kept: a point belongs to the solid if its winding number is positive. Holes in the cut faces are
+/// filled.
 ///
 /// # Errors
-/// With the reason why there is no such solid, in words.
+/// A message that says why there is no solid.
 pub(in crate::job) fn piece(
     patches: &Mesh,
     cut: &Mesh,
@@ -32,7 +33,9 @@ pub(in crate::job) fn piece(
 ) -> Result<Piece, String> {
     let mut between = joined(patches, cut);
     if between.faces.is_empty() {
-        return Err("nothing lies between the patch and the faces that were cut out".to_owned());
+        return Err(
+            "there is no volume between the patch and the faces that were cut out".to_owned(),
+        );
     }
     let (verdict, topology) = judged(&between)?;
     let open = verdict.holes;
@@ -45,7 +48,7 @@ pub(in crate::job) fn piece(
         return finished(mesh, Vec::new());
     }
     if verdict.is_watertight() {
-        // A repair would turn components that are inside out.
+        // A repair would flip components that are inside out, so these are removed first.
         between = outward(&between, &verdict, &topology).ok_or(BELOW)?;
     }
     let carried = Carried {
@@ -63,7 +66,7 @@ pub(in crate::job) fn piece(
     }
     if repaired.report.united_bodies > 0 {
         notes.push(
-            "the patch passes below the faces that were cut out in places: the piece is what it adds to them"
+            "in places the patch is below the faces that were cut out; the piece contains only the volume where it is above them"
                 .to_owned(),
         );
     }
@@ -72,10 +75,11 @@ pub(in crate::job) fn piece(
     finished(mesh, notes)
 }
 
-/// Why there is no piece where nothing is missing.
-const BELOW: &str = "the patch lies below the faces that were cut out, so nothing is missing that a piece could be put in for";
+/// Message if the patch adds no volume.
+const BELOW: &str =
+    "the patch is below the faces that were cut out, so nothing is missing and there is no piece";
 
-/// The patches and the faces that were cut out, turned over, on common vertices.
+/// The patches and the flipped cut faces as one mesh, with vertices at equal positions merged.
 fn joined(patches: &Mesh, cut: &Mesh) -> Mesh {
     let base = patches.positions.len() as u32;
     let positions = [&patches.positions[..], &cut.positions[..]].concat();
@@ -89,13 +93,13 @@ fn joined(patches: &Mesh, cut: &Mesh) -> Mesh {
     for face in &mut all.faces {
         *face = face.map(|v| weld[v as usize]);
     }
-    // Where both have the same face there is nothing between.
+    // Remove degenerate faces, and faces that patches and cut have in common: there is no volume between them.
     all.faces.retain(|[a, b, c]| a != b && b != c && a != c);
     without_pairs(&mut all);
     compact(&all, |_| true)
 }
 
-/// Takes out pairs of faces on the same vertices that face each other.
+/// Removes pairs of faces with the same vertices and opposite orientations.
 fn without_pairs(mesh: &mut Mesh) {
     let sorted = |face: &[u32; 3]| {
         let mut corners = *face;
@@ -122,7 +126,7 @@ fn without_pairs(mesh: &mut Mesh) {
     });
 }
 
-/// The faces that a function chooses, with the vertices that they use.
+/// The faces for which `keep` is true, with the vertices that they use.
 fn compact(mesh: &Mesh, keep: impl Fn(usize) -> bool) -> Mesh {
     let mut number = vec![u32::MAX; mesh.positions.len()];
     let mut out = Mesh::default();
@@ -140,13 +144,15 @@ fn compact(mesh: &Mesh, keep: impl Fn(usize) -> bool) -> Mesh {
     out
 }
 
+/// Checks a mesh with default parameters.
 fn judged(mesh: &Mesh) -> Result<(Verdict, Topology), String> {
     let found = Inspection::new(mesh).map_err(|error| error.to_string())?;
     let verdict = found.check(&CheckParams::default());
     Ok((verdict, found.topology))
 }
 
-/// The components that enclose something from outside, without slivers beside the largest one; none where there is no such component.
+/// The components that enclose a positive volume larger than the fraction `tuning().deliver.piece_part` of the largest component's;
+/// `None` if there are none.
 fn outward(mesh: &Mesh, verdict: &Verdict, topology: &Topology) -> Option<Mesh> {
     let volumes: Vec<f64> = verdict.components.iter().map(|c| c.volume).collect();
     let largest = volumes.iter().copied().fold(0.0, f64::max);
@@ -159,13 +165,13 @@ fn outward(mesh: &Mesh, verdict: &Verdict, topology: &Topology) -> Option<Mesh> 
     (largest > 0.0 && !out.faces.is_empty()).then_some(out)
 }
 
-/// The piece, once it was judged like any mesh.
+/// The piece, if it passes the check of a mesh.
 fn finished(mesh: Mesh, notes: Vec<String>) -> Result<Piece, String> {
     let (verdict, _) = judged(&mesh)?;
     match verdict.is_sound() {
         true => Ok(Piece { mesh, notes }),
         false => Err(format!(
-            "the solid between the patch and what was cut out is not sound: {}",
+            "the solid between the patch and the faces that were cut out is not sound: {}",
             verdict.reasons().join(", ")
         )),
     }
@@ -177,7 +183,7 @@ mod tests {
 
     use super::*;
 
-    /// A square of `2 n²` faces over [0, 1]², at a height that is 0 on its border.
+    /// A square of `2 n²` faces over [0, 1]², with height 0 on its outer border.
     fn sheet(n: usize, height: impl Fn(f64, f64) -> f64) -> Mesh {
         let mut mesh = Mesh::default();
         for j in 0..=n {
@@ -216,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn between_two_sheets_lies_what_the_upper_one_adds() {
+    fn the_piece_is_the_volume_that_the_upper_sheet_adds() {
         let (upper, lower) = (sheet(8, |_, _| 0.3), sheet(8, |_, _| -0.1));
         let piece = made(&upper, &lower).unwrap();
         let (verdict, _) = judged(&piece.mesh).unwrap();
@@ -227,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn where_they_cross_what_is_taken_away_goes() {
+    fn where_the_sheets_intersect_only_added_volume_is_kept() {
         let upper = sheet(12, |x, _| 0.25 * (x - 0.3));
         let lower = sheet(12, |_, _| 0.0);
         let piece = made(&upper, &lower).unwrap();

@@ -1,4 +1,4 @@
-//! Writing what is handed on beside a mended mesh.
+//! Writes the deliverables of a mended mesh (patches, missing piece) and reports the invented surface in lines of text.
 
 use serde::Serialize;
 
@@ -13,32 +13,31 @@ use crate::job::{JobError, Mended, Output};
 use crate::mend::Control;
 use crate::mesh::{Mesh, Model, Part, Unit};
 
-/// Most patches with a line of their own.
+/// Most patches that get a line each in a text report.
 const MOST_PATCHES: usize = 30;
-/// Why other work makes no piece.
-pub(super) const ONLY_RESTORED: &str =
-    "only a restoration makes a piece: it lies between the faces cut out and the patches";
+/// Message if other work than a restoration is asked for a piece.
+pub(super) const ONLY_RESTORED: &str = "only a restoration makes a piece: the solid between the faces that it cuts out and the patches";
 
-/// What was handed on beside a mended mesh.
+/// The deliverables of a mended mesh.
 #[derive(Clone, Debug, Default)]
 pub(in crate::job) struct Delivered {
-    /// What is invented; none of a mesh that was copied and of whole level sets.
+    /// Measures of the invented surface; `None` for a copied mesh and for whole level sets.
     pub(in crate::job) invented: Option<Invented>,
     /// The file of the patches.
     pub(in crate::job) patches: Option<FileInfo>,
-    /// The file of the piece, or why there is none.
+    /// The file of the piece, or the reason why there is none.
     pub(in crate::job) piece: Option<PieceRow>,
     /// Remarks.
     pub(in crate::job) notes: Vec<String>,
 }
 
-/// A piece in a document.
+/// The piece in a JSON document.
 #[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
 pub(in crate::job) enum PieceRow {
-    /// It was written.
+    /// The file that was written.
     File(FileInfo),
-    /// There is none.
+    /// No piece was written.
     Refused {
         /// Why.
         reason: String,
@@ -46,14 +45,14 @@ pub(in crate::job) enum PieceRow {
 }
 
 impl Delivered {
-    /// Whether all that was asked for was handed on, and errors are within the tolerance.
+    /// Whether no piece was refused and all patches are within the tolerance.
     pub(in crate::job) fn is_complete(&self) -> bool {
         let mut patches = self.invented.iter().flat_map(|i| &i.patches);
         let beyond = patches.any(|p| p.is_within == Some(false));
         !beyond && !matches!(self.piece, Some(PieceRow::Refused { .. }))
     }
 
-    /// What is said of it, in lines.
+    /// The totals of the invented surface, in lines.
     pub(in crate::job) fn lines(&self, unit: Option<Unit>, tolerance: Option<f64>) -> Vec<String> {
         let mut lines = Vec::new();
         if let Some(invented) = self.invented.as_ref().filter(|i| i.area > 0.0) {
@@ -71,7 +70,7 @@ impl Delivered {
         lines
     }
 
-    /// How much is invented for each hole, in lines, the largest patches first.
+    /// One line per patch, largest area first.
     pub(in crate::job) fn hole_lines(&self, unit: Option<Unit>) -> Vec<String> {
         let square = unit.map_or(String::new(), |unit| format!(" {unit}²"));
         let patches = self.invented.iter().flat_map(|i| &i.patches);
@@ -90,14 +89,14 @@ impl Delivered {
         let mut lines: Vec<String> = patches.iter().take(MOST_PATCHES).map(line).collect();
         if let Some(more) = patches.get(MOST_PATCHES..).filter(|more| !more.is_empty()) {
             lines.push(format!(
-                "{} smaller patches are in the JSON report",
+                "{} smaller patches are listed in the JSON report only",
                 more.len()
             ));
         }
         lines
     }
 
-    /// What is wrong with it, in lines.
+    /// Warnings, in lines: patches beyond the tolerance, and a piece that was not written.
     pub(in crate::job) fn warnings(
         &self,
         unit: Option<Unit>,
@@ -133,7 +132,7 @@ impl Delivered {
     }
 }
 
-/// The expected errors in a line.
+/// Expected errors in one line.
 fn expected(all: &Expected, unit: Option<Unit>, tolerance: Option<f64>) -> String {
     let mut line = match (all.mean, all.largest) {
         (Some(mean), Some(largest)) => format!(
@@ -156,7 +155,7 @@ fn expected(all: &Expected, unit: Option<Unit>, tolerance: Option<f64>) -> Strin
 }
 
 impl Mended<'_> {
-    /// The connected components of its patches; none of whole level sets.
+    /// The connected components of its patches; empty for whole level sets.
     pub(in crate::job) fn components(&self) -> Vec<Component> {
         match self.whole {
             true => Vec::new(),
@@ -164,7 +163,7 @@ impl Mended<'_> {
         }
     }
 
-    /// What is invented of it.
+    /// Measures of the invented surface; `None` for a copied mesh and for whole level sets.
     pub(in crate::job) fn invented(&self, components: &[Component]) -> Option<Invented> {
         let is_made = !self.whole && !matches!(self.extent, crate::job::Extent::Copied);
         let measured = Measured {
@@ -178,8 +177,8 @@ impl Mended<'_> {
         is_made.then(|| measured.invented())
     }
 
-    /// The new faces alone, in full precision: one component for each hole, as [`Deliverables::patches`](super::Deliverables::patches)
-    /// would be written to PLY, with the numbers of holes as `isomend_hole` and expected errors as `isomend_sigma`.
+    /// The new faces as a separate mesh, in full precision: one component for each hole. Carries the same columns as
+    /// [`Deliverables::patches`](super::Deliverables::patches) in PLY: hole numbers as `isomend_hole`, expected errors as `isomend_sigma`.
     pub fn patches(&self) -> Model {
         let model = self.model();
         let whole = Whole {
@@ -191,10 +190,10 @@ impl Mended<'_> {
         whole.patches(&self.components(), crate::io::Format::Ply)
     }
 
-    /// The solid between the faces that were cut out and the patches, in full precision: the piece that is missing.
+    /// The missing piece, in full precision: the solid between the faces that were cut out and the patches.
     ///
     /// # Errors
-    /// [`JobError::Deliverable`] where there is no such solid, with the reason.
+    /// [`JobError::Deliverable`] with the reason if there is no solid.
     pub fn piece(&self, control: &Control) -> Result<Model, JobError> {
         let made = self.piece_of(self.mesh(), None, control);
         let made = made.map_err(|what| JobError::Deliverable { what })?;
@@ -223,7 +222,8 @@ impl Mended<'_> {
         piece(&patches.mesh, &cut.mesh, stored, control)
     }
 
-    /// What a page says of units, hashes and of what is invented; measured where that is not known yet.
+    /// The facts of an archived report for the page: unit, invented surface, warnings and hashes. Measures the invented surface if
+    /// `delivered` is `None`.
     pub(in crate::job) fn filed_facts(
         &self,
         delivered: Option<&Delivered>,
@@ -249,7 +249,7 @@ impl Mended<'_> {
             }
         }
         for line in delivered.warnings(wanted.unit, wanted.tolerance) {
-            facts.push(("beyond what was asked for", line));
+            facts.push(("warning", line));
         }
         let hashes = [
             ("SHA-256 of the input", self.sha256.as_deref()),
@@ -263,7 +263,7 @@ impl Mended<'_> {
         facts
     }
 
-    /// Writes the patches and the piece of a mesh that was saved.
+    /// Writes the patches and the piece of a saved mesh.
     pub(in crate::job) fn deliver(
         &self,
         saved: &Saved,
@@ -283,14 +283,14 @@ impl Mended<'_> {
                 let name = output.place.name();
                 delivered
                     .notes
-                    .push(format!("{name} was not written: there are no patches"));
+                    .push(format!("{name} was not written: the mesh has no patches"));
             } else {
                 let file = write_aside(output, &model, delivered)?;
                 delivered.patches = Some(file);
             }
         }
         if let Some(output) = &wanted.piece {
-            let stored = output.stored(&self.first);
+            let stored = output.stored(&self.kept_input);
             delivered.piece = Some(match self.piece_of(&saved.mesh, stored, &Control::new()) {
                 Err(reason) => PieceRow::Refused { reason },
                 Ok(made) => {
@@ -307,7 +307,7 @@ impl Mended<'_> {
     }
 }
 
-/// Writes a model beside the mesh.
+/// Writes a model to a file besides the mesh and adds its remarks.
 fn write_aside(
     output: &Output,
     model: &Model,

@@ -1,19 +1,19 @@
-//! The rows of a verdict.
+//! JSON rows for the verdict of a mesh check.
 
 use glam::DVec3;
 use serde::Serialize;
 
 use crate::check::{Component, Defect, DefectKind, Verdict};
 
-/// Most faces, places and components that are listed.
+/// Most faces and places per defect, and most components, in a document.
 const MOST_LISTED: usize = 1000;
 
-/// A verdict on a mesh.
+/// The verdict of a mesh check.
 #[derive(Serialize)]
 pub(in crate::job) struct VerdictRow<'a> {
     /// Whether it is watertight and can be printed.
     sound: bool,
-    /// Why it is not, in words for people.
+    /// Why it is not, as sentences.
     reasons: Vec<String>,
     watertight: bool,
     closed: bool,
@@ -21,8 +21,9 @@ pub(in crate::job) struct VerdictRow<'a> {
     oriented: bool,
     holes: usize,
     open_chains: usize,
-    /// Border vertices on border edges, and the holes that splitting these edges closes.
+    /// Vertices of boundary loops that are on boundary edges.
     t_junctions: usize,
+    /// Holes that splitting these edges closes.
     t_junction_holes: usize,
     weld: Option<WeldRow>,
     unused_vertices: usize,
@@ -33,27 +34,31 @@ pub(in crate::job) struct VerdictRow<'a> {
     inside: usize,
     largest_components: Vec<&'a Component>,
     thin: Option<f64>,
-    /// The limit of wall thickness, and the least and the mean thickness of the walls of closed components.
+    /// The least wall thickness that was asked for.
     min_wall: Option<f64>,
+    /// The measured wall thickness.
     walls: Option<WallRow>,
 }
 
-/// The walls of closed components.
+/// Wall thickness of the closed components.
 #[derive(Serialize)]
 struct WallRow {
     least: Option<f64>,
     mean: f64,
-    /// The number of the component with the thinnest one, from 1 in the order of their first faces, and where that is.
+    /// The component with the thinnest wall, from 1 in the order of first faces.
     component: usize,
+    /// Where the thinnest wall is.
     at: Option<DVec3>,
 }
 
-/// The length within which border vertices are to be merged, and how many border edges close so.
+/// A weld that closes boundary edges.
 #[derive(Serialize)]
 struct WeldRow {
+    /// Boundary vertices within this distance are merged.
     length: f64,
+    /// Boundary edges that the weld closes.
     edges: usize,
-    /// Whether a repair does so by itself.
+    /// Whether a repair welds them by default.
     by_default: bool,
 }
 
@@ -61,9 +66,9 @@ struct WeldRow {
 struct DefectRow<'a> {
     kind: DefectKind,
     count: usize,
-    /// The numbers of its first faces.
+    /// Its first faces.
     faces: &'a [u32],
-    /// The first places where it is.
+    /// Its first positions.
     places: &'a [DVec3],
 }
 

@@ -1,4 +1,4 @@
-//! What makes a report one to be filed: the options and their hash, the unit, and what is invented.
+//! JSON rows for archived reports: the options and their hash, the unit, the tolerance, and the invented surface.
 
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -9,7 +9,7 @@ use crate::job::deliver::{Delivered, Invented, PieceRow};
 use crate::job::hash::sha256;
 use crate::mesh::Unit;
 
-/// Longer lists of face numbers are left out of the options.
+/// Most face numbers of a mask that the options list; a longer list becomes null.
 const MOST_FACES: usize = 100;
 
 #[derive(Serialize)]
@@ -18,9 +18,9 @@ pub(super) struct FiledRow {
     unit: Option<Unit>,
     #[serde(skip_serializing_if = "Option::is_none")]
     tolerance: Option<f64>,
-    /// The work with its parameters, and how it is marked and reported; of long lists of face numbers nothing.
+    /// The work with its parameters, the mark, the unit and the tolerance. Long lists of face numbers are null.
     options: Value,
-    /// The hash of all of them, as JSON without blanks.
+    /// SHA-256 of the complete options, as JSON without blanks.
     options_sha256: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     patches: Option<FileInfo>,

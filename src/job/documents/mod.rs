@@ -1,5 +1,5 @@
-//! The JSON documents, all of them. `docs/json.md` describes the fields; they are kept stable, whatever becomes of the types
-//! that they are made from.
+//! All JSON documents. `docs/json.md` describes the fields. The field names are stable: they do not follow renames of the types that
+//! they are made from.
 
 mod check;
 mod filed;
@@ -23,7 +23,7 @@ use rows::{OutcomeRow, RegionRow};
 pub(super) use check::VerdictRow;
 pub(super) use rows::{CreaseEndRow, HoleRow};
 
-/// A document: which command of which version made it, and what it says.
+/// A JSON document: its content, and the command and version that made it.
 #[derive(Debug, Serialize)]
 #[non_exhaustive]
 pub struct Document<T> {
@@ -57,12 +57,12 @@ pub struct FileInfo {
 }
 
 impl FileInfo {
-    /// What is known of a mesh and its file.
+    /// The row of a mesh in a file, without a hash.
     pub fn new(place: &Place, format: Format, mesh: &Mesh) -> Self {
         Self::of(place, format, [mesh.positions.len(), mesh.faces.len()])
     }
 
-    /// The same from its numbers of vertices and faces.
+    /// The same from the numbers of vertices and faces.
     pub(super) fn of(place: &Place, format: Format, [vertices, faces]: [usize; 2]) -> Self {
         Self {
             path: shown(place),
@@ -80,7 +80,7 @@ impl FileInfo {
     }
 }
 
-/// A place in a document: `-` for the caller's memory.
+/// A place as documents show it: `-` for the caller's memory.
 pub(super) fn shown(place: &Place) -> String {
     match place {
         Place::File(path) => path.display().to_string(),
@@ -89,7 +89,7 @@ pub(super) fn shown(place: &Place) -> String {
 }
 
 impl JobResult<'_> {
-    /// The document.
+    /// The JSON document of the result.
     pub fn document(&self) -> Document<impl Serialize> {
         let [read, written] = &self.sha256;
         let input = FileInfo::of(&self.spec.source.place, self.format, self.size);
@@ -106,9 +106,9 @@ impl JobResult<'_> {
 }
 
 impl Mended<'_> {
-    /// The document of a mesh that is not written, as of bytes in the format that was read.
+    /// The JSON document of a mesh that is not written to a file. Its output row names memory (`-`) and the format of the input.
     pub fn document(&self) -> Document<impl Serialize> {
-        let (source, format) = (&self.spec.source.place, self.first.format);
+        let (source, format) = (&self.spec.source.place, self.kept_input.format);
         let here = Place::memory("");
         let delivered = Delivered {
             invented: self.invented(&self.components()),
@@ -118,7 +118,7 @@ impl Mended<'_> {
         let files = Files {
             input: input.hashed(self.sha256.clone()),
             output: Some(FileInfo::new(&here, format, self.mesh())),
-            notes: &self.first.notes,
+            notes: &self.kept_input.notes,
             filed: FiledRow::new(&self.spec, delivered),
         };
         files.document(&self.spec, &self.extent, &self.report)
@@ -180,23 +180,23 @@ pub(super) struct DocumentList(Vec<String>);
 
 impl DocumentList {
     pub(super) fn add(&mut self, document: &impl Serialize) {
-        // Numbers that are none are null in JSON: nothing in a document cannot be written.
+        // Never fails: JSON writes NaN and infinity as null, and all keys are strings.
         self.0
             .push(serde_json::to_string_pretty(document).unwrap_or_default());
     }
 
-    /// The only one, or a list of all.
+    /// The only document, or a JSON list of all.
     pub(super) fn text(&self, list: bool) -> String {
         let mut text = self.0.join(",\n");
         if list {
-            // No line of a JSON document ends inside a string.
+            // Indenting is safe: strings in JSON contain no line breaks.
             text = format!("[\n  {}\n]", text.replace('\n', "\n  "));
         }
         text + "\n"
     }
 }
 
-/// What stands for the document of an input that failed.
+/// The document of an input whose job failed: its path and the error.
 pub fn failed_document(
     command: &'static str,
     place: &Place,
@@ -241,13 +241,13 @@ struct RepairBody<'a> {
 struct FillBody<'a> {
     #[serde(flatten)]
     files: Files<'a>,
-    /// Whether each hole of more than four edges that was to be filled got a steady surface that crosses nothing.
+    /// Whether each hole of more than four edges that was to be filled got a converged surface without self-intersections.
     flawless: bool,
-    /// How many holes ended in which way.
+    /// Number of holes by outcome.
     outcomes: Tally,
-    /// Whether every hole that was to be filled is.
+    /// Whether every hole that was to be filled is filled.
     complete: bool,
-    /// What was cut out before.
+    /// The faces that a restoration cut out.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     cut: Option<CutRow>,
     #[serde(flatten)]
@@ -260,7 +260,7 @@ struct FairBody<'a> {
     files: Files<'a>,
     /// Whether every region was faired.
     complete: bool,
-    /// Change of the volume over the volume.
+    /// Change of the volume, divided by the volume before.
     volume_drift: Option<f64>,
     #[serde(flatten)]
     fair: FairRow,
@@ -268,13 +268,13 @@ struct FairBody<'a> {
     fill: FillRow<'a>,
 }
 
-/// What `isomend restore` cuts out.
+/// The faces and vertices that `isomend restore` cuts out.
 #[derive(Serialize)]
 struct CutRow {
     marked_faces: usize,
     removed_faces: usize,
     removed_vertices: usize,
-    /// The part of the shape that is to be kept.
+    /// How much of the shape under the mask is kept, from 0 to 1.
     keep_shape: f64,
 }
 
@@ -324,7 +324,7 @@ impl FairRow {
     }
 }
 
-/// What was found in the input.
+/// Size and defects of the input.
 #[derive(Serialize)]
 struct FoundRow<'a> {
     vertices: usize,

@@ -1,4 +1,4 @@
-//! The documents of plans: what `--dry-run --json` says.
+//! JSON documents of plans, as `--dry-run --json` writes them.
 
 use serde::Serialize;
 
@@ -9,7 +9,7 @@ use crate::mend::{FairPlan, FillPlan, HolePlan, PlannedHole, RestorePlan};
 use crate::mesh::{Defects, HoleId, OpenChain};
 
 impl JobPlan<'_> {
-    /// The document.
+    /// The JSON document of the plan.
     pub fn document(&self) -> Document<impl Serialize> {
         let body = match &self.plan {
             WorkPlan::Fill(fill) => Body::Fill(FillRow::new(fill)),
@@ -87,16 +87,16 @@ impl<'a> FillRow<'a> {
     }
 }
 
-/// A hole and what would become of it.
+/// A hole and how it would be closed.
 #[derive(Serialize)]
 struct PlannedHoleRow {
     #[serde(flatten)]
     hole: HoleRow,
     outcome: &'static str,
-    /// Why, as a word for programs.
+    /// Why, as a fixed identifier.
     #[serde(skip_serializing_if = "Option::is_none")]
     cause: Option<&'static str>,
-    /// Why, in words for people.
+    /// Why, as a sentence.
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<String>,
     region: usize,

@@ -1,4 +1,4 @@
-//! The rows of a repair.
+//! JSON rows of a repair's report.
 
 use glam::DVec3;
 use serde::Serialize;
@@ -7,36 +7,36 @@ use super::VerdictRow;
 use crate::check::Component;
 use crate::repair::{CrossingPass, RepairReport};
 
-/// What a repair did.
+/// The repair section of a report.
 #[derive(Serialize)]
 pub(super) struct RepairRow<'a> {
     steps: Steps<'a>,
     lost_faces: usize,
     lost_vertices: usize,
     gone_components: Gone,
-    /// Components of the result that were lined, and the walls that this makes.
-    linings: Vec<Lining>,
+    /// Components of the result with offset shells, and the walls that these form.
+    offset_shells: Vec<OffsetShellRow>,
     /// The verdict on the input.
     before: Option<VerdictRow<'a>>,
-    /// The verdict on what was written.
+    /// The verdict on the written file.
     after: Option<VerdictRow<'a>>,
 }
 
-/// A component of the result that was lined in part or as a whole.
+/// A component of the result with an offset shell, partial or whole.
 #[derive(Serialize)]
-struct Lining {
-    /// Its number, from 1 in the order of the first faces.
+struct OffsetShellRow {
+    /// The component's number, from 1 in the order of first faces.
     component: usize,
     faces: usize,
-    /// The least and the mean thickness of the walls, and where the thinnest one is.
+    /// The smallest and the mean wall thickness, and the place of the smallest.
     least_wall: Option<f64>,
     mean_wall: Option<f64>,
     thinnest_at: Option<DVec3>,
-    /// The thickness that walls should have, where too many are thinner; else null.
+    /// The thickness that walls should have, if too many are thinner; else null.
     too_thin: Option<f64>,
 }
 
-/// Components of the input none of whose faces are in the result.
+/// Input components with no face left in the result.
 #[derive(Serialize)]
 struct Gone {
     count: usize,
@@ -105,16 +105,20 @@ impl<'a> RepairRow<'a> {
                     most_faces,
                 }
             },
-            linings: r.linings.iter().map(|l| Lining::new(l, r)).collect(),
+            offset_shells: r
+                .offset_shells
+                .iter()
+                .map(|l| OffsetShellRow::new(l, r))
+                .collect(),
             before: r.before.as_ref().map(VerdictRow::new),
             after: r.after.as_ref().map(VerdictRow::new),
         }
     }
 }
 
-impl Lining {
+impl OffsetShellRow {
     fn new((number, component): &(usize, Component), report: &RepairReport) -> Self {
-        let thin = report.thin_linings.iter().find(|(n, _)| n == number);
+        let thin = report.thin_offset_shells.iter().find(|(n, _)| n == number);
         Self {
             component: *number,
             faces: component.faces,

@@ -1,4 +1,4 @@
-//! The rows of holes and regions.
+//! JSON rows for holes, their outcomes, regions and crease ends.
 
 use glam::DVec3;
 use serde::Serialize;
@@ -12,7 +12,7 @@ use crate::mesh::{Hole, HoleId};
 use crate::region::LevelReport;
 use crate::report::reason;
 
-/// A hole.
+/// A hole and its measures.
 #[derive(Debug, Serialize)]
 pub(in crate::job) struct HoleRow {
     id: HoleId,
@@ -46,7 +46,7 @@ impl HoleRow {
     }
 }
 
-/// A vertex of a rim at which a sharp edge of the mesh ends.
+/// A rim vertex at which a crease (sharp edge) of the mesh ends.
 #[derive(Debug, Serialize)]
 pub(in crate::job) struct CreaseEndRow {
     id: usize,
@@ -68,16 +68,16 @@ impl CreaseEndRow {
     }
 }
 
-/// A hole and what became of it.
+/// A hole and its outcome.
 #[derive(Serialize)]
 pub(super) struct OutcomeRow<'a> {
     #[serde(flatten)]
     hole: HoleRow,
     outcome: &'static str,
-    /// Why, as a word for programs.
+    /// Why, as a fixed identifier.
     #[serde(skip_serializing_if = "Option::is_none")]
     cause: Option<&'a str>,
-    /// Why, in words for people.
+    /// Why, as a sentence.
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<String>,
     region: usize,
@@ -147,9 +147,9 @@ pub(super) fn left(why: LeftReason) -> &'static str {
 /// Why sharp edges were not continued.
 #[derive(Serialize)]
 struct NotContinuedRow {
-    /// As a word for programs.
+    /// A fixed identifier.
     cause: &'static str,
-    /// In words for people.
+    /// A sentence.
     reason: String,
 }
 
@@ -169,7 +169,7 @@ impl NotContinuedRow {
     }
 }
 
-/// A region that was filled. `voxel` is 0 where no grid was needed.
+/// A region that was filled. `voxel` is 0 if no grid was used.
 #[derive(Serialize)]
 pub(super) struct RegionRow<'a> {
     id: usize,
@@ -188,14 +188,15 @@ pub(super) struct RegionRow<'a> {
     quality_mean: f64,
     intersecting_faces: usize,
     components: usize,
-    /// The value by which patches were chosen; null for offset shells of a repair.
+    /// The quality by which candidate patches were compared; null for offset shells of a repair.
     quality: Option<&'a Quality>,
-    /// How the patch was finished on its own triangles; null where it was not.
+    /// How the patch was finished on the triangle mesh; null if it was not.
     finish: Option<&'a FinishReport>,
-    /// Sharp edges that were continued.
+    /// Sharp edges that were continued over the patch.
     creases: &'a [CreaseReport],
-    /// Sharp edges that end at the rim, and why they were not continued; null where they were.
+    /// Number of sharp edges that end at the rim.
     crease_ends: usize,
+    /// Why they were not continued; null if they were.
     not_continued: Option<NotContinuedRow>,
     earlier_tries: Vec<String>,
     other_energy: bool,

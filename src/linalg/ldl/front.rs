@@ -1,8 +1,9 @@
-//! Elimination of some columns of a dense symmetric matrix.
+//! Partial factorisation of a dense symmetric matrix (frontal matrix).
 
 use crate::cancel::Cancel;
 
-/// Columns that are subtracted from those after them together: each of these is then read and written once for all.
+/// Eliminated columns that are subtracted from later columns in one pass, so that each later column is read and written once for
+/// all of them.
 const PANEL: usize = 4;
 
 /// The lower triangle of a dense symmetric matrix, by columns.
@@ -13,25 +14,25 @@ pub(super) struct Front {
 }
 
 impl Front {
-    /// Makes it a matrix of zeros.
+    /// Resets it to a zero matrix of a size.
     pub(super) fn reset(&mut self, size: usize) {
         self.size = size;
         self.entries.clear();
         self.entries.resize(size * size, 0.0);
     }
 
-    /// A column, from its diagonal on.
+    /// A column from its diagonal on.
     pub(super) fn column(&self, j: usize) -> &[f64] {
         &self.entries[j * self.size + j..(j + 1) * self.size]
     }
 
-    /// A column with the place of its diagonal in it.
+    /// A whole column; entry `j` is its diagonal.
     pub(super) fn column_mut(&mut self, j: usize) -> &mut [f64] {
         &mut self.entries[j * self.size..(j + 1) * self.size]
     }
 
-    /// Eliminates the first columns: they become those of `L` (without its diagonal of ones, where `D` is), and the others what is
-    /// left of the matrix. False where a pivot is zero or not a number, or the token is set.
+    /// Eliminates the first `columns` columns. They become columns of `L`, with `D` in place of its unit diagonal; the others
+    /// become the update matrix. Returns false if a pivot is zero or not finite, or the token is set.
     pub(super) fn eliminate(&mut self, columns: usize, cancel: &Cancel) -> bool {
         let mut done = 0;
         while done < columns {
@@ -58,7 +59,7 @@ impl Front {
         true
     }
 
-    /// Subtracts what the eliminated columns of a panel contribute to a later column.
+    /// Subtracts the contributions of eliminated columns from column `j`.
     fn subtract(&mut self, panel: std::ops::Range<usize>, j: usize) {
         let size = self.size;
         let (before, rest) = self.entries.split_at_mut(j * size);

@@ -1,9 +1,9 @@
-//! Sparse symmetric systems by `L D Lᵀ`, with an ordering by nested dissection.
+//! Sparse symmetric systems by `L D Lᵀ` factorisation, multifrontal, ordered by nested dissection.
 //!
-//! The factor is found by fronts: columns that share their rows are eliminated together in a dense matrix of these rows, and what
-//! is left of it is added to the front of their parent in the elimination tree (I. S. Duff, J. K. Reid, "The multifrontal solution
-//! of indefinite sparse symmetric linear equations", ACM Trans. Math. Software 9, 1983). The analysis is done once for a pattern
-//! and serves all matrices that have it. The order of all sums is fixed by the pattern, so that the result has the same bits on
+//! Columns that share their rows are eliminated together in a dense matrix of these rows (a front); the update matrix that
+//! remains is added to the front of their parent in the elimination tree (I. S. Duff, J. K. Reid, "The multifrontal solution of
+//! indefinite sparse symmetric linear equations", ACM Trans. Math. Software 9, 1983). The analysis is done once for a pattern and
+//! reused for all matrices with that pattern. The order of all sums is fixed by the pattern, so the result has the same bits on
 //! any number of threads.
 
 mod front;
@@ -18,14 +18,14 @@ use crate::cancel::Cancel;
 use front::Front;
 use supernodes::{Supernode, elimination_tree, postorder, supernodes};
 
-/// What the pattern of a symmetric matrix tells: an order of elimination and the shape of the factor.
+/// Symbolic analysis of a symmetric matrix: an elimination order and the structure of the factor.
 #[derive(Clone, Debug)]
 pub struct LdlPattern {
-    /// The unknown that is eliminated at each place.
+    /// The unknown eliminated at each position.
     order: Vec<u32>,
-    /// The place of each unknown.
+    /// The position of each unknown.
     place: Vec<u32>,
-    /// In the order of their columns.
+    /// The supernodes, in the order of their columns.
     supernodes: Vec<Supernode>,
     cancel: Cancel,
 }
@@ -34,17 +34,17 @@ pub struct LdlPattern {
 #[derive(Clone, Debug)]
 pub struct Ldl<'a> {
     pattern: &'a LdlPattern,
-    /// The columns of the supernodes, each from its diagonal on; `D` is where the ones of `L` would be.
+    /// The columns of the supernodes, each from its diagonal on; `D` is in place of the unit diagonal of `L`.
     values: Vec<f64>,
 }
 
 impl LdlPattern {
-    /// The analysis of a symmetric matrix of which both triangles are stored. Once the token is set it ends early, and so does each
-    /// factorisation by it, without a factor.
+    /// Analyses a symmetric matrix with both triangles stored. Once the token is set, the analysis ends early and every
+    /// factorisation with it returns `None`.
     pub fn new(matrix: &CsMat<f64>, cancel: &Cancel) -> Self {
         let order = dissect(matrix, cancel);
         if cancel.is_cancelled() {
-            // The order is not one of little fill: the factor may not fit into the memory.
+            // The order of a cancelled dissection has much fill; the factor might not fit into memory.
             return Self {
                 place: inverse(&order),
                 order,
@@ -71,20 +71,20 @@ impl LdlPattern {
         }
     }
 
-    /// Number of entries that are stored of the factor, with its diagonal.
+    /// Number of stored entries of the factor, including its diagonal.
     pub fn entries(&self) -> usize {
         let stored = |s: &Supernode| (0..s.columns).map(|j| s.rows.len() - j).sum::<usize>();
         self.supernodes.iter().map(stored).sum()
     }
 
-    /// Factorises a matrix with this pattern, to whose diagonal `shift` times itself is added; none where a pivot is zero or
-    /// not a number, or the token is set.
+    /// Factorises a matrix with this pattern after multiplying its diagonal by `1 + shift`. `None` if a pivot is zero or not
+    /// finite, or the token is set.
     pub fn factorise(&self, matrix: &CsMat<f64>, shift: f64) -> Option<Ldl<'_>> {
         let mut values = Vec::with_capacity(self.entries());
         let mut front = Front::default();
-        // Where each place is in the present front.
+        // The row in the current front of each position.
         let mut local = vec![0u32; self.order.len()];
-        // What is left of fronts whose parent has not come yet, one after another, and the supernodes that they are of.
+        // Update matrices waiting for their parent front, on a stack, and the supernodes that they come from.
         let (mut left, mut waiting) = (Vec::new(), Vec::new());
         for (s, node) in self.supernodes.iter().enumerate() {
             for (i, &row) in (0u32..).zip(&node.rows) {
@@ -118,7 +118,7 @@ impl LdlPattern {
         })
     }
 
-    /// Adds the columns of the matrix that a supernode eliminates.
+    /// Adds the entries of the matrix in the columns of a supernode.
     fn add_matrix(
         &self,
         front: &mut Front,
@@ -143,7 +143,7 @@ impl LdlPattern {
     }
 }
 
-/// Adds what is left of a child's front, the columns of a lower triangle one after another.
+/// Adds a child's update matrix: the columns of a lower triangle one after another (extend-add).
 fn add_left(front: &mut Front, rows: &[u32], local: &[u32], left: &[f64]) {
     let mut rest = left;
     for (j, &at) in rows.iter().enumerate() {
@@ -156,6 +156,7 @@ fn add_left(front: &mut Front, rows: &[u32], local: &[u32], left: &[f64]) {
     }
 }
 
+/// The inverse permutation.
 fn inverse(order: &[u32]) -> Vec<u32> {
     let mut place = vec![0; order.len()];
     for (k, &i) in (0u32..).zip(order) {

@@ -1,26 +1,26 @@
-//! Columns of a factor that share their rows.
+//! Supernodes: consecutive columns of a factor that share their rows.
 
 use sprs::CsMat;
 
-/// No parent.
+/// Marks a column without parent.
 pub(super) const NONE: u32 = u32::MAX;
-/// Supernodes are joined while zeros are at most this part of what is stored of them.
+/// Maximum fraction of zeros among the stored entries of two joined supernodes.
 const ZEROS: f64 = 0.25;
-/// Or while they have at most so many columns.
+/// Two supernodes are also joined if they have at most this number of columns together.
 const NARROW: usize = 4;
 
-/// Columns of the factor that follow each other and share the rows below them.
+/// Consecutive columns of the factor that share the rows below them.
 #[derive(Clone, Debug)]
 pub(super) struct Supernode {
     /// Its first column.
     pub(super) first: usize,
     /// Number of its columns.
     pub(super) columns: usize,
-    /// Its rows, rising: its own columns, then those below.
+    /// Its rows in rising order: its own columns, then the rows below.
     pub(super) rows: Vec<u32>,
-    /// How many supernodes before it leave their rows below to it.
+    /// Number of earlier supernodes whose update matrix goes to this one.
     pub(super) children: usize,
-    /// Entries that are not zero because supernodes were joined.
+    /// Number of stored entries, not counting the zeros that joining added.
     entries: usize,
 }
 
@@ -30,7 +30,7 @@ impl Supernode {
         &self.rows[self.columns..]
     }
 
-    /// Puts the columns of the supernode just before it in front of its own.
+    /// Joins the supernode just before it to this one.
     fn absorb(&mut self, child: Self) {
         let own: Vec<u32> = child.rows[..child.columns].to_vec();
         self.rows.splice(0..0, own);
@@ -39,7 +39,7 @@ impl Supernode {
         self.entries += child.entries;
     }
 
-    /// Whether it should absorb the one just before it, which leaves its rows to it.
+    /// Whether to absorb the supernode just before it, which is a child.
     fn wants(&self, child: &Self) -> bool {
         let columns = self.columns + child.columns;
         let stored = trapezoid(columns, child.columns + self.rows.len());
@@ -48,13 +48,14 @@ impl Supernode {
     }
 }
 
-/// Entries of so many columns on and below the diagonal.
+/// Number of entries on and below the diagonal in a supernode with `columns` columns and `rows` rows.
 fn trapezoid(columns: usize, rows: usize) -> usize {
     columns * rows - columns * (columns - 1) / 2
 }
 
-/// The elimination tree of a reordered matrix: the parent of each place, and the entries of its column below the diagonal (J. W.
-/// H. Liu, "The role of elimination trees in sparse factorization", SIAM J. Matrix Anal. Appl. 11, 1990).
+/// The elimination tree of a reordered matrix: the parent of each column, and the number of entries in its column of the factor
+/// below the diagonal (J. W. H. Liu, "The role of elimination trees in sparse factorization", SIAM J. Matrix Anal. Appl. 11,
+/// 1990).
 pub(super) fn elimination_tree(
     matrix: &CsMat<f64>,
     order: &[u32],
@@ -79,8 +80,8 @@ pub(super) fn elimination_tree(
     (parent, lengths)
 }
 
-/// The places of a forest in an order in which each subtree is in one piece with its root at the end, and of the subtrees of a
-/// root that with the longest column comes last.
+/// A postorder of a forest: each subtree is contiguous with its root at the end. Among the subtrees of a root, the one with the
+/// longest column comes last.
 pub(super) fn postorder(parent: &[u32], lengths: &[u32]) -> Vec<u32> {
     let mut children: Vec<Vec<u32>> = vec![Vec::new(); parent.len()];
     let mut stack = Vec::new();
@@ -101,7 +102,7 @@ pub(super) fn postorder(parent: &[u32], lengths: &[u32]) -> Vec<u32> {
     backwards
 }
 
-/// The supernodes of a matrix whose order is a postorder of its elimination tree.
+/// The supernodes of a matrix that is ordered by a postorder of its elimination tree.
 pub(super) fn supernodes(
     matrix: &CsMat<f64>,
     order: &[u32],
@@ -110,16 +111,16 @@ pub(super) fn supernodes(
 ) -> Vec<Supernode> {
     let n = order.len();
     let mut all: Vec<Supernode> = Vec::new();
-    // Those that leave their rows to the supernode with a column.
+    // For each column, the supernodes whose first row below is that column: their update matrices go there.
     let mut leaving: Vec<Vec<u32>> = vec![Vec::new(); n];
     let mut mark = vec![NONE; n];
     let mut first = 0;
     while first < n {
-        // A fundamental supernode: each column is the parent of the one before, and has one row less (J. W. H. Liu, E. G.
-        // Ng, B. W. Peyton, "On finding supernodes for sparse matrix computations", 1993).
+        // A fundamental supernode: each column is the parent of the one before and has one row less (J. W. H. Liu, E. G. Ng, B.
+        // W. Peyton, "On finding supernodes for sparse matrix computations", 1993).
         let end = end_of(first, tree);
         let mut rows: Vec<u32> = (first as u32..end as u32).collect();
-        // The rows below: those of its entries in the matrix and those that its children leave to it.
+        // The rows below: the rows of its matrix entries and the rows below its children.
         let mut add = |row: u32| {
             let seen = std::mem::replace(&mut mark[row as usize], first as u32);
             if row as usize >= end && seen != first as u32 {
@@ -142,15 +143,15 @@ pub(super) fn supernodes(
             rows,
             children: 0,
         };
-        // Absorbs the child just before it while few zeros have to be stored for that (relaxed amalgamation; C. Ashcraft,
-        // R. Grimes, "The influence of relaxed supernode partitions on the multifrontal method", 1989).
+        // Absorbs the child just before it as long as that stores few zeros (relaxed amalgamation; C. Ashcraft, R. Grimes, "The
+        // influence of relaxed supernode partitions on the multifrontal method", 1989).
         while let Some(before) = all.last()
             && before.below().first().is_some_and(|&r| (r as usize) < end)
             && own.wants(before)
         {
             all.pop().into_iter().for_each(|child| own.absorb(child));
         }
-        // Its parent is the supernode that holds the first row below it.
+        // Its parent is the supernode with the first row below as a column.
         if let Some(&row) = own.below().first() {
             leaving[row as usize].push(all.len() as u32);
         }
@@ -161,7 +162,7 @@ pub(super) fn supernodes(
     all
 }
 
-/// The end of the columns from `first` that share the rows below them.
+/// The end of the run of columns from `first` that share the rows below them.
 fn end_of(first: usize, (parent, lengths): (&[u32], &[u32])) -> usize {
     let mut last = first;
     while parent[last] as usize == last + 1 && lengths[last] == lengths[last + 1] + 1 {
@@ -182,7 +183,7 @@ fn count_children(all: &mut [Supernode], n: usize) {
     }
 }
 
-/// The places of the entries of a row of the reordered matrix.
+/// The positions of the entries in a row of the reordered matrix.
 fn neighbours<'a>(
     matrix: &'a CsMat<f64>,
     order: &'a [u32],

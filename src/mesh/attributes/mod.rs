@@ -1,7 +1,7 @@
-//! What a mesh carries beside its shape, as plain data: normals, colours, texture coordinates, materials, groups and named values.
+//! Mesh attributes: normals, colours, texture coordinates, materials, groups and named values.
 //!
-//! Numbers are held as `f64` together with the type they had in their file, which every type but 64-bit integers beyond
-//! 2⁵³ survives exactly.
+//! Numbers are stored as `f64` together with their type in the file; this is exact for every type except 64-bit integers beyond
+//! 2⁵³.
 
 mod roles;
 mod scalar;
@@ -18,33 +18,33 @@ pub use scalar::Scalar;
 /// Marks a corner without a value, or a face without a label.
 pub const NONE: u32 = u32::MAX;
 
-/// The name under which new faces are marked: that of a face attribute, a group, a material, a node of a scene.
+/// Name that marks new faces: as a face attribute, a group, a material, or a node of a scene.
 pub const PATCH_NAME: &str = "isomend_patch";
-/// The name of the expected errors of vertices: 0 for those of the input, negative where nothing can be said.
+/// Name of the vertex attribute with expected errors: 0 for vertices of the input, negative if unknown.
 pub const SIGMA_NAME: &str = "isomend_sigma";
-/// The name of the numbers of holes in files of patches alone.
+/// Name of the hole numbers in files that contain only patches.
 pub(crate) const HOLE_NAME: &str = "isomend_hole";
 
-/// Named values of equal length: one for each vertex or face, or a pool that corners choose from.
+/// Named values of equal length: one for each vertex or face, or a pool to which corners refer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Attribute {
-    /// Its name in the file it came from.
+    /// Name in the file.
     pub name: String,
-    /// The names of its components, where its file has them; else empty.
+    /// Component names, if the file has them; otherwise empty.
     pub fields: Vec<String>,
-    /// What it means.
+    /// Meaning of the values.
     pub role: Role,
-    /// The type of its numbers.
+    /// Type of the numbers.
     pub scalar: Scalar,
-    /// Whether integers stand for fractions of the largest one.
+    /// Whether integers stand for fractions of the largest integer.
     pub normalized: bool,
-    /// How many numbers a value has.
+    /// Numbers per value.
     pub components: usize,
-    /// The numbers, value after value.
+    /// The numbers, value by value.
     pub values: Vec<f64>,
-    /// The part that it plays for a viewer, where its file says so.
+    /// Role of the array for a viewer, if the file has one.
     pub active: Option<Active>,
-    /// Which values are not there; empty when all are.
+    /// Marks missing values; empty if none is missing.
     pub missing: Vec<bool>,
 }
 
@@ -64,7 +64,7 @@ impl Attribute {
         }
     }
 
-    /// How many values there are.
+    /// Number of values.
     pub fn len(&self) -> usize {
         self.values.len() / self.components.max(1)
     }
@@ -74,7 +74,7 @@ impl Attribute {
         self.values.is_empty()
     }
 
-    /// The value of an item; `None` where it is missing.
+    /// The value of an item; `None` if it is missing.
     pub fn get(&self, item: usize) -> Option<&[f64]> {
         if self.missing.get(item).copied().unwrap_or(false) {
             return None;
@@ -83,7 +83,7 @@ impl Attribute {
         self.values.get(start..start + self.components)
     }
 
-    /// Appends a value, rounded to the type; `None` is one that is missing.
+    /// Appends a value, rounded to the type; `None` appends a missing value.
     pub fn push(&mut self, value: Option<&[f64]>) {
         let at = self.len();
         match value {
@@ -110,7 +110,7 @@ impl Attribute {
         }
     }
 
-    /// The largest number of a normalised type, by which its integers are divided; 1 for others.
+    /// The divisor of integers that stand for fractions: the largest number of the type; 1 otherwise.
     pub fn unit(&self) -> f64 {
         let colour = self.role == Role::Colour && !self.scalar.is_float();
         if (self.normalized && !self.scalar.is_float()) || colour {
@@ -132,17 +132,17 @@ impl Attribute {
     }
 }
 
-/// Values that corners of faces choose from a pool, such as texture coordinates with seams.
+/// Values from a pool that corners of faces refer to, for example texture coordinates with seams.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CornerAttribute {
     /// The pool.
     pub pool: Attribute,
-    /// For each face the places of its corners' values in the pool; `u32::MAX` where there is none.
+    /// For each face, the pool indices of its corners' values; `u32::MAX` for a missing value.
     pub corners: Vec<[u32; 3]>,
 }
 
 impl CornerAttribute {
-    /// The values as ones of vertices, where all corners of a vertex have the same; `None` where they do not.
+    /// Converts to values of vertices, if all corners of each vertex have the same value; otherwise `None`.
     pub fn per_vertex(&self, mesh: &super::Mesh) -> Option<Attribute> {
         let mut place = vec![NONE; mesh.positions.len()];
         for (face, corners) in mesh.faces.iter().zip(&self.corners) {
@@ -168,12 +168,12 @@ impl CornerAttribute {
     }
 }
 
-/// What a label of faces is.
+/// Kind of a face label.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum LabelKind {
     /// An object.
     Object,
-    /// A group of faces, such as a part of an object.
+    /// A group of faces, for example a part of an object.
     Group,
     /// A material.
     Material,
@@ -184,11 +184,11 @@ pub enum LabelKind {
 /// Labels of one kind on faces.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Labels {
-    /// What they are.
+    /// Kind of the labels.
     pub kind: LabelKind,
-    /// The labels there are.
+    /// The distinct labels.
     pub names: Vec<String>,
-    /// For each face the place of its label in `names`, or `u32::MAX`.
+    /// For each face, the index of its label in `names`, or `u32::MAX`.
     pub of_face: Vec<u32>,
 }
 
@@ -208,7 +208,7 @@ impl Labels {
         self.names.get(place as usize).map(String::as_str)
     }
 
-    /// The place of a name, which is added where it is new.
+    /// The index of a name, which is added if it is new.
     pub fn place(&mut self, name: &str) -> u32 {
         let found = self.names.iter().position(|n| n == name);
         found.unwrap_or_else(|| {
@@ -218,17 +218,17 @@ impl Labels {
     }
 }
 
-/// How a material looks, as far as it is known. Numbers lie between 0 and 1.
+/// Appearance of a material, as far as known. Numbers are between 0 and 1.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Material {
-    /// Its name, one of the labels of faces.
+    /// Name, which face labels refer to.
     pub name: String,
-    /// The red, green and blue of its surface, by which its texture is multiplied.
+    /// Red, green and blue of the surface; multiplied with the texture.
     pub colour: Option<[f32; 3]>,
-    /// 1 for a material through which nothing is seen.
+    /// 1 for an opaque material.
     pub opacity: Option<f32>,
-    /// The image on its surface, as a path relative to the mesh file with `/` between folders. It lies in the folder of the
-    /// file or below.
+    /// The image on the surface, as a path relative to the mesh file with `/` between folders. It must be in the file's folder or
+    /// below.
     pub texture: Option<String>,
     /// 0 for a mirror, 1 for a surface without highlights.
     pub roughness: Option<f32>,
@@ -236,34 +236,34 @@ pub struct Material {
     pub metallic: Option<f32>,
 }
 
-/// All that a mesh carries beside its shape.
+/// All attributes of a mesh.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Attributes {
     /// One value for each vertex.
     pub vertex: Vec<Attribute>,
     /// One value for each face.
     pub face: Vec<Attribute>,
-    /// Values of the corners of faces.
+    /// Values at the corners of faces.
     pub corner: Vec<CornerAttribute>,
     /// Labels of faces.
     pub labels: Vec<Labels>,
-    /// What is known of the materials that labels name.
+    /// Materials named by labels.
     pub materials: Vec<Material>,
-    /// Names of material files, as they are written in the mesh file.
+    /// Names of material files as written in the mesh file.
     pub libraries: Vec<String>,
-    /// Names of texture files, as they are written in the mesh file.
+    /// Names of texture files as written in the mesh file.
     pub textures: Vec<String>,
-    /// Vertices that are copies of others, with different attributes: the copy and what it is a copy of.
+    /// Vertices that duplicate others with different attributes: the duplicate and its original.
     pub copies: Vec<(u32, u32)>,
-    /// Where faces were taken out: which of the faces of the file are still there, in the file's order.
+    /// After faces were removed: which faces of the file still exist, in the file's order.
     pub kept_of_file: Option<Vec<bool>>,
-    /// The unit of the coordinates, where it is known.
+    /// The unit of the coordinates, if known.
     #[serde(default)]
     pub unit: Option<Unit>,
 }
 
 impl Attributes {
-    /// Whether there is nothing that is carried over.
+    /// Whether there is nothing to carry over.
     pub fn is_empty(&self) -> bool {
         self.vertex.is_empty()
             && self.face.is_empty()
@@ -271,7 +271,7 @@ impl Attributes {
             && self.labels.is_empty()
     }
 
-    /// The first attribute of vertices with a role.
+    /// The first vertex attribute with a role.
     pub fn vertex_role(&self, role: Role) -> Option<&Attribute> {
         self.vertex.iter().find(|a| a.role == role)
     }
@@ -281,13 +281,13 @@ impl Attributes {
         self.labels.iter().find(|l| l.kind == kind)
     }
 
-    /// Whether a face is marked as one of a patch.
+    /// Whether a face is marked as a face of a patch.
     pub fn is_patch(&self, face: usize) -> bool {
         let marks = self.face.iter().find(|a| a.name == PATCH_NAME);
         marks.is_some_and(|a| a.get(face).is_some_and(|v| v[0] != 0.0))
     }
 
-    /// The attributes of the mesh that has only the faces with a true mark, in their order. Vertices stay.
+    /// The attributes of the mesh with only the faces marked in `keep`, in their order. Vertices are unchanged.
     pub fn with_faces(&self, keep: &[bool]) -> Self {
         let kept = || (0..keep.len()).filter(|&f| keep[f]);
         let mut marks = keep.iter().copied();
@@ -326,7 +326,7 @@ impl Attributes {
         }
     }
 
-    /// The attributes of the mesh that has only the vertices with a true mark, in their order. Faces stay.
+    /// The attributes of the mesh with only the vertices marked in `keep`, in their order. Faces are unchanged.
     pub fn with_vertices(&self, keep: &[bool]) -> Self {
         let kept = || (0..keep.len()).filter(|&v| keep[v]);
         let mut number = vec![NONE; keep.len()];
@@ -344,9 +344,10 @@ impl Attributes {
         }
     }
 
-    /// The attributes of a mesh that was made of this one. Which faces of the file are still there is told by those that `kept` marks.
+    /// The attributes of a mesh that was derived from this one. `kept` marks the faces of this mesh that still exist.
     #[must_use]
     pub fn derived(&self, origins: &Origins, kept: &[bool]) -> Self {
+        // The first new vertex of each old one, for the list of copies.
         let mut number = BTreeMap::new();
         for (new, &old) in origins.vertices.iter().enumerate() {
             number.entry(old).or_insert(new as u32);
@@ -388,7 +389,7 @@ impl Attributes {
         }
     }
 
-    /// Whether two vertices carry the same.
+    /// Whether two vertices have identical attributes.
     pub fn are_alike(&self, a: u32, b: u32) -> bool {
         let bits = |v: &Attribute, i: u32| -> Option<Vec<u64>> {
             let values = v.get(i as usize)?;
@@ -397,12 +398,12 @@ impl Attributes {
         self.vertex.iter().all(|v| bits(v, a) == bits(v, b))
     }
 
-    /// One line that lists what is there, such as `normals, colours`; empty when there is nothing but marks of patches.
+    /// A one-line list of the attributes, for example `normals, colours`; empty if there are only marks of patches.
     pub fn listed(&self) -> String {
         self.listed_where(|_| true, |_| true)
     }
 
-    /// [`Attributes::listed`] of the attributes and labels that the functions choose.
+    /// [`Attributes::listed`] for selected attributes and labels.
     pub fn listed_where(
         &self,
         attribute: impl Fn(&Attribute) -> bool,

@@ -1,16 +1,16 @@
-//! What the numbers of attributes mean, and the parts that arrays play for viewers.
+//! Roles of attributes: the meaning of their numbers, and active arrays for viewers.
 
 use serde::{Deserialize, Serialize};
 
-/// What the numbers of an attribute mean, as far as it matters for carrying them over.
+/// Meaning of an attribute's numbers, as far as it matters for carrying them over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Role {
     /// A unit normal of three components.
     Normal,
-    /// A colour of three or four components: 0 to 1 as floats, 0 to the largest number as integers.
+    /// A colour of three or four components: 0 to 1 as floats, 0 to the largest value as integers.
     Colour,
-    /// A texture coordinate of the set of this number.
+    /// A texture coordinate; the number is its set.
     Uv(u32),
     /// A unit tangent and, as a fourth component, its handedness.
     Tangent,
@@ -18,10 +18,10 @@ pub enum Role {
     Other,
 }
 
-/// The part that an array plays for a viewer: of the arrays of a file one each may be the active scalars, vectors and so on.
+/// Role of an array for a viewer: one array each of a file may be the active scalars, vectors and so on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Active {
-    /// None in particular.
+    /// No role.
     Plain,
     /// The active scalars.
     Scalars,

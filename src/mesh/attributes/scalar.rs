@@ -1,8 +1,8 @@
-//! The types of numbers.
+//! Scalar types of attribute values: size, range, rounding.
 
 use serde::{Deserialize, Serialize};
 
-/// The type of an attribute's numbers.
+/// The scalar type of an attribute's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Scalar {
     /// 8-bit integer.
@@ -28,7 +28,7 @@ pub enum Scalar {
 }
 
 impl Scalar {
-    /// Its size in bytes.
+    /// Size in bytes.
     pub fn size(self) -> usize {
         match self {
             Scalar::I8 | Scalar::U8 => 1,
@@ -43,7 +43,7 @@ impl Scalar {
         matches!(self, Scalar::F32 | Scalar::F64)
     }
 
-    /// The smallest and largest number of an integer type; infinite for floats.
+    /// The smallest and the largest number of an integer type; infinite for floats.
     pub fn range(self) -> [f64; 2] {
         match self {
             Scalar::I8 => [-128.0, 127.0],
@@ -58,7 +58,7 @@ impl Scalar {
         }
     }
 
-    /// The nearest number that the type holds.
+    /// The nearest number that the type can represent.
     pub fn nearest(self, value: f64) -> f64 {
         match self {
             Scalar::F64 => value,

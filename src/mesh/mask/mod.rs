@@ -1,4 +1,4 @@
-//! Marked regions of a surface: sets of faces chosen by place, colour, material or number.
+//! Masks: sets of faces selected by position, colour, material or number.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -10,47 +10,47 @@ use thiserror::Error;
 use super::attributes::{Attributes, LabelKind, Role};
 use super::{DisjointSets, Mesh, Topology, area_vector, weld_map};
 
-/// One way to choose faces.
+/// One way to select faces.
 #[derive(Clone)]
 #[non_exhaustive]
 pub enum Selector {
-    /// Faces whose centroid lies in a box, its borders included.
+    /// Faces whose centroid is in a box, boundary included.
     Box {
         /// The smallest coordinates, in the mesh's units.
         low: DVec3,
-        /// The largest.
+        /// The largest coordinates, in the mesh's units.
         high: DVec3,
     },
-    /// Faces whose centroid lies in a ball.
+    /// Faces whose centroid is in a ball.
     Ball {
         /// Its centre.
         centre: DVec3,
         /// Its radius, in the mesh's units.
         radius: f64,
     },
-    /// Faces whose centroid the function holds to be inside, such as inside a closed mesh.
+    /// Faces for whose centroid the function returns true, for example a test for the inside of a closed mesh.
     Inside(std::sync::Arc<dyn Fn(DVec3) -> bool + Send + Sync>),
     /// Faces by their numbers, from 0 in the order of the file.
     Faces(Vec<usize>),
-    /// Faces all of whose vertices have a colour near this one.
+    /// Faces with all vertices close to a colour.
     Colour {
         /// Red, green and blue, from 0 to 1.
         rgb: [f64; 3],
-        /// The most that any of the three may be off.
+        /// Maximum difference of each of the three.
         tolerance: f64,
     },
-    /// Faces of a material.
+    /// Faces with a material.
     Material(String),
 }
 
-/// A set of faces: all that any of the selectors chooses, then grown and shrunk.
+/// A set of faces: the union of the selectors' faces, then grown and shrunk.
 #[derive(Clone, Default)]
 pub struct Mask {
-    /// What is chosen.
+    /// The selectors.
     pub selectors: Vec<Selector>,
-    /// Takes in faces all of whose vertices are at most so far from the selection, along the edges of the mesh.
+    /// Adds faces whose vertices are all within this distance of the selection, along edges, in the mesh's units.
     pub grow: f64,
-    /// Then leaves out faces that have a vertex nearer than this to what is not selected, along the edges of the mesh.
+    /// Then removes faces with a vertex closer than this to unselected faces, along edges, in the mesh's units.
     pub shrink: f64,
 }
 
@@ -58,43 +58,43 @@ pub struct Mask {
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum MaskError {
-    /// A face number is too large.
+    /// A face number is out of range.
     #[error("the mask names face {face}, but the mesh has {count}, numbered from 0")]
     NoSuchFace {
         /// The number.
         face: usize,
-        /// How many there are.
+        /// Number of faces.
         count: usize,
     },
-    /// There are no vertex colours.
+    /// A colour is selected, but there are no vertex colours.
     #[error("the mask asks for a colour, but the vertices of the mesh have none")]
     NoColours,
-    /// There is no such material.
+    /// A material is selected that the mesh does not have.
     #[error("the mesh has no material '{name}'; it has {listed}")]
     NoSuchMaterial {
         /// The name.
         name: String,
-        /// Those that there are.
+        /// The materials of the mesh.
         listed: String,
     },
-    /// A length or a number makes no sense.
+    /// A length or number is invalid.
     #[error("{0}")]
     Parameter(String),
 }
 
 impl Mask {
-    /// Whether nothing is asked for.
+    /// Whether the mask has no selectors.
     pub fn is_empty(&self) -> bool {
         self.selectors.is_empty()
     }
 
-    /// Which faces are selected.
+    /// Marks the selected faces.
     ///
-    /// Vertices at the same place count as one. Distances for growing and shrinking are lengths of shortest paths along
-    /// edges, which are longer than on the surface itself by up to about a tenth on regular meshes.
+    /// Vertices at the same position count as one. Distances for growing and shrinking are lengths of shortest paths along edges;
+    /// on regular meshes these are up to about a tenth longer than on the surface.
     ///
     /// # Errors
-    /// When the mask names a face, colour or material that the mesh does not have, or a length is negative.
+    /// If the mask refers to a face, colour or material that the mesh does not have, or a length is negative.
     pub fn faces(&self, mesh: &Mesh, attributes: &Attributes) -> Result<Vec<bool>, MaskError> {
         for (length, name) in [(self.grow, "grow"), (self.shrink, "shrink")] {
             if !(length.is_finite() && length >= 0.0) {
@@ -127,10 +127,10 @@ impl Mask {
 }
 
 impl Selector {
-    /// Whether its numbers make sense: a box whose low corner exceeds its high one would mark nothing.
+    /// Checks its numbers, for example that the low corner of a box does not exceed the high one.
     ///
     /// # Errors
-    /// [`MaskError::Parameter`], with the axis or the number.
+    /// [`MaskError::Parameter`] with the axis or the number.
     pub fn check(&self) -> Result<(), MaskError> {
         let bad = |what: String| Err(MaskError::Parameter(what));
         match self {
@@ -157,13 +157,14 @@ impl Selector {
                 "the radius of the ball must be positive, but is {radius}"
             )),
             Self::Colour { tolerance, .. } if !(0.0..=1.0).contains(tolerance) => bad(format!(
-                "the tolerance of a colour must lie between 0 and 1, but is {tolerance}"
+                "the tolerance of a colour must be between 0 and 1, but is {tolerance}"
             )),
             _ => Ok(()),
         }
     }
 }
 
+/// Marks the faces that a selector selects.
 fn select(
     selector: &Selector,
     mesh: &Mesh,
@@ -202,7 +203,7 @@ fn select(
                 .filter(|c| c.components >= 3)
                 .ok_or(MaskError::NoColours)?;
             let unit = colours.unit();
-            // A hair more than asked for, since 8-bit colours are rounded.
+            // Slightly more than the tolerance, because 8-bit colours are rounded.
             let most = tolerance + 1e-6;
             let near = |v: u32| {
                 let value = colours.get(v as usize);
@@ -229,8 +230,9 @@ fn select(
 struct Paths<'a> {
     mesh: &'a Mesh,
     faces: Vec<[u32; 3]>,
-    /// For each vertex where its neighbours begin, and the neighbours.
+    /// Start of the neighbours of each vertex.
     offsets: Vec<u32>,
+    /// The neighbours of all vertices; neighbours across inner edges occur twice.
     neighbours: Vec<u32>,
 }
 
@@ -273,7 +275,7 @@ impl<'a> Paths<'a> {
         }
     }
 
-    /// The distance of each vertex from the faces that are chosen; infinite where no path leads there.
+    /// The distance of each vertex from the selected faces; infinite if not connected.
     fn distances_from(&self, chosen: impl Fn(usize) -> bool) -> Vec<f64> {
         let mut distance = vec![f64::INFINITY; self.mesh.positions.len()];
         let mut queue = BinaryHeap::new();
@@ -285,7 +287,7 @@ impl<'a> Paths<'a> {
                 }
             }
         });
-        // Distances are not negative, so that their bits are in the same order.
+        // For non-negative numbers the bit patterns sort like the values.
         while let Some(Reverse((bits, v))) = queue.pop() {
             let here = f64::from_bits(bits);
             if here > distance[v as usize] {
@@ -305,7 +307,7 @@ impl<'a> Paths<'a> {
     }
 }
 
-/// The faces all of whose vertices are at least so far from a border, along the edges of a welded mesh.
+/// Marks the faces with all vertices at least `by` from the boundary, along edges of a welded mesh.
 pub fn shrunk_from_borders(mesh: &Mesh, topology: &Topology, by: f64) -> Vec<bool> {
     let paths = Paths::new(mesh);
     let distance = paths.distances_from(|f| (3 * f..3 * f + 3).any(|h| topology.boundary[h]));
@@ -316,17 +318,17 @@ pub fn shrunk_from_borders(mesh: &Mesh, topology: &Topology, by: f64) -> Vec<boo
     inner
 }
 
-/// What a mask selects.
+/// Measures of a selection.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Selection {
     /// Number of faces.
     pub faces: usize,
-    /// Their area, in the mesh's units squared.
+    /// Total area, in the mesh's units squared.
     pub area: f64,
-    /// Pieces that are connected through edges.
+    /// Number of edge-connected components.
     pub pieces: usize,
-    /// Smallest and largest coordinates; `None` where nothing is selected.
+    /// Smallest and largest coordinates; `None` if nothing is selected.
     pub bounds: Option<[DVec3; 2]>,
 }
 
@@ -334,7 +336,7 @@ impl Selection {
     /// Measures selected faces.
     ///
     /// # Panics
-    /// When there are not as many marks as faces.
+    /// If the numbers of marks and faces differ.
     pub fn new(mesh: &Mesh, selected: &[bool]) -> Self {
         assert_eq!(selected.len(), mesh.faces.len(), "one mark for each face");
         let weld = weld_map(mesh);
@@ -352,14 +354,14 @@ impl Selection {
         Self {
             faces: faces.len(),
             area,
-            pieces: pieces(&faces),
+            pieces: count_components(&faces),
             bounds: (!faces.is_empty()).then_some(bounds),
         }
     }
 }
 
-/// The number of pieces that are connected through edges.
-fn pieces(faces: &[[u32; 3]]) -> usize {
+/// The number of edge-connected components.
+fn count_components(faces: &[[u32; 3]]) -> usize {
     let mut edges: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * faces.len());
     for (f, face) in faces.iter().enumerate() {
         for k in 0..3 {

@@ -1,7 +1,7 @@
 use super::*;
 use crate::mesh::attributes::{Attribute, Labels, Scalar};
 
-/// A flat sheet of 20 by 20 unit squares, each of two triangles.
+/// A flat sheet of 20 × 20 unit squares, each of two triangles.
 fn sheet() -> Mesh {
     let at = |i: u32, j: u32| j * 21 + i;
     let mut mesh = Mesh::default();
@@ -80,11 +80,11 @@ fn selections_grow_and_shrink_by_lengths_along_the_surface() {
         shrunk.bounds,
         Some([DVec3::new(7.0, 7.0, 0.0), DVec3::new(13.0, 13.0, 0.0)])
     );
-    // Closing: what was apart becomes one.
+    // Closing: two separate regions become one.
     let apart = vec![square(5.0, 9.0), square(10.0, 14.0)];
     assert_eq!(chosen(apart.clone(), 0.0, 0.0).pieces, 2);
     assert_eq!(chosen(apart, 2.0, 1.0).pieces, 1);
-    // Seams between split vertices do not stop it, gaps do.
+    // Paths cross seams between duplicate vertices, but not gaps.
     let mut split = sheet();
     let copy = split.positions.clone();
     split.positions.extend(copy);

@@ -1,25 +1,26 @@
-//! Triangles of a polygon of the plane and of points inside it, such that edges of the polygon are edges of triangles.
+//! Constrained Delaunay triangulation of a plane polygon with inner points.
 
 use glam::DVec2;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation, mitigate_underflow};
 
-/// A triangulation of the plane in which the edges of an outline stay.
+/// A triangulation of the plane with constraint edges.
 type Triangles2 = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
-/// The constrained Delaunay triangulation of the inside of an outline with inner points; all triangles turn to the left. Corners are numbers
-/// within the outline, then inner points. None where the outline is not simple, or a point is on it or there twice.
+/// The constrained Delaunay triangulation of the inside of an outline with inner points; all triangles are counter-clockwise.
+/// Corners are indices into the outline, then inner points. `None` if the outline is not simple, or a point is on it or occurs
+/// twice.
 pub(crate) fn constrained_delaunay(outline: &[DVec2], inner: &[DVec2]) -> Option<Vec<[usize; 3]>> {
     let mut whole = Triangles2::new();
     let mut number = Vec::new();
     for (i, p) in outline.iter().chain(inner).enumerate() {
-        // Coordinates that are nearly zero, as those of symmetric parts, are refused.
+        // The triangulation refuses coordinates that are nearly zero, which symmetric parts may have.
         let at = mitigate_underflow(Point2::new(p.x, p.y));
         let handle = whole.insert(at).ok()?;
         if handle.index() != i {
             return None;
         }
         number.push(handle);
-        // All of the outline's edges are there before the inner points come.
+        // All constraint edges must exist before inner points are inserted.
         if i + 1 == outline.len() {
             for i in 0..outline.len() {
                 let (a, b) = (number[i], number[(i + 1) % outline.len()]);
@@ -39,7 +40,7 @@ pub(crate) fn constrained_delaunay(outline: &[DVec2], inner: &[DVec2]) -> Option
     )
 }
 
-/// For each face of a triangulation whether a way leads from outside to it that crosses no constraint.
+/// For each face of a triangulation, whether it is connected to the outside through edges that are no constraints.
 fn outside(whole: &Triangles2) -> Vec<bool> {
     let mut is_out = vec![false; whole.num_all_faces()];
     let mut front: Vec<_> = whole.convex_hull().map(|edge| edge.rev()).collect();

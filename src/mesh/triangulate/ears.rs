@@ -1,4 +1,4 @@
-//! Triangulation of a polygon that may touch itself, by cutting ears.
+//! Ear cutting: triangulation of a polygon in space that may touch itself.
 
 use std::collections::HashSet;
 
@@ -6,45 +6,46 @@ use glam::DVec3;
 
 use crate::mesh::area_vector;
 
-/// Weight of the tilt of an ear (what its cosine to the surface falls short of a half, times the square of its longest edge)
-/// against the square of its diagonal.
+/// Weight of an ear's tilt relative to the square of its diagonal. The tilt is the amount by which the ear's cosine with the
+/// surface normal is below a half, times the square of its longest edge.
 const TILT_WEIGHT: f64 = 20.0;
 
-/// What a polygon is made of.
+/// The vertices of a polygon and their surroundings.
 pub(crate) struct Ground<'a> {
     /// Positions of the vertices.
     pub(crate) position: &'a [DVec3],
-    /// Unit normals of the surface there.
+    /// Unit normals of the surface at the vertices.
     pub(crate) normal: &'a [DVec3],
-    /// Faces that are there already: no new one may repeat a directed edge of theirs.
+    /// Existing faces: no new face may repeat one of their directed edges.
     pub(crate) faces: &'a [[u32; 3]],
-    /// Whether there must be no edge between two vertices of the ground.
+    /// Whether an edge between two vertices is forbidden.
     pub(crate) taken: &'a dyn Fn(u32, u32) -> bool,
 }
 
-/// A polygon cut into faces.
+/// A polygon cut into triangles.
 pub(crate) struct EarCut {
-    /// The faces. Numbers past the vertices of the ground are those of the new ones.
+    /// The triangles. Indices past the vertices of the ground are new vertices.
     pub(crate) faces: Vec<[u32; 3]>,
-    /// Vertices that had to be put in.
+    /// New vertices.
     pub(crate) new: Vec<NewVertex>,
 }
 
-/// A vertex put in where every diagonal would repeat an edge.
+/// A new vertex, added where every diagonal would repeat an edge.
 pub(crate) struct NewVertex {
     pub(crate) position: DVec3,
     /// The unit normal of the surface.
     pub(crate) normal: DVec3,
-    /// A vertex next to it, perhaps a new one before it.
-    pub(crate) beside: u32,
+    /// An adjacent vertex, possibly an earlier new one.
+    pub(crate) neighbour: u32,
 }
 
-/// The triangulation of a polygon with its inside to the left, seen against the normals.
+/// Triangulates a polygon with its inside on the left, seen from the tips of the normals.
 ///
-/// The ear with the shortest diagonal goes first, among those that hold no other vertex; each test is made in the plane
-/// across the mean normal at the ear. Where every diagonal would repeat an edge, a vertex is put on one. None if that does
-/// not come to an end. Takes time with the square of the number of vertices.
+/// The ear with the shortest diagonal is cut first, among those that contain no other vertex; each test is in the plane normal to
+/// the ear's mean normal. If every diagonal would repeat an edge, a new vertex is put on one. `None` if that does not end. The
+/// time is quadratic in the number of vertices.
 pub(crate) fn cut_ears(ground: &Ground, polygon: &[u32]) -> Option<EarCut> {
+    // Directed edges of existing faces between the polygon's vertices.
     let corners: HashSet<u32> = polygon.iter().copied().collect();
     let edges = ground.faces.iter().flat_map(|&f| sides(f));
     let used = edges
@@ -59,6 +60,7 @@ pub(crate) fn cut_ears(ground: &Ground, polygon: &[u32]) -> Option<EarCut> {
     };
     let mut faces = Vec::with_capacity(polygon.len());
     work.cost = (0..work.ring.len()).map(|k| work.rate(k)).collect();
+    // Limit on new vertices, so that the loop ends.
     let mut spare = polygon.len();
     while work.ring.len() > 3 {
         let (cost, mut k) = work.cheapest()?;
@@ -75,6 +77,7 @@ pub(crate) fn cut_ears(ground: &Ground, polygon: &[u32]) -> Option<EarCut> {
         }
         work.rate_near(k);
     }
+    // The last triangle; a new vertex divides it if it would repeat an edge.
     let last = work.ear(1);
     let distinct = last[0] != last[1] && last[1] != last[2] && last[2] != last[0];
     if sides(last).iter().all(|e| !work.used.contains(e)) {
@@ -92,19 +95,21 @@ fn sides(face: [u32; 3]) -> [(u32, u32); 3] {
     [(face[0], face[1]), (face[1], face[2]), (face[2], face[0])]
 }
 
+/// A polygon that is being cut.
 struct Ears<'a> {
     ground: &'a Ground<'a>,
     ring: Vec<u32>,
     cost: Vec<f64>,
-    /// Directed edges that are in use.
+    /// Directed edges in use.
     used: HashSet<(u32, u32)>,
     new: Vec<NewVertex>,
 }
 
-/// Added to the cost of an ear that holds another vertex, or that is turned over: taken only if there is no other.
+/// Added to the cost of an ear that contains another vertex or is reversed: used only if there is no other.
 const LAST_RESORT: f64 = 1e12;
 
 impl Ears<'_> {
+    /// The ear at position `k` of the ring: the vertex and its neighbours.
     fn ear(&self, k: usize) -> [u32; 3] {
         let n = self.ring.len();
         [
@@ -114,12 +119,13 @@ impl Ears<'_> {
         ]
     }
 
+    /// The lowest cost and its position.
     fn cheapest(&self) -> Option<(f64, usize)> {
         let all = self.cost.iter().copied().zip(0..);
         all.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
     }
 
-    /// Rates the ears about position `k` again.
+    /// Updates the costs of the ears around position `k`.
     fn rate_near(&mut self, k: usize) {
         let n = self.ring.len();
         for i in [(k + n - 1) % n, k % n, (k + 1) % n] {
@@ -127,7 +133,7 @@ impl Ears<'_> {
         }
     }
 
-    /// Cuts the ear at `k` with a new vertex on its diagonal, which takes the place of its tip.
+    /// Cuts the ear at `k` with a new vertex on its diagonal, which replaces its tip in the ring.
     fn cut_with_vertex(&mut self, k: usize) -> Option<[[u32; 3]; 2]> {
         let [a, b, c] = self.ear(k);
         let m = self.add_vertex([a, c, c])?;
@@ -137,14 +143,14 @@ impl Ears<'_> {
         Some(faces)
     }
 
-    /// A new vertex amid three others.
+    /// Adds a new vertex at the mean of three vertices, which may repeat.
     fn add_vertex(&mut self, of: [u32; 3]) -> Option<u32> {
         let position = of.iter().map(|&v| self.position(v)).sum::<DVec3>() / 3.0;
         let normal = of.iter().map(|&v| self.normal(v)).sum::<DVec3>() / 3.0;
         self.new.push(NewVertex {
             position,
             normal: normal.normalize_or_zero(),
-            beside: of[0],
+            neighbour: of[0],
         });
         let count = self.ground.position.len() + self.new.len();
         position.is_finite().then_some(count as u32 - 1)
@@ -162,6 +168,7 @@ impl Ears<'_> {
         own.copied().unwrap_or_else(new)
     }
 
+    /// The cost of an ear; infinite if it may not be cut.
     fn rate(&self, k: usize) -> f64 {
         let ear = self.ear(k);
         let [a, b, c] = ear.map(|v| self.position(v));
@@ -180,7 +187,7 @@ impl Ears<'_> {
             .max(b.distance_squared(c))
             .max(c.distance_squared(a));
         let cost = a.distance_squared(c) + TILT_WEIGHT * (0.5 - cosine).max(0.0) * longest;
-        // Slivers and ears that turn inwards wait.
+        // Slivers and inward ears are postponed.
         let flat = cross.dot(normal) < 1e-3 * longest;
         if flat || self.holds_vertex(ear, normal, longest) {
             LAST_RESORT * (1.0 + cost)
@@ -189,7 +196,7 @@ impl Ears<'_> {
         }
     }
 
-    /// Whether the diagonal would be a new edge.
+    /// Whether the ear can be cut: its diagonal would be a new edge.
     fn may_cut(&self, [a, b, c]: [u32; 3]) -> bool {
         let count = self.ground.position.len();
         let of_ground = (a.max(c) as usize) < count;
@@ -203,7 +210,7 @@ impl Ears<'_> {
             && !self.is_side(a, c)
     }
 
-    /// Whether the polygon has an edge between `a` and `c` already.
+    /// Whether the polygon already has an edge between `a` and `c`.
     fn is_side(&self, a: u32, c: u32) -> bool {
         let n = self.ring.len();
         n > 4
@@ -213,7 +220,7 @@ impl Ears<'_> {
             })
     }
 
-    /// Whether another vertex of the polygon lies in the ear, seen along `normal`.
+    /// Whether another vertex of the polygon is in the ear, seen along `normal`.
     fn holds_vertex(&self, ear: [u32; 3], normal: DVec3, longest: f64) -> bool {
         let t = ear.map(|v| self.position(v));
         self.ring.iter().any(|&v| {

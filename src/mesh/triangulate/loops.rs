@@ -1,4 +1,4 @@
-//! Triangulation of one closed polygon in space.
+//! Triangulation of a boundary loop in space: smallest dihedral angles, then least area (Liepa).
 
 use std::collections::HashMap;
 
@@ -12,15 +12,15 @@ use crate::mesh::{Mesh, area_vector};
 
 /// Polygons with more edges are first reduced by cutting ears.
 const MOST_EDGES: usize = 300;
-/// Polygons whose corners are nearer to a plane than this part of their size are cut in it.
+/// Polygons are triangulated in a plane if their corners are closer to it than this fraction of their size.
 const FLAT: f64 = 1e-3;
 
-/// Why a loop was not triangulated.
+/// Why a loop could not be triangulated.
 #[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum TriangulationError {
-    /// An index is beyond the vertices.
+    /// An index is out of range.
     #[error("a rim loop refers to vertex {vertex}, but there are only {len}; check the input")]
     Index {
         /// The index.
@@ -28,7 +28,7 @@ pub enum TriangulationError {
         /// The number of vertices.
         len: usize,
     },
-    /// A loop cannot be triangulated without repeating an edge of the mesh.
+    /// Every triangulation of the loop would repeat an edge of the mesh.
     #[error(
         "the loop of {edges} edges cannot be triangulated without repeating edges of the mesh; refine the mesh there"
     )]
@@ -41,25 +41,24 @@ pub enum TriangulationError {
 /// A polygon to be triangulated.
 pub(crate) struct Polygon<'a> {
     pub(crate) position: &'a [DVec3],
-    /// Unit normal of the face beyond edge `i → i + 1`, where there is one.
+    /// Unit normal of the face on the other side of edge `i → i + 1`, if there is one.
     pub(crate) beyond: &'a [Option<DVec3>],
-    /// Whether the diagonal between two corners must not be used.
+    /// Whether the diagonal between two corners is forbidden.
     pub(crate) blocked: &'a (dyn Fn(usize, usize) -> bool + Sync),
 }
 
-/// Triangulates a boundary loop of `mesh` without new vertices; faces have the direction of `rim`, whose edges
-/// `rim[i] → rim[i + 1]` run against the mesh's own.
+/// Triangulates a boundary loop of `mesh` without new vertices. Faces have the direction of `rim`, whose edges
+/// `rim[i] → rim[i + 1]` are opposite to the mesh's half-edges.
 ///
-/// The largest angle between neighbouring faces is the least possible, the mesh's own faces at the rim included, and of
-/// those triangulations the one of least area is taken (Liepa 2003, section 3). No diagonal repeats an edge of the mesh.
-/// Takes time with the cube of the number of edges up to 300; longer loops are cut in their plane if they lie in one, else
-/// first reduced by cutting ears.
+/// Minimises the largest angle between adjacent faces, including the mesh's faces at the rim, and among those triangulations the
+/// area (Liepa 2003, section 3). No diagonal repeats an edge of the mesh. The time is cubic in the number of edges up to 300;
+/// longer loops are triangulated in their plane if they are planar, otherwise first reduced by cutting ears.
 pub fn triangulate_loop(mesh: &Mesh, rim: &[u32]) -> Result<Vec<[u32; 3]>, TriangulationError> {
     triangulate_loop_beside(mesh, rim, &[])
 }
 
-/// [`triangulate_loop`] beside other new faces: no diagonal repeats an edge of theirs. Loops that touch at two vertices would
-/// otherwise both have the diagonal between these, which then had four faces.
+/// [`triangulate_loop`] next to other new faces, whose edges no diagonal repeats. Otherwise two loops that touch at two vertices
+/// might both get the diagonal between them, which would then have four faces.
 pub(crate) fn triangulate_loop_beside(
     mesh: &Mesh,
     rim: &[u32],
@@ -69,6 +68,7 @@ pub(crate) fn triangulate_loop_beside(
     if let Some(&vertex) = rim.iter().find(|&&v| v as usize >= len) {
         return Err(TriangulationError::Index { vertex, len });
     }
+    // Edges between rim vertices, which diagonals must not repeat, and normals of the faces at the rim.
     let mut corner = HashMap::new();
     rim.iter().enumerate().for_each(|(i, &v)| {
         corner.entry(v).or_insert(i);
@@ -93,6 +93,7 @@ pub(crate) fn triangulate_loop_beside(
     let blocked = |i: usize, j: usize| {
         rim[i] == rim[j] || edges.contains(&(rim[i].min(rim[j]), rim[i].max(rim[j])))
     };
+    // Long planar loops are cut in their plane, the others by dynamic programming.
     if n > MOST_EDGES
         && let Some(faces) = cut_flat(&position, &blocked)
     {
@@ -107,7 +108,7 @@ pub(crate) fn triangulate_loop_beside(
     Ok(faces.into_iter().map(|f| f.map(|i| rim[i])).collect())
 }
 
-/// The triangulation; None if every one has a blocked diagonal or the polygon is too short.
+/// The triangulation; `None` if each has a forbidden diagonal or the polygon is too short.
 pub(crate) fn triangulate(polygon: &Polygon) -> Option<Vec<[usize; 3]>> {
     let n = polygon.position.len();
     if n < 3 || polygon.position.iter().any(|p| !p.is_finite()) {
@@ -119,8 +120,8 @@ pub(crate) fn triangulate(polygon: &Polygon) -> Option<Vec<[usize; 3]>> {
     table.collect(&mut faces).then_some(faces)
 }
 
-/// The triangulation of a polygon that lies in a plane, within [`FLAT`] of its size; none where it does not, or crosses
-/// itself, or a diagonal is blocked.
+/// The triangulation of a polygon that is planar within [`FLAT`] of its size. `None` if it is not planar, intersects itself, or a
+/// diagonal is forbidden.
 fn cut_flat(position: &[DVec3], blocked: &dyn Fn(usize, usize) -> bool) -> Option<Vec<[usize; 3]>> {
     let n = position.len();
     let middle = position.iter().sum::<DVec3>() / n as f64;
@@ -143,7 +144,8 @@ fn cut_flat(position: &[DVec3], blocked: &dyn Fn(usize, usize) -> bool) -> Optio
     (clean && faces.iter().all(fits)).then_some(faces)
 }
 
-/// Cuts the most equilateral ears until [`MOST_EDGES`] are left.
+/// Cuts ears with short diagonals and small bends until [`MOST_EDGES`] edges remain; returns the remaining corners and the faces
+/// next to their edges.
 fn reduce(polygon: &Polygon, faces: &mut Vec<[usize; 3]>) -> (Vec<usize>, Vec<Option<DVec3>>) {
     let mut ring: Vec<usize> = (0..polygon.position.len()).collect();
     let mut beyond = polygon.beyond.to_vec();
@@ -185,12 +187,13 @@ fn normal(polygon: &Polygon, a: usize, b: usize, c: usize) -> DVec3 {
     area_vector([a, b, c].map(|i| polygon.position[i])).normalize_or_zero()
 }
 
-/// Weight of a partial triangulation: largest angle (as 1 - cosine) and area.
+/// Weight of a partial triangulation: largest angle (as 1 − cosine), then twice the area.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 struct Weight(f64, f64);
 
+/// The weight of an impossible triangulation.
 const NEVER: Weight = Weight(f64::INFINITY, f64::INFINITY);
-/// Angles that differ by less count as equal.
+/// Angles (as 1 − cosine) that differ by less are equal.
 const SAME_ANGLE: f64 = 1e-9;
 
 impl Weight {
@@ -203,7 +206,7 @@ impl Weight {
     }
 }
 
-/// The dynamic programme over sub-polygons `i..=k`.
+/// The dynamic programme over sub-polygons `i..=k`: weight, apex and normal of the triangle at edge `i, k`.
 struct Table<'a> {
     ring: &'a [usize],
     n: usize,
@@ -235,6 +238,8 @@ impl<'a> Table<'a> {
         table
     }
 
+    /// Finds the best triangle for the sub-polygon `i..=k`; `closing` is the face beyond its last edge if it is the whole
+    /// polygon.
     fn solve(&mut self, polygon: &Polygon, i: usize, k: usize, closing: Option<DVec3>) {
         let n = self.n;
         let mut best = (NEVER, i + 1, DVec3::ZERO);
@@ -271,6 +276,7 @@ impl<'a> Table<'a> {
         self.normal[i * n + k] = best.2;
     }
 
+    /// Collects the triangles of the best triangulation; false if there is none.
     fn collect(&self, faces: &mut Vec<[usize; 3]>) -> bool {
         let n = self.n;
         if !self.weight[n - 1].0.is_finite() {
@@ -288,7 +294,8 @@ impl<'a> Table<'a> {
     }
 }
 
-/// One less the cosine between two faces; a missing or degenerate face (zero normal) counts as a right angle at most.
+/// 1 − cosine of the angle between two faces. A degenerate new face counts as a right angle; a missing or degenerate neighbour as
+/// no angle.
 fn turn(a: DVec3, b: DVec3) -> f64 {
     if a == DVec3::ZERO {
         1.0
@@ -305,11 +312,11 @@ mod tests {
 
     #[test]
     fn a_triangulation_repeats_no_edge_of_the_mesh() {
-        // without one face, a tetrahedron's edges all exist; the loop is one face
+        // A tetrahedron without one face: all edges exist; the loop is the missing face.
         let p = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
         let mesh = Mesh::new(p.to_vec(), vec![[0, 2, 1], [0, 1, 3], [0, 3, 2]]);
         assert_eq!(triangulate_loop(&mesh, &[1, 2, 3]), Ok(vec![[1, 2, 3]]));
-        // a loop of four, one of whose diagonals is in the mesh
+        // A loop of four edges with one diagonal in the mesh.
         let blocked = Mesh::new(p.to_vec(), vec![[0, 2, 1], [1, 3, 0]]);
         let faces = triangulate_loop(&blocked, &[0, 2, 1, 3]).expect("a triangulation");
         assert!(faces.iter().all(|f| !(f.contains(&0) && f.contains(&1))));
@@ -317,7 +324,7 @@ mod tests {
 
     #[test]
     fn loops_that_touch_twice_share_no_diagonal() {
-        // Two arrowheads in planes across each other, both with the tip 2 and the inward corner 0.
+        // Two arrowheads in perpendicular planes, both with tip 2 and concave corner 0.
         let p = [
             DVec3::ZERO,
             DVec3::new(-1.0, -1.0, 0.0),
@@ -331,7 +338,7 @@ mod tests {
         let first = triangulate_loop(&mesh, &[0, 1, 2, 3]).expect("a triangulation");
         let alone = triangulate_loop(&mesh, &[0, 4, 2, 5]).expect("a triangulation");
         assert!(has(&first) && has(&alone));
-        let beside = triangulate_loop_beside(&mesh, &[0, 4, 2, 5], &first).expect("another");
-        assert!(!has(&beside));
+        let second = triangulate_loop_beside(&mesh, &[0, 4, 2, 5], &first).expect("another");
+        assert!(!has(&second));
     }
 }

@@ -1,4 +1,4 @@
-//! Triangulations of polygons and loops: in a plane, in space with the least angles between faces, and by cutting ears.
+//! Triangulations of polygons and loops: in a plane, in space with smallest angles between faces, and by ear cutting.
 
 mod constrained;
 mod ears;

@@ -1,7 +1,7 @@
-//! Cutting polygons into triangles without losing a corner.
+//! Ear clipping of plane polygons into triangles that keep every corner.
 //!
-//! Every corner stays a corner of some triangle, collinear ones too: a corner left out would open a crack towards the
-//! neighbour that uses it, and cracks are what this program looks for.
+//! Every corner stays a corner of some triangle, including collinear ones: a missing corner would open a crack to the
+//! neighbouring face that uses it, and the program would report the crack as a hole.
 
 mod search;
 
@@ -10,11 +10,11 @@ use glam::{DVec2, DVec3};
 use crate::mesh::area_vector;
 use search::{Marks, Tree};
 
-/// How many steps the polygons of one file may cost: corners and boxes that are looked at for one inside an ear. What remains
-/// is then cut without looking for clean ears. The steps take about 0.5 s.
+/// Maximum number of steps for all polygons of one file: tests of corners and boxes against ears, about 0.5 s. Beyond it,
+/// remaining polygons are cut without testing ears.
 const WORK_LIMIT: u64 = 40_000_000;
 
-/// Cuts polygons by ear clipping in the plane of their Newell normal.
+/// Ear clipping of polygons in the plane of their Newell normal.
 pub(crate) struct Triangulator {
     flat: Vec<DVec2>,
     next: Vec<usize>,
@@ -23,9 +23,9 @@ pub(crate) struct Triangulator {
     reflex_count: usize,
     small: f64,
     work_left: u64,
-    /// The corners that may be ears: all but those that were found to be none, as long as the reason lasts.
+    /// Corners that may be ears: all but those that were found not to be, as long as the reason persists.
     likely: Marks,
-    /// For each corner those that are no ears because it lies inside.
+    /// For each corner, the corners that are not ears because it is inside their triangle.
     blocks: Vec<Vec<u32>>,
     tree: Tree,
 }
@@ -46,8 +46,8 @@ impl Triangulator {
         }
     }
 
-    /// Cuts one polygon of n ≥ 3 corners into n - 2 triangles with the polygon's orientation, given as positions in
-    /// `corners`. Returns whether the cut is clean: false for a polygon that crosses itself or has no area.
+    /// Cuts a polygon of n ≥ 3 corners, given as positions, into n - 2 triangles with the polygon's orientation. Returns whether
+    /// the result is valid: false for a polygon that intersects itself or has no area, or if the step limit is reached.
     pub(crate) fn cut(&mut self, corners: &[DVec3], emit: &mut impl FnMut([usize; 3])) -> bool {
         match corners.len() {
             0..=2 => true,
@@ -70,7 +70,7 @@ impl Triangulator {
         while left > 3 {
             at = match self.next_ear(at) {
                 Some(ear) => ear,
-                // A polygon without ears crosses itself.
+                // A polygon without ears intersects itself.
                 None => {
                     clean = false;
                     self.next[at]
@@ -84,7 +84,7 @@ impl Triangulator {
         clean && self.work_left > 0
     }
 
-    /// The first ear from a corner on, in the polygon's order.
+    /// The first ear at or after corner `at`, in the polygon's order.
     fn next_ear(&mut self, at: usize) -> Option<usize> {
         let mut from = at;
         loop {
@@ -105,7 +105,7 @@ impl Triangulator {
         }
     }
 
-    /// Projects the corners along the Newell normal; false when the polygon has no area.
+    /// Projects the corners along the Newell normal; false if the polygon has no area.
     fn project(&mut self, corners: &[DVec3]) -> bool {
         let origin = corners[0];
         let normal: DVec3 = corners
@@ -137,6 +137,7 @@ impl Triangulator {
         true
     }
 
+    /// Resets the linked list and the search structures for a polygon.
     fn link(&mut self, count: usize) {
         self.next.clear();
         self.next.extend((0..count).map(|i| (i + 1) % count));
@@ -154,7 +155,7 @@ impl Triangulator {
         self.tree.build(&self.flat, &self.reflex);
     }
 
-    /// Looks again at a corner whose neighbours have changed.
+    /// Updates a corner whose neighbours changed.
     fn update(&mut self, i: usize) {
         let reflex = turn(&self.flat, &self.prev, &self.next, i) <= self.small;
         if self.reflex[i] != reflex {
@@ -169,12 +170,12 @@ impl Triangulator {
         self.likely.set(i);
     }
 
-    /// A corner is no longer reflex, or gone: what it kept from being an ear may be one now.
+    /// Handles a corner that is no longer reflex or was removed: corners that it blocked may be ears now.
     fn release(&mut self, i: usize) {
         self.reflex_count -= 1;
         self.tree.count(i, -1);
         for blocked in std::mem::take(&mut self.blocks[i]) {
-            // Of a corner that is gone already the mark must stay cleared.
+            // A corner that was removed already must stay cleared.
             let blocked = blocked as usize;
             if self.next[self.prev[blocked]] == blocked {
                 self.likely.set(blocked);
@@ -182,8 +183,8 @@ impl Triangulator {
         }
     }
 
-    /// Takes corner `i` out and returns where to look for the next ear: one corner further on, so that ears alternate
-    /// round the polygon instead of forming a fan of slivers.
+    /// Removes corner `i` and returns where to search for the next ear: one corner further on, so that ears alternate around the
+    /// polygon instead of forming a fan of slivers.
     fn unlink(&mut self, i: usize) -> usize {
         let (before, after) = (self.prev[i], self.next[i]);
         self.likely.clear(i);
@@ -198,7 +199,7 @@ impl Triangulator {
         self.next[after]
     }
 
-    /// A corner that keeps corner `i` from being an ear: a reflex one in its triangle, or itself where it is reflex.
+    /// A corner that prevents corner `i` from being an ear: a reflex corner in its triangle, or `i` itself if it is reflex.
     fn obstacle(&mut self, i: usize) -> Option<usize> {
         self.work_left = self.work_left.saturating_sub(1);
         if self.reflex[i] {
@@ -218,13 +219,14 @@ impl Triangulator {
     }
 }
 
-/// Twice the area of the triangle of a corner and its neighbours; negative where the corner is reflex.
+/// Twice the area of the triangle of a corner and its neighbours; negative at a reflex corner.
 fn turn(flat: &[DVec2], prev: &[usize], next: &[usize], i: usize) -> f64 {
     let (a, b, c) = (flat[prev[i]], flat[i], flat[next[i]]);
     (b - a).perp_dot(c - b)
 }
 
-/// Takes the diagonal from the first corner unless only the other one keeps both halves facing the same way.
+/// Cuts a quadrilateral along the diagonal from the first corner, unless only the other diagonal gives two triangles with the
+/// same orientation.
 fn cut_quad(p: &[DVec3], emit: &mut impl FnMut([usize; 3])) -> bool {
     let normal = |a: usize, b: usize, c: usize| area_vector([p[a], p[b], p[c]]);
     let first = normal(0, 1, 2).dot(normal(0, 2, 3));
@@ -266,7 +268,7 @@ mod tests {
         0.5 * (b - a).perp_dot(c - a)
     }
 
-    /// Every triangle faces the polygon's way, together they have its area, and every side is used once.
+    /// Asserts that every triangle has the polygon's orientation, the areas add up, and every side is used once.
     fn assert_tiles(points: &[(f64, f64)], expected_area: f64) {
         let (triangles, clean) = cut(points);
         assert!(clean);
@@ -364,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn polygons_without_area_or_crossing_themselves_still_give_every_triangle() {
+    fn polygons_without_area_or_with_self_intersections_still_give_every_triangle() {
         let (line, clean) = cut(&[(0., 0.), (1., 0.), (2., 0.), (3., 0.), (4., 0.)]);
         assert_eq!((line.len(), clean), (3, false));
         let (star, _) = cut(&[(0., 3.), (2., -3.), (-3., 1.), (3., 1.), (-2., -3.)]);
@@ -373,8 +375,8 @@ mod tests {
         assert_eq!(cut(&same).0.len(), 4);
     }
 
-    /// The same by looking at every corner for every ear.
-    fn by_looking_at_all(corners: &[DVec3]) -> (Vec<[usize; 3]>, bool) {
+    /// The same algorithm with a test of every corner for every ear.
+    fn by_testing_all(corners: &[DVec3]) -> (Vec<[usize; 3]>, bool) {
         let mut t = Triangulator::new();
         assert!(t.project(corners));
         let n = corners.len();
@@ -410,7 +412,7 @@ mod tests {
         (triangles, clean)
     }
 
-    /// Numbers from 0 to 1 that look random.
+    /// Pseudo-random numbers from 0 to 1.
     fn noise(seed: &mut u64) -> f64 {
         *seed = seed
             .wrapping_mul(6_364_136_223_846_793_005)
@@ -419,7 +421,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ears_are_those_that_looking_at_all_corners_finds() {
+    fn the_ears_are_those_that_testing_all_corners_finds() {
         let mut seed = 7;
         for round in 0..300 {
             let count = 5 + (noise(&mut seed) * 120.0) as usize;
@@ -432,7 +434,7 @@ mod tests {
                         // Round and simple, with and without corners on a lattice.
                         0 => DVec3::new(cos, sin, 0.0) * (0.2 + noise(&mut seed)),
                         1 => (DVec3::new(cos, sin, 0.0) * (2.0 + 7.0 * noise(&mut seed))).round(),
-                        // Crossing itself, with and without corners at one place.
+                        // With self-intersections, with and without coincident corners.
                         2 => DVec3::new(noise(&mut seed), noise(&mut seed), 0.0),
                         _ => (5.0 * DVec3::new(noise(&mut seed), noise(&mut seed), 0.0)).round(),
                     }
@@ -443,15 +445,11 @@ mod tests {
             }
             let mut triangles = Vec::new();
             let clean = Triangulator::new().cut(&corners, &mut |t| triangles.push(t));
-            assert_eq!(
-                (triangles, clean),
-                by_looking_at_all(&corners),
-                "{corners:?}"
-            );
+            assert_eq!((triangles, clean), by_testing_all(&corners), "{corners:?}");
         }
     }
 
-    /// A band of so many corners that winds in on itself.
+    /// A band with `count` corners that spirals inwards.
     fn spiral(count: usize) -> Vec<(f64, f64)> {
         let side = |i: usize, inner: f64| {
             let t = i as f64 / (count / 2) as f64;

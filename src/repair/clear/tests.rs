@@ -1,8 +1,8 @@
-//! Tests of triangulations that cross nothing.
+//! Tests of rim triangulations without self-intersections.
 
 use super::*;
 
-/// Four corners of a square, two of them raised, and triangles that stand where the diagonals cross, at some heights.
+/// The corners of a square, two of them raised, and small triangles at the given heights above the intersection of the diagonals.
 fn square(heights: &[f64]) -> Mesh {
     let p = DVec3::new;
     let mut positions = vec![

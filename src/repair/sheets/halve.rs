@@ -1,4 +1,4 @@
-//! Vertices in the middle of edges with more than two faces, where surfaces that meet there can be separated.
+//! Splits non-manifold edges in the middle, where the surfaces that meet there can be separated.
 
 use std::collections::HashSet;
 
@@ -7,8 +7,8 @@ use crate::mend::FillError;
 use crate::mesh::topology::{end, start};
 use crate::repair::draft::Draft;
 
-/// Divides the faces at edges round which bodies and gaps alternate, at the middle of these edges; of several such edges of a face one.
-/// Returns how many edges were divided.
+/// Splits non-manifold edges round which bodies and gaps alternate at their midpoints, with their faces; at most one edge per
+/// face. Returns the number of edges split.
 pub(super) fn halve(draft: &mut Draft) -> Result<usize, FillError> {
     let halves = {
         let found = draft.inspect()?;
@@ -26,7 +26,7 @@ pub(super) fn halve(draft: &mut Draft) -> Result<usize, FillError> {
                 continue;
             }
             touched.extend(faces());
-            // The corners as the draft has them: faces may be turned in the inspection.
+            // Corners in the numbering of the draft: the inspection may have reoriented the face.
             let half_edge = |f: u32| {
                 let own = draft.mesh.faces[f as usize].map(|v| found.weld[v as usize]);
                 let k =
@@ -45,7 +45,7 @@ pub(super) fn halve(draft: &mut Draft) -> Result<usize, FillError> {
     Ok(halves.len())
 }
 
-/// Puts a vertex on an edge of a face, which becomes two.
+/// Splits a face in two at a vertex on one of its edges.
 fn divide(draft: &mut Draft, h: u32, middle: u32) {
     let (f, k) = (h as usize / 3, h as usize % 3);
     let (face, origin, region) = (draft.mesh.faces[f], draft.origins.faces[f], draft.region[f]);

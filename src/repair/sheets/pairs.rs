@@ -1,10 +1,11 @@
-//! Half-edges at edges with more than two faces, in pairs between which a body lies.
+//! Pairs the half-edges of a non-manifold edge so that a body lies between each two.
 
 use crate::mend::Inspection;
 use crate::mesh::Mesh;
 use crate::mesh::topology::{end, start};
 
-/// The half-edges of crowded edges in pairs between which the body lies, and the edges round which bodies and gaps do not alternate.
+/// The half-edges of non-manifold edges in pairs with a body between them, and the edges round which bodies and gaps do not
+/// alternate.
 pub(in crate::repair) fn paired(
     found: &Inspection,
     crowded: &[Vec<u32>],
@@ -19,8 +20,8 @@ pub(in crate::repair) fn paired(
     (pairs, unclear)
 }
 
-/// Pairs round an edge: of two faces that follow each other at rising angles, the first runs against the edge and the second along
-/// it, so that the body lies between them.
+/// Pairs the faces round an edge by angle: in each pair the face with the smaller angle runs against the edge and the next one
+/// along it, so that the body lies between them. None if the directions do not alternate.
 fn around_edge(mesh: &Mesh, half_edges: &[u32]) -> Option<Vec<[u32; 2]>> {
     let first = half_edges[0];
     let (a, b) = (start(mesh, first), end(mesh, first));

@@ -1,6 +1,6 @@
-//! The arrangement of faces that intersect: each is divided along the segments in which it meets others.
+//! The arrangement of intersecting faces: each face is divided along the segments in which it intersects others.
 //!
-//! Faces in one plane that overlap are divided together, so that what they have in common are the same triangles of each.
+//! Overlapping coplanar faces are divided together, so that their common part consists of the same triangles in each.
 
 use std::collections::HashMap;
 
@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::exact::{Plane, Point, Points, Unit};
 use super::pairs::{End, Face, Meeting, meeting};
-use super::planar::{Planar, Stuck};
+use super::planar::{ArrangementError, Planar};
 use crate::mesh::DisjointSets;
 use crate::mesh::topology::NONE;
 use crate::spatial::{Bounds, BoxTree};
@@ -17,49 +17,50 @@ use crate::spatial::{Bounds, BoxTree};
 /// A triangle of the arrangement.
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
-    /// Its corners: vertices of the input, and behind these the points.
+    /// Its corners: input vertices, or points, numbered after them.
     pub(super) nodes: [u32; 3],
     pub(super) faces: Owners,
 }
 
-/// The faces that a triangle is a part of, and whether each turns the same way.
+/// The faces that a triangle is a part of, and whether each has its orientation.
 type Owners = Vec<(u32, bool)>;
 
-/// What faces that intersect are divided into.
+/// The triangles into which intersecting faces are divided.
 pub(super) struct Arrangement {
     pub(super) points: Points,
     pub(super) pieces: Vec<Piece>,
 }
 
-/// The line of a segment.
+/// The origin of a segment.
 #[derive(Clone, Copy)]
 enum Line {
-    /// Where this face meets the plane.
+    /// The intersection with this face.
     Face(u32),
-    /// An edge of this face, which lies in the plane.
+    /// An edge of this face, which lies in the same plane.
     Edge(u32, usize),
 }
 
-/// What divides a face.
+/// The points and segments that divide a face.
 #[derive(Clone, Default)]
 struct Cuts {
     points: Vec<u32>,
-    /// Segments, with the face that each comes from.
+    /// Segments, each with the face whose intersection it is.
     segments: Vec<([u32; 2], u32)>,
 }
 
-/// Divides faces, given by their vertices, of which these pairs intersect.
+/// Divides faces, given by their vertices, along their intersections. `pairs` are the pairs of faces that intersect.
 pub(super) fn arrange(
     unit: Unit,
     positions: &[DVec3],
     faces: &[[u32; 3]],
     pairs: &[[u32; 2]],
-) -> Result<Arrangement, Stuck> {
+) -> Result<Arrangement, ArrangementError> {
     let corners = |f: &[u32; 3]| f.map(|v| positions[v as usize]);
     let all: Option<Vec<Face>> = (faces.par_iter())
         .map(|f| Face::new(unit, *f, corners(f)))
         .collect();
-    let all = all.ok_or(Stuck)?;
+    let all = all.ok_or(ArrangementError)?;
+    // Exact end points of the intersection of each pair.
     let meetings: Vec<Meeting> = pairs
         .par_iter()
         .map(|&[f, g]| meeting(unit, &all[f as usize], &all[g as usize]))
@@ -68,6 +69,7 @@ pub(super) fn arrange(
     for (face, v) in all.iter().flat_map(|f| f.vertices.iter().zip(f.corners)) {
         points.add_vertex(*face, v);
     }
+    // Collect the segments of each face; coplanar faces form groups.
     let mut cuts = vec![Cuts::default(); all.len()];
     let mut sets = DisjointSets::new(all.len());
     for (&[f, g], meeting) in pairs.iter().zip(meetings) {
@@ -90,7 +92,8 @@ pub(super) fn arrange(
         groups[sets.find(f) as usize].push(f);
     }
     groups.retain(|g| !g.is_empty());
-    let divided: Result<Vec<Divided>, Stuck> = groups
+    // Triangulate each group independently.
+    let divided: Result<Vec<Divided>, ArrangementError> = groups
         .par_iter()
         .map(|members| Group::new(&all, &cuts, &points, members)?.divide())
         .collect();
@@ -101,8 +104,12 @@ pub(super) fn arrange(
     Ok(Arrangement { points, pieces })
 }
 
-/// The numbers of the ends of a segment, each once.
-fn numbered(points: &mut Points, positions: &[DVec3], ends: Vec<End>) -> Result<Vec<u32>, Stuck> {
+/// The distinct point numbers of the ends of a segment.
+fn numbered(
+    points: &mut Points,
+    positions: &[DVec3],
+    ends: Vec<End>,
+) -> Result<Vec<u32>, ArrangementError> {
     let mut numbers: Vec<u32> = Vec::new();
     for end in ends {
         numbers.push(match end {
@@ -113,24 +120,24 @@ fn numbered(points: &mut Points, positions: &[DVec3], ends: Vec<End>) -> Result<
     numbers.sort_unstable();
     numbers.dedup();
     if numbers.len() > 2 {
-        return Err(Stuck);
+        return Err(ArrangementError);
     }
     Ok(numbers)
 }
 
-/// Faces in one plane that are divided together.
+/// Coplanar faces that are divided together.
 struct Group<'a> {
     all: &'a [Face],
     members: &'a [u32],
     unit: Unit,
     axis: usize,
-    /// The number of each local point among all; `u32::MAX` for those of the frame.
+    /// Global number of each local point; `u32::MAX` for the corners of the frame.
     number: Vec<u32>,
     points: Vec<Point>,
     segments: Vec<([u32; 2], Line)>,
 }
 
-/// The triangles of a group.
+/// The triangulation of a group.
 struct Divided {
     number: Vec<u32>,
     new: Vec<Point>,
@@ -143,7 +150,7 @@ impl<'a> Group<'a> {
         cuts: &[Cuts],
         points: &Points,
         members: &'a [u32],
-    ) -> Result<Self, Stuck> {
+    ) -> Result<Self, ArrangementError> {
         let first = &all[members[0] as usize];
         let mut group = Self {
             all,
@@ -183,8 +190,8 @@ impl<'a> Group<'a> {
         Ok(group)
     }
 
-    /// A triangle round all members, as the first three points.
-    fn frame(&mut self) -> Result<(), Stuck> {
+    /// Adds a triangle that encloses all members, as the first three points.
+    fn frame(&mut self) -> Result<(), ArrangementError> {
         let corners = self.members.iter().map(|f| self.all[*f as usize].corners);
         let (low, high) = crate::mesh::bounds(corners.flatten());
         let (i, j) = ((self.axis + 1) % 3, (self.axis + 2) % 3);
@@ -193,7 +200,8 @@ impl<'a> Group<'a> {
             let mut p = DVec3::ZERO;
             p[i] = 0.5 * (low[i] + high[i]) + x * size;
             p[j] = 0.5 * (low[j] + high[j]) + y * size;
-            self.points.push(Point::near(self.unit, p).ok_or(Stuck)?);
+            self.points
+                .push(Point::near(self.unit, p).ok_or(ArrangementError)?);
             self.number.push(NONE);
         }
         Ok(())
@@ -209,7 +217,7 @@ impl<'a> Group<'a> {
         }
     }
 
-    fn divide(mut self) -> Result<Divided, Stuck> {
+    fn divide(mut self) -> Result<Divided, ArrangementError> {
         let count = self.points.len();
         let mut planar = Planar::new(self.axis, std::mem::take(&mut self.points));
         for v in 3..count as u32 {
@@ -233,7 +241,7 @@ impl<'a> Group<'a> {
         })
     }
 
-    /// The triangles that are parts of members, with these.
+    /// The triangles that are parts of members, each with these members.
     fn owned(&self, planar: &Planar) -> Vec<([u32; 3], Owners)> {
         let boxes = self.members.iter();
         let boxes: Vec<Bounds> = boxes

@@ -1,4 +1,4 @@
-//! The union put into the draft: what stays of faces that are whole, and the parts of those that were divided.
+//! Writes a union into the draft: whole faces are kept, reversed or removed, divided faces are replaced by their kept parts.
 
 use std::collections::HashMap;
 
@@ -10,48 +10,50 @@ use super::classify::Fate;
 use crate::mesh::FaceOrigin;
 use crate::mesh::topology::NONE;
 use crate::repair::draft::Draft;
-use crate::repair::known::sorted;
+use crate::repair::intersection_cache::sorted;
 use crate::repair::rounding::is_single;
 
-/// What becomes of the faces of clusters.
+/// A computed union: what to do with each face of the clusters.
 pub(super) struct Union {
     pub(super) bodies: usize,
     /// The faces of all clusters, each with its cluster.
     pub(super) clusters: Vec<(u32, u32)>,
-    /// Faces that intersect none.
+    /// Faces that intersect no other face, with their fates.
     pub(super) whole: Vec<(u32, Fate)>,
-    /// Faces that do, as the arrangement numbers them.
+    /// Intersecting faces, in the numbering of the arrangement.
     pub(super) divided: Vec<u32>,
     pub(super) arrangement: Arrangement,
     pub(super) fates: Vec<Fate>,
-    /// For each vertex the one that stands for its place.
+    /// The welded vertex of each vertex.
     pub(super) weld: Vec<u32>,
 }
 
-/// A part of a face in the result.
+/// A part of a divided face that is kept.
 struct Part {
-    /// The face of the draft that it is a part of.
+    /// The divided face of the draft.
     face: u32,
     nodes: [u32; 3],
 }
 
 impl Union {
-    /// Makes the draft what the union is.
+    /// Applies the union to the draft.
     pub(super) fn apply(&self, draft: &mut Draft) -> United {
         let mut removed = vec![false; draft.mesh.faces.len()];
         for &(f, fate) in &self.whole {
             match fate {
                 Fate::Stays => {}
                 Fate::Goes => removed[f as usize] = true,
-                Fate::Turned => draft.turn(f as usize),
+                Fate::Turned => draft.reverse_face(f as usize),
             }
         }
         self.divided
             .iter()
             .for_each(|f| removed[*f as usize] = true);
+        // Remove divided faces, except those kept whole.
         let (kept, parts) = self.parts(draft);
         kept.iter().for_each(|f| removed[*f as usize] = false);
         let mut has_parts = vec![false; removed.len()];
+        // Add the kept parts, without collapsed ones.
         let place = self.places(draft, &parts);
         let mut added = Vec::new();
         for part in &parts {
@@ -61,6 +63,7 @@ impl Union {
                 added.push((part, nodes));
             }
         }
+        // Triangles in both orientations cancel.
         let opposed = self.opposed(draft, &kept, &added);
         for (part, nodes) in added {
             let key = sorted(nodes);
@@ -88,12 +91,12 @@ impl Union {
         }
     }
 
-    /// The places of a face's corners in rising order.
+    /// The welded corners of a face, ascending.
     fn key(&self, draft: &Draft, face: u32) -> [u32; 3] {
         sorted(draft.mesh.faces[face as usize].map(|v| self.weld[v as usize]))
     }
 
-    /// The faces that stay although they intersect others, in rising order, and the parts of others that stay.
+    /// The divided faces that are kept whole, ascending, and the kept parts of the others.
     fn parts(&self, draft: &Draft) -> (Vec<u32>, Vec<Part>) {
         let (mut kept, mut parts) = (Vec::new(), Vec::new());
         for (piece, fate) in self.arrangement.pieces.iter().zip(&self.fates) {
@@ -121,8 +124,8 @@ impl Union {
         (kept, parts)
     }
 
-    /// The vertices of the draft for the new points that parts use, rounded to the precision of the mesh. Those at the same place are one,
-    /// also with a vertex of the input.
+    /// Creates draft vertices for the new points of the parts, rounded to the precision of the mesh. Points at the same rounded
+    /// position share a vertex, also with vertices of the divided input faces.
     fn places(&self, draft: &mut Draft, parts: &[Part]) -> HashMap<u32, u32> {
         let base = self.weld.len() as u32;
         let at = |p: DVec3| (p + DVec3::ZERO).to_array().map(f64::to_bits);
@@ -136,7 +139,7 @@ impl Union {
             }
         }
         let mut place = HashMap::new();
-        // What faces of the input share with patches is carried over from the former.
+        // Parts of input faces come first, so that vertices shared with patches inherit from them.
         let is_new = |part: &&Part| draft.region[part.face as usize] != NONE;
         let order: Vec<&Part> = (parts.iter().filter(|p| !is_new(p)))
             .chain(parts.iter().filter(is_new))
@@ -162,7 +165,7 @@ impl Union {
         place
     }
 
-    /// The triangles that are there both ways, once vertices fell together.
+    /// Triangles that occur in both orientations after rounding merged vertices; they cancel.
     fn opposed(
         &self,
         draft: &Draft,
@@ -192,7 +195,7 @@ impl Union {
             .collect()
     }
 
-    /// Adds a part of a face, on vertices that stand for their places.
+    /// Adds a part of a face; `nodes` are welded vertices.
     fn add(&self, draft: &mut Draft, part: &Part, nodes: [u32; 3]) {
         let face = part.face as usize;
         let (own, origin) = (draft.mesh.faces[face], draft.origins.faces[face]);

@@ -1,19 +1,19 @@
-//! Which triangles of an arrangement bound what lies inside.
+//! Inside/outside classification of the triangles of an arrangement by exact winding numbers.
 //!
-//! The triangles are joined across edges that have two of them; the winding number on either side is the same all over such a patch.
-//! It is counted exactly once for each patch, along a ray from a point of it. A point is inside where the winding number is positive. What
-//! is kept has the inside on one side alone, so the result is closed whatever the arrangement is.
+//! Triangles are joined across edges with two of them; the winding number on either side is constant over such a patch. It is
+//! computed exactly once per patch, along a ray from a point of it. A point is inside if the winding number is positive. A
+//! triangle is kept if exactly one of its sides is inside, so the result is closed for any arrangement.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::arrange::Piece;
 use super::exact::{Point, Points, Unit, rounded_turn, side, turn};
-use super::planar::Stuck;
+use super::planar::ArrangementError;
 use crate::mesh::DisjointSets;
 use crate::spatial::{Bounds, BoxTree};
 
-/// Weights of a triangle's corners for the point where a ray begins; the next ones are taken where the ray passes through an edge.
+/// Barycentric weights of a ray's origin in a triangle; the next ones are used if the ray passes through an edge.
 const WEIGHTS: [[u32; 3]; 8] = [
     [37, 31, 29],
     [29, 41, 17],
@@ -25,40 +25,41 @@ const WEIGHTS: [[u32; 3]; 8] = [
     [251, 83, 191],
 ];
 
-/// What becomes of a triangle.
+/// What to do with a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fate {
     Goes,
     Stays,
-    /// It stays, turned over.
+    /// It stays, reversed.
     Turned,
 }
 
-/// A closed surface of triangles, whole and divided, and the faces of which it was made.
+/// The triangles of a closed surface, whole and divided, and the faces it was made of.
 pub(super) struct ClosedSurface<'a> {
     pub(super) points: &'a Points,
     pub(super) positions: &'a [DVec3],
-    /// The corners of all triangles, and how often each is there, less how often it is there turned over.
+    /// The corners of all triangles, and the multiplicity of each: occurrences minus reversed occurrences.
     pub(super) triangles: Vec<([u32; 3], i32)>,
-    /// The faces as they were, with their clusters: rays count those of the cluster of the triangle.
+    /// The undivided faces with their clusters; a ray counts the faces of its triangle's cluster.
     pub(super) faces: &'a [([DVec3; 3], u32)],
-    /// For each triangle its cluster.
+    /// The cluster of each triangle.
     pub(super) cluster: Vec<u32>,
 }
 
-/// How often a piece is there, less how often it is there turned over.
+/// The multiplicity of a triangle: the number of faces with its orientation minus the number of reversed ones.
 pub(super) fn multiplicity(piece: &Piece) -> i32 {
     let one = |(_, same): &(u32, bool)| if *same { 1 } else { -1 };
     piece.faces.iter().map(one).sum()
 }
 
 impl ClosedSurface<'_> {
-    /// What becomes of each triangle.
-    pub(super) fn fates(&self) -> Result<Vec<Fate>, Stuck> {
+    /// The fate of each triangle.
+    pub(super) fn fates(&self) -> Result<Vec<Fate>, ArrangementError> {
         let (mut patches, turned) = self.patches()?;
         let label: Vec<u32> = (0..self.triangles.len() as u32)
             .map(|t| patches.find(t))
             .collect();
+        // The largest triangle of each patch is its sample.
         let mut sample: Vec<Option<(f64, u32)>> = vec![None; label.len()];
         for (t, &patch) in (0..).zip(&label) {
             if self.triangles[t as usize].1 == 0 {
@@ -72,10 +73,12 @@ impl ClosedSurface<'_> {
         }
         let boxes: Vec<Bounds> = self.faces.par_iter().map(|f| Bounds::of(f.0)).collect();
         let tree = BoxTree::new(&boxes);
-        let fronts: Result<Vec<Option<i32>>, Stuck> = sample
+        // The winding number in front of each sample, by ray casting.
+        let fronts: Result<Vec<Option<i32>>, ArrangementError> = sample
             .par_iter()
             .map(|sample| {
-                let front = |(_, t): &(f64, u32)| self.before(*t, &tree).ok_or(Stuck);
+                let front =
+                    |(_, t): &(f64, u32)| self.winding_in_front(*t, &tree).ok_or(ArrangementError);
                 sample.as_ref().map(front).transpose()
             })
             .collect();
@@ -86,7 +89,7 @@ impl ClosedSurface<'_> {
                 return Fate::Goes;
             };
             let own = self.triangles[t].1;
-            // Turned beside the sample, its front is the back of the sample.
+            // If the triangle is reversed relative to the sample, its front is the sample's back.
             let front = match turned[t] == turned[sample as usize] {
                 true => front,
                 false => front + self.triangles[sample as usize].1,
@@ -100,7 +103,7 @@ impl ClosedSurface<'_> {
         Ok((0..label.len()).into_par_iter().map(fate).collect())
     }
 
-    /// Twice the area of a triangle.
+    /// Twice the area of a triangle, in floating-point arithmetic.
     fn size(&self, t: u32) -> f64 {
         let [a, b, c] = self.triangles[t as usize].0.map(|v| self.nearest(v));
         (b - a).cross(c - a).length()
@@ -113,9 +116,9 @@ impl ClosedSurface<'_> {
         }
     }
 
-    /// Joins triangles across edges that have two; also for each whether it is turned beside the others. Fails where the surface is not
-    /// closed: round each edge as many triangles must run one way as the other.
-    fn patches(&self) -> Result<(DisjointSets, Vec<bool>), Stuck> {
+    /// Joins triangles across edges with exactly two of them, and returns for each whether it is reversed relative to its patch.
+    /// Fails if the surface is not closed: along each edge as many triangles must run in one direction as in the other.
+    fn patches(&self) -> Result<(DisjointSets, Vec<bool>), ArrangementError> {
         let count = self.triangles.len();
         let there = |t: &u32| self.triangles[*t as usize].1 != 0;
         let mut edges: Vec<(u64, u32, bool)> = (0..count as u32)
@@ -131,6 +134,7 @@ impl ClosedSurface<'_> {
             })
             .collect();
         edges.par_sort_unstable();
+        // Check each edge's balance; edges with two triangles link them.
         let mut links: Vec<(u32, u32, bool)> = Vec::new();
         for edge in edges.chunk_by(|a, b| a.0 == b.0) {
             let run = |(_, t, along): &(u64, u32, bool)| {
@@ -138,7 +142,7 @@ impl ClosedSurface<'_> {
                 if *along { times } else { -times }
             };
             if edge.iter().map(run).sum::<i32>() != 0 {
-                return Err(Stuck);
+                return Err(ArrangementError);
             }
             if let [(_, s, a), (_, t, b)] = *edge {
                 links.push((s, t, a == b));
@@ -150,8 +154,8 @@ impl ClosedSurface<'_> {
         Ok((sets, turned(count, &links)))
     }
 
-    /// The winding number before a triangle, on the side to which its normal points.
-    fn before(&self, t: u32, tree: &BoxTree) -> Option<i32> {
+    /// The winding number in front of a triangle, on the side of its normal.
+    fn winding_in_front(&self, t: u32, tree: &BoxTree) -> Option<i32> {
         let (nodes, times) = self.triangles[t as usize];
         let base = self.positions.len() as u32;
         let points = nodes.map(|v| self.points.node(v, base, self.positions));
@@ -169,16 +173,17 @@ impl ClosedSurface<'_> {
                 axis,
                 from,
             };
-            if let Some(beyond) = self.count(&ray, self.cluster[t as usize], tree) {
-                // The ray leaves by the front, or by the back.
+            if let Some(beyond) = self.winding_at(&ray, self.cluster[t as usize], tree) {
+                // The ray leaves from the front or from the back of the triangle.
                 return Some(if way > 0 { beyond } else { beyond - times });
             }
         }
         None
     }
 
-    /// The winding number where a ray begins, just beyond the faces on which it does; none where it passes through an edge.
-    fn count(&self, ray: &Ray, cluster: u32, tree: &BoxTree) -> Option<i32> {
+    /// The winding number at the origin of a ray, just beyond the faces that contain the origin; none if the ray passes through
+    /// an edge.
+    fn winding_at(&self, ray: &Ray, cluster: u32, tree: &BoxTree) -> Option<i32> {
         let p = ray.from.nearest;
         let mut query = Bounds { low: p, high: p };
         for k in 0..3 {
@@ -203,7 +208,7 @@ impl ClosedSurface<'_> {
     }
 }
 
-/// Along the links, whether each triangle is turned beside the first of its patch.
+/// For each triangle whether it is reversed relative to the first triangle of its patch.
 fn turned(count: usize, links: &[(u32, u32, bool)]) -> Vec<bool> {
     let mut turned = vec![false; count];
     if links.iter().all(|(_, _, against)| !against) {
@@ -230,7 +235,7 @@ fn turned(count: usize, links: &[(u32, u32, bool)]) -> Vec<bool> {
     turned
 }
 
-/// A ray towards rising coordinates of an axis.
+/// A ray in the positive direction of an axis.
 struct Ray {
     unit: Unit,
     axis: usize,
@@ -238,8 +243,8 @@ struct Ray {
 }
 
 impl Ray {
-    /// Whether the ray passes through a triangle from its back (1), from its front (-1) or not at all (0); none where it passes through its
-    /// rim. A triangle on which the ray begins is not passed.
+    /// Whether the ray passes through a triangle from its back (1), from its front (-1) or not at all (0); none if it passes
+    /// through an edge. A triangle that contains the origin does not count.
     fn crosses(&self, corners: [DVec3; 3]) -> Option<i8> {
         let p = &self.from;
         let mut sides = [0; 3];
@@ -259,11 +264,11 @@ impl Ray {
         }
         let height = side(self.unit, corners, p);
         match sides {
-            // Seen edge-on, in the plane of the ray.
+            // The triangle is seen edge-on.
             [0, 0, 0] => None,
             _ if sides.contains(&0) => {
                 let way = sides[0] + sides[1] + sides[2];
-                // On the rim, but behind the point.
+                // Through an edge, but behind the origin.
                 (height * way > 0).then_some(0)
             }
             [way, ..] => Some(match height * way {

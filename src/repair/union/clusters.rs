@@ -1,4 +1,4 @@
-//! Which components are united with which: those that touch or intersect, directly or through others.
+//! Clusters of components to unite: those that touch or intersect, directly or through others.
 
 use std::collections::{BTreeSet, HashMap};
 use std::f64::consts::TAU;
@@ -8,24 +8,24 @@ use crate::mend::Inspection;
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{DisjointSets, Mesh, Topology};
 
-/// Radians. Faces at an edge whose angles differ by less lie on each other: 32-bit floats tilt faces of a hundredth of the size of the
-/// coordinates by as much.
-const FLAT: f64 = 1e-5;
+/// Radians. Faces at an edge whose angles differ by less count as lying on each other. Rounding to 32-bit floats tilts faces of a
+/// hundredth of the size of the coordinates by this angle.
+const COINCIDENT_ANGLE: f64 = 1e-5;
 
-/// Components to be united.
+/// Clusters of components to unite.
 pub(super) struct Clusters {
-    /// The faces of all of them, in rising order.
+    /// The faces of all clusters, ascending.
     pub(super) faces: Vec<u32>,
-    /// For each face of the mesh its cluster; `u32::MAX` where it is in none.
+    /// The cluster of each face of the mesh; `u32::MAX` if it is in none.
     pub(super) of_face: Vec<u32>,
-    /// How many bodies there are in them.
+    /// Number of bodies in the clusters.
     pub(super) bodies: usize,
 }
 
-/// Components that share edges, as bodies that touch do once their vertices are merged.
+/// Components grouped by shared edges, as touching bodies have once their vertices are merged.
 pub(super) struct Bodies {
     sets: DisjointSets,
-    /// For each component whether the body that it names has an edge along which not as many faces run one way as the other.
+    /// For the representative of each group whether an edge is unbalanced: more faces run one way along it than the other.
     open: Vec<bool>,
 }
 
@@ -33,28 +33,28 @@ impl Bodies {
     pub(super) fn new(found: &Inspection) -> Self {
         let (mesh, topology) = (&found.mesh, &found.topology);
         let count = topology.component_faces.len();
-        let piece = |h: u32| topology.component[h as usize / 3];
+        let component = |h: u32| topology.component[h as usize / 3];
         let crowded = topology.crowded_edges(mesh);
         let mut sets = DisjointSets::new(count);
         for edge in &crowded {
             edge.iter()
-                .for_each(|h| _ = sets.join(piece(edge[0]), piece(*h)));
+                .for_each(|h| _ = sets.join(component(edge[0]), component(*h)));
         }
         let mut open = vec![false; count];
-        for p in open_pieces(mesh, topology, &crowded) {
+        for p in open_components(mesh, topology, &crowded) {
             open[sets.find(p) as usize] = true;
         }
         Self { sets, open }
     }
 
-    /// Whether some of these faces belong to closed bodies.
+    /// Whether any of these faces belongs to a closed group.
     pub(super) fn are_closed(&mut self, topology: &Topology, faces: &[u32]) -> bool {
-        let mut pieces = faces.iter().map(|f| topology.component[*f as usize]);
-        pieces.any(|p| !self.open[self.sets.find(p) as usize])
+        let mut ids = faces.iter().map(|f| topology.component[*f as usize]);
+        ids.any(|p| !self.open[self.sets.find(p) as usize])
     }
 }
 
-/// The clusters of closed bodies in which faces intersect; `pairs` are places in the list of faces that do.
+/// The clusters of closed bodies with intersecting faces. `pairs` are indices into `crossing`.
 pub(super) fn clusters(
     found: &Inspection,
     bodies: Bodies,
@@ -63,40 +63,42 @@ pub(super) fn clusters(
 ) -> Clusters {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let count = topology.component_faces.len() as u32;
-    let piece = |f: u32| topology.component[f as usize];
+    let component = |f: u32| topology.component[f as usize];
     let Bodies {
         mut sets,
         open: own_open,
     } = bodies;
     for pair in pairs {
         let [f, g] = pair.map(|i| crossing[i as usize]);
-        sets.join(piece(f), piece(g));
+        sets.join(component(f), component(g));
     }
     let all = components(mesh, topology, 0.0);
     for (i, c) in (0..).zip(&all) {
-        // A cavity is one of the body round it.
+        // A cavity belongs to the body that encloses it.
         if let Some(outer) = c.inside.filter(|_| c.closed && c.volume < 0.0) {
             sets.join(i, outer as u32);
         }
     }
+    // A cluster with an open component is open.
     let mut open = vec![false; count as usize];
     for p in (0..count).filter(|p| own_open[*p as usize]) {
         open[sets.find(p) as usize] = true;
     }
     let mut takes_part = vec![false; count as usize];
     for &f in crossing {
-        let set = sets.find(piece(f)) as usize;
+        let set = sets.find(component(f)) as usize;
         takes_part[set] = !open[set];
     }
-    let of_piece: Vec<u32> = (0..count)
+    // Only closed sets with intersecting faces take part.
+    let of_component: Vec<u32> = (0..count)
         .map(|p| sets.find(p))
         .map(|set| if takes_part[set as usize] { set } else { NONE })
         .collect();
     let of_face: Vec<u32> = (topology.component.iter())
-        .map(|p| of_piece.get(*p as usize).copied().unwrap_or(NONE))
+        .map(|p| of_component.get(*p as usize).copied().unwrap_or(NONE))
         .collect();
     let mut paired = paired_components(mesh, topology);
-    let own = (0..count).filter(|p| of_piece[*p as usize] != NONE);
+    let own = (0..count).filter(|p| of_component[*p as usize] != NONE);
     let own: BTreeSet<u32> = own.map(|p| paired.find(p)).collect();
     Clusters {
         faces: (topology.faces())
@@ -107,8 +109,8 @@ pub(super) fn clusters(
     }
 }
 
-/// Components joined across edges with more than two faces, where a body lies between two of these. Of faces on each other each is taken
-/// for one of its own body.
+/// Joins components across non-manifold edges if a body lies between two of their faces. Of coincident faces each counts for its
+/// own body.
 pub(super) fn paired_components(mesh: &Mesh, topology: &Topology) -> DisjointSets {
     let mut sets = DisjointSets::new(topology.component_faces.len());
     for edge in topology.crowded_edges(mesh) {
@@ -124,11 +126,12 @@ pub(super) fn paired_components(mesh: &Mesh, topology: &Topology) -> DisjointSet
         let angle = |h: u32| y.dot(across(h)).atan2(x.dot(across(h)));
         let (up, down): (Vec<u32>, Vec<u32>) =
             (edge.iter().copied()).partition(|h| start(mesh, *h) == a);
-        // The body lies on from the face that runs down to the one that runs up, at rising angles.
+        // The body extends from the face that runs down to the face that runs up, in the direction of rising angle.
+        // Pair each face with the nearest one that runs the other way, smallest angles first.
         let mut turns: Vec<(f64, u32, u32)> = Vec::new();
         for (&d, &u) in down.iter().flat_map(|d| up.iter().map(move |u| (d, u))) {
             let turn = (angle(u) - angle(d)).rem_euclid(TAU);
-            let is_none = !(FLAT..=TAU - FLAT).contains(&turn);
+            let is_none = !(COINCIDENT_ANGLE..=TAU - COINCIDENT_ANGLE).contains(&turn);
             turns.push((if is_none { TAU } else { turn }, d, u));
         }
         turns.sort_by(|s, t| s.0.total_cmp(&t.0).then((s.1, s.2).cmp(&(t.1, t.2))));
@@ -136,16 +139,15 @@ pub(super) fn paired_components(mesh: &Mesh, topology: &Topology) -> DisjointSet
         for (_, d, u) in turns {
             if !taken.contains(&d) && !taken.contains(&u) {
                 taken.extend([d, u]);
-                let piece = |h: u32| topology.component[h as usize / 3];
-                sets.join(piece(d), piece(u));
+                let component = |h: u32| topology.component[h as usize / 3];
+                sets.join(component(d), component(u));
             }
         }
     }
     sets
 }
 
-/// Those of some duplicate faces that bound bodies which touch in them: with them each edge of these bodies runs as often one way as the
-/// other, without them not.
+/// The duplicate faces that are walls between touching bodies: with them each edge of the bodies is balanced, without them not.
 pub(in crate::repair) fn walls(found: &Inspection, duplicates: &[u32]) -> Vec<u32> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     if duplicates.is_empty() {
@@ -171,13 +173,13 @@ pub(in crate::repair) fn walls(found: &Inspection, duplicates: &[u32]) -> Vec<u3
         .collect()
 }
 
-/// Whether a half-edge of the mesh as it is given runs from the smaller to the larger number.
+/// Whether a half-edge, in the orientation of the input, runs from the smaller to the larger vertex number.
 fn runs_up(mesh: &Mesh, topology: &Topology, h: u32) -> bool {
     (start(mesh, h) < end(mesh, h)) != topology.turned[h as usize / 3]
 }
 
-/// Components with edges along which not as many faces of the mesh as it is given run one way as the other.
-fn open_pieces(mesh: &Mesh, topology: &Topology, crowded: &[Vec<u32>]) -> Vec<u32> {
+/// Components with unbalanced edges, in the orientation of the input.
+fn open_components(mesh: &Mesh, topology: &Topology, crowded: &[Vec<u32>]) -> Vec<u32> {
     let runs_up = |h: u32| runs_up(mesh, topology, h);
     let mut open = Vec::new();
     for h in 0..topology.opposite.len() as u32 {

@@ -1,8 +1,8 @@
-//! Bodies whose faces lie on each other but for rounding, as those of an assembly do that was turned: they are made to overlap, and faces in
-//! one plane to lie in different ones, by a little more than rounding.
+//! Contact faces of bodies that coincide except for rounding, as in an assembly that was rotated: each body is grown slightly
+//! there, so that the bodies overlap and their faces lie in different planes.
 //!
-//! Where two planes differ by rounding alone, the exact union follows every crossing of the two, and what is left are gaps and folds
-//! that no coordinates can hold. So each body grows, where it touches others, by a length of its own.
+//! If two planes differ by rounding errors only, the exact union follows every intersection of the two, which leaves gaps and
+//! folds that floating-point coordinates cannot represent. Each body therefore grows by its own length where it touches others.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -17,14 +17,15 @@ use crate::repair::rounding::is_single;
 use crate::spatial::{Bounds, BoxTree};
 use crate::tuning::tuning;
 
-/// Cosine of the angle between faces that may lie on each other.
-const PARALLEL: f64 = 0.99;
-/// Tikhonov term of the equations for a vertex's shift, in parts of their trace: along directions without a face that touches the shift is 0.
-const STAYS: f64 = 1e-9;
-/// Lengths by which a vertex moves at most, where the faces at it that touch others make a blade.
-const MOST: f64 = 4.0;
+/// Least cosine of the angle between the planes of two faces in contact.
+const MIN_CONTACT_COSINE: f64 = 0.99;
+/// Tikhonov term of the equations for a vertex's shift, as a fraction of the matrix trace. The shift is 0 along directions
+/// without a contact face.
+const TIKHONOV: f64 = 1e-9;
+/// Growth lengths. Upper bound of a vertex's shift, for contact faces that meet at a sharp angle.
+const MAX_SHIFT: f64 = 4.0;
 
-/// Vertices that were moved, and the longest way of one.
+/// The number of moved vertices and the largest displacement, in mesh units.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::repair) struct Moved {
     pub(in crate::repair) vertices: usize,
@@ -32,18 +33,18 @@ pub(in crate::repair) struct Moved {
 }
 
 impl Moved {
-    /// The length below which edges of the union come from the moves alone.
+    /// Edges of the union shorter than this are caused by the displacements alone.
     pub(in crate::repair) fn reach(&self) -> f64 {
         2.0 * self.largest
     }
 }
 
-/// Lets closed bodies that touch in faces grow there; those that share vertices get their own. `draft` is the mesh as it was given: bodies that
-/// share no vertex there are known by that, others by how their faces follow each other round edges. They grow by `factor` times the
-/// least length that rounding asks for. None where none touch so.
+/// Grows closed bodies where they touch in faces; bodies that share vertices get their own copies. `draft` is the mesh as given.
+/// Bodies are distinguished by connectivity if they share no vertex there, else by the order of their faces round edges. They
+/// grow by `factor` times the smallest length that exceeds rounding errors. None if no bodies are in contact.
 pub(in crate::repair) fn grow(draft: &mut Draft, factor: f64) -> Result<Option<Moved>, FillError> {
     let found = draft.inspect()?;
-    let crossing = draft.crossing()?;
+    let crossing = draft.self_intersections()?;
     let bodies = bodies(&draft.mesh, &found, &crossing);
     let bodies = Touching::new(&found, bodies, factor * length(draft));
     let Some(shifts) = bodies.shifts() else {
@@ -54,7 +55,7 @@ pub(in crate::repair) fn grow(draft: &mut Draft, factor: f64) -> Result<Option<M
     Ok(Some(moved))
 }
 
-/// For each face its body; `u32::MAX` where no face of its body intersects others, or it is not closed.
+/// The body of each face; `u32::MAX` if the body is not closed or none of its faces intersects others.
 fn bodies(given: &Mesh, found: &Inspection, crossing: &[u32]) -> Vec<u32> {
     let topology = &found.topology;
     let mut body = connected(given);
@@ -64,15 +65,15 @@ fn bodies(given: &Mesh, found: &Inspection, crossing: &[u32]) -> Vec<u32> {
         body = topology.component.iter().map(of).collect();
     }
     let take_part: BTreeSet<u32> = crossing.iter().map(|f| body[*f as usize]).collect();
-    for (body, piece) in body.iter_mut().zip(&topology.component) {
-        if !take_part.contains(body) || *piece == NONE {
+    for (body, component) in body.iter_mut().zip(&topology.component) {
+        if !take_part.contains(body) || *component == NONE {
             *body = NONE;
         }
     }
     body
 }
 
-/// For each face the set of faces that it is connected with by vertices as they are numbered; `u32::MAX` where that is no closed surface.
+/// The connected set of each face, by shared vertex numbers; `u32::MAX` if the set is not a closed surface.
 fn connected(mesh: &Mesh) -> Vec<u32> {
     let mut sets = DisjointSets::new(mesh.positions.len());
     let mut runs: HashMap<[u32; 2], i32> = HashMap::new();
@@ -93,7 +94,7 @@ fn connected(mesh: &Mesh) -> Vec<u32> {
         .collect()
 }
 
-/// The length by which bodies grow at least: several roundings of coordinates in single precision, else a part of the diagonal.
+/// The smallest growth, in mesh units: several roundings of single-precision coordinates, else a fraction of the diagonal.
 fn length(draft: &Draft) -> f64 {
     let mesh = &draft.mesh;
     let [low, high] = mesh.bounds();
@@ -108,14 +109,14 @@ fn length(draft: &Draft) -> f64 {
         .max(tuning().repair.short_edge * (high - low).length())
 }
 
-/// Bodies that touch in faces.
+/// Bodies in contact: their pairs and contact faces.
 struct Touching<'a> {
     found: &'a Inspection<'a>,
-    /// As [`bodies`] gives it.
+    /// The body of each face, see [`bodies`].
     body: Vec<u32>,
-    /// Pairs of bodies that touch.
+    /// Pairs of bodies in contact.
     pairs: BTreeSet<[u32; 2]>,
-    /// The faces in which they do.
+    /// The contact faces.
     faces: BTreeSet<u32>,
     length: f64,
 }
@@ -134,10 +135,10 @@ impl<'a> Touching<'a> {
         touching
     }
 
-    /// Takes in the faces round those that touch, of the same bodies, that lie in the planes of these.
+    /// Adds faces of the same bodies round the contact faces that lie in the planes of these.
     fn flood(&mut self) {
         let around = VertexFaces::new(&self.found.mesh);
-        // Faces, each with the one that touches in whose plane it lies.
+        // Faces to expand, each with the contact face whose plane it lies in.
         let mut left: Vec<[u32; 2]> = self.faces.iter().map(|f| [*f, *f]).collect();
         while let Some([f, seed]) = left.pop() {
             let corners = self.found.mesh.faces[f as usize];
@@ -151,7 +152,7 @@ impl<'a> Touching<'a> {
         }
     }
 
-    /// Finds the faces of different bodies that lie on each other.
+    /// Finds the faces of different bodies that coincide in a plane.
     fn find(&mut self) {
         let mesh = &self.found.mesh;
         let own: Vec<u32> = (0..self.body.len() as u32)
@@ -180,7 +181,7 @@ impl<'a> Touching<'a> {
         }
     }
 
-    /// Whether one of two faces lies in the plane of the other one.
+    /// Whether one of two faces lies in the plane of the other, within the length, and the two are nearly parallel.
     fn lies_on(&self, f: u32, g: u32) -> bool {
         let corners = [f, g].map(|f| self.found.mesh.corners(f));
         let normals = corners.map(|c| area_vector(c).normalize_or_zero());
@@ -190,10 +191,10 @@ impl<'a> Touching<'a> {
                 .iter()
                 .all(|p| (*p - a).dot(normals[k]).abs() <= self.length)
         };
-        normals[0].dot(normals[1]).abs() > PARALLEL && (in_plane(0) || in_plane(1))
+        normals[0].dot(normals[1]).abs() > MIN_CONTACT_COSINE && (in_plane(0) || in_plane(1))
     }
 
-    /// By how much each body grows: bodies that touch by different lengths.
+    /// The growth of each body, by greedy colouring: bodies in contact grow by different lengths.
     fn lengths(&self) -> BTreeMap<u32, f64> {
         let mut neighbours: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
         for [a, b] in &self.pairs {
@@ -212,8 +213,8 @@ impl<'a> Touching<'a> {
             .collect()
     }
 
-    /// The shift of each welded vertex of each body, of least length, by which its faces that lie on others move outwards. None where
-    /// nothing touches.
+    /// The shift of each welded vertex of each body: the least-squares solution of minimum norm that moves its contact faces
+    /// outward by the body's growth. None if there is no contact.
     fn shifts(&self) -> Option<HashMap<(u32, u32), DVec3>> {
         let lengths = self.lengths();
         let mut sums: HashMap<(u32, u32), (DMat3, DVec3)> = HashMap::new();
@@ -228,8 +229,8 @@ impl<'a> Touching<'a> {
         }
         let shift = |body: u32, (matrix, right): (DMat3, DVec3)| {
             let trace = matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z;
-            let matrix = matrix + DMat3::from_diagonal(DVec3::splat(STAYS * trace));
-            (matrix.inverse() * right).clamp_length_max(MOST * lengths[&body])
+            let matrix = matrix + DMat3::from_diagonal(DVec3::splat(TIKHONOV * trace));
+            (matrix.inverse() * right).clamp_length_max(MAX_SHIFT * lengths[&body])
         };
         (!sums.is_empty()).then(|| {
             sums.into_iter()
@@ -238,7 +239,7 @@ impl<'a> Touching<'a> {
         })
     }
 
-    /// Gives bodies vertices of their own where others have the same, and moves those that have a shift.
+    /// Gives each body its own vertices where bodies share them, and applies the shifts.
     fn separate(&self, draft: &mut Draft, shifts: &HashMap<(u32, u32), DVec3>) -> Moved {
         let weld = &self.found.weld;
         let rounding = draft.rounding;

@@ -1,9 +1,9 @@
-//! Points and planes with exact coordinates, and the orientation of points in a plane.
+//! Exact points and planes with integer coordinates, and exact orientation predicates.
 //!
-//! Coordinates of the input are floating-point numbers, multiples of a common power of two, so they are integers in that unit.
-//! Points where planes meet are quotients of integers: homogeneous coordinates with a positive denominator and no common factor,
-//! so that equal points have equal coordinates. Each point also has the nearest double-precision coordinates. Signs are decided from
-//! these where their rounding error permits it, else from the integers.
+//! Input coordinates are floating-point numbers, i.e. multiples of a common power of two, so they are integers in that unit.
+//! Intersection points of planes are quotients of integers: homogeneous coordinates with a positive denominator and no common
+//! factor, so that equal points have equal coordinates. Each point also stores the nearest double-precision coordinates. Signs
+//! are decided from these if the error bound permits, else from the integers.
 
 use std::cmp::Ordering;
 use std::collections::HashMap;
@@ -14,20 +14,20 @@ use glam::DVec3;
 
 use crate::mesh::topology::NONE;
 
-/// Bits. The largest ratio of coordinates to their unit for which a union is tried; more than double-precision numbers of similar
-/// size need (at most 53 bits and the difference of their exponents). The work grows with its square.
-const MOST_BITS: i32 = 512;
+/// Bits. Upper bound of the ratio of coordinates to their unit; a union with a larger one is not attempted. Double-precision
+/// numbers of similar size need less (at most 53 bits plus the difference of their exponents). The work grows with its square.
+const MAX_BITS: i32 = 512;
 /// Half a unit in the last place of 1.
 const HALF_ULP: f64 = f64::EPSILON / 2.0;
 
 /// The unit of integer coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unit {
-    /// The unit is two to the power of minus this.
+    /// The unit is 2 to the power of minus this.
     exponent: i32,
 }
 
-/// A finite number as a product of an odd integer, or zero, and a power of two.
+/// Decomposes a finite number into an odd integer, or zero, and a power of two.
 fn decoded(x: f64) -> (i64, i32) {
     let bits = x.to_bits();
     let exponent = ((bits >> 52) & 0x7ff) as i32;
@@ -46,7 +46,7 @@ fn decoded(x: f64) -> (i64, i32) {
 }
 
 impl Unit {
-    /// The unit in which all coordinates of some points are integers; none where these would be too long.
+    /// The unit in which all coordinates of some points are integers; none if these would be too long.
     pub(super) fn of(points: impl Iterator<Item = DVec3>) -> Option<Self> {
         let (mut low, mut high) = (i32::MAX, i32::MIN);
         for x in points.flat_map(|p| p.to_array()).filter(|x| *x != 0.0) {
@@ -58,10 +58,10 @@ impl Unit {
         if low > high {
             return Some(Self { exponent: 0 });
         }
-        (high - low <= MOST_BITS).then_some(Self { exponent: -low })
+        (high - low <= MAX_BITS).then_some(Self { exponent: -low })
     }
 
-    /// A coordinate in this unit; fractions of it are dropped.
+    /// A coordinate in this unit, truncated to an integer.
     pub(super) fn integer(self, x: f64) -> IBig {
         let (mantissa, exponent) = decoded(x);
         let shift = exponent + self.exponent;
@@ -75,13 +75,14 @@ impl Unit {
         p.to_array().map(|x| self.integer(x))
     }
 
-    /// The double-precision number nearest to a quotient of integers in this unit; the denominator is positive.
+    /// The double-precision number nearest to a quotient of integers in this unit; the denominator must be positive.
     fn nearest(self, numerator: &IBig, denominator: &IBig) -> f64 {
         if numerator.is_zero() {
             return 0.0;
         }
         let (n, d) = (numerator.unsigned_abs(), denominator.unsigned_abs());
-        // A quotient of 65 to 67 bits; its last bit also says whether there is a remainder, so that rounding is as that of the whole.
+        // Compute a quotient of 65 to 67 bits. Its last bit also records a remainder (sticky bit), so that rounding it equals
+        // rounding the exact value.
         let shift = 66 - (n.bit_len() as i64 - d.bit_len() as i64);
         let (q, r) = match shift {
             0.. => (n << shift as usize).div_rem(&d),
@@ -103,14 +104,14 @@ impl Unit {
 /// A point with exact coordinates.
 #[derive(Clone, Debug)]
 pub(super) struct Point {
-    /// Homogeneous coordinates: three numerators and their denominator, which is positive.
+    /// Homogeneous coordinates: three numerators and a positive denominator.
     exact: [IBig; 4],
     /// The nearest double-precision coordinates.
     pub(super) nearest: DVec3,
 }
 
 impl Point {
-    /// A vertex of the input.
+    /// An input vertex.
     pub(super) fn vertex(unit: Unit, p: DVec3) -> Self {
         let [x, y, z] = unit.integers(p);
         Self {
@@ -119,13 +120,13 @@ impl Point {
         }
     }
 
-    /// A point of integer coordinates near a place.
+    /// The point with integer coordinates next to a position.
     pub(super) fn near(unit: Unit, p: DVec3) -> Option<Self> {
         let [x, y, z] = unit.integers(p);
         Self::quotient(unit, [x, y, z, IBig::ONE])
     }
 
-    /// The point with these homogeneous coordinates, in lowest terms; none where the denominator is zero.
+    /// The point with these homogeneous coordinates, reduced to lowest terms; none if the denominator is zero.
     fn quotient(unit: Unit, mut exact: [IBig; 4]) -> Option<Self> {
         if exact[3].is_zero() {
             return None;
@@ -148,7 +149,7 @@ impl Point {
         })
     }
 
-    /// The point where the segment between two vertices of the input meets a plane that has them on different sides.
+    /// The intersection of the segment between two input vertices with a plane that separates them.
     pub(super) fn on_segment(unit: Unit, [a, b]: [DVec3; 2], plane: &Plane) -> Option<Self> {
         let (a, b) = (unit.integers(a), unit.integers(b));
         let (s, t) = (plane.height(&a), plane.height(&b));
@@ -156,7 +157,7 @@ impl Point {
         Self::quotient(unit, [along(0), along(1), along(2), &t - &s])
     }
 
-    /// The point where three planes meet, by Cramer's rule; none where it is not one point.
+    /// The intersection point of three planes, by Cramer's rule; none if it is not a single point.
     pub(super) fn of_planes(unit: Unit, [p, q, r]: [&Plane; 3]) -> Option<Self> {
         let (qr, rp, pq) = (
             cross(&q.normal, &r.normal),
@@ -168,7 +169,7 @@ impl Point {
         Self::quotient(unit, [along(0), along(1), along(2), volume])
     }
 
-    /// A point inside a triangle, with positive weights of its corners.
+    /// The point inside a triangle with these positive weights of its corners.
     pub(super) fn inside(unit: Unit, corners: [&Self; 3], weights: [u32; 3]) -> Option<Self> {
         let [a, b, c] = corners.map(|p| &p.exact[3]);
         let factor = [b * c, c * a, a * b];
@@ -180,9 +181,9 @@ impl Point {
         Self::quotient(unit, [sum(0), sum(1), sum(2), sum(3)])
     }
 
-    /// How a coordinate of two points compares.
+    /// Compares a coordinate of two points exactly.
     pub(super) fn compare(&self, other: &Self, axis: usize) -> Ordering {
-        // Rounding to the nearest number keeps the order.
+        // Rounding to nearest is monotonic, so only ties need the exact comparison.
         let (x, y) = (self.nearest[axis], other.nearest[axis]);
         x.total_cmp(&y).then_with(|| {
             let left = &self.exact[axis] * &other.exact[3];
@@ -197,20 +198,21 @@ pub(super) fn turn(axis: usize, points: [&Point; 3]) -> i8 {
     known.unwrap_or_else(|| exact_turn(axis, points))
 }
 
-/// The turn of three points of which the nearest double-precision coordinates are given; none where these do not decide it.
+/// The orientation of three points from their nearest double-precision coordinates; none if these do not decide it.
 pub(super) fn rounded_turn(axis: usize, [a, b, c]: [DVec3; 3]) -> Option<i8> {
     let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
     let (u, v) = (b - a, c - a);
     let det = u[i] * v[j] - u[j] * v[i];
     let size = |p: DVec3| p[i].abs().max(p[j].abs());
-    // Coordinates err by half a unit in the last place; a difference then by at most four of those of the largest coordinate.
+    // A coordinate has an error of half a unit in the last place, a difference an error of at most four times that, for the
+    // largest coordinate.
     let error = HALF_ULP * size(a).max(size(b)).max(size(c));
     let lengths = u[i].abs() + u[j].abs() + v[i].abs() + v[j].abs();
     let bound = 16.0 * error * lengths + 1024.0 * error * error + f64::MIN_POSITIVE;
     decided(det, bound)
 }
 
-/// The sign of a number that errs by at most `bound`.
+/// The sign of a number with an error of at most `bound`; none if undecided.
 fn decided(x: f64, bound: f64) -> Option<i8> {
     match x {
         x if x > bound => Some(1),
@@ -226,7 +228,7 @@ fn exact_turn(axis: usize, points: [&Point; 3]) -> i8 {
     sign(&(minor(b, c) * &a[3] + minor(c, a) * &b[3] + minor(a, b) * &c[3]))
 }
 
-/// On which side of a triangle of the input a point lies: 1 where the normal points, -1 on the other, 0 in its plane.
+/// The side of an input triangle on which a point lies: 1 where the normal points, -1 on the other side, 0 in its plane.
 pub(super) fn side(unit: Unit, corners: [DVec3; 3], p: &Point) -> i8 {
     let [u, v, w] = [corners[1], corners[2], p.nearest].map(|q| q - corners[0]);
     let size = |q: DVec3| q.abs().max_element();
@@ -236,7 +238,7 @@ pub(super) fn side(unit: Unit, corners: [DVec3; 3], p: &Point) -> i8 {
             .map(size)
             .into_iter()
             .fold(size(p.nearest), f64::max);
-    // Six products of three differences, each of which errs by at most four of these units.
+    // Six products of three differences, each with an error of at most four of these units.
     let bound = 256.0 * error * length * length + f64::MIN_POSITIVE;
     let known = decided(u.cross(v).dot(w), bound);
     known.unwrap_or_else(|| Plane::of(unit, corners).side(p))
@@ -253,7 +255,7 @@ pub(super) fn sign(x: &IBig) -> i8 {
     }
 }
 
-/// The points whose scalar product with the normal is the distance.
+/// A plane: the points whose dot product with `normal` equals `distance`.
 #[derive(Clone, Debug)]
 pub(super) struct Plane {
     pub(super) normal: [IBig; 3],
@@ -261,7 +263,7 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// The plane of a triangle, with its normal.
+    /// The plane of a triangle, oriented like it.
     pub(super) fn of(unit: Unit, corners: [DVec3; 3]) -> Self {
         let [a, b, c] = corners.map(|p| unit.integers(p));
         let between = |p: &[IBig; 3]| [0, 1, 2].map(|k: usize| &p[k] - &a[k]);
@@ -270,7 +272,7 @@ impl Plane {
         Self { normal, distance }
     }
 
-    /// The plane through an edge and the direction of an axis.
+    /// The plane through an edge, parallel to an axis.
     pub(super) fn along(unit: Unit, [a, b]: [DVec3; 2], axis: usize) -> Self {
         let (a, b) = (unit.integers(a), unit.integers(b));
         let mut normal = [IBig::ZERO; 3];
@@ -285,7 +287,7 @@ impl Plane {
         dot(&self.normal, p) - &self.distance
     }
 
-    /// On which side a point is: 1 where the normal points, -1 on the other, 0 in the plane.
+    /// The side on which a point lies: 1 where the normal points, -1 on the other side, 0 in the plane.
     pub(super) fn side(&self, p: &Point) -> i8 {
         let [x, y, z, w] = &p.exact;
         let [a, b, c] = &self.normal;
@@ -304,11 +306,11 @@ fn dot(a: &[IBig; 3], b: &[IBig; 3]) -> IBig {
     &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
 }
 
-/// All points of an arrangement, each once.
+/// The distinct points of an arrangement.
 pub(super) struct Points {
     pub(super) unit: Unit,
     pub(super) all: Vec<Point>,
-    /// For each point the vertex of the input that it is; `u32::MAX` for a new one.
+    /// The input vertex of each point; `u32::MAX` for a new one.
     pub(super) vertex: Vec<u32>,
     of_vertex: HashMap<u32, u32>,
     at: HashMap<[u64; 3], Vec<u32>>,
@@ -325,7 +327,7 @@ impl Points {
         }
     }
 
-    /// The number of a vertex of the input, which comes before any other point at its position.
+    /// Adds an input vertex; returns its point number. Vertices must be added before other points at their positions.
     pub(super) fn add_vertex(&mut self, vertex: u32, p: DVec3) -> u32 {
         if let Some(known) = self.of_vertex.get(&vertex) {
             return *known;
@@ -336,12 +338,12 @@ impl Points {
         point
     }
 
-    /// The number of a vertex that is there.
+    /// The point number of a vertex; `u32::MAX` if it was not added.
     pub(super) fn of(&self, vertex: u32) -> u32 {
         self.of_vertex.get(&vertex).copied().unwrap_or(NONE)
     }
 
-    /// The point of a node: a vertex of the input, of which there are `base`, or a new point behind these.
+    /// The point of a node: an input vertex if the node is below `base`, else a new point numbered after them.
     pub(super) fn node(&self, node: u32, base: u32, positions: &[DVec3]) -> Point {
         match node.checked_sub(base) {
             Some(point) => self.all[point as usize].clone(),
@@ -349,7 +351,7 @@ impl Points {
         }
     }
 
-    /// The number of a point.
+    /// Adds a point unless it exists; returns its number.
     pub(super) fn add(&mut self, point: Point) -> u32 {
         let key = point.nearest.to_array().map(f64::to_bits);
         let near = self.at.entry(key).or_default();

@@ -1,23 +1,26 @@
-//! The union of closed bodies that touch or intersect.
+//! Exact union of closed bodies that touch or intersect.
 //!
-//! Faces that intersect are divided along the exact curves in which they do; then the faces stay that have the inside on one side only, as
-//! in Zhou, Grinspun, Zorin, Jacobson, "Mesh arrangements for solid geometry", 2016. A point is inside where the winding number of
-//! the bodies is positive, so one that intersects itself is united with itself, and a cavity stays one. Steps:
+//! Intersecting faces are divided along their exact intersection curves; then the faces with the inside on exactly one side are
+//! kept, as in Zhou, Grinspun, Zorin, Jacobson, "Mesh arrangements for solid geometry", 2016. A point is inside if the winding
+//! number of the bodies is positive. A body that intersects itself is therefore united with itself, and a cavity stays a cavity.
+//! Steps:
 //!
-//! 1. `clusters`: components that touch or intersect, directly or through others. Only those without borders take part, in which each edge
-//!    runs as often one way as the other.
-//! 2. `pairs`: where pairs of faces meet. Signs are those of the adaptive predicates of the crate `robust`.
-//! 3. `exact`: the points where they do, as quotients of integers (`dashu-int`).
-//! 4. `planar`, `arrange`: each face is triangulated with these segments; faces in one plane that overlap are so together.
-//! 5. `classify`: winding numbers of patches between the curves, by exact rays.
-//! 6. `assemble`: what stays, in the draft. New vertices alone are rounded.
+//! 1. `clusters`: components that touch or intersect, directly or through others. Only closed ones take part: along each edge as
+//!    many faces run in one direction as in the other.
+//! 2. `pairs`: the intersections of pairs of faces. Signs are computed by the adaptive predicates of the crate `robust`.
+//! 3. `exact`: the intersection points, as quotients of integers (`dashu-int`).
+//! 4. `planar`, `arrange`: each face is triangulated with its intersection segments; overlapping coplanar faces are triangulated
+//!    together.
+//! 5. `classify`: winding numbers of the patches between the curves, by exact rays.
+//! 6. `assemble`: writes the kept faces into the draft. Only here new vertices are rounded.
 //!
-//! All up to the last step is exact, hence the result is closed. Rounding moves new vertices by half a unit in the last place, which
-//! may let triangles of about this size intersect or lose their area; then those are united again, in some rounds. Vertices that fall
-//! together become one; so do those that an edge joins which is far shorter than rounding errors of the input (`tidy`).
+//! All steps but the last are exact, hence the result is closed. Rounding moves new vertices by half a unit in the last place,
+//! which may let triangles of about this size intersect or lose their area; these are united again, in a few rounds. Vertices
+//! that coincide after rounding are merged, and so are the ends of edges far shorter than the rounding errors of the input
+//! (`tidy`).
 //!
-//! Limits: coordinates whose magnitudes differ by more than 2 to the power of 512, faces without area among those that intersect, components
-//! with borders, and more pairs of faces than there is time for are left to the other steps of a repair.
+//! Limits: the union is skipped, and the case left to the other steps of a repair, for coordinates whose magnitudes differ by
+//! more than 2 to the power of 512, intersecting faces without area, open components, and more pairs of faces than `union_pairs`.
 
 mod arrange;
 mod assemble;
@@ -43,12 +46,12 @@ use assemble::Union;
 use classify::{ClosedSurface, multiplicity};
 use clusters::{Bodies, Clusters, clusters};
 use exact::Unit;
-use planar::Stuck;
+use planar::ArrangementError;
 
 pub(super) use clusters::walls;
 pub(super) use contact::grow;
 
-/// What a union did.
+/// Counts of what a union did.
 #[derive(Clone, Copy, Debug, Default)]
 struct United {
     bodies: usize,
@@ -56,8 +59,8 @@ struct United {
     removed: usize,
 }
 
-/// Unites closed components that touch or intersect; `crossing` are the faces that intersect others. New edges shorter than `reach` are
-/// taken out. Returns how many faces still intersect others; none where nothing was united.
+/// Unites closed components that touch or intersect; `crossing` are the intersecting faces. New edges shorter than `reach` are
+/// collapsed. Returns the number of faces that still intersect others; none if nothing was united.
 pub(super) fn unite(
     draft: &mut Draft,
     report: &mut RepairReport,
@@ -66,7 +69,7 @@ pub(super) fn unite(
 ) -> Result<Option<usize>, FillError> {
     let mut first: Option<United> = None;
     let known = draft.mesh.positions.len();
-    // Rounded vertices may let more faces intersect than before.
+    // Keep the best round, since rounding may let more faces intersect than before.
     let mut best: Option<(Draft, usize)> = None;
     for _ in 0..tuning().repair.union_rounds {
         let union = united(draft, &*draft.inspect()?, &crossing);
@@ -77,9 +80,9 @@ pub(super) fn unite(
         draft.merge_components(&union.clusters);
         let done = union.apply(draft);
         let before = crossing.len();
-        crossing = draft.crossing()?;
+        crossing = draft.self_intersections()?;
         log::debug!(
-            "union: {before} faces intersect others in {} bodies, {} do after it",
+            "union of {} bodies: {before} faces intersected others, {} do afterwards",
             done.bodies,
             crossing.len()
         );
@@ -107,10 +110,10 @@ pub(super) fn unite(
     report.united_bodies += done.bodies;
     report.split_faces += done.split;
     report.inner_faces += done.removed;
-    Ok(Some(draft.crossing()?.len()))
+    Ok(Some(draft.self_intersections()?.len()))
 }
 
-/// The faces of closed clusters that intersect, united; none where there are none, or the arrangement cannot be made.
+/// Computes the union of the clusters with intersecting faces; none if there are none, or the arrangement fails.
 fn united(draft: &Draft, found: &Inspection, crossing: &[u32]) -> Option<Union> {
     let mut bodies = Bodies::new(found);
     if !bodies.are_closed(&found.topology, crossing) {
@@ -153,7 +156,7 @@ fn united(draft: &Draft, found: &Inspection, crossing: &[u32]) -> Option<Union> 
     Some(union)
 }
 
-/// Whether more pairs of faces may meet than a union is tried for.
+/// Whether more pairs of boxes intersect than a union is attempted for.
 fn too_many(positions: &[DVec3], faces: &[[u32; 3]]) -> bool {
     let boxes: Vec<Bounds> = (faces.iter())
         .map(|f| Bounds::of(f.map(|v| positions[v as usize])))
@@ -169,23 +172,23 @@ fn too_many(positions: &[DVec3], faces: &[[u32; 3]]) -> bool {
     })
 }
 
-/// Clusters to be united.
+/// Input of a union.
 struct Task<'a> {
     draft: &'a Draft,
-    /// The faces of the draft, on the vertices that stand for their places.
+    /// The faces of the draft on welded vertices.
     faces: Vec<[u32; 3]>,
-    /// The faces that intersect others, and their pairs, as places in this list.
+    /// The intersecting faces, and their pairs as indices into this list.
     divided: Vec<u32>,
     pairs: Vec<[u32; 2]>,
     clusters: Clusters,
 }
 
 impl Task<'_> {
-    fn solve(self) -> Result<Union, Stuck> {
+    fn solve(self) -> Result<Union, ArrangementError> {
         let positions = &self.draft.mesh.positions;
         let corners = |f: &u32| self.faces[*f as usize].map(|v| positions[v as usize]);
         let own = &self.clusters.faces;
-        let unit = Unit::of(own.iter().flat_map(corners)).ok_or(Stuck)?;
+        let unit = Unit::of(own.iter().flat_map(corners)).ok_or(ArrangementError)?;
         let divided: Vec<[u32; 3]> = (self.divided.iter())
             .map(|f| self.faces[*f as usize])
             .collect();

@@ -1,22 +1,22 @@
-//! Where pairs of triangles that are not in one plane meet: in a point or a segment, with exact end points.
+//! Intersections of pairs of triangles: a point or a segment with exact end points, or coplanar.
 
 use glam::DVec3;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
 use super::exact::{Plane, Point, Unit};
 
-/// A face with what is known of it.
+/// A face with its plane and projection axis.
 pub(super) struct Face {
     /// Its vertices.
     pub(super) vertices: [u32; 3],
     pub(super) corners: [DVec3; 3],
     pub(super) plane: Plane,
-    /// The axis along which it is seen as a triangle with area.
+    /// The axis along which its projection has the largest area.
     pub(super) axis: usize,
 }
 
 impl Face {
-    /// None where the corners lie on one line.
+    /// None if the corners are collinear.
     pub(super) fn new(unit: Unit, vertices: [u32; 3], corners: [DVec3; 3]) -> Option<Self> {
         let plane = Plane::of(unit, corners);
         let [a, b, c] = corners;
@@ -32,7 +32,7 @@ impl Face {
     }
 }
 
-/// An end of the segment in which two faces meet.
+/// An end point of the segment in which two faces intersect.
 pub(super) enum End {
     /// A vertex of the input.
     Vertex(u32),
@@ -41,9 +41,9 @@ pub(super) enum End {
 
 /// How two faces meet.
 pub(super) enum Meeting {
-    /// They lie in one plane.
+    /// They are coplanar.
     Coplanar,
-    /// No end, one, or the two of a segment.
+    /// The end points: none, one (a single point), or the two of a segment.
     Ends(Vec<End>),
 }
 
@@ -60,8 +60,8 @@ pub(super) fn meeting(unit: Unit, f: &Face, g: &Face) -> Meeting {
     Meeting::Ends(ends)
 }
 
-/// The corners of `f` that lie on `g`, and the points where edges of `f` pass through it. Where an edge of each meet, both calls find the
-/// point.
+/// Collects the corners of `f` that lie on `g`, and the points where edges of `f` pass through `g`. If two edges intersect, the
+/// calls in both directions find the point.
 fn collect(unit: Unit, f: &Face, g: &Face, sides: [i8; 3], ends: &mut Vec<End>) {
     for k in 0..3 {
         let next = (k + 1) % 3;
@@ -79,13 +79,13 @@ fn collect(unit: Unit, f: &Face, g: &Face, sides: [i8; 3], ends: &mut Vec<End>) 
     }
 }
 
-/// Whether the line through an edge that a triangle's plane cuts passes through the closed triangle.
+/// Whether an edge that intersects a triangle's plane passes through the closed triangle.
 fn passes([a, b]: [DVec3; 2], t: [DVec3; 3]) -> bool {
     let s = [0, 1, 2].map(|k: usize| side([a, b, t[k]], t[(k + 1) % 3]));
     s.iter().all(|s| *s >= 0) || s.iter().all(|s| *s <= 0)
 }
 
-/// Whether a point in the plane of a face lies on the closed face.
+/// Whether a point in the plane of a face lies in the closed face.
 fn contains(face: &Face, p: DVec3) -> bool {
     let (i, j) = ((face.axis + 1) % 3, (face.axis + 2) % 3);
     let at = |p: DVec3| Coord { x: p[i], y: p[j] };
@@ -94,7 +94,7 @@ fn contains(face: &Face, p: DVec3) -> bool {
     s.iter().all(|s| *s >= 0.0) || s.iter().all(|s| *s <= 0.0)
 }
 
-/// On which side of a triangle's plane a point lies, exactly.
+/// The side of a triangle's plane on which a point lies, exactly.
 fn side(t: [DVec3; 3], p: DVec3) -> i8 {
     let [a, b, c, d] = [t[0], t[1], t[2], p].map(|p| Coord3D {
         x: p.x,

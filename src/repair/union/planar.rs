@@ -1,8 +1,9 @@
-//! Triangulations of points in a plane with edges that must be there, decided exactly.
+//! Constrained triangulation of points in a plane, with exact predicates.
 //!
-//! Points are inserted one after the other; then each edge that must be there is made by flips (Sloan, "A fast algorithm for generating
-//! constrained Delaunay triangulations", 1993). Where it meets another such edge, the exact point becomes a vertex of both. At the end
-//! flips in rounded coordinates bring the rest near the Delaunay triangulation, as long as all triangles stay proper ones exactly.
+//! Points are inserted one by one; then each constrained edge is enforced by flips (Sloan, "A fast algorithm for generating
+//! constrained Delaunay triangulations", 1993). Where two constrained edges intersect, the exact intersection point becomes a
+//! vertex of both. Finally flips in floating-point arithmetic bring the triangulation near the Delaunay one, as long as all
+//! triangles keep their exact orientation.
 
 #[cfg(test)]
 mod tests;
@@ -15,37 +16,37 @@ use crate::mesh::topology::NONE;
 
 /// A triangulation; half-edge `3 t + k` runs from corner `k` of triangle `t` to the next one.
 pub(super) struct Planar {
-    /// The axis along which the plane is seen, and whether triangles that are seen to turn clockwise are taken as counter-clockwise.
+    /// The projection axis, and whether orientations are reversed so that all triangles count as counter-clockwise.
     axis: usize,
     mirrored: bool,
     pub(super) points: Vec<Point>,
-    /// The point where each half-edge begins.
+    /// The start point of each half-edge.
     from: Vec<u32>,
-    /// The half-edge on the other side; `u32::MAX` at the rim.
+    /// The opposite half-edge; `u32::MAX` at the rim.
     twin: Vec<u32>,
-    /// The line of each half-edge that must be there; `u32::MAX` for others.
+    /// The constraint line of each half-edge; `u32::MAX` if it is not constrained.
     line: Vec<u32>,
-    /// A half-edge that begins at each point; `u32::MAX` for points that are not inserted yet.
+    /// A half-edge that starts at each point; `u32::MAX` for points not inserted yet.
     leaving: Vec<u32>,
     last: u32,
 }
 
-/// The triangulation could not be made: points outside of it, or more steps than there can be.
+/// The triangulation failed: a point is outside it, or the limit of steps was exceeded.
 #[derive(Debug)]
-pub(super) struct Stuck;
+pub(super) struct ArrangementError;
 
-/// Where a point lies.
+/// The location of a point.
 enum Place {
     Corner,
     Edge(u32),
     Face(u32),
 }
 
-/// How a segment goes on from a vertex.
+/// How a segment continues from a vertex.
 enum Way {
     /// Along this half-edge.
     Along(u32),
-    /// Between the ends of this half-edge of the next triangle, the first of which is on its right.
+    /// Through the next triangle, across this half-edge; its start is on the right.
     Across(u32),
 }
 
@@ -58,7 +59,7 @@ fn previous(h: u32) -> u32 {
 }
 
 impl Planar {
-    /// One triangle, of the first three points.
+    /// The triangle of the first three points.
     pub(super) fn new(axis: usize, points: Vec<Point>) -> Self {
         let [a, b, c] = [0, 1, 2].map(|i: usize| &points[i]);
         Self {
@@ -80,7 +81,7 @@ impl Planar {
         self.from.chunks_exact(3).map(|t| [t[0], t[1], t[2]])
     }
 
-    /// The turn of three points.
+    /// The orientation of three points: 1 if counter-clockwise.
     pub(super) fn turn(&self, a: u32, b: u32, c: u32) -> i8 {
         let seen = turn(self.axis, [a, b, c].map(|i: u32| &self.points[i as usize]));
         if self.mirrored { -seen } else { seen }
@@ -98,7 +99,7 @@ impl Planar {
         self.twin[h as usize]
     }
 
-    /// Sets both sides of an edge.
+    /// Connects two half-edges as the sides of an edge.
     fn join(&mut self, h: u32, twin: u32, line: u32) {
         for (h, twin) in [(h, twin), (twin, h)] {
             if h != NONE {
@@ -108,13 +109,13 @@ impl Planar {
         }
     }
 
-    /// Inserts a point of the list.
-    pub(super) fn insert(&mut self, point: u32) -> Result<(), Stuck> {
+    /// Inserts a point.
+    pub(super) fn insert(&mut self, point: u32) -> Result<(), ArrangementError> {
         if self.leaving[point as usize] != NONE {
             return Ok(());
         }
         match self.locate(point)? {
-            Place::Corner => Err(Stuck),
+            Place::Corner => Err(ArrangementError),
             Place::Edge(h) => {
                 self.split_edge(h, point);
                 Ok(())
@@ -126,7 +127,7 @@ impl Planar {
         }
     }
 
-    /// Where a point lies in a triangle, or the half-edge beyond which it lies.
+    /// The location of a point in a triangle, or a half-edge that has the point on its outer side.
     fn place_in(&self, t: u32, point: u32, first: u32) -> Result<Place, u32> {
         let mut on = [NONE; 2];
         let mut count = 0;
@@ -148,8 +149,8 @@ impl Planar {
         })
     }
 
-    /// Walks towards a point. The edge that is looked at first changes from step to step, since a walk may go in circles else.
-    fn locate(&mut self, point: u32) -> Result<Place, Stuck> {
+    /// Walks towards a point. The order in which edges are tested varies pseudo-randomly, since the walk could otherwise cycle.
+    fn locate(&mut self, point: u32) -> Result<Place, ArrangementError> {
         let count = self.from.len() as u32 / 3;
         let mut t = self.last.min(count - 1);
         let mut seed = point;
@@ -161,14 +162,14 @@ impl Planar {
                     return Ok(place);
                 }
                 Err(h) if self.other(h) != NONE => t = self.other(h) / 3,
-                Err(_) => return Err(Stuck),
+                Err(_) => return Err(ArrangementError),
             }
         }
         let found = (0..count).find_map(|t| self.place_in(t, point, 0).ok());
-        found.ok_or(Stuck)
+        found.ok_or(ArrangementError)
     }
 
-    /// A new triangle whose edges are not joined yet.
+    /// Adds a triangle; its edges are not connected yet.
     fn add(&mut self, corners: [u32; 3]) -> u32 {
         let h = self.from.len() as u32;
         self.from.extend(corners);
@@ -177,7 +178,7 @@ impl Planar {
         h
     }
 
-    /// Gives a triangle other corners; its edges are not joined then.
+    /// Replaces the corners of a triangle; its edges must be connected afterwards.
     fn set(&mut self, t: u32, corners: [u32; 3]) {
         for (h, corner) in (3 * t..).zip(corners) {
             self.from[h as usize] = corner;
@@ -202,7 +203,7 @@ impl Planar {
         }
     }
 
-    /// Puts a point on an edge: two triangles of each one beside it.
+    /// Inserts a point on an edge and splits each adjacent triangle in two.
     fn split_edge(&mut self, h: u32, point: u32) {
         let (o, line) = (self.other(h), self.line[h as usize]);
         let mut halves = [[NONE; 2]; 2];
@@ -228,12 +229,12 @@ impl Planar {
         self.join(b, c, line);
     }
 
-    /// The half-edges that leave a point; also whether the fan ends at the rim.
+    /// The half-edges that start at a point.
     fn around(&self, point: u32) -> Vec<u32> {
         let first = self.leaving[point as usize];
         let mut all = vec![first];
         let mut h = first;
-        // Counter-clockwise, then clockwise if the rim was reached.
+        // Go counter-clockwise, then clockwise if the rim was reached.
         loop {
             h = self.other(previous(h));
             if h == NONE {
@@ -266,7 +267,7 @@ impl Planar {
         })
     }
 
-    /// Whether a point on the line through two others lies beyond the first one as the second one does.
+    /// Whether `point`, on the line through `a` and `b`, is on the same side of `a` as `b`.
     fn is_ahead(&self, a: u32, b: u32, point: u32) -> bool {
         let [p, q, x] = [a, b, point].map(|i| &self.points[i as usize]);
         let axes = [(self.axis + 1) % 3, (self.axis + 2) % 3];
@@ -292,15 +293,15 @@ impl Planar {
         None
     }
 
-    /// Makes the segment between two points of a line a chain of edges. `meet` gives the point where two lines meet.
+    /// Makes the segment between two points a chain of edges on `line`. `meet` returns the intersection point of two lines.
     pub(super) fn enforce(
         &mut self,
         [mut a, b]: [u32; 2],
         line: u32,
         meet: &mut dyn FnMut(u32, u32) -> Option<Point>,
-    ) -> Result<(), Stuck> {
+    ) -> Result<(), ArrangementError> {
         while a != b {
-            match self.way(a, b).ok_or(Stuck)? {
+            match self.way(a, b).ok_or(ArrangementError)? {
                 Way::Along(h) => {
                     let end = if self.start(h) == a {
                         self.to(h)
@@ -316,7 +317,7 @@ impl Planar {
                 Way::Across(h) => {
                     let (crossed, end) = self.crossed([a, b], h, line, meet)?;
                     self.clear([a, end], crossed)?;
-                    let h = self.edge(a, end).ok_or(Stuck)?;
+                    let h = self.edge(a, end).ok_or(ArrangementError)?;
                     let o = self.other(h);
                     self.join(h, o, line);
                     a = end;
@@ -326,18 +327,19 @@ impl Planar {
         Ok(())
     }
 
-    /// The edges that a segment crosses until it comes to a vertex, or to an edge that must be there, which is split; and that vertex.
+    /// The edges that a segment crosses up to the next vertex on it, and this vertex. A constrained edge is split at the
+    /// intersection point.
     fn crossed(
         &mut self,
         [a, b]: [u32; 2],
         mut h: u32,
         line: u32,
         meet: &mut dyn FnMut(u32, u32) -> Option<Point>,
-    ) -> Result<(VecDeque<[u32; 2]>, u32), Stuck> {
+    ) -> Result<(VecDeque<[u32; 2]>, u32), ArrangementError> {
         let mut crossed = VecDeque::new();
         loop {
             if self.line[h as usize] != NONE {
-                let point = meet(line, self.line[h as usize]).ok_or(Stuck)?;
+                let point = meet(line, self.line[h as usize]).ok_or(ArrangementError)?;
                 let new = self.points.len() as u32;
                 self.points.push(point);
                 self.leaving.push(NONE);
@@ -347,7 +349,7 @@ impl Planar {
             crossed.push_back([self.start(h), self.to(h)]);
             let o = self.other(h);
             if o == NONE {
-                return Err(Stuck);
+                return Err(ArrangementError);
             }
             let apex = self.start(previous(o));
             let side = if apex == b { 0 } else { self.turn(a, b, apex) };
@@ -359,14 +361,18 @@ impl Planar {
         }
     }
 
-    /// Flips edges until none crosses a segment.
-    fn clear(&mut self, [a, b]: [u32; 2], mut crossed: VecDeque<[u32; 2]>) -> Result<(), Stuck> {
+    /// Flips edges until none crosses a segment (Sloan 1993).
+    fn clear(
+        &mut self,
+        [a, b]: [u32; 2],
+        mut crossed: VecDeque<[u32; 2]>,
+    ) -> Result<(), ArrangementError> {
         let most = 64 + 8 * crossed.len() * crossed.len();
         for _ in 0..most {
             let Some([p, q]) = crossed.pop_front() else {
                 return Ok(());
             };
-            let h = self.edge(p, q).ok_or(Stuck)?;
+            let h = self.edge(p, q).ok_or(ArrangementError)?;
             let Some([l, r]) = self.flip(h) else {
                 crossed.push_back([p, q]);
                 continue;
@@ -376,10 +382,10 @@ impl Planar {
                 crossed.push_back([l, r]);
             }
         }
-        Err(Stuck)
+        Err(ArrangementError)
     }
 
-    /// Turns an edge between two triangles that make a strictly convex quadrilateral; the ends of the new edge.
+    /// Flips an edge between two triangles that form a strictly convex quadrilateral; returns the ends of the new edge.
     fn flip(&mut self, h: u32) -> Option<[u32; 2]> {
         let o = self.other(h);
         if o == NONE || self.line[h as usize] != NONE {
@@ -403,7 +409,7 @@ impl Planar {
         Some([l, r])
     }
 
-    /// Flips edges that need not be there and whose circles hold the vertex across, in rounded coordinates.
+    /// Flips unconstrained edges that violate the Delaunay condition, in floating-point arithmetic.
     pub(super) fn relax(&mut self) {
         let mut queue: VecDeque<u32> = (0..self.from.len() as u32).collect();
         let most = 16 * queue.len();
@@ -422,7 +428,7 @@ impl Planar {
         }
     }
 
-    /// Whether the angles opposite an edge add up to clearly more than 180 degrees.
+    /// Whether the angles opposite an edge sum to clearly more than 180 degrees.
     fn is_bad(&self, h: u32, o: u32) -> bool {
         let at = |i: u32| self.points[i as usize].nearest;
         let (p, q) = (at(self.start(h)), at(self.to(h)));
@@ -431,7 +437,7 @@ impl Planar {
             let (u, v) = (p - apex, q - apex);
             (u.dot(v), u.cross(v).length())
         });
-        // The sine of the sum, over the lengths of the four edges.
+        // The sine of the sum times the lengths of the four edges, compared relative to them.
         s * d + t * c < -1e-9 * (c.hypot(s) * d.hypot(t))
     }
 }

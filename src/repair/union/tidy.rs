@@ -1,4 +1,5 @@
-//! Edges far shorter than anything that was meant, where an intersection passes a vertex or another one by a rounding error.
+//! Collapses very short edges that a union makes where an intersection curve passes a vertex or another curve by a rounding
+//! error.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
@@ -10,8 +11,8 @@ use crate::mesh::{Mesh, VertexFaces, area_vector};
 use crate::repair::draft::Draft;
 use crate::tuning::tuning;
 
-/// Moves vertices from `first` on into neighbours that are nearer than a part of the mesh's size, or than `reach`, where the surface stays
-/// what it is. All is left as it was if more faces intersect others then.
+/// Collapses edges of vertices from `first` on that are shorter than a fraction of the mesh's size or than `reach`, if that does
+/// not change the surface. Undone if more faces intersect others afterwards.
 pub(super) fn collapse(draft: &mut Draft, first: usize, reach: f64) -> Result<(), FillError> {
     let [low, high] = draft.mesh.bounds();
     let reach = reach.max(tuning().repair.short_edge * (high - low).length());
@@ -25,20 +26,20 @@ pub(super) fn collapse(draft: &mut Draft, first: usize, reach: f64) -> Result<()
             break;
         }
         if before.is_none() {
-            let crossing = draft.crossing()?.len();
+            let crossing = draft.self_intersections()?.len();
             before = Some((draft.clone(), crossing));
         }
         make(draft, &moves);
     }
     if let Some((before, crossing)) = before
-        && draft.crossing()?.len() > crossing
+        && draft.self_intersections()?.len() > crossing
     {
         *draft = before;
     }
     Ok(())
 }
 
-/// Vertices with the neighbours into which they move, no two of them near each other.
+/// Pairs of a vertex and the neighbour it collapses into, no two pairs adjacent.
 fn moves(mesh: &Mesh, first: usize, reach: f64) -> Vec<[u32; 2]> {
     let short = |[v, w]: [u32; 2]| {
         let apart = mesh.positions[v as usize].distance(mesh.positions[w as usize]);
@@ -70,8 +71,8 @@ fn moves(mesh: &Mesh, first: usize, reach: f64) -> Vec<[u32; 2]> {
     moves
 }
 
-/// Whether a vertex can move into its neighbour: the two have no more neighbours in common than the faces between them, and the other
-/// faces at it keep their sides.
+/// Whether a vertex can be collapsed into its neighbour: the two have exactly two common faces and two common neighbours, and the
+/// other faces at it keep their orientation.
 fn may_move(mesh: &Mesh, around: &VertexFaces, [v, w]: [u32; 2], reach: f64) -> bool {
     let neighbours = |v: u32| -> BTreeSet<u32> {
         let corners = around.of(v).iter().flat_map(|f| mesh.faces[*f as usize]);

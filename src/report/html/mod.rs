@@ -1,7 +1,7 @@
-//! A report as one page of HTML that needs nothing else: no network, no other file.
+//! HTML reports: a single self-contained page that needs no network and no other file.
 //!
-//! Tables and plots are written here; the view of the meshes is drawn by the page's own script from data packed into it.
-//! The same input gives the same page, whatever the number of threads, save for the times in it.
+//! Tables and plots are written here; the page's script draws the 3D view from data packed into the page. The same input gives the same
+//! page at any number of threads, except for run times.
 
 mod pack;
 mod plot;
@@ -18,22 +18,22 @@ use crate::mend::HoleReport;
 use crate::mesh::HoleId;
 
 const TEMPLATE: &str = include_str!("page.html");
-/// Its looks, which the local page begins with.
+/// The style sheet of a report; the style sheet of the interactive view starts with it.
 pub(crate) const STYLE: &str = include_str!("page.css");
 /// The script of a report.
 const SCRIPT: [Script; 1] = [("page.js", include_str!("page.js"))];
 
-/// What a page tells. All text is escaped.
+/// The content of a page. All text is escaped when it is written.
 pub struct Page<'a> {
     /// The heading, such as the name of the file.
     pub title: &'a str,
     /// The command, such as `fill`.
     pub command: &'a str,
-    /// The command line as it was given.
+    /// The command line, as the user gave it.
     pub command_line: &'a str,
     /// The version of the program.
     pub version: &'a str,
-    /// What is to be known of the run at a glance, as pairs of a name and a value.
+    /// Facts of the run, as names and values.
     pub facts: &'a [(&'a str, String)],
     /// Remarks, one sentence each.
     pub notes: &'a [String],
@@ -43,11 +43,11 @@ pub struct Page<'a> {
     pub regions: &'a [RegionReport],
     /// The meshes.
     pub scene: &'a Scene,
-    /// Whether the mesh is only looked at: there is no other one, and holes have no outcome.
+    /// The mesh was only inspected: there is no mesh after, and holes have no outcome.
     pub single: bool,
 }
 
-/// A hole for the script.
+/// A hole, as data for the page's script. `centre` is relative to the scene's origin.
 #[derive(Serialize)]
 struct HoleItem {
     id: usize,
@@ -57,7 +57,7 @@ struct HoleItem {
     open: bool,
 }
 
-/// Writes a page.
+/// Writes a page as HTML.
 pub fn page(page: &Page) -> String {
     let scene = page.scene;
     let (geometry, header) = pack::packed(scene);
@@ -75,7 +75,7 @@ pub fn page(page: &Page) -> String {
     let ends: Vec<[f32; 3]> = scene.points.iter().map(|p| p.to_array()).collect();
     let data =
         serde_json::json!({ "scene": header, "holes": holes, "ends": ends, "single": page.single });
-    let words = tables::Words {
+    let labels = tables::OutcomeLabels {
         single: page.single,
     };
     filled(TEMPLATE, |name| match name {
@@ -87,11 +87,11 @@ pub fn page(page: &Page) -> String {
         "script" => bundle("page.js", &SCRIPT),
         "kind" => if page.single { "inspect" } else { "changed" }.to_owned(),
         "plain" => if page.single { "Surface" } else { "Patches" }.to_owned(),
-        "status" => words.status(page.holes),
+        "status" => labels.status(page.holes),
         "facts" => tables::facts(page.facts),
         "notes" => tables::notes(page.notes, scene),
-        "hole-list" => words.hole_list(page.holes),
-        "hole-table" => words.hole_table(page.holes),
+        "hole-list" => labels.hole_list(page.holes),
+        "hole-table" => labels.hole_table(page.holes),
         "regions" => tables::region_table(page.regions),
         "plots" => plot::plots(page.regions),
         "data" => data.to_string().replace('<', "\\u003c"),
@@ -104,7 +104,7 @@ fn is_open(outcome: &HoleOutcome) -> bool {
     matches!(outcome, HoleOutcome::Left(_) | HoleOutcome::Failed(_))
 }
 
-/// A template whose `{{names}}` are replaced, once: what they are replaced by is not looked at again.
+/// Replaces each `{{name}}` of a template by its value. Values are not searched for names again.
 fn filled(template: &str, value: impl Fn(&str) -> String) -> String {
     let mut out = String::new();
     let mut rest = template;
@@ -120,7 +120,7 @@ fn filled(template: &str, value: impl Fn(&str) -> String) -> String {
     out
 }
 
-/// Text for HTML, in elements and in quoted attributes.
+/// Escapes text for HTML elements and quoted attributes.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -130,7 +130,7 @@ fn escaped(text: &str) -> String {
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
             '\'' => out.push_str("&#39;"),
-            // Controls are not allowed in HTML, and marks of direction would change the order of what is around.
+            // Control characters are not allowed in HTML, and marks of text direction would reorder the text around them.
             c if c.is_control() && c != '\n' && c != '\t' => out.push('\u{fffd}'),
             '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => out.push('\u{fffd}'),
             c => out.push(c),
@@ -139,7 +139,7 @@ fn escaped(text: &str) -> String {
     out
 }
 
-/// A number with four digits that count.
+/// A number with four significant digits; three for very large and very small ones.
 fn number(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return if x == 0.0 { "0" } else { "–" }.to_owned();
@@ -154,12 +154,12 @@ fn number(x: f64) -> String {
     text.replace('-', "−")
 }
 
-/// As [`number`], of a length that belongs to something of a size: 0 for what is nothing but rounding beside it.
+/// As [`number`], for a length measured on an object of a size: a length that is only rounding error at that size becomes 0.
 fn number_beside(x: f64, size: f64) -> String {
     number(crate::mesh::beside(x, size))
 }
 
-/// Adds formatted text; writing to a string does not fail.
+/// Appends formatted text to a string, which never fails.
 macro_rules! add {
     ($out:expr, $($rest:tt)*) => {
         let _ = write!($out, $($rest)*);
@@ -167,7 +167,7 @@ macro_rules! add {
 }
 use add;
 
-/// Numbers of holes, joined.
+/// Hole numbers, joined by ` + `.
 fn listed(ids: &[HoleId]) -> String {
     let mut out = String::new();
     for (i, id) in ids.iter().enumerate() {

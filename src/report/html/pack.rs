@@ -1,4 +1,5 @@
-//! The scene as text for the page's script: whole numbers, differences, zlib, base64.
+//! Packs a scene as text for the page's script: arrays of integers, stored as differences in variable-length bytes, compressed by zlib and
+//! encoded in base64.
 
 use std::io::Write;
 
@@ -12,40 +13,46 @@ use serde::Serialize;
 use super::super::picture::views;
 use super::super::scene::Scene;
 
-/// Steps along the longest extent.
+/// Quantisation steps of positions along the scene's diameter (2^20).
 const STEPS: f64 = 1_048_576.0;
-/// Values of the curvature, the distance and the expected error go up to this.
+/// Curvatures, distances and expected errors are scaled to integers up to this.
 const VALUES: f32 = 127.0;
-/// The largest values, this part of all, are shown as one.
+/// The largest values, this fraction of all, are clipped: all get the last colour of the scale.
 const OUTLIERS: f64 = 0.03;
 
-/// What the script must know beside the arrays.
+/// The data that the script needs besides the arrays.
 #[derive(Serialize)]
 pub struct Header {
-    /// Positions are these steps times whole numbers, less `radius`.
+    /// A coordinate is its integer times `step`, minus `radius`.
     step: f64,
     radius: f64,
-    /// The point that positions are relative to.
+    /// Origin of the positions in the mesh's coordinates.
     origin: [f64; 3],
-    /// Numbers of faces of both meshes, and of new ones.
+    /// Number of faces that both meshes have.
     kept: usize,
+    /// Number of new faces.
     new: usize,
-    /// Curvature, distance and expected error at the largest value; the last is 0 where none is known.
+    /// Curvature at the end of the colour scale.
     curvature: f32,
+    /// Distance at the end of the colour scale.
     distance: f32,
+    /// Expected error at the end of the colour scale; 0 if none is known.
     error: f32,
-    /// Whether new faces get a colour of their own.
+    /// Whether new faces get a different colour.
     marks: bool,
-    /// The colour of each region, where they have their own: red, green and blue from 0 to 1.
+    /// The colour of each region as red, green and blue from 0 to 1; empty if all regions have the same.
     palette: Vec<[f32; 3]>,
-    /// From where to look first, at what, how far to both sides, and what is upward.
+    /// First camera: direction to the eye.
     towards: [f32; 3],
+    /// First camera: the point in the middle.
     centre: [f32; 3],
+    /// First camera: half the height of the picture, in units of the mesh.
     reach: f32,
+    /// First camera: the upward direction.
     up: [f32; 3],
 }
 
-/// The arrays as text, and what belongs to them.
+/// The arrays as text, and the header for reading them.
 pub fn packed(scene: &Scene) -> (String, Header) {
     let radius = scene.radius.max(f64::MIN_POSITIVE);
     let step = 2.0 * radius / STEPS;
@@ -73,7 +80,7 @@ pub fn packed(scene: &Scene) -> (String, Header) {
     let values = scene.distance.iter();
     put(1, values.map(|x| scaled(x, distance)).collect());
     let values = scene.error.iter();
-    // Errors are not negative: that stands for those that are not known.
+    // Errors are never negative, so a negative value marks an unknown one.
     let scaled_error = |x: &f32| match x.is_nan() {
         true => -VALUES as i64,
         false => scaled(x, error),
@@ -106,7 +113,7 @@ pub fn packed(scene: &Scene) -> (String, Header) {
     (STANDARD.encode(deflated(&bytes)), header)
 }
 
-/// The value that all but the largest few stay below.
+/// The end of a colour scale: the value that all but the fraction [`OUTLIERS`] of the values do not exceed.
 fn limit(values: impl Iterator<Item = f32>) -> f32 {
     let mut values: Vec<f32> = values.filter(|v| v.is_finite()).collect();
     values.sort_unstable_by(f32::total_cmp);
@@ -114,7 +121,7 @@ fn limit(values: impl Iterator<Item = f32>) -> f32 {
     values.get(at).or(values.last()).copied().unwrap_or(0.0)
 }
 
-/// A direction as two numbers up to 1023: projected onto an octahedron that is unfolded (Meyer et al. 2010).
+/// A direction as two integers in ±1023: projected onto an octahedron, which is unfolded into a square (Meyer et al. 2010).
 fn octahedral(n: Vec3) -> [i64; 2] {
     let size = n.abs().element_sum();
     if size == 0.0 || !size.is_finite() {
@@ -130,7 +137,7 @@ fn octahedral(n: Vec3) -> [i64; 2] {
     [x, y].map(|v| (v * 1023.0).round() as i64)
 }
 
-/// Appends an array: its length and stride, then each value less the one a stride before, in bytes of seven bits.
+/// Appends an array: its length, its stride, then the difference of each value from the value one stride before, zigzag-encoded.
 fn array(bytes: &mut Vec<u8>, stride: usize, values: &[i64]) {
     varint(bytes, values.len() as u64);
     varint(bytes, stride as u64);
@@ -141,6 +148,7 @@ fn array(bytes: &mut Vec<u8>, stride: usize, values: &[i64]) {
     }
 }
 
+/// Appends a number in bytes of seven bits, lowest first; the eighth bit says that more bytes follow.
 fn varint(bytes: &mut Vec<u8>, mut value: u64) {
     while value >= 128 {
         bytes.push((value & 127) as u8 | 128);
@@ -149,7 +157,7 @@ fn varint(bytes: &mut Vec<u8>, mut value: u64) {
     bytes.push(value as u8);
 }
 
-/// zlib at its best; the bytes as they are where that fails, which writing to memory does not.
+/// Compresses bytes by zlib at its highest level. Writing to memory does not fail; if it did, the bytes would stay uncompressed.
 fn deflated(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::best());
     match encoder.write_all(bytes).and_then(|()| encoder.finish()) {

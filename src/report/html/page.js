@@ -1,4 +1,4 @@
-// Ties the view to the lists, the tools and the keys.
+// The script of an HTML report: connects the 3D view with the list of holes, the tools and the keys.
 
 import { unpack } from "../viewer/geometry.js";
 import { frame, minus } from "../viewer/camera.js";
@@ -19,11 +19,11 @@ function say(text, trouble = false) {
 
 // Tools.
 
-/** What the colours mean, and the values that they show, as parts of the largest. */
+/** Colour scales: name, kind of gradient, and the array of values, which are fractions of the largest value times 127. */
 const SCALES = {
   curvature: { name: "sum of the principal curvatures, 1/length", kind: 1, values: "curvatures" },
-  distance: { name: "distance of what is new or gone from the other mesh", kind: 2, values: "distances", skipKept: true },
-  error: { name: "expected error of what is new, in the mesh's units", kind: 2, values: "errors", skipKept: true, gaps: true },
+  distance: { name: "distance of new and removed faces from the other mesh", kind: 2, values: "distances", skipKept: true },
+  error: { name: "expected error of the patches, in the mesh's units", kind: 2, values: "errors", skipKept: true, gaps: true },
 };
 
 function option(name, value) {
@@ -93,7 +93,7 @@ function step(by) {
   choose(ids[(at + by + ids.length) % ids.length]);
 }
 
-/** Where one looks from first; the perspective needs some more room than the parallel lines that it was fitted to. */
+/** The first camera. A perspective view needs more room than the parallel projection that the camera was fitted for. */
 const home = () => ({ centre: data.scene.centre, axes: frame(data.scene.towards, data.scene.up), reach: 1.08 * data.scene.reach });
 
 function reset() {
@@ -101,7 +101,7 @@ function reset() {
   viewer.fly(home());
 }
 
-/** The hole of a patch that was met, or a hole whose opening is under the pointer. */
+/** The hole of the patch under the pointer, else an open hole under the pointer. */
 function holeAt({ aim, region, point }) {
   const own = data.holes.filter((hole) => region && hole.region === region);
   if (own.length) {
@@ -118,7 +118,7 @@ function holeAt({ aim, region, point }) {
   return best?.id ?? null;
 }
 
-/** A click tells the point, and chooses the hole there. */
+/** A click shows the coordinates of the point and selects the hole there. */
 function clicked(event, at) {
   const met = viewer.pick(...at);
   if (met.point) point.choose(met.point, event.altKey || event.ctrlKey || event.metaKey);
@@ -186,5 +186,5 @@ async function begin() {
 
 begin().catch((error) => {
   document.documentElement.dataset.state = "failed";
-  say("There is no view: " + error.message + ". The tables below are complete.", true);
+  say("The view cannot be shown: " + error.message + ". The tables below are complete.", true);
 });

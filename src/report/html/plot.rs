@@ -1,4 +1,4 @@
-//! Energy and movement of each region's flow, as SVG that takes its colours from the page.
+//! Plots of the energy and the update of each step of a region's flow, as SVG with colours from the page's style sheet.
 
 use std::fmt::Write;
 
@@ -6,16 +6,19 @@ use super::{add, listed, number};
 use crate::fill::RegionReport;
 use crate::flow::StepRecord;
 
-/// Size of a plot, and the margins of its axes.
+/// Width and height of a plot, in SVG units.
 const SIZE: (f64, f64) = (460.0, 220.0);
+/// Left margin, with the labels of the vertical axis.
 const LEFT: f64 = 58.0;
 const RIGHT: f64 = 12.0;
+/// Top margin, with the title.
 const TOP: f64 = 22.0;
+/// Bottom margin, with the labels of the horizontal axis.
 const BOTTOM: f64 = 34.0;
-/// Values that span more than this are drawn on a logarithmic axis.
+/// If the largest value exceeds the smallest positive one by this factor, the vertical axis is logarithmic.
 const WIDE: f64 = 20.0;
 
-/// A block for each region whose patch flowed; the first is open.
+/// A block of plots for each region that a flow was run for; only the first block is open.
 pub fn plots(regions: &[RegionReport]) -> String {
     let mut out = String::new();
     let flowed = regions
@@ -41,7 +44,7 @@ pub fn plots(regions: &[RegionReport]) -> String {
         plot(
             &mut out,
             region,
-            "Residual: movement in voxels",
+            "Residual: update of each step in voxels",
             &[largest, mean],
         );
         out.push_str("</div></details>");
@@ -49,9 +52,10 @@ pub fn plots(regions: &[RegionReport]) -> String {
     out
 }
 
-/// A name, a class and what of a step is drawn.
+/// A curve: its name, its class in the style sheet, and the value of a step.
 type Curve = (&'static str, &'static str, fn(&StepRecord) -> f64);
 
+/// Draws a plot of curves over the steps of all levels, with a vertical line where a level starts.
 fn plot(out: &mut String, region: &RegionReport, title: &str, curves: &[Curve]) {
     let steps = region.levels.iter().flat_map(|l| &l.flow.steps);
     let values = steps.flat_map(|s| curves.iter().map(|c| c.2(s)));
@@ -99,6 +103,7 @@ fn plot(out: &mut String, region: &RegionReport, title: &str, curves: &[Curve]) 
     out.push_str("</svg></figure>");
 }
 
+/// Draws the curve of one level, with a dot and a tooltip at each step. `first` is the number of the level's first step.
 fn curve(
     out: &mut String,
     points: &[(usize, f64)],
@@ -130,7 +135,7 @@ fn curve(
     }
 }
 
-/// Names of the curves where there are several, and of the horizontal axis.
+/// Writes the name of the horizontal axis, and the names of the curves if there are several.
 fn legend(out: &mut String, curves: &[Curve]) {
     add!(
         out,
@@ -154,7 +159,7 @@ fn legend(out: &mut String, curves: &[Curve]) {
     }
 }
 
-/// The vertical axis.
+/// The vertical axis. `low` and `high` are its ends, or their decimal logarithms if it is logarithmic.
 struct Axis {
     low: f64,
     high: f64,
@@ -197,10 +202,12 @@ impl Axis {
         }
     }
 
+    /// Whether a value can be drawn.
     fn shows(&self, value: f64) -> bool {
         value.is_finite() && (!self.logarithmic || value > 0.0)
     }
 
+    /// The vertical position of a value in the plot.
     fn place(&self, value: f64) -> f64 {
         let at = if self.logarithmic {
             value.log10()
@@ -211,6 +218,7 @@ impl Axis {
         SIZE.1 - BOTTOM - part * (SIZE.1 - BOTTOM - TOP)
     }
 
+    /// Values and labels of the grid lines: powers of ten, or multiples of 1, 2 or 5 times a power of ten.
     fn ticks(&self) -> Vec<(f64, String)> {
         let span = self.high - self.low;
         if self.logarithmic {
@@ -237,7 +245,7 @@ impl Axis {
     }
 }
 
-/// A number without zeros at its end.
+/// A number without trailing zeros.
 fn short(value: f64) -> String {
     let text = number(value);
     if text.contains('.') && !text.contains('e') {
@@ -246,7 +254,7 @@ fn short(value: f64) -> String {
     text
 }
 
-/// A power of ten.
+/// A power of ten, with its exponent raised if it is not one of 1, 10 and 100.
 fn power(exponent: f64) -> String {
     let e = exponent as i32;
     if (0..3).contains(&e) {

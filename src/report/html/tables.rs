@@ -1,4 +1,4 @@
-//! The lists and tables of a page.
+//! Lists and tables of an HTML report: facts, remarks, holes and regions.
 
 use std::fmt::Write;
 
@@ -8,15 +8,15 @@ use super::{add, escaped, listed, number, number_beside};
 use crate::fill::{HoleOutcome, RegionReport};
 use crate::mend::HoleReport;
 
-/// What things are called: after a change, or where a mesh is only looked at.
+/// Names of the outcomes of holes, after a change or for a mesh that was only inspected.
 #[derive(Clone, Copy)]
-pub struct Words {
-    /// Whether it is only looked at.
+pub struct OutcomeLabels {
+    /// Whether the mesh was only inspected.
     pub single: bool,
 }
 
-impl Words {
-    /// What is printed for a class.
+impl OutcomeLabels {
+    /// The name of a class of outcomes.
     fn of(self, class: &str) -> &str {
         match class {
             "left" if self.single => "open",
@@ -28,13 +28,13 @@ impl Words {
         }
     }
 
-    /// Why a hole ended as it did.
+    /// The reason for a hole's outcome; empty if there is none.
     fn why(self, hole: &HoleReport) -> String {
         let why = reason(&hole.outcome).filter(|_| !self.single);
         escaped(&why.unwrap_or_default())
     }
 
-    /// How many holes came out how, in words.
+    /// Numbers of holes by outcome, as list items.
     pub fn status(self, holes: &[HoleReport]) -> String {
         let mut out = String::new();
         for class in [
@@ -59,7 +59,7 @@ impl Words {
         out
     }
 
-    /// Buttons for the holes.
+    /// A button for each hole.
     pub fn hole_list(self, holes: &[HoleReport]) -> String {
         let mut out = String::new();
         for h in holes {
@@ -87,7 +87,7 @@ impl Words {
         out
     }
 
-    /// The table of holes.
+    /// The rows of the table of holes.
     pub fn hole_table(self, holes: &[HoleReport]) -> String {
         let mut out = String::new();
         for h in holes {
@@ -120,7 +120,7 @@ impl Words {
     }
 }
 
-/// The class of an outcome.
+/// The class of an outcome, which the style sheet colours.
 fn class_of(outcome: &HoleOutcome) -> &'static str {
     match outcome {
         HoleOutcome::Filled => "filled",
@@ -134,7 +134,7 @@ fn class_of(outcome: &HoleOutcome) -> &'static str {
     }
 }
 
-/// Pairs of a name and a value.
+/// Facts, as names and values.
 pub fn facts(facts: &[(&str, String)]) -> String {
     let mut out = String::new();
     for (name, value) in facts {
@@ -148,7 +148,7 @@ pub fn facts(facts: &[(&str, String)]) -> String {
     out
 }
 
-/// Remarks; one more where the view does not show all faces.
+/// Remarks, with one more if the view does not show all faces.
 pub fn notes(notes: &[String], scene: &Scene) -> String {
     let mut out = String::new();
     for note in notes {
@@ -157,8 +157,8 @@ pub fn notes(notes: &[String], scene: &Scene) -> String {
     if scene.faces.len() < scene.all_faces {
         add!(
             out,
-            "<li>The view shows {} of {} faces, to bound the size of this page: what is far from the patches is drawn \
-             coarser. The mesh that was written has them all.</li>",
+            "<li>To limit the size of this page, the view shows {} of {} faces: far from the patches the surface is drawn \
+             coarser. The written mesh has all faces.</li>",
             scene.faces.len(),
             scene.all_faces
         );
@@ -166,7 +166,7 @@ pub fn notes(notes: &[String], scene: &Scene) -> String {
     out
 }
 
-/// The table of regions.
+/// The rows of the table of regions; regions for which no level set was solved share one row.
 pub fn region_table(regions: &[RegionReport]) -> String {
     let mut out = String::new();
     let plain = |r: &RegionReport| r.levels.is_empty() && r.earlier_tries.is_empty();
@@ -177,8 +177,8 @@ pub fn region_table(regions: &[RegionReport]) -> String {
     if small().next().is_some() {
         add!(
             out,
-            "<tr class=\"more\"><td colspan=\"12\">{} more, of small holes and sides of seams: closed with {} faces between \
-             their own vertices</td></tr>",
+            "<tr class=\"more\"><td colspan=\"12\">{} more regions, of small holes and sides of seams: closed with {} faces between \
+             rim vertices</td></tr>",
             small().count(),
             small().map(|r| r.new_faces).sum::<usize>()
         );
@@ -186,7 +186,7 @@ pub fn region_table(regions: &[RegionReport]) -> String {
     out
 }
 
-/// A region's row, and one more each where sharp edges were not continued and where it took several tries.
+/// The row of a region, with one more row if sharp edges were not continued, and one if there were earlier attempts.
 fn region_row(out: &mut String, r: &RegionReport) {
     let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
     let last = r.levels.last();
@@ -199,8 +199,8 @@ fn region_row(out: &mut String, r: &RegionReport) {
     });
     let state = match last {
         None => "no flow",
-        Some(_) if r.converged => "steady",
-        Some(_) => "not steady",
+        Some(_) if r.converged => "converged",
+        Some(_) => "not converged",
     };
     let across = r.voxel.map(|voxel| format!("{:.0}", r.diameter / voxel));
     let across = across.unwrap_or_else(|| "–".to_owned());
@@ -232,16 +232,16 @@ fn region_row(out: &mut String, r: &RegionReport) {
         );
     }
     if !r.earlier_tries.is_empty() {
-        let tries: Vec<String> = r
+        let attempts: Vec<String> = r
             .earlier_tries
             .iter()
             .map(|t| escaped(&t.to_string()))
             .collect();
         add!(
             out,
-            "<tr class=\"more\"><td colspan=\"12\">region {} was tried again: {}</td></tr>",
+            "<tr class=\"more\"><td colspan=\"12\">region {}: earlier attempts failed: {}</td></tr>",
             r.id,
-            tries.join("; ")
+            attempts.join("; ")
         );
     }
 }

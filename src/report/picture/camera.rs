@@ -1,37 +1,40 @@
-//! From where patches are seen well.
+//! Chooses cameras from which the patches of a scene are seen well.
 
 use glam::Vec3;
 
 use super::super::scene::{Scene, Side};
 use super::raster::{Camera, NONE, draw};
 
-/// Directions are compared by drawings of so many samples in height and width.
+/// Height and width of the drawings by which directions are compared, in samples.
 const TRIAL: usize = 96;
-/// What is seen from below or from straight above counts less, by up to this part: of the whole, and of a close-up.
+/// Largest penalty, as a fraction of the score, for views of the whole from below or from straight above.
 const UPRIGHT: f32 = 0.35;
+/// The same for close-ups.
 const UPRIGHT_CLOSE: f32 = 0.12;
-/// The margin round what is drawn.
+/// Size of a picture over the size of the scene in it.
 const MARGIN: f32 = 1.06;
-/// The reach of a close-up over that of its patch.
+/// Size of a close-up over the size of its patch.
 const CLOSE: f32 = 1.3;
 
-/// A view of the whole scene, and one of its largest patch where there is any.
+/// A camera for the whole scene, and one for its largest patch if there is one.
 pub struct Views {
-    /// The whole.
+    /// For the whole scene.
     pub whole: Camera,
-    /// The largest patch.
+    /// For the largest patch.
     pub close: Option<Camera>,
 }
 
-/// The new faces of a region, or what else is to be looked at.
+/// The faces that a camera points at, such as the new faces of a region.
 struct Subject {
+    /// Centre of their bounding box.
     centre: Vec3,
+    /// Half the diagonal of their bounding box.
     reach: f32,
-    /// Sum of its faces' normals times twice their areas.
+    /// Sum of their unit normals, each times twice the face's area.
     facing: Vec3,
 }
 
-/// Views from which the patches, and the largest patch, are seen best.
+/// The cameras from which all patches, and the largest patch, are seen best. Without patches the camera looks at the first rim.
 pub fn views(scene: &Scene) -> Views {
     let up = scene.up();
     let everything = Camera::new(Vec3::X, up, Vec3::ZERO, scene.radius as f32);
@@ -80,11 +83,13 @@ fn largest_region(scene: &Scene) -> Option<u32> {
     (0..areas.len()).max_by(order).map(|r| r as u32)
 }
 
+/// The normal of a face, times twice its area.
 fn twice_area(scene: &Scene, face: &[u32; 3]) -> Vec3 {
     let [a, b, c] = face.map(|v| scene.positions[v as usize]);
     (b - a).cross(c - a)
 }
 
+/// The faces for which `belongs` is true; `None` if there are none.
 fn subject(scene: &Scene, belongs: impl Fn(u32) -> bool) -> Option<Subject> {
     let start = (Vec3::INFINITY, Vec3::NEG_INFINITY, Vec3::ZERO);
     let (low, high, facing) = (0..scene.faces.len() as u32)
@@ -105,7 +110,8 @@ fn subject(scene: &Scene, belongs: impl Fn(u32) -> bool) -> Option<Subject> {
     })
 }
 
-/// A direction for scenes without patches: to the first rim, or from a corner.
+/// A direction for scenes without patches: the direction that the first rim faces, else from the scene's centre to it, else obliquely from
+/// above.
 fn rim_or_corner(scene: &Scene, up: Vec3) -> Vec3 {
     let rim = scene.rims.first().filter(|rim| !rim.is_empty());
     if let Some(facing) = rim.and_then(|rim| rim_facing(rim)) {
@@ -117,7 +123,7 @@ fn rim_or_corner(scene: &Scene, up: Vec3) -> Vec3 {
     towards.unwrap_or(Vec3::new(0.5, 0.0, 0.0) + side + 0.4 * up)
 }
 
-/// The direction that a rim faces, where it encloses an area to speak of.
+/// The direction that a rim faces, if the area that it encloses is large enough for its length.
 fn rim_facing(rim: &[Vec3]) -> Option<Vec3> {
     let (mut area, mut length) = (Vec3::ZERO, 0.0);
     for (i, &p) in rim.iter().enumerate() {
@@ -128,7 +134,8 @@ fn rim_facing(rim: &[Vec3]) -> Option<Vec3> {
     (area.length() > 1e-2 * length * length).then(|| area.normalize_or_zero())
 }
 
-/// Where one may look from: the patch's normal, the way out from the middle, and all round.
+/// Candidate directions: the normal of the patch, the direction from the scene's centre to the patch, and directions all around at
+/// several heights.
 fn directions(scene: &Scene, up: Vec3, patch: &Subject) -> Vec<Vec3> {
     let out = patch.centre.normalize_or_zero();
     let facing = patch.facing.normalize_or_zero();
@@ -146,7 +153,8 @@ fn directions(scene: &Scene, up: Vec3, patch: &Subject) -> Vec<Vec3> {
     all
 }
 
-/// The camera, turned to one of the directions, from which most of a region is seen, or of all new faces.
+/// The camera turned to the direction from which most samples of the region `wanted` are seen, or of all new faces. `upright` is the
+/// penalty for views from below and from straight above.
 fn best(
     scene: &Scene,
     directions: &[Vec3],
@@ -175,7 +183,7 @@ fn best(
     found.map(|(_, camera)| camera)
 }
 
-/// The camera moved and drawn back so that the points fit into a picture as wide as high, with a margin.
+/// The camera moved and scaled so that the points fit into a square picture with a margin.
 fn fitted(points: impl Iterator<Item = Vec3>, camera: Camera, margin: f32) -> Camera {
     let start = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     let (low, high) = points.fold(start, |(l, h), p| {

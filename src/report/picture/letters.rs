@@ -1,17 +1,19 @@
-//! The words over the panels and the numbers of holes, as strokes.
+//! Text in pictures, drawn as strokes: the titles of the panels and the numbers of holes.
 
 use glam::Vec2;
 
 use super::super::scene::Side;
 
-/// Height of a capital in pixels, from the top left corner so far.
+/// Height of a title's capitals, in pixels.
 const HEIGHT: f32 = 17.0;
+/// Distance of a title from the top left corner of its panel, in pixels.
 const MARGIN: f32 = 16.0;
-/// Half the width of a stroke.
+/// Half the stroke width of titles, in pixels.
 const PEN: f32 = 1.05;
+/// Grey of titles, from 0 to 255.
 const INK: f32 = 70.0;
 
-/// Lines of a letter in a box as high as 6 and as wide as 4, from the top left.
+/// Polylines of a letter in a box of height 6 and width 4, with the origin at the top left.
 type Strokes = &'static [&'static [(f32, f32)]];
 
 const B: Strokes = &[
@@ -76,6 +78,7 @@ const A: Strokes = &[
 ];
 const T: Strokes = &[&[(0.0, 0.0), (4.2, 0.0)], &[(2.1, 0.0), (2.1, 6.0)]];
 
+/// The lower loop of 6 and 8.
 const ROUND: &[(f32, f32)] = &[
     (2.0, 2.8),
     (0.8, 3.2),
@@ -168,16 +171,20 @@ const DIGITS: [Strokes; 10] = [
         &[(3.8, 1.7), (3.2, 4.3), (2.0, 5.6), (0.7, 5.7)],
     ],
 ];
-/// Height of a number in pixels, half the width of its strokes, and that of the white round them.
+/// Height of a number, in pixels.
 const NUMBER: f32 = 14.0;
+/// Half the stroke width of numbers, in pixels.
 const NUMBER_PEN: f32 = 1.0;
+/// Half the stroke width of the white outline of numbers, in pixels.
 const HALO: f32 = 3.2;
-/// Width of a digit and the next gap, in sixths of the height.
+/// Distance between the left sides of adjacent digits, in sixths of the height.
 const ADVANCE: f32 = 5.4;
 
+/// Line segments by their ends, in pixels.
 type Lines = Vec<(Vec2, Vec2)>;
 
-/// A word as lines, from its top left corner, in pixels.
+/// The lines of a word. `corner` is its top left corner in pixels, `unit` the pixels of a letter's unit, `advance` the units from letter to
+/// letter.
 fn lines(word: &[Strokes], corner: Vec2, unit: f32, advance: f32) -> Lines {
     let letters = word.iter().enumerate();
     letters
@@ -190,7 +197,7 @@ fn lines(word: &[Strokes], corner: Vec2, unit: f32, advance: f32) -> Lines {
         .collect()
 }
 
-/// Draws lines of a width and a colour into the part of a picture from `low` to `high`.
+/// Draws lines into the part of a picture from `low` to `high`. `pen` is half the stroke width in pixels.
 fn draw(
     pixels: &mut [u8],
     width: usize,
@@ -215,7 +222,7 @@ fn draw(
     }
 }
 
-/// Writes the name of a side at the upper edge of a picture of so many pixels in a row, from `left` on.
+/// Writes the name of a side at the top of a picture that is `width` pixels wide, `left` pixels from its left edge.
 pub fn write(pixels: &mut [u8], width: usize, left: usize, side: Side) {
     let word: &[Strokes] = match side {
         Side::Before => &[B, E, F, O, R, E],
@@ -229,14 +236,14 @@ pub fn write(pixels: &mut [u8], width: usize, left: usize, side: Side) {
     draw(pixels, width, area, &lines, (PEN, [INK; 3]));
 }
 
-/// The box that a number in the middle of a point takes, in pixels.
+/// The box of a number that is centred at a point, in pixels.
 pub fn place_of_number(number: usize, middle: Vec2) -> [Vec2; 2] {
     let digits = number.to_string().len() as f32;
     let half = 0.5 * Vec2::new(NUMBER / 6.0 * (ADVANCE * digits - 1.4), NUMBER);
     [middle - half - HALO - 1.0, middle + half + HALO + 1.0]
 }
 
-/// Writes a number in the middle of a point, with white round it.
+/// Writes a number centred at a point, with a white outline.
 pub fn number(pixels: &mut [u8], width: usize, number: usize, middle: Vec2, colour: [f32; 3]) {
     let word: Vec<Strokes> = number
         .to_string()
@@ -250,7 +257,7 @@ pub fn number(pixels: &mut [u8], width: usize, number: usize, middle: Vec2, colo
     }
 }
 
-/// Distance of a point from a line, and how far along the line its nearest point is, from 0 to 1.
+/// Distance of a point from a line segment, and the parameter of the nearest point, from 0 to 1.
 pub fn distance(p: Vec2, (a, b): (Vec2, Vec2)) -> (f32, f32) {
     let along = ((p - a).dot(b - a) / (b - a).length_squared().max(1e-6)).clamp(0.0, 1.0);
     (p.distance(a + along * (b - a)), along)

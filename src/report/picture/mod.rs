@@ -1,7 +1,7 @@
-//! A picture of a mesh before and after, drawn without a graphics card or a browser.
+//! PNG pictures of a mesh before and after, rendered in software.
 //!
-//! The upper row shows the whole, the lower one the largest patch with its triangles. Holes are outlined and
-//! numbered. The same scene gives the same bytes, whatever the number of threads.
+//! The upper row shows the whole mesh, the lower row the largest patch with its triangles. Holes are outlined and numbered. The same scene
+//! gives the same bytes at any number of threads.
 
 mod camera;
 mod letters;
@@ -17,10 +17,11 @@ pub(crate) use camera::views;
 
 /// Height and width of a panel in pixels.
 const PANEL: usize = 720;
-/// Samples along a pixel's side.
+/// Samples along a pixel's side, for antialiasing.
 const SAMPLES: usize = 3;
-/// Pixels between panels, and over them for their names.
+/// Pixels between panels.
 const GAP: usize = 8;
+/// Pixels above the panels for their titles.
 const HEAD: usize = 44;
 
 /// Why a picture could not be encoded.
@@ -28,14 +29,14 @@ const HEAD: usize = 44;
 #[error("cannot encode the picture: {0}")]
 pub struct PictureError(#[from] png::EncodingError);
 
-/// What is drawn on a panel: the side, from where, and whether with edges.
+/// A panel: the side that it shows, the camera, and whether edges are drawn.
 type Panel = (Side, Camera, bool);
 
-/// Draws a scene and returns the bytes of a PNG file: before and after, and below them the largest patch from near by; the rims
-/// of holes, and the numbers of the longest ones.
+/// Draws a scene as a PNG file: before and after, below them close-ups of the largest patch; with the rims of holes, and the numbers of
+/// the longest ones.
 ///
 /// # Errors
-/// When the encoder fails, which it does not for want of anything but memory.
+/// If the encoder fails, which happens only if memory runs out.
 pub fn picture(scene: &Scene) -> Result<Vec<u8>, PictureError> {
     let views = views(scene);
     let rows: Vec<[Panel; 2]> = [Some((views.whole, false)), views.close.map(|c| (c, true))]
@@ -46,7 +47,7 @@ pub fn picture(scene: &Scene) -> Result<Vec<u8>, PictureError> {
     drawn(scene, &rows, true)
 }
 
-/// Draws a mesh that is not changed: its longest hole from before, and its other side.
+/// Draws a mesh that was not changed from two opposite sides, one of them facing its longest hole.
 ///
 /// # Errors
 /// As [`picture`].
@@ -60,8 +61,7 @@ pub fn picture_of_one(scene: &Scene) -> Result<Vec<u8>, PictureError> {
     )
 }
 
-/// Draws a mesh whose new faces are marked in the colours of their regions: the whole from two sides, and the most conspicuous
-/// region from near by.
+/// Draws a mesh whose new faces have the colours of their regions, from two opposite sides, with close-ups of the largest region.
 ///
 /// # Errors
 /// As [`picture`].
@@ -79,7 +79,7 @@ pub(crate) fn picture_of_marked(scene: &Scene) -> Result<Vec<u8>, PictureError> 
     drawn(scene, &rows, false)
 }
 
-/// Rows of panels, with the names of the sides over them.
+/// Draws rows of panels, with the names of the sides above them if `named`.
 fn drawn(scene: &Scene, rows: &[[Panel; 2]], named: bool) -> Result<Vec<u8>, PictureError> {
     let size = |panels: usize| panels * PANEL + (panels - 1) * GAP;
     let head = if named { HEAD } else { 0 };
@@ -101,6 +101,7 @@ fn drawn(scene: &Scene, rows: &[[Panel; 2]], named: bool) -> Result<Vec<u8>, Pic
     encoded(&pixels, width, height)
 }
 
+/// Encodes RGB pixels as PNG.
 fn encoded(pixels: &[u8], width: usize, height: usize) -> Result<Vec<u8>, PictureError> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);

@@ -1,4 +1,4 @@
-//! The rims of holes and their numbers over a panel, and marked points with theirs.
+//! Draws the rims and numbers of holes over a panel, and marked points with their numbers.
 
 use glam::{Vec2, Vec3};
 
@@ -6,40 +6,44 @@ use super::super::scene::Scene;
 use super::letters;
 use super::raster::{Camera, Seen};
 
-/// Colour of rims and numbers, and half the width of rims in pixels.
+/// Colour of rims and of the numbers of holes.
 const BLUE: [f32; 3] = [16.0, 74.0, 150.0];
+/// Half the width of a rim's line, in pixels.
 const HALF_WIDTH: f32 = 1.0;
-/// Colour of marked points and their numbers, and the radius of the points in pixels.
+/// Colour of marked points and their numbers.
 const RED: [f32; 3] = [176.0, 24.0, 60.0];
+/// Radius of marked points, in pixels.
 const RADIUS: f32 = 3.5;
-/// Where the number of a point may stand beside it, in pixels: the first place that is free.
+/// Candidate offsets of a number from its point, in pixels; the first free one is used.
 const BESIDE: [Vec2; 4] = [
     Vec2::new(13.0, -11.0),
     Vec2::new(-13.0, -11.0),
     Vec2::new(13.0, 12.0),
     Vec2::new(-13.0, 12.0),
 ];
-/// Rims come before the surface that they lie on by this part of the panel's half height.
+/// Rims are drawn this much nearer to the eye than the surface, so that it does not hide them. In units of the panel's half height.
 const LIFT: f32 = 0.01;
-/// Most numbers on a panel: those of the longest holes.
+/// Most numbers on a panel; the longest holes come first.
 const NUMBERS: usize = 200;
-/// Vertices of a rim that are looked at, and the part of them that must be seen for its number to be drawn.
+/// About this many vertices of a rim are tested for visibility.
 const LOOKED_AT: usize = 64;
+/// A number is drawn if at least this fraction of the tested vertices is visible.
 const SEEN_PART: f32 = 0.25;
-/// A number is hidden by what lies before the middle of its hole by more than this part of the hole's size: its own patch
-/// bulges less.
+/// A number is hidden if the surface is nearer to the eye than the middle of its hole by more than this fraction of the hole's size. The
+/// hole's patch bulges less, so it does not hide the number.
 const BULGE: f32 = 0.45;
 
-/// A panel that is drawn on.
+/// A panel to draw on.
 struct Sheet<'a> {
     camera: &'a Camera,
     seen: &'a Seen,
-    /// Pixels along a side, and samples along a pixel's side.
+    /// Pixels along a side of the panel.
     pixels: usize,
+    /// Samples along a pixel's side.
     samples: usize,
 }
 
-/// Draws all rims, the numbers of the longest holes whose rims are seen, and the marked points that are seen.
+/// Draws all rims, the numbers of the longest holes with visible rims, and the visible marked points.
 pub fn draw(
     out: &mut [u8],
     scene: &Scene,
@@ -74,14 +78,14 @@ pub fn draw(
 }
 
 impl Sheet<'_> {
-    /// Where a point is in pixels, and its depth.
+    /// A point in pixels, with its depth.
     fn place(&self, p: Vec3) -> Vec3 {
         let q = self.camera.place(p);
         let half = 0.5 * self.pixels as f32;
         Vec3::new(half + q.x * half, half - q.y * half, q.z)
     }
 
-    /// Whether nothing lies before a point of the panel; `None` outside of it.
+    /// Whether a point, moved `lift` towards the eye, is in front of the surface; `None` outside the panel.
     fn is_seen(&self, p: Vec3, lift: f32) -> Option<bool> {
         let side = self.pixels as f32;
         if !(p.x >= 0.0 && p.y >= 0.0 && p.x < side && p.y < side) {
@@ -92,7 +96,8 @@ impl Sheet<'_> {
         Some(p.z + lift >= surface)
     }
 
-    /// Writes a number in the middle of a point, unless that place is taken or reaches beyond the panel; whether it is written.
+    /// Writes a number centred at a point, unless it would overlap something drawn before or the edge of the panel. Returns whether it was
+    /// written.
     fn number(
         &self,
         out: &mut [u8],
@@ -113,7 +118,7 @@ impl Sheet<'_> {
         is_free
     }
 
-    /// Draws the marked points that are seen, with their numbers where there is room beside them.
+    /// Draws the visible marked points, with their numbers where there is room.
     fn points(&self, out: &mut [u8], points: &[Vec3], taken: &mut Vec<[Vec2; 2]>) {
         let seen = points.iter().zip(1..).filter_map(|(p, number)| {
             let place = self.place(*p);
@@ -147,7 +152,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// Adds a line to the ink of the pixels where it is seen.
+    /// Adds the visible part of a line to the ink of the pixels.
     fn line(&self, ink: &mut [f32], ends: [Vec3; 2]) {
         let [a, b] = ends.map(|p| self.place(p));
         if !(a.is_finite() && b.is_finite()) {
@@ -175,7 +180,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// The middle of a rim on the panel, where enough of the rim is seen.
+    /// The middle of a rim on the panel, if enough of the rim is visible.
     fn middle(&self, rim: &[Vec3]) -> Option<Vec2> {
         let start = (Vec3::INFINITY, Vec3::NEG_INFINITY, Vec3::ZERO);
         let (low, high, sum) = rim

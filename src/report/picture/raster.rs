@@ -1,32 +1,32 @@
-//! Orthographic projection and a depth buffer: which face is seen at each sample.
+//! Software rasteriser: orthographic projection with a depth buffer, which finds the visible face at each sample.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::super::scene::{Scene, Side};
 
-/// No face.
+/// Marks a sample without a face.
 pub const NONE: u32 = u32::MAX;
-/// Rows that are drawn together.
+/// Rows of a band; bands are drawn in parallel.
 const BAND: usize = 16;
 
-/// Where one looks from: along parallel lines.
+/// An orthographic camera.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
-    /// To the right.
+    /// Unit vector to the right.
     pub right: Vec3,
-    /// Upward.
+    /// Unit vector upward.
     pub up: Vec3,
-    /// To the eye.
+    /// Unit vector towards the eye.
     pub towards: Vec3,
-    /// What is in the middle.
+    /// The point in the middle of the picture.
     pub centre: Vec3,
-    /// Half of the picture's height.
+    /// Half of the picture's height, in units of the scene.
     pub reach: f32,
 }
 
 impl Camera {
-    /// Looks from a direction, with `up` upward as far as may be.
+    /// A camera whose eye is in the direction `towards`, with `up` as upright as possible.
     pub fn new(towards: Vec3, up: Vec3, centre: Vec3, reach: f32) -> Self {
         let towards = towards.try_normalize().unwrap_or(Vec3::X);
         let right = up.cross(towards);
@@ -48,23 +48,23 @@ impl Camera {
         Self::new(towards, up, self.centre, self.reach)
     }
 
-    /// Right, up and depth of a point, in units of half the height; larger depths are nearer.
+    /// Coordinates of a point to the right, up and towards the eye, in units of half the height. Larger depths are nearer.
     pub fn place(&self, p: Vec3) -> Vec3 {
         let d = (p - self.centre) / self.reach;
         Vec3::new(d.dot(self.right), d.dot(self.up), d.dot(self.towards))
     }
 }
 
-/// A face on the screen.
+/// A face, projected onto the screen.
 #[derive(Clone, Copy)]
 pub struct Projected {
     /// Its number in the scene.
     pub face: u32,
-    /// Its corners in samples, and their depth.
+    /// Its corners in samples, with their depths.
     pub corners: [Vec3; 3],
     low: Vec2,
     high: Vec2,
-    /// Twice its area on the screen: negative where its back is seen.
+    /// Twice its signed area on the screen; see [`Projected::is_back`].
     area: f32,
 }
 
@@ -78,12 +78,12 @@ impl Projected {
         [first, second, 1.0 - first - second]
     }
 
-    /// Whether its back is seen: the screen's rows run downward.
+    /// Whether its back side is seen. Rows of the screen run downward, so this is a positive area.
     pub fn is_back(&self) -> bool {
         self.area > 0.0
     }
 
-    /// Distance in samples from a point with these weights to the nearest edge.
+    /// Distance in samples from the point with these barycentric coordinates to the nearest edge.
     pub fn edge_distance(&self, weights: [f32; 3]) -> f32 {
         (0..3)
             .map(|k| {
@@ -94,18 +94,18 @@ impl Projected {
     }
 }
 
-/// What is seen at each sample.
+/// The visible face at each sample.
 pub struct Seen {
     /// Samples in a row.
     pub width: usize,
-    /// The faces that come before the eye.
+    /// The faces inside the picture.
     pub faces: Vec<Projected>,
-    /// For each sample the index in `faces`, or `u32::MAX`.
+    /// For each sample, the index of its visible face in `faces`, or [`NONE`].
     pub nearest: Vec<u32>,
 }
 
 impl Seen {
-    /// The depth of what is seen at a sample, in units of half the height; larger is nearer.
+    /// The depth of the surface at a sample, in units of half the height; larger is nearer.
     pub fn depth(&self, x: usize, y: usize) -> f32 {
         let Some(face) = self.faces.get(self.nearest[y * self.width + x] as usize) else {
             return f32::NEG_INFINITY;
@@ -115,7 +115,7 @@ impl Seen {
     }
 }
 
-/// Draws one side of a scene into so many samples.
+/// Draws one side of a scene into `width` × `height` samples.
 pub fn draw(scene: &Scene, side: Side, camera: &Camera, [width, height]: [usize; 2]) -> Seen {
     let faces = project(scene, side, camera, [width, height]);
     let mut bands: Vec<Vec<u32>> = vec![Vec::new(); height.div_ceil(BAND)];
@@ -149,6 +149,7 @@ pub fn draw(scene: &Scene, side: Side, camera: &Camera, [width, height]: [usize;
     }
 }
 
+/// Projects the faces of one side; drops those outside the picture and those seen edge-on.
 fn project(
     scene: &Scene,
     side: Side,
@@ -185,7 +186,7 @@ fn project(
         .collect()
 }
 
-/// Marks the samples of a band at which a face is nearer than what was there.
+/// Draws a face into the samples of a band where it is nearer than the faces before.
 fn fill(
     face: &Projected,
     index: u32,

@@ -1,4 +1,4 @@
-//! Light and colour of what is seen.
+//! Shades the visible faces of a picture: lights, colours of patches, and edges.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -7,26 +7,32 @@ use super::super::scene::{Scene, Side};
 use super::overlay;
 use super::raster::{Camera, NONE, Projected, Seen, draw};
 
-/// Colours are linear from 0 to 1 until the end.
+// Colours are linear RGB from 0 to 1 until they are encoded.
+
+/// The kept surface.
 const GREY: Vec3 = Vec3::new(0.54, 0.56, 0.60);
+/// Patches.
 const ORANGE: Vec3 = Vec3::new(0.85, 0.24, 0.025);
+/// The inside of the surface.
 const INSIDE: Vec3 = Vec3::new(0.22, 0.17, 0.14);
 const BACKGROUND: Vec3 = Vec3::new(1.0, 1.0, 1.0);
-/// Directions to the lights, right, up and to the eye, with their strengths.
+/// Directions to the lights in the camera's frame (right, up, towards the eye), with their strengths.
 const LIGHTS: [(Vec3, f32); 3] = [
     (Vec3::new(-0.45, 0.65, 0.61), 0.72),
     (Vec3::new(0.85, 0.1, 0.5), 0.24),
     (Vec3::new(0.0, -0.9, 0.3), 0.08),
 ];
 const AMBIENT: f32 = 0.13;
-/// Strength and sharpness of the highlight.
+/// Strength and exponent of the highlight (Blinn-Phong).
 const GLOSS: (f32, i32) = (0.10, 24);
-/// Edges are drawn where they are at least so many pixels apart on average, so dark, and half as wide as this in pixels.
+/// Edges are drawn if triangles are at least this many pixels wide on average.
 const EDGE_SPACE: f32 = 5.0;
+/// Fraction by which edges darken the surface.
 const EDGE_DARK: f32 = 0.45;
+/// Width of edges, in pixels.
 const EDGE_WIDTH: f32 = 0.7;
 
-/// A square of so many pixels, with so many samples along a pixel's side: red, green and blue in rows.
+/// Draws a square panel: RGB bytes, row by row. `pixels` is its side, `samples` the number of samples along a pixel's side.
 pub fn panel(
     scene: &Scene,
     side: Side,
@@ -65,7 +71,7 @@ pub fn panel(
     out
 }
 
-/// Half the width of edges in samples; 0 where they would be too near each other.
+/// Half the width of edges in samples; 0 if edges would be too dense.
 fn edge_width(seen: &Seen, samples: f32) -> f32 {
     let mut shown: Vec<u32> = seen
         .nearest
@@ -92,6 +98,7 @@ struct Shader<'a> {
 }
 
 impl Shader<'_> {
+    /// The colour of a sample.
     fn sample(&self, x: usize, y: usize) -> Vec3 {
         let index = self.seen.nearest[y * self.seen.width + x];
         if index == NONE {
@@ -117,6 +124,7 @@ impl Shader<'_> {
         own.map_or(ORANGE, |c| linear(c.rgb))
     }
 
+    /// The colour of a point of a face under the lights, without edges.
     fn lit(&self, face: &Projected, weights: [f32; 3]) -> Vec3 {
         let corners = self.scene.faces[face.face as usize];
         let normal: Vec3 = (0..3)
@@ -145,7 +153,7 @@ impl Shader<'_> {
     }
 }
 
-/// The linear values of a colour of sRGB.
+/// The linear values of an sRGB colour.
 fn linear(rgb: [u8; 3]) -> Vec3 {
     Vec3::from_array(rgb.map(|byte| {
         let v = f32::from(byte) / 255.0;
@@ -157,7 +165,7 @@ fn linear(rgb: [u8; 3]) -> Vec3 {
     }))
 }
 
-/// A linear value as a byte of sRGB.
+/// A linear value as an sRGB byte.
 fn encoded(value: f32) -> u8 {
     let v = value.clamp(0.0, 1.0);
     let srgb = if v <= 0.003_130_8 {

@@ -1,6 +1,5 @@
-//! What there is to see of a change of a mesh: one set of triangles with normals, curvature and distances, of bounded size.
-//!
-//! The HTML report and the picture are both made of it.
+//! The scene of a mesh before and after: one set of triangles with normals, curvature, distances and expected errors, simplified to a
+//! bounded size. HTML reports and pictures are drawn from it.
 
 mod shading;
 mod thin;
@@ -13,7 +12,7 @@ use rayon::prelude::*;
 use shading::Shading;
 
 /// Sum of the principal curvatures at each vertex of a mesh, averaged over its neighbourhood; positive on a sphere. Vertices at the
-/// same position have the same.
+/// same position get the same value.
 pub(crate) fn curvature(mesh: &Mesh) -> Vec<f32> {
     let weld = weld_map(mesh);
     let (welded, _) = welded(mesh);
@@ -21,7 +20,7 @@ pub(crate) fn curvature(mesh: &Mesh) -> Vec<f32> {
     weld.iter().map(|&v| values[v as usize]).collect()
 }
 
-/// The distance of the chosen vertices of a mesh from another one; 0 for the others.
+/// The distance of the chosen vertices of a mesh from another mesh; 0 for the other vertices.
 pub(crate) fn distances(mesh: &Mesh, chosen: &[bool], other: &Mesh) -> Vec<f32> {
     let bvh = Bvh::new(other, 0..other.faces.len() as u32);
     let points = mesh.positions.par_iter().zip(chosen);
@@ -32,29 +31,29 @@ pub(crate) fn distances(mesh: &Mesh, chosen: &[bool], other: &Mesh) -> Vec<f32> 
     points.map(distance).collect()
 }
 
-/// A mesh before and after, and what of it is the same.
+/// A mesh before and after a change.
 pub struct Change<'a> {
     /// The mesh before.
     pub before: &'a Mesh,
     /// The mesh after.
     pub after: &'a Mesh,
-    /// The first so many faces of `after` are faces of `before` too; the others are new.
+    /// The first `kept` faces of `after` are also faces of `before`; the others are new.
     pub kept: usize,
-    /// For each face of `before` whether it is not in `after`.
+    /// For each face of `before`, whether it was removed.
     pub gone: Vec<bool>,
-    /// How many of the new faces belong to each region, in order.
+    /// Number of new faces of each region, in the order of the faces.
     pub patches: Vec<usize>,
     /// The closed rims of the holes, in the order of the holes' numbers, from 1.
     pub rims: Vec<Vec<DVec3>>,
-    /// The expected errors of the last vertices of `after`, which are the new ones; none where there is none to be had.
+    /// The expected errors of the new vertices, which are the last of `after`; `None` if unknown.
     pub errors: &'a [Option<f64>],
 }
 
-/// What is drawn. Lengths are in the mesh's units, relative to [`Scene::origin`].
+/// The triangles and lines to draw, in the mesh's units.
 pub struct Scene {
-    /// The point that positions are relative to.
+    /// Centre of the scene in the mesh's coordinates; all positions are relative to it.
     pub origin: DVec3,
-    /// Largest distance of a vertex from it.
+    /// Largest distance of a vertex from the origin.
     pub radius: f64,
     /// Vertices.
     pub positions: Vec<Vec3>,
@@ -62,36 +61,36 @@ pub struct Scene {
     pub normals: Vec<Vec3>,
     /// Sum of the principal curvatures at the vertices, averaged over their neighbourhood; positive on a sphere.
     pub curvature: Vec<f32>,
-    /// Distance of the vertices from the other of the two meshes.
+    /// Distance of new and removed vertices from the other mesh; 0 for vertices of both.
     pub distance: Vec<f32>,
-    /// Expected error of the vertices: 0 of those that both meshes have, not a number where nothing is known.
+    /// Expected error of the vertices: 0 for vertices of the input, NaN if unknown.
     pub error: Vec<f32>,
-    /// Faces: those of both meshes, then those only after, then those only before.
+    /// Faces: first the faces of both meshes, then the new ones, then the removed ones.
     pub faces: Vec<[u32; 3]>,
-    /// Number of faces of both meshes.
+    /// Number of faces that both meshes have.
     pub kept: usize,
-    /// For each face only after its region, from 1; 0 where it is of none.
+    /// The region of each new face, from 1; 0 for none.
     pub regions: Vec<u32>,
-    /// The colour of each region, from the first on; empty where all new faces have the same.
+    /// The colour of each region, starting with region 1; empty if all new faces have the same colour.
     pub palette: Vec<Colour>,
     /// The closed rims of the holes, in the order of the holes' numbers, from 1.
     pub rims: Vec<Vec<Vec3>>,
-    /// Points that are marked, in the order of their numbers, from 1: the crease ends of a mesh that is only looked at.
+    /// Marked points, numbered from 1: the crease ends of an inspected mesh.
     pub points: Vec<Vec3>,
-    /// Faces that the two meshes have between them.
+    /// Number of faces before the simplification.
     pub all_faces: usize,
 }
 
 /// A colour with its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Colour {
-    /// What it is called.
+    /// The name, for legends.
     pub name: &'static str,
-    /// Red, green and blue of sRGB.
+    /// Red, green and blue (sRGB).
     pub rgb: [u8; 3],
 }
 
-/// Which of the two meshes.
+/// One of the two meshes of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// The mesh before.
@@ -101,8 +100,8 @@ pub enum Side {
 }
 
 impl Scene {
-    /// The scene of a change, with no more faces than the limit: where there are more, those far from all patches and rims
-    /// are made coarser, and only if that does not do, those near them.
+    /// The scene of a change, with at most `limit` faces. If there are more, the surface far from all patches and rims is simplified, and
+    /// near them only if that is not enough.
     pub fn new(change: &Change, limit: usize) -> Self {
         let (before, _) = welded(change.before);
         let (after, _) = welded(change.after);
@@ -129,21 +128,21 @@ impl Scene {
         parts.into_scene(faces, &regions, classes, change, all_faces)
     }
 
-    /// The scene with a colour for each region, from the first on.
+    /// Sets the colours of the regions, starting with region 1.
     #[must_use]
     pub fn with_palette(mut self, palette: &[Colour]) -> Self {
         self.palette = palette.to_vec();
         self
     }
 
-    /// The scene with points that are marked, in the order of their numbers.
+    /// Sets the marked points, in the order of their numbers.
     #[must_use]
     pub fn with_points(mut self, points: impl Iterator<Item = DVec3>) -> Self {
         self.points = points.map(|p| (p - self.origin).as_vec3()).collect();
         self
     }
 
-    /// The numbers of the faces of one side.
+    /// The indices of the faces of one side.
     pub fn side(&self, side: Side) -> impl Iterator<Item = u32> + use<> {
         let new = self.kept + self.regions.len();
         let own = match side {
@@ -153,13 +152,13 @@ impl Scene {
         (0..self.kept as u32).chain(own.start as u32..own.end as u32)
     }
 
-    /// The region of a face: none where it is not new.
+    /// The region of a face; `None` if the face is not new.
     pub fn region(&self, face: u32) -> Option<u32> {
         let new = (face as usize).checked_sub(self.kept)?;
         self.regions.get(new).copied()
     }
 
-    /// Whether it pays to give the new faces a colour of their own: they are not all there is.
+    /// Whether new faces get a different colour: there are some, and either not all faces are new or there is a palette.
     pub fn marks_new(&self) -> bool {
         (self.kept > 0 || !self.palette.is_empty()) && !self.regions.is_empty()
     }
@@ -176,7 +175,7 @@ impl Scene {
     }
 }
 
-/// Vertices and faces of both meshes while a scene is put together.
+/// Vertices and faces of both meshes, while a scene is built.
 struct Parts {
     positions: Vec<DVec3>,
     shading: Shading,
@@ -196,7 +195,7 @@ impl Parts {
         }
     }
 
-    /// Sets the distance of the corners of some faces from a mesh.
+    /// Sets the distances of the corners of `faces` from the mesh `other`.
     fn measure(&mut self, faces: &[[u32; 3]], other: &Mesh) {
         let mut corners: Vec<u32> = faces.iter().flatten().copied().collect();
         corners.sort_unstable();
@@ -218,7 +217,7 @@ impl Parts {
         }
     }
 
-    /// Adds the faces that are only before, on vertices of their own.
+    /// Adds the removed faces, on new vertices.
     fn add_gone(&mut self, before: &Mesh, gone: &[bool], after: &Mesh) {
         if !gone.contains(&true) {
             return;
@@ -243,7 +242,8 @@ impl Parts {
         self.measure(&faces, after);
     }
 
-    /// Takes what the chosen faces, each with its number, use.
+    /// Makes the scene of the given faces, with the vertices that they use. `faces` are index and corners; `kept` and `after` are the ends
+    /// of the kept and of the new faces in the numbering before the simplification.
     fn into_scene(
         self,
         faces: Vec<(u32, [u32; 3])>,

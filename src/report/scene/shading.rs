@@ -1,13 +1,13 @@
-//! Normals and mean curvature at the vertices of a mesh.
+//! Vertex normals and mean curvature of a mesh, for drawing.
 
 use glam::{DVec3, Vec3};
 
 use crate::mesh::Mesh;
 
-/// Curvature is averaged over so many rings of neighbours.
+/// Number of averaging passes of the curvature; each adds one ring of neighbours.
 const RINGS: usize = 2;
 
-/// What vertices are shaded by.
+/// Normals and curvatures of vertices.
 pub struct Shading {
     /// Unit normals; zero at vertices without faces.
     pub normals: Vec<Vec3>,
@@ -16,10 +16,11 @@ pub struct Shading {
 }
 
 impl Shading {
-    /// Normals weighted by area; the curvature vector by cotangents, integrated over a vertex's neighbourhood and divided by
-    /// its area. Vertices of a border have no curvature vector and take no part save as receivers.
+    /// Normals weighted by area. The curvature is the cotangent curvature vector, projected onto the normal, summed over a vertex's
+    /// neighbourhood and divided by its area. Boundary vertices have no curvature vector: they only receive the values of their neighbours.
     pub fn new(mesh: &Mesh) -> Self {
         let n = mesh.positions.len();
+        // Sums over the faces at each vertex: normals, curvature vector, a third of the area, and the opposite edges.
         let (mut normals, mut bent) = (vec![DVec3::ZERO; n], vec![DVec3::ZERO; n]);
         let (mut area, mut turned) = (vec![0.0; n], vec![DVec3::ZERO; n]);
         for face in &mesh.faces {
@@ -31,8 +32,9 @@ impl Shading {
                 let (a, b) = (face[i] as usize, face[j] as usize);
                 normals[a] += cross;
                 area[a] += twice / 6.0;
-                // Round an inner vertex the edges across from it make a closed loop.
+                // Around an interior vertex the opposite edges form a closed loop, so their sum is zero.
                 turned[a] += p[l] - p[j];
+                // Half the cotangent of the angle at corner l, times the opposite edge; degenerate faces are skipped.
                 let at_l = (p[i] - p[l], p[j] - p[l]);
                 if twice > 1e-9 * at_l.0.length() * at_l.1.length() {
                     let pull = 0.5 * at_l.0.dot(at_l.1) / twice * (p[j] - p[i]);
@@ -43,6 +45,7 @@ impl Shading {
         }
         let normals: Vec<DVec3> = normals.iter().map(|n| n.normalize_or_zero()).collect();
         let mut total: Vec<f64> = bent.iter().zip(&normals).map(|(b, n)| -b.dot(*n)).collect();
+        // Boundary vertices do not contribute.
         for v in 0..n {
             if turned[v].length_squared() > 1e-12 * area[v] {
                 (total[v], area[v]) = (0.0, 0.0);
@@ -58,14 +61,15 @@ impl Shading {
         }
     }
 
-    /// Adds a vertex of another mesh.
+    /// Appends a vertex of another mesh.
     pub fn push(&mut self, other: &Self, vertex: u32) {
         self.normals.push(other.normals[vertex as usize]);
         self.curvature.push(other.curvature[vertex as usize]);
     }
 }
 
-/// The values of the vertices and their neighbours added up; those across two faces count twice.
+/// For each vertex, the sum of twice its value and of its neighbours' values. A neighbour counts once per common face: twice across an
+/// interior edge.
 fn spread(mesh: &Mesh, values: &[f64]) -> Vec<f64> {
     let mut sums: Vec<f64> = values.iter().map(|v| 2.0 * v).collect();
     for &[a, b, c] in &mesh.faces {

@@ -1,4 +1,4 @@
-//! Making what is far from the patches coarser, so that what is drawn has a bounded size.
+//! Simplifies a scene far from patches and rims by vertex clustering, so that drawings have a bounded size.
 
 use std::collections::{HashMap, HashSet};
 
@@ -6,18 +6,19 @@ use glam::{DVec3, Vec3};
 
 use crate::mesh::bounds;
 
-/// So many rings of vertices round patches and rims stay as they are, where the limit allows it.
+/// Rings of vertices around patches and rims that stay unchanged in the first attempt.
 const RINGS: usize = 16;
-/// Cells along the diagonal to begin with.
+/// Cells along the diagonal of the bounding box in the first attempt.
 const CELLS: f64 = 640.0;
-/// Cells grow by this factor until the faces are few enough.
+/// Factor by which cells grow, and the number of unchanged rings shrinks, from attempt to attempt.
 const GROWTH: f64 = 1.4;
-/// After so many tries what is near patches is made coarser too, with cells of this part of the others.
+/// After this many attempts the surface near patches is simplified too.
 const PATIENCE: i32 = 10;
+/// Size of the cells near patches over the size of the others.
 const NEAR_PART: f64 = 0.1;
 
-/// The faces to draw, each with its number, by vertices that stand for those of their cell. `classes` are the ends of the
-/// faces of both meshes and of the new ones; `rims` points near which nothing is made coarser.
+/// The faces to draw, at most `limit`, each with its index. All vertices of a cell are replaced by the first one in it. `classes` are the
+/// end of the faces that both meshes have and the end of the new faces; near `rims` nothing is simplified.
 pub fn thinned(
     (positions, normals): (&[DVec3], &[Vec3]),
     faces: &[[u32; 3]],
@@ -50,14 +51,14 @@ pub fn thinned(
     Vec::new()
 }
 
-/// Whether a face has come to lie back to front: it covers others, and would show its inside.
+/// Whether the simplification flipped a face: it would cover others and show its inside.
 fn is_folded(positions: &[DVec3], normals: &[Vec3], face: &[u32; 3]) -> bool {
     let [a, b, c] = face.map(|v| positions[v as usize]);
     let outward: Vec3 = face.iter().map(|&v| normals[v as usize]).sum();
     (b - a).cross(c - a).dot(outward.as_dvec3()) < 0.0
 }
 
-/// For each vertex the number of rings between it and the nearest patch or rim, at most one more than counts.
+/// For each vertex, the number of edges between it and the nearest patch or rim, at most `RINGS` + 1.
 fn rings(positions: &[DVec3], faces: &[[u32; 3]], kept: usize, rims: &[DVec3]) -> Vec<u8> {
     let bits = |p: &DVec3| p.to_array().map(f64::to_bits);
     let rims: HashSet<[u64; 3]> = rims.iter().map(bits).collect();
@@ -80,7 +81,7 @@ fn rings(positions: &[DVec3], faces: &[[u32; 3]], kept: usize, rims: &[DVec3]) -
     rings
 }
 
-/// For each vertex the first one in its cell; itself where it is in none.
+/// For each vertex, the first vertex in its cell; the vertex itself if `size` gives it no cell.
 fn representatives(
     positions: &[DVec3],
     low: DVec3,

@@ -7,7 +7,7 @@ export const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 export const times = (a, s) => [a[0] * s, a[1] * s, a[2] * s];
 const unit = (a) => times(a, 1 / (Math.hypot(...a) || 1));
 
-/** Right, up and towards the eye, for an eye in a direction. */
+/** The frame of a camera: unit vectors to the right, up and towards the eye, for an eye in the direction `towards`. */
 export function frame(towards, up) {
   towards = unit(towards);
   let right = cross(up, towards);
@@ -16,7 +16,7 @@ export function frame(towards, up) {
   return [right, cross(towards, right), towards];
 }
 
-/** A frame turned about an axis. */
+/** A frame rotated about a unit axis. */
 export function turned(axes, axis, angle) {
   const c = Math.cos(angle), s = Math.sin(angle);
   const turn = (v) => plus(plus(times(v, c), times(cross(axis, v), s)), times(axis, dot(axis, v) * (1 - c)));
@@ -24,9 +24,9 @@ export function turned(axes, axis, angle) {
   return [right, cross(towards, right), towards];
 }
 
-/** Part of the way from one frame to another, the shortest. */
+/** The frame at a fraction `part` of the shortest rotation from one frame to another. */
 export function between(from, to, part) {
-  // The rotation from one to the other: its trace and its antisymmetric part.
+  // The rotation between the frames: the angle from its trace, the axis from its antisymmetric part.
   const trace = dot(from[0], to[0]) + dot(from[1], to[1]) + dot(from[2], to[2]);
   const angle = Math.acos(Math.min(1, Math.max(-1, (trace - 1) / 2)));
   if (angle < 1e-4) return to;
@@ -35,11 +35,12 @@ export function between(from, to, part) {
   return part === 1 ? to : turned(from, unit(axis), angle * part);
 }
 
+/** Half the angle of view, in radians. */
 export const HALF_FIELD = 0.25;
-/** Half the angle of view of a picture that is a parallel projection to within a thousandth of the distances. */
+/** Half the angle of view, in radians, that equals a parallel projection up to a thousandth of the distances. */
 export const PARALLEL = 0.001;
 
-/** Looks at a point from a distance; what is `reach` to both sides of it just fills the smaller side of the picture. */
+/** A camera that looks at `centre`; the smaller side of the picture spans `reach` to both sides of it. */
 export class Camera {
   constructor(radius) {
     this.radius = radius;
@@ -61,12 +62,12 @@ export class Camera {
     this.axes = turned(turned(this.axes, this.axes[1], -x), this.axes[0], -y);
   }
 
-  /** Shifts by parts of the picture's smaller half side. */
+  /** Shifts the picture; x and y are fractions of its smaller half side. */
   shift(x, y) {
     this.centre = plus(this.centre, plus(times(this.axes[0], -x * this.reach), times(this.axes[1], y * this.reach)));
   }
 
-  /** Zooms so that the point under the pointer, in parts of the smaller half side, stays there. */
+  /** Zooms so that the point under the pointer stays there; x and y are fractions of the smaller half side. */
   zoom(factor, x = 0, y = 0) {
     const reach = Math.min(Math.max(this.reach * factor, 1e-5 * this.radius), 20 * this.radius);
     const moved = this.reach - reach;
@@ -74,7 +75,7 @@ export class Camera {
     this.reach = reach;
   }
 
-  /** The matrix from the scene to the screen, in columns. */
+  /** The projection matrix from the scene to the screen, column by column. */
   matrix(aspect) {
     const [r, u, t] = this.axes, eye = this.eye;
     const far = Math.hypot(...eye) + 1.01 * this.radius;
@@ -90,7 +91,7 @@ export class Camera {
     return Float32Array.from({ length: 16 }, (_, i) => rows[i % 4][i / 4 | 0]);
   }
 
-  /** The direction from the eye through a point of the screen, in parts of the smaller half side. */
+  /** The direction from the eye through a point of the screen; x and y are fractions of the smaller half side. */
   ray(x, y) {
     const s = Math.tan(this.field), [r, u, t] = this.axes;
     return unit(minus(plus(times(r, x * s), times(u, y * s)), t));

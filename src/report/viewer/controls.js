@@ -1,20 +1,20 @@
-// What every page with a view has: elements, pointers, arrow keys, dark and light, the scale of colours.
+// Controls shared by all pages with a 3D view: pointers, arrow keys, dark and light theme, the colour scale, and formatting of numbers.
 
 import { facing, rimFacing } from "./geometry.js";
 
 export const find = (query) => document.querySelector(query);
 export const all = (query) => [...document.querySelectorAll(query)];
 
-/** Lengths below this part of the size that goes with them are rounding. */
+/** Lengths below this fraction of the object's size are rounding errors. */
 const NOTHING = 1e-9;
 
-/** Four digits that count; 0 for what is nothing but rounding beside a size. */
+/** A number with four significant digits; 0 if it is only a rounding error for an object of this size. */
 export const digits = (x, size = 0) => Math.abs(x) <= NOTHING * Math.abs(size) ? "0" : String(Number(x.toPrecision(4)));
 
-/** A number of things, in words. */
+/** A number with a noun, in the plural where needed. */
 export const counted = (n, what) => `${n.toLocaleString("en")} ${what}${n === 1 ? "" : "s"}`;
 
-/** The number that a text tells, with a point or a comma; not a number where it tells none. */
+/** Parses a number with a decimal point or comma; NaN if the text is not a number. */
 export const numberIn = (text) => text.trim() ? Number(text.trim().replace(",", ".")) : NaN;
 
 const GRADIENTS = {
@@ -22,7 +22,7 @@ const GRADIENTS = {
   2: "linear-gradient(90deg,#332b6b,#29758f 33%,#6bba66 67%,#f7e640)",
 };
 
-/** Says what the colours mean: diverging (1) or rising (2), and the stripes where something is not known. */
+/** Shows the colour scale: diverging (1) or rising (2); with `gaps`, also the stripes for unknown values. */
 export function showScale(name, low, high, kind, gaps = false) {
   find("#scale").hidden = false;
   find("#scale-name").textContent = name;
@@ -32,7 +32,7 @@ export function showScale(name, low, high, kind, gaps = false) {
   find("#scale-bar").style.background = GRADIENTS[kind];
 }
 
-/** The direction from which a hole is seen best. */
+/** The direction from which a hole is seen best: the mean normal of its patch, else the normal of its rim, else outward. */
 export function directionTo(hole, rim = [], mesh = null) {
   const patch = mesh && hole.region ? facing(mesh, hole.region) : { area: 0 };
   if (patch.area > 0 && Math.hypot(...patch.sum) > 0.3 * patch.area) return patch.sum;
@@ -42,8 +42,8 @@ export function directionTo(hole, rim = [], mesh = null) {
 }
 
 /**
- * Turns, shifts and zooms by pointers. `click` is called with the event and where it was; `begin` may take a pointer for another
- * use and then returns what to do with its moves and its end; where `turns` says so the right button turns.
+ * Rotates, shifts and zooms by mouse and touch. `click` is called with the event and its position. `begin` may take over a pointer; it then
+ * returns an object that handles its moves and its end. If `turns()` is true, the right button rotates instead of shifting.
  */
 export function usePointers(viewer, { click, begin = () => null, turns = () => false }) {
   const { canvas } = viewer;
@@ -107,7 +107,7 @@ export function usePointers(viewer, { click, begin = () => null, turns = () => f
   }, { passive: false });
 }
 
-/** Turns, shifts and zooms by arrows, plus and minus. */
+/** Rotates, shifts and zooms by the arrow keys, plus and minus. */
 export function useArrows(viewer) {
   const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
   viewer.canvas.addEventListener("keydown", (event) => {
@@ -122,7 +122,7 @@ export function useArrows(viewer) {
   });
 }
 
-/** Dark or light, as the system says until the button does. */
+/** Dark or light theme: follows the system until the button is used. */
 export function useTheme(changed) {
   const button = find("#theme"), dark = matchMedia("(prefers-color-scheme: dark)");
   const set = (theme) => {

@@ -1,8 +1,8 @@
-// The arrays of the page, and what the graphics card gets of them.
+// Unpacks the arrays of a page into meshes, computes normals and per-face flags, and has geometric queries on faces and rims.
 
 import { cross, dot, minus, plus } from "./camera.js";
 
-/** Reads arrays of whole numbers one after the other: length, stride, then differences in bytes of seven bits. */
+/** Reads integer arrays one after another: length, stride, then zigzag-encoded differences, all in bytes of seven bits. */
 function arrayReader(bytes) {
   let at = 0;
   const whole = () => {
@@ -33,7 +33,7 @@ async function inflated(text) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** Normals from the octahedron they were unfolded to. */
+/** Unit normals from their octahedral encoding. */
 function normalsOf(folded) {
   const normals = new Float32Array(folded.length / 2 * 3);
   for (let i = 0; i < folded.length / 2; i++) {
@@ -50,7 +50,7 @@ function normalsOf(folded) {
   return normals;
 }
 
-/** The meshes: positions relative to the middle of the scene; faces of both, then those after, then those before. */
+/** Unpacks the meshes. Positions are relative to the scene's centre. Faces: first those in both meshes, then new ones, then removed ones. */
 export async function unpack(text, header) {
   const next = arrayReader(await inflated(text));
   const placed = (steps) => Float32Array.from(steps, (s) => s * header.step - header.radius);
@@ -73,10 +73,10 @@ export async function unpack(text, header) {
   return { ...mesh, facts: factsOf(mesh) };
 }
 
-/** What a face is, in one number: its region, where it is from (0 of both meshes, 1 new, 2 gone or of an earlier step), marks, and its image. */
+/** Bits of a face's flags: region (lowest 16), origin (0 both meshes, 1 new, 2 removed or of an earlier step), masked, marked, image. */
 export const ORIGIN = 16, MASKED = 1 << 18, MARKED = 1 << 19, IMAGE = 20;
 
-/** The faces' facts of a mesh whose new faces lie together. */
+/** The flags of the faces of a mesh whose new faces are contiguous. */
 function factsOf({ faces, kept, regions, parts }) {
   const facts = new Uint32Array(faces.length / 3);
   facts.fill(1 << ORIGIN, ...parts.new);
@@ -85,7 +85,7 @@ function factsOf({ faces, kept, regions, parts }) {
   return facts;
 }
 
-/** Unit normals of the vertices, the faces' weighted by their areas. */
+/** Vertex normals, weighted by the areas of the faces and not normalised. */
 export function vertexNormals(positions, faces) {
   const normals = new Float32Array(positions.length);
   for (let i = 0; i < faces.length; i += 3) {
@@ -100,7 +100,7 @@ export function vertexNormals(positions, faces) {
   return normals;
 }
 
-/** The sides of rims: both ends, and the number of the colour. */
+/** The edges of rims for drawing: seven numbers each, for both ends and the number of the colour; and where each rim starts. */
 export function rimBuffer(rims, kinds) {
   const starts = [0];
   for (const rim of rims) starts.push(starts[starts.length - 1] + rim.length / 3);
@@ -125,7 +125,7 @@ export function cornersOf({ positions, faces }, face) {
   });
 }
 
-/** How far along a ray the plane of a face is met, within the face's own depth. */
+/** The distance along a ray to the plane of a face, clamped to the depth range of the face's corners. */
 export function alongRay(mesh, face, origin, direction) {
   const [a, b, c] = cornersOf(mesh, face), n = cross(minus(b, a), minus(c, a));
   const ends = [a, b, c].map((p) => dot(minus(p, origin), direction)), slope = dot(n, direction);
@@ -133,7 +133,7 @@ export function alongRay(mesh, face, origin, direction) {
   return Math.min(Math.max(t, Math.min(...ends)), Math.max(...ends));
 }
 
-/** Sum of the normals of a region's patch times their areas, and the sum of the areas. */
+/** Sum of the area vectors of a region's new faces, and sum of their lengths; both are twice the areas. */
 export function facing(mesh, region) {
   let sum = [0, 0, 0], area = 0;
   const p = (v) => [mesh.positions[3 * v], mesh.positions[3 * v + 1], mesh.positions[3 * v + 2]];
@@ -147,7 +147,7 @@ export function facing(mesh, region) {
   return { sum, area };
 }
 
-/** The direction that a rim faces. */
+/** The direction that a rim faces: twice its area vector. */
 export function rimFacing(rim) {
   let sum = [0, 0, 0];
   const n = rim.length / 3, p = (i) => rim.subarray(3 * (i % n), 3 * (i % n) + 3);

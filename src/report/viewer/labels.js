@@ -1,14 +1,14 @@
-// Numbers at the holes, numbered points at their rims, and the mark at a chosen point: elements over the canvas.
+// Labels over the canvas: numbers of holes, points and lines at rims, and the mark at a chosen point.
 
 import { dot } from "./camera.js";
 
-/** The longest holes get numbers. */
+/** Most holes with a number; the longest come first. */
 const MOST_LABELS = 200;
-/** Vertices of a rim that are looked at, and the part of them that must be seen. */
+/** About how many vertices of a rim are tested for visibility, and the fraction of them that must be visible. */
 const LOOKED_AT = 24, SEEN_PART = 0.25;
-/** What lies before the middle of a hole by more than this part of its diameter hides its number: its own patch bulges less. */
+/** A number is hidden by a surface in front of its hole's middle by more than this fraction of the diameter; the hole's patch bulges less. */
 const BULGE = 0.45;
-/** Numbers nearer to each other than this, in pixels of the page, are not both shown. */
+/** Of two numbers nearer than this, in pixels of the page, only the first is shown. */
 const APART = 15;
 
 export class Labels {
@@ -22,7 +22,7 @@ export class Labels {
     viewer.drawn = (part) => part || this.place();
   }
 
-  /** Takes other holes, with their rims; points are none then. */
+  /** Sets the holes and their rims, and removes points and lines. */
   set(holes, rims) {
     this.layer.replaceChildren();
     this.points = this.lines = [];
@@ -35,7 +35,7 @@ export class Labels {
     });
   }
 
-  /** Takes other points: each with its number, place, and the side that it is on where that is one of two; and lines between places. */
+  /** Sets the points (number, position, and the side if they are on one side only) and the lines between positions. */
   setPoints(points, lines = []) {
     for (const { elements } of [...this.points, ...this.lines]) for (const element of Object.values(elements)) element.remove();
     const seen = new Map(this.points.map((point) => [point.id, point.seen]));
@@ -44,7 +44,7 @@ export class Labels {
     this.place();
   }
 
-  /** An element of a pane, made when it is needed first. */
+  /** The element of a label in a pane; created at first use. */
   element(elements, side, name, text) {
     if (!elements[side]) {
       const element = elements[side] = document.createElement("span");
@@ -55,7 +55,7 @@ export class Labels {
     return elements[side];
   }
 
-  /** Puts all where they belong in what was just drawn; which are hidden is found out once the view rests. */
+  /** Moves all labels to their places in the current picture; visibility is tested once the view stops moving. */
   place() {
     this.settled = false;
     clearTimeout(this.timer);
@@ -63,7 +63,7 @@ export class Labels {
     this.arrange();
   }
 
-  /** Finds out which holes are seen. */
+  /** Tests which holes and points are visible. */
   look() {
     for (const pane of this.viewer.panes()) {
       const depth = this.viewer.depths(pane);
@@ -74,7 +74,7 @@ export class Labels {
     this.settled = true;
   }
 
-  /** Whether nothing lies before a point by more than a length, and the section has it. */
+  /** Whether the section keeps a point and no surface is in front of it by more than `lift`. */
   isFree(point, lift, depth) {
     const p = this.viewer.place(point), [x, y, z, w] = this.viewer.section;
     return dot([x, y, z], point) <= w && p.depth > 0 && p.depth - lift <= depth(p);

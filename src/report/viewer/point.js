@@ -1,14 +1,14 @@
-// The point under a click: its coordinates, and a ball round it for a mask.
+// The point under a click: its coordinates, and a ball around it for a mask.
 
 import { numberIn } from "./controls.js";
 
-/** A number with as many digits as the page holds of the mesh: a millionth of its size. */
+/** A coordinate with the precision of the page's data: about a millionth of the mesh's size. */
 function coordinate(x, radius) {
   const decimals = Math.ceil(-Math.log10(2e-6 * radius));
   return String(Number(decimals >= 0 && decimals <= 15 ? x.toFixed(decimals) : x.toPrecision(7)) + 0);
 }
 
-/** Puts text on the clipboard; by an element where a browser has none for files. */
+/** Copies text to the clipboard; by a text element if the browser forbids the clipboard for files. */
 export async function copy(text) {
   try {
     await navigator.clipboard.writeText(text);
@@ -23,7 +23,7 @@ export async function copy(text) {
   return done;
 }
 
-/** What is said of a copy, unless a page has other words: `TEXT` is what was copied. */
+/** Default messages on copying; `TEXT` stands for the copied text. */
 const POINT_WORDS = { wrong: "the radius must be a positive number", copied: "copied: TEXT", byHand: "copy it by hand: TEXT" };
 
 export class Point {
@@ -38,7 +38,7 @@ export class Point {
     document.querySelector("#copy-ball").addEventListener("click", () => this.take(true));
   }
 
-  /** Shows a point of the scene; copies a ball round it where that is asked for. */
+  /** Shows the coordinates of a point; with `ball` also copies a ball around it. */
   choose(point, ball) {
     this.at = point.map((x, i) => coordinate(x + this.header.origin[i], this.header.radius)).join(",");
     document.querySelector("#point-at").textContent = this.at;

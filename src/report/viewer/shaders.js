@@ -1,6 +1,6 @@
-// What the graphics card runs.
+// Shaders of the 3D view: surface, picking of faces, and rims.
 
-// The arrays of a mesh lie in textures, of a width that is a power of two: what a corner needs is fetched by the number of its face.
+// The arrays of a mesh are textures whose width is a power of two; the vertex shader fetches the data of a corner by the index of its face.
 const FETCH = `#version 300 es
 precision highp float;
 precision highp int;
@@ -63,7 +63,7 @@ in vec4 shown;
 in vec3 place;
 flat in uint fact;
 uniform vec3 right, up, towards, lamp;
-// 0 as usual, 1 without the colours of patches, 2 like a lit ball of clay, 3 reflections of stripes.
+// 0: default; 1: no colours of patches; 2: like a lit ball of clay; 3: reflections of stripes.
 uniform int shading;
 uniform vec3 base, patch_, chosen, inside, edge, mask, fault;
 uniform int colouring;
@@ -103,7 +103,7 @@ void main() {
   bool valued = colouring != 0 && !(isnan(shown.x) || isinf(shown.x));
   if (colouring == 1 && valued) ground = diverging(2. * clamp(shown.x, 0., 1.) - 1.);
   if (colouring == 2 && valued && !(skipKept && origin == 0 && shown.x <= 0.)) ground = rising(clamp(shown.x, 0., 1.));
-  // What is not known has stripes, of no colour of the scale.
+  // Unknown values are shown as grey stripes, which are not in the scale.
   if (gaps && shown.x < -.01) ground = vec3(mod(gl_FragCoord.x + gl_FragCoord.y, 12.) < 6. ? .72 : .52);
   if (colouring == 3) ground = shown.rgb;
   int layer = int(fact >> 20 & 255u);
@@ -179,7 +179,7 @@ void main() {
   colour = vec4(kinds[int(isKind + .5)], strength);
 }`;
 
-// The number of the face that is seen, plus one.
+// The index of the visible face, plus one.
 
 export const NUMBER_VERTEX = FETCH + `
 uniform mat4 matrix;

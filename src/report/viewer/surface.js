@@ -1,11 +1,11 @@
 // A mesh on the graphics card: its arrays in textures, drawn by chunks of faces.
 
-/** Faces of a chunk: what is drawn or left out together. */
+/** Faces of a chunk; a chunk is drawn or skipped as a whole. */
 const CHUNK = 256;
-/** Chunks of a group: those of one that lies wholly inside or outside of what is drawn need no look each. */
+/** Chunks of a group; if a group is completely inside or outside the picture, its chunks need no tests. */
 const GROUP = 16;
 
-/** Unit vectors of an octahedron's surface unfolded, in two times 16 bits. */
+/** Unit vectors in octahedral encoding, with 16 bits for each of the two coordinates. */
 function foldedNormals(normals) {
   const folded = new Uint32Array(normals.length / 3);
   for (let i = 0; i < folded.length; i++) {
@@ -18,7 +18,7 @@ function foldedNormals(normals) {
   return folded;
 }
 
-/** The boxes round chunks of faces: six numbers each, low then high. */
+/** Bounding boxes of chunks of faces: six numbers each, low then high. */
 function chunkBoxes({ positions, faces }) {
   const boxes = new Float32Array(6 * Math.ceil(faces.length / 3 / CHUNK));
   for (let c = 0; c < boxes.length / 6; c++) {
@@ -37,7 +37,7 @@ function chunkBoxes({ positions, faces }) {
   return boxes;
 }
 
-/** The boxes round groups of boxes. */
+/** Bounding boxes of groups of boxes. */
 function groupBoxes(boxes) {
   const groups = new Float32Array(6 * Math.ceil(boxes.length / 6 / GROUP));
   for (let g = 0; g < groups.length / 6; g++) {
@@ -50,7 +50,7 @@ function groupBoxes(boxes) {
   return groups;
 }
 
-/** What a box covers of the screen, from -1 to 1: left, bottom, right, top; null where it lies outside. */
+/** The part of the screen that a box covers, from -1 to 1: left, bottom, right, top; null if it is behind the eye. */
 function covered(boxes, c, m) {
   let left = Infinity, bottom = Infinity, right = -Infinity, top = -Infinity, before = false;
   for (let k = 0; k < 8; k++) {
@@ -75,7 +75,7 @@ export class Surface {
     this.start(gl);
   }
 
-  /** Brings everything to the card, once more where it was lost. */
+  /** Uploads everything to the graphics card; called again if the context was lost. */
   start(gl) {
     this.gl = gl;
     this.textures = {};
@@ -93,7 +93,7 @@ export class Surface {
     if (this.order) this.setOrder(this.order);
     else this.put("face", gl.R32UI, new Uint32Array(faces.buffer, faces.byteOffset, faces.length), 1);
     this.put("fact", gl.R32UI, facts, 1);
-    // Samplers that nothing is read from need a texture all the same.
+    // Unused samplers need a texture too.
     this.put("value", gl.R32F, new Float32Array(1), 1);
     this.put("colour", gl.RGBA8, new Uint8Array(4), 4);
     this.put("corner", gl.RG32F, new Float32Array(2), 2);
@@ -102,7 +102,7 @@ export class Surface {
     if (this.colour.values) this.setColour(this.colour);
   }
 
-  /** Puts an array into a texture of its own; rows that are not full are filled up. */
+  /** Creates a texture for an array and writes it; the rest of the last row stays unused. */
   put(name, format, values, parts) {
     const gl = this.gl, width = 1 << this.bits, texels = values.length / parts, height = Math.max(1, Math.ceil(texels / width));
     const limit = gl.getParameter(gl.MAX_TEXTURE_SIZE);
@@ -115,7 +115,7 @@ export class Surface {
     this.write(name, format, values, parts, 0, texels);
   }
 
-  /** Writes the texels from `first` to `end` of an array, by whole rows and parts of rows. */
+  /** Writes the texels `first` to `end` of an array, by whole rows and parts of rows. */
   write(name, format, values, parts, first, end) {
     const gl = this.gl, width = 1 << this.bits;
     const kinds = {
@@ -133,18 +133,18 @@ export class Surface {
     }
   }
 
-  /** Says that the facts of some faces have changed. */
+  /** Uploads the changed flags of some faces. */
   changed(first = 0, end = this.mesh.facts.length) {
     if (end > first) this.write("fact", this.gl.R32UI, this.mesh.facts, 1, first, end);
   }
 
-  /** The boxes of the chunks of faces, as they are drawn. */
+  /** Computes the boxes of the chunks, in the order in which faces are drawn. */
   chunk(faces) {
     this.boxes = chunkBoxes({ positions: this.mesh.positions, faces });
     this.groups = groupBoxes(this.boxes);
   }
 
-  /** The faces in another order, in which those that lie together follow each other: corners, and the number of each. */
+  /** Sets a drawing order in which neighbouring faces follow each other: corners, and the index of each face. */
   setOrder(order) {
     this.order = order;
     this.chunk(order.faces);
@@ -152,7 +152,7 @@ export class Surface {
     this.put("number", this.gl.R32UI, order.numbers, 1);
   }
 
-  /** Fewer faces that stand for all while the view moves: corners, and the number of the face that each stands for. */
+  /** Sets a simplified mesh to draw while the view moves: corners, and for each face the index of the face that it represents. */
   setThin(thin) {
     this.thin = thin;
     this.put("thinFace", this.gl.R32UI, thin.faces, 1);
@@ -160,8 +160,9 @@ export class Surface {
   }
 
   /**
-   * Colours by values: `kind` 0 none, 1 diverging, 2 rising, 3 colours, 4 an image; `on` 0 vertices, 1 faces, 2 corners;
-   * with `gaps` what is below the scale is not known; `span` are the values at the ends of the scale, or those of 3 and 4 are bytes, and places in `images` of one size.
+   * Colours the surface by `values`. `kind`: 0 none, 1 diverging scale, 2 rising scale, 3 colours as bytes, 4 texture coordinates in
+   * `images`, which have the same size. `on`: 0 vertices, 1 faces, 2 corners. `span`: values at the ends of a scale. With `gaps`, values
+   * below the scale are unknown.
    */
   setColour(colour) {
     const gl = this.gl;
@@ -173,7 +174,7 @@ export class Surface {
     if (kind === 4) this.pictures(this.colour.images);
   }
 
-  /** Images of one size, one above the other; those of the faces say which. */
+  /** Uploads images of the same size as layers of one texture; the flags of a face select its layer. */
   pictures(images) {
     const gl = this.gl, [{ width, height } = { width: 1, height: 1 }] = images, kind = gl.TEXTURE_2D_ARRAY;
     gl.deleteTexture(this.textures.image || null);
@@ -186,7 +187,7 @@ export class Surface {
     gl.texParameteri(kind, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
   }
 
-  /** Binds what a program reads. */
+  /** Binds the textures that a program reads. */
   bind({ at }, thinned) {
     const gl = this.gl;
     const numbers = thinned ? "thinNumber" : this.order ? "number" : "fact", own = ["vertex", "fact", "value", "colour", "corner"];
@@ -205,7 +206,7 @@ export class Surface {
     gl.uniform1i(place, unit);
   }
 
-  /** Draws those of some ranges of faces whose chunks touch a part of the screen; how many. */
+  /** Draws the faces of some ranges whose chunks overlap a part of the screen. Returns their number. */
   draw(matrix, ranges, thinned, part = [-1, -1, 1, 1]) {
     if (thinned) {
       this.gl.drawArrays(this.gl.TRIANGLES, 0, this.thin.faces.length);

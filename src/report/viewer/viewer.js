@@ -1,19 +1,19 @@
-// Draws meshes, in one pane or two.
+// The 3D view: draws meshes in one pane or two, and finds the faces under the pointer.
 
 import { alongRay, ORIGIN, rimBuffer } from "./geometry.js";
 import { between, Camera, dot, minus, plus, times } from "./camera.js";
 import { NUMBER_FRAGMENT, NUMBER_VERTEX, RIM_FRAGMENT, RIM_VERTEX, SURFACE_FRAGMENT, SURFACE_VERTEX } from "./shaders.js";
 import { Surface } from "./surface.js";
 
-/** From so many faces on the picture has no smooth edges: faces are about as small as the pixels. */
+/** Meshes with at least this many faces are drawn without antialiasing: their faces are about as small as the pixels. */
 const LARGE = 400_000;
-/** A picture that takes longer, in milliseconds, is drawn of fewer faces while the view moves, or else of fewer pixels. */
+/** Milliseconds; if a picture takes longer, it is drawn with fewer faces or fewer pixels while the view moves. */
 const FLUID = 45;
-/** No section: nothing lies on the far side of it. */
+/** A section plane that cuts nothing. */
 export const WHOLE = [0, 0, 0, 1];
 
 export class Viewer {
-  /** For a mesh of so many faces; `parts` says that parts of the picture will be drawn again by themselves. */
+  /** `faces` is the number of faces to expect; with `parts`, parts of the picture can be redrawn alone. */
   constructor(canvas, { radius, faces = 0, parts = false }) {
     this.canvas = canvas;
     this.camera = new Camera(radius);
@@ -22,7 +22,7 @@ export class Viewer {
     this.section = WHOLE;
     this.split = 0.5;
     this.frames = 0;
-    // Milliseconds that a picture takes: of all faces, of fewer, and of fewer pixels.
+    // Milliseconds of a picture with all faces (whole), with fewer faces (thin) and with fewer pixels (coarse).
     this.costs = {};
     this.sides = {};
     this.surfaces = new Map();
@@ -50,8 +50,8 @@ export class Viewer {
   }
 
   /**
-   * Shows a mesh on a side: all of it, or ranges of its faces; with rims, for each the place of its colour in `kinds`. Those that
-   * share the mesh share what is on the card. `segments` are further lines: for each both ends and a number that does not count.
+   * Shows a mesh on a side, or ranges of its faces, with rims; `kinds` has the index in `colours` for each rim. Sides with the same mesh
+   * share its data on the graphics card. `segments` are further lines, seven numbers each: both ends and an unused one.
    */
   setSide(name, { mesh, ranges, rims = [], kinds = [], colours = ["rim", "bad"], strength = 0.9, segments = null }) {
     const old = this.sides[name];
@@ -64,7 +64,7 @@ export class Viewer {
     this.refresh();
   }
 
-  /** Frees what the card has of meshes that are on no side and not in a list. */
+  /** Frees the data of meshes that are on no side and not in `meshes`. */
   keep(meshes = []) {
     const used = new Set([...meshes, ...Object.values(this.sides).map((side) => side.mesh)]);
     for (const [mesh, surface] of this.surfaces) {
@@ -104,14 +104,14 @@ export class Viewer {
     return { program, at: (name) => places[name] ??= gl.getUniformLocation(program, name) };
   }
 
-  /** Draws with the next frame. */
+  /** Redraws with the next frame. */
   refresh() {
     if (this.waiting) return;
     this.waiting = true;
     requestAnimationFrame(() => { this.waiting = false; this.draw(this.isMoving); });
   }
 
-  /** Says that the view moves: fewer faces are drawn until it has rested, where all would take too long. */
+  /** Redraws while the view moves: with fewer faces or pixels, if a full picture takes too long, until the view has stopped. */
   moving() {
     this.isMoving = true;
     clearTimeout(this.rest);
@@ -130,7 +130,7 @@ export class Viewer {
     return Object.fromEntries(names.map((n) => [n, colour(n)]));
   }
 
-  /** The sides that are shown, each with its part of the canvas in pixels, and the part `under` it that its picture is made for. */
+  /** The visible sides, each with its part of the canvas in pixels, and `under`: the part for which its picture is projected. */
   panes() {
     const { width } = this.canvas, half = Math.floor(width / 2), { show } = this.options;
     const pane = (side, left, right, under = [left, right]) => ({ side, left, width: right - left, under: { left: under[0], width: under[1] - under[0] } });
@@ -140,7 +140,7 @@ export class Viewer {
     return [pane("before", 0, at, [0, width]), pane("after", at, width, [0, width])];
   }
 
-  /** Draws all, or where only a part of the canvas has changed that: left, top, width and height in pixels of the page. */
+  /** Draws everything, or only a part of the canvas: left, top, width and height in pixels of the page. */
   draw(fewer = false, part = null) {
     const gl = this.gl, canvas = this.canvas;
     if (gl.isContextLost()) return;
@@ -177,7 +177,7 @@ export class Viewer {
     this.drawn?.(part);
   }
 
-  /** Waits for the first picture of all faces, the first of fewer, and the first of fewer pixels, to know what they cost. */
+  /** Measures the time of the first picture of each kind: all faces, fewer faces, fewer pixels. */
   measure(start, fewer) {
     const kind = this.coarse ? "coarse" : this.drewThin ? "thin" : "whole";
     if (this.costs[kind] !== undefined || kind === "thin" && !fewer) return;
@@ -218,7 +218,7 @@ export class Viewer {
     surface.draw(matrix, ranges, thinned, within);
   }
 
-  /** From where the main light comes, which turns with the eye: `options.light` degrees about the picture's upright. */
+  /** The direction of the main light, which moves with the eye: rotated by `options.light` degrees about the picture's vertical. */
   lamp() {
     const angle = (this.options.light || 0) * Math.PI / 180, c = Math.cos(angle), s = Math.sin(angle), [right, up, towards] = this.camera.axes;
     return plus(plus(times(right, s - 0.55 * c), times(up, 0.7)), times(towards, c + 0.55 * s));
@@ -250,7 +250,7 @@ export class Viewer {
     this.strokes([side.starts[chosen], side.starts[chosen + 1]], 4.5 * ratio, 1, 0.3);
   }
 
-  /** Draws sides of rims, and faintly where they are hidden. */
+  /** Draws edges of rims; hidden ones are drawn faintly. */
   strokes([first, end], width, strength, hidden) {
     const gl = this.gl, { program, at } = this.rim;
     if (end === first) return;
@@ -269,7 +269,7 @@ export class Viewer {
     gl.depthFunc(gl.LESS);
   }
 
-  /** The pane under a point of the canvas, and the point in parts of the pane's smaller half side. */
+  /** The pane under a point of the canvas, and the point as fractions of the pane's smaller half side. */
   aim(x, y) {
     const ratio = this.canvas.width / this.canvas.clientWidth, height = this.canvas.height;
     const panes = this.panes();
@@ -278,7 +278,7 @@ export class Viewer {
     return { side: pane.side, x: (x * ratio - under.left - under.width / 2) / half, y: (height / 2 - y * ratio) / half, half: half / ratio };
   }
 
-  /** The face under a point of the canvas, its region, and where it is met. */
+  /** The face under a point of the canvas, its region, and the point on it. */
   pick(x, y) {
     const aim = this.aim(x, y), pane = this.panes().find((p) => p.side === aim.side), side = this.sides[aim.side];
     if (!side || this.gl.isContextLost()) return { aim };
@@ -292,7 +292,7 @@ export class Viewer {
     return { aim, face: number - 1, region, point: plus(eye, times(ray, alongRay(mesh, number - 1, eye, ray))) };
   }
 
-  /** How far away the surface of a pane is: a function of a place as `place` gives it. Drawn small, and read back. */
+  /** The depth of the surface in a pane, as a function of a point from `place`. Face indices are drawn at low resolution and read back. */
   depths(pane, most = 480) {
     const side = this.sides[pane.side], scale = Math.min(1, most / Math.max(pane.under.width, this.canvas.height));
     if (!side || this.gl.isContextLost()) return () => -Infinity;
@@ -318,7 +318,7 @@ export class Viewer {
     };
   }
 
-  /** The numbers of the faces that are seen in a part of a pane that is drawn at a scale, plus one; 0 where there is none. */
+  /** The indices, plus one, of the faces seen in a part of a pane drawn at a scale; 0 where there is no face. */
   numbers(pane, scale, [left, bottom, width, height], thinned = false) {
     const gl = this.gl, side = this.sides[pane.side], { under } = pane;
     const whole = [Math.max(1, Math.round(under.width * scale)), Math.max(1, Math.round(this.canvas.height * scale))];
@@ -347,7 +347,7 @@ export class Viewer {
     return numbers;
   }
 
-  /** A picture of numbers that is not shown. */
+  /** A hidden framebuffer for face indices. */
   target(width, height) {
     const gl = this.gl, old = this.hidden, frame = gl.createFramebuffer();
     const colour = gl.createRenderbuffer(), depth = gl.createRenderbuffer();
@@ -362,14 +362,14 @@ export class Viewer {
     return { frame, colour, depth, width, height };
   }
 
-  /** Where a point of the scene is seen, in the units of `aim`, and its distance from the eye. */
+  /** The position of a point of the scene in the units of `aim`, and its depth. */
   place(point) {
     const d = minus(point, this.camera.eye), [r, u, t] = this.camera.axes;
     const depth = -dot(d, t), s = Math.tan(this.camera.field) * depth;
     return { x: dot(d, r) / s, y: dot(d, u) / s, depth, unit: s };
   }
 
-  /** Where a point of the scene is on the page, from the canvas's corner; null outside of the pane. */
+  /** The position of a point of the scene in pixels of the page from the canvas's corner; null outside the pane. */
   onPage(point, pane) {
     const p = this.place(point), ratio = this.canvas.width / this.canvas.clientWidth || 1, height = this.canvas.height;
     const { under } = pane, half = Math.min(under.width, height) / 2;
@@ -378,7 +378,7 @@ export class Viewer {
     return [x / ratio, y / ratio];
   }
 
-  /** Moves the camera to a place in a short time. */
+  /** Animates the camera to a goal. */
   fly(goal) {
     const camera = this.camera, from = { centre: camera.centre, axes: camera.axes, reach: camera.reach };
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;

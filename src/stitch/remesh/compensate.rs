@@ -1,4 +1,4 @@
-//! Moving vertices off the surface so that the faces lie on it on average.
+//! Facet compensation: moves vertices off the surface so that faces are on it on average.
 
 use rayon::prelude::*;
 
@@ -6,11 +6,11 @@ use super::Remesher;
 use crate::stitch::half_edge::NONE;
 use crate::tuning::tuning;
 
-/// Mean over a triangle of a quadratic function that vanishes at the corners, over its value at the centroid.
+/// Mean over a triangle of a quadratic function that vanishes at the corners, relative to its value at the centroid.
 const MEAN_OVER_CENTROID: f64 = 0.75;
 
 impl Remesher<'_> {
-    /// Moves each free vertex along its normal by `part` of what the faces round it lie off the surface, against it.
+    /// Moves each free vertex along its normal against the mean offset of its faces from the surface, by the fraction `part`.
     pub(super) fn compensate(&mut self, part: f64) {
         let this = &*self;
         let offset: Vec<f64> = this
@@ -36,7 +36,7 @@ impl Remesher<'_> {
         }
     }
 
-    /// Moves a vertex along its normal, by `most` at most, if no face round it becomes tilted by that.
+    /// Moves a vertex along its normal by at most `most`, unless a face around it would become tilted.
     pub(super) fn displace(&mut self, v: u32, by: f64, most: f64) {
         let p = self.mesh.position[v as usize];
         let moved = p + by.clamp(-most, most) * self.mesh.normal[v as usize];
@@ -64,6 +64,7 @@ impl Remesher<'_> {
             .map_or(0.0, |(q, n)| MEAN_OVER_CENTROID * (centroid - q).dot(n))
     }
 
+    /// Minus the mean offset of the faces around a vertex, weighted by area; fades in from the rim.
     fn displacement(&self, v: u32, offset: &[f64], ring: u32) -> f64 {
         let (mut sum, mut weight) = (0.0, 0.0);
         for h in self.mesh.outgoing(v) {
@@ -83,7 +84,7 @@ impl Remesher<'_> {
         }
     }
 
-    /// Number of edges from the rim to each vertex, counted up to `most`.
+    /// Number of edges from the rim to each vertex, up to `most`; `most + 1` beyond.
     pub(super) fn rings(&self, most: u32) -> Vec<u32> {
         let mut ring = vec![most + 1; self.mesh.position.len()];
         ring[..self.mesh.rim_len()].fill(0);

@@ -1,4 +1,4 @@
-//! Splits, collapses and flips.
+//! Edge operations of remeshing: splits, collapses and flips.
 
 use std::f64::consts::{FRAC_PI_3, TAU};
 
@@ -18,7 +18,7 @@ impl Remesher<'_> {
         self.mesh.length(h) / self.target(self.mesh.from(h), self.mesh.to(h))
     }
 
-    /// Splits edges longer than 4/3 of the target, the longest first.
+    /// Splits edges longer than 4/3 of the target, longest first.
     pub(super) fn split_long(&mut self) {
         for _ in 0..tuning().stitch.passes {
             let mut long: Vec<(f64, u32)> = self
@@ -44,6 +44,7 @@ impl Remesher<'_> {
         }
     }
 
+    /// Splits an edge at its midpoint, projected on the surface if no face becomes tilted.
     pub(super) fn split(&mut self, h: u32) -> u32 {
         let (a, b) = (self.mesh.from(h) as usize, self.mesh.to(h) as usize);
         let middle = (self.mesh.position[a] + self.mesh.position[b]) / 2.0;
@@ -61,7 +62,7 @@ impl Remesher<'_> {
         m
     }
 
-    /// Collapses edges shorter than 4/5 of the target, the shortest first.
+    /// Collapses edges shorter than 4/5 of the target, shortest first.
     pub(super) fn collapse_short(&mut self) {
         for _ in 0..tuning().stitch.passes {
             let mut short: Vec<(f64, u32)> = self
@@ -90,26 +91,26 @@ impl Remesher<'_> {
         self.mesh.faces[h as usize / 3][0] != super::NONE && self.mesh.twin(h).is_some()
     }
 
-    /// Collapses an edge, in the direction that leaves the better faces, unless an edge would become longer than `most`
-    /// times its target.
+    /// Collapses an edge to its projected midpoint or to one of its ends, whichever first gives good faces, unless an edge would
+    /// become longer than `most` times its target. Returns whether it did.
     pub(super) fn collapse(&mut self, h: u32, most: f64) -> bool {
         let Some(t) = self.mesh.twin(h) else {
             return false;
         };
         let (a, b) = (self.mesh.from(h), self.mesh.to(h));
-        let mut tries: Vec<(u32, DVec3, DVec3)> = Vec::new();
+        let mut candidates: Vec<(u32, DVec3, DVec3)> = Vec::new();
         if !self.mesh.is_rim(a) && !self.mesh.is_rim(b) {
             let middle = (self.mesh.position[a as usize] + self.mesh.position[b as usize]) / 2.0;
-            tries.extend(
+            candidates.extend(
                 self.project(middle, self.mesh.length(h))
                     .map(|(p, n)| (h, p, n)),
             );
         }
         for e in [h, t] {
             let to = self.mesh.to(e) as usize;
-            tries.push((e, self.mesh.position[to], self.mesh.normal[to]));
+            candidates.push((e, self.mesh.position[to], self.mesh.normal[to]));
         }
-        for (e, p, n) in tries {
+        for (e, p, n) in candidates {
             if self.mesh.can_collapse(e) && self.collapse_is_good(e, p, most) {
                 let to = self.mesh.to(e) as usize;
                 self.mesh.collapse(e);
@@ -121,6 +122,8 @@ impl Remesher<'_> {
         false
     }
 
+    /// Whether collapsing an edge to `p` creates no duplicate edge, no long edge, and no tilted face (or less tilted ones than
+    /// before).
     fn collapse_is_good(&self, h: u32, p: DVec3, most: f64) -> bool {
         let mesh = &*self.mesh;
         let (u, v) = (mesh.from(h), mesh.to(h));
@@ -158,7 +161,7 @@ impl Remesher<'_> {
         after >= tuning().stitch.least_cosine || after > before
     }
 
-    /// Turns edges where that brings the numbers of faces at the four vertices nearer to their ideal.
+    /// Flips edges if that brings the valences of the four vertices closer to ideal.
     pub(super) fn flip_by_valence(&mut self) {
         for h in self.mesh.interior_edges().collect::<Vec<_>>() {
             if self.is_cancelled() {
@@ -176,7 +179,7 @@ impl Remesher<'_> {
         }
     }
 
-    /// Number of faces at `v` beyond the ideal: six, or one for each 60 degrees at a rim corner.
+    /// Valence of `v` (in faces) minus the ideal: six, or one for each 60 degrees at a rim corner.
     fn excess(&self, v: u32) -> i32 {
         let mesh = &*self.mesh;
         let count = mesh.outgoing(v).count() as i32;
@@ -194,7 +197,7 @@ impl Remesher<'_> {
         count - (angle.clamp(0.0, TAU) / FRAC_PI_3).round().max(1.0) as i32
     }
 
-    /// Turns edges where that makes the worse of the two faces better.
+    /// Flips edges if that improves the worse of the two faces.
     pub(super) fn flip_by_shape(&mut self) {
         for _ in 0..tuning().stitch.passes {
             let mut changed = false;
@@ -213,6 +216,7 @@ impl Remesher<'_> {
         }
     }
 
+    /// The corners a, b of an edge and the opposite corners c, d of its two faces.
     pub(super) fn diamond(&self, h: u32) -> Option<[u32; 4]> {
         let t = self.mesh.twin(h)?;
         Some([
@@ -233,7 +237,7 @@ impl Remesher<'_> {
         then - now
     }
 
-    /// Whether turning the edge leaves a mesh that follows the surface, with faces at least `keep` times as good.
+    /// Whether a flip leaves a mesh that follows the surface, with a worse face at least `keep` times as good as before.
     pub(super) fn can_flip(&self, h: u32, keep: f64) -> bool {
         let Some([a, b, c, d]) = self.diamond(h) else {
             return false;
@@ -254,7 +258,7 @@ impl Remesher<'_> {
         quality([p, s, r]).min(quality([s, q, r])) >= keep * worst_now
     }
 
-    /// Whether the edge (a, b) can become (c, d) without changing the topology.
+    /// Whether edge (a, b) can be replaced by (c, d) without a change of topology.
     pub(super) fn may_flip(&self, [a, b, c, d]: [u32; 4]) -> bool {
         let spare =
             |v: u32| self.mesh.outgoing(v).count() > if self.mesh.is_rim(v) { 1 } else { 3 };

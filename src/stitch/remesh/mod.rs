@@ -1,4 +1,4 @@
-//! Isotropic remeshing of the patch with the rim held fixed (Botsch and Kobbelt 2004, section 4).
+//! Isotropic remeshing of the patch with a fixed rim (Botsch and Kobbelt 2004, section 4).
 
 mod compensate;
 mod edges;
@@ -25,12 +25,13 @@ pub(super) use repair::repair;
 /// Remeshes the patch in place.
 ///
 /// # Errors
-/// When splitting long edges does not end: between edges that differ by many orders, or in spikes, short edges cannot be
-/// collapsed as fast as new ones appear; [`StitchError::Cancelled`].
+/// If splitting long edges does not end: between edges whose lengths differ by orders of magnitude, or in spikes, new short edges
+/// appear faster than they can be collapsed; [`StitchError::Cancelled`].
 pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) -> Result<(), StitchError> {
     let mut work = Remesher::new(input, patch);
     work.set_sizes(&input.params, input.voxel);
     let most = work.most_faces(&input.params);
+    // Split, collapse, flip and smooth by area; a large patch stops early once vertices hardly move.
     for _ in 0..input.params.iterations {
         input.go_on()?;
         work.split_long();
@@ -48,6 +49,7 @@ pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) -> Result<(), S
             break;
         }
     }
+    // Flip and smooth by shape.
     for _ in 0..tuning().stitch.polish {
         input.go_on()?;
         work.flip_by_shape();
@@ -65,13 +67,13 @@ pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) -> Result<(), S
     Ok(())
 }
 
-/// The patch with what its changes must respect.
+/// The patch and the constraints on its changes.
 pub(super) struct Remesher<'a> {
     mesh: &'a mut PatchMesh,
     rims: &'a Rims,
     surface: &'a dyn Surface,
     centre: DVec3,
-    /// Corners of the mesh vertices that have several.
+    /// The corners of mesh vertices that have several.
     copies: HashMap<u32, Vec<u32>>,
 }
 
@@ -91,18 +93,18 @@ impl<'a> Remesher<'a> {
         }
     }
 
-    /// Whether the work is to stop where it is.
+    /// Whether the work should stop.
     fn is_cancelled(&self) -> bool {
         self.surface.is_cancelled()
     }
 
-    /// Whether the patch has many faces, beside those that are removed.
+    /// Whether the patch has many faces, not counting removed ones.
     fn is_large(&self) -> bool {
         let is_there = |f: &&[u32; 3]| f[0] != NONE;
         self.mesh.faces.iter().filter(is_there).count() >= tuning().stitch.large_patch
     }
 
-    /// Ends the work on a large patch of which a large part is folded: each tilted face costs a hundred times another one.
+    /// Fails if much of a large patch is folded: each tilted face costs as much time as a hundred others.
     fn refuse_folded(&self) -> Result<(), StitchError> {
         let faces = self.mesh.faces.len();
         if faces < tuning().stitch.large_patch {
@@ -115,14 +117,14 @@ impl<'a> Remesher<'a> {
         Ok(())
     }
 
-    /// The nearest point of the surface and its normal, unless that is farther than `limit`.
+    /// The nearest point of the surface and its normal, unless it is farther than `limit`.
     fn project(&self, p: DVec3, limit: f64) -> Option<(DVec3, DVec3)> {
         let (q, n) = self.surface.project(p + self.centre)?;
         let q = q - self.centre;
         (q.is_finite() && n.is_finite() && q.distance_squared(p) <= limit * limit).then_some((q, n))
     }
 
-    /// Whether an edge between two vertices that have none would be the only one between the vertices of the output.
+    /// Whether a new edge between two vertices would be the only one between their output vertices.
     fn may_join(&self, a: u32, b: u32) -> bool {
         let mesh = &*self.mesh;
         match (mesh.is_rim(a), mesh.is_rim(b)) {
@@ -142,7 +144,7 @@ impl<'a> Remesher<'a> {
         }
     }
 
-    /// Whether no other corner of the same mesh vertex as `rim` is joined to `free`.
+    /// Whether no other corner of `rim`'s mesh vertex has an edge to `free`.
     fn alone(&self, rim: u32, free: u32) -> bool {
         let corners = self.corners(self.mesh.origin[rim as usize], &rim);
         corners
@@ -150,13 +152,14 @@ impl<'a> Remesher<'a> {
             .all(|&c| c == rim || !self.mesh.has_edge(c, free))
     }
 
+    /// All corners of a mesh vertex; `only` if it has a single one.
     fn corners<'b>(&'b self, origin: u32, only: &'b u32) -> &'b [u32] {
         self.copies
             .get(&origin)
             .map_or(std::slice::from_ref(only), Vec::as_slice)
     }
 
-    /// Cosine between a face and the mean surface normal at its corners; -1 for a degenerate face.
+    /// Cosine between the normal of a face and the mean surface normal at its corners; -1 for a degenerate face.
     fn cosine(&self, face: [u32; 3]) -> f64 {
         self.cosine_at(face, face.map(|v| self.mesh.position[v as usize]))
     }
@@ -172,7 +175,7 @@ impl<'a> Remesher<'a> {
         }
     }
 
-    /// Least cosine and least quality of the faces round `v` if it were at `p`.
+    /// The smallest cosine and the smallest quality of the faces around `v` if it were at `p`.
     fn around(&self, v: u32, p: DVec3) -> (f64, f64) {
         let mut least = (1.0f64, 1.0f64);
         for h in self.mesh.outgoing(v) {

@@ -1,4 +1,4 @@
-//! Bending the patch to meet a rough mesh at the angles that the mesh itself has there.
+//! Seam relaxation: bends the patch to meet a rough mesh at the angles that the mesh itself has at the rim.
 
 use glam::DVec3;
 
@@ -11,13 +11,14 @@ use crate::tuning::tuning;
 struct Seam {
     /// The patch's half-edge.
     edge: u32,
-    /// The angle across it, positive where the surface is convex.
+    /// Dihedral angle at the edge in radians, positive where the surface is convex.
     angle: f64,
-    /// That without what comes from the curvature.
+    /// The angle minus the part that the curvature of the surface explains.
     excess: f64,
 }
 
-/// The change of an edge's angle with the displacements of four vertices, and what it is to be.
+/// A row of the least-squares system: derivatives of an edge's angle with respect to four vertex displacements, and the wanted
+/// change.
 struct Row {
     change: [(u32, f64); 4],
     goal: f64,
@@ -37,12 +38,13 @@ impl Row {
     }
 }
 
-/// A vertex that is not moved.
+/// Marks a vertex that is not moved.
 const FIXED: u32 = u32::MAX;
 
-/// The normal equations.
+/// The normal equations, as an operator.
 struct Bending {
     rows: Vec<Row>,
+    /// Penalty on the displacement of each vertex.
     stay: Vec<f64>,
     jacobi: Vec<f64>,
 }
@@ -64,27 +66,27 @@ impl LinearOperator for Bending {
 }
 
 impl Remesher<'_> {
-    /// Where the angles across the rim are larger than the mesh's own beside it, on average, moves the vertices near the rim
-    /// along their normals so that they are not, with the least change of the angles within the patch.
+    /// If the angles across the rim are on average larger than the mesh's own next to it, moves the vertices near the rim along
+    /// their normals to reduce them, with the least change of the angles within the patch.
     ///
-    /// The surface is smoother than a rough mesh, which it meets at the rim in position and normal only as far as voxels
-    /// show them. What of an angle comes from the curvature of the surface stays: a smooth mesh is met as it is.
+    /// The surface is smoother than a rough mesh, and matches its position and normal at the rim only with the accuracy of
+    /// voxels. The part of an angle that the curvature of the surface explains is kept, so a smooth mesh is not affected.
     pub(super) fn relax_seam(&mut self) {
         let Some(around) = self.rims.angle_around else {
             return;
         };
         let rules = &tuning().stitch;
-        // Angles across the rim in radians, and what of them the curvature of the surface does not explain.
+        // Angles across the rim in radians, and their excess over the curvature of the surface.
         let seam: Vec<Seam> = self.seam().collect();
         let mean =
             |of: fn(&Seam) -> f64| seam.iter().map(of).sum::<f64>() / seam.len().max(1) as f64;
-        let sharp = mean(|s| s.angle.abs());
-        let rough = mean(|s| s.excess.abs());
-        if sharp <= around.max(rules.seam_visible) || rough <= rules.seam_rough * sharp {
+        let angle = mean(|s| s.angle.abs());
+        let excess = mean(|s| s.excess.abs());
+        if angle <= around.max(rules.seam_visible) || excess <= rules.seam_rough * angle {
             return;
         }
-        // How much of the excess has to go for the mean angle to be a part of that of the mesh.
-        let part = 1.0 - rules.seam_goal * around / sharp;
+        // The fraction of the excess to remove, so that the mean angle becomes a fraction of the mesh's.
+        let part = 1.0 - rules.seam_goal * around / angle;
         // The unknowns: displacements of free vertices near the rim along their normals, in units of the mesh.
         let ring = self.rings(rules.seam_rings);
         let (mut number, mut moved) = (vec![FIXED; ring.len()], Vec::new());
@@ -94,7 +96,7 @@ impl Remesher<'_> {
                 moved.push(v);
             }
         }
-        // Least squares: wanted changes of the angles across the rim, none of those within the patch, short displacements.
+        // Least squares: wanted changes of the angles across the rim, no changes within the patch, short displacements.
         let mut rows: Vec<Row> = seam
             .iter()
             .map(|s| Row {
@@ -115,7 +117,7 @@ impl Remesher<'_> {
         let lengths: Vec<f64> = moved.iter().map(|&v| self.mesh.mean_length(v)).collect();
         let stay = |l: &f64| (rules.seam_stay / l).powi(2);
         let stay: Vec<f64> = lengths.iter().map(stay).collect();
-        // Right-hand side and diagonal of the normal equations, which are solved without their matrix.
+        // Right-hand side and diagonal of the normal equations, which are solved matrix-free.
         let (mut rhs, mut diagonal) = (vec![0.0; moved.len()], stay.clone());
         for row in &rows {
             row.add(row.goal, &mut rhs);
@@ -136,7 +138,7 @@ impl Remesher<'_> {
         }
     }
 
-    /// The edges along the rim, where the surface is known beside them.
+    /// The rim edges with a known face on the other side.
     fn seam(&self) -> impl Iterator<Item = Seam> + '_ {
         let mesh = &*self.mesh;
         (0..mesh.rim_len() as u32).filter_map(move |v| {
@@ -164,8 +166,8 @@ impl Remesher<'_> {
         })
     }
 
-    /// The angle between the triangles a, b, c and b, a, d if all corners lay on a surface with the curvature that ours has
-    /// one to two heights away from the edge, on the side of c.
+    /// The angle between the triangles a, b, c and b, a, d if all corners were on a surface with the curvature that ours has one
+    /// to two triangle heights from the edge, on the side of c.
     fn smooth_angle(&self, [a, b, c]: [DVec3; 3], d: DVec3) -> Option<f64> {
         let middle = 0.5 * (a + b);
         let along = (b - a).normalize_or_zero();
@@ -176,6 +178,7 @@ impl Remesher<'_> {
             let way = to.0 - from.0;
             (to.1 - from.1) / way.length()
         };
+        // Shape operator from the change of normals between four points.
         let [near, far, left, right] =
             [at(1.0, 0.0)?, at(2.0, 0.0)?, at(1.5, -0.5)?, at(1.5, 0.5)?];
         let (by_u, by_w) = (rate(near, far), rate(left, right));
@@ -197,8 +200,8 @@ impl Remesher<'_> {
         Some(bend(c) + bend(d)).filter(|angle| angle.is_finite())
     }
 
-    /// How the angle across an edge, given by its half-edges, changes with the displacements of the vertices of its faces
-    /// along their normals; by its two ends from both sides at once.
+    /// Derivatives of the angle at an edge, given by its half-edges, with respect to displacements of the vertices of its faces
+    /// along their normals. The two ends get contributions from both faces.
     fn change(&self, sides: [Option<u32>; 2], number: &[u32]) -> [(u32, f64); 4] {
         let mesh = &*self.mesh;
         let mut out = [(FIXED, 0.0); 4];
@@ -213,7 +216,7 @@ impl Remesher<'_> {
             let normal = normal.normalize_or_zero();
             let foot = (pc - pa).dot(pb - pa) / (length * length);
             let of = |v: u32| normal.dot(mesh.normal[v as usize]) / height;
-            // The ends come in this order on the first side, in the other on the second.
+            // The second half-edge has the ends in reverse order.
             let ends = [(a, 1.0 - foot), (b, foot)];
             for (end, (v, part)) in ends.into_iter().enumerate() {
                 let slot = &mut out[end ^ side];

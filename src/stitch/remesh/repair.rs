@@ -1,4 +1,4 @@
-//! Local changes round faces that intersect others.
+//! Repair of self-intersections: local changes around intersecting faces.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use crate::stitch::assemble::Assembled;
 use crate::stitch::check::Surroundings;
 use crate::tuning::tuning;
 
-/// Changes the patch round its intersecting faces until none is left or nothing helps; returns how many are left.
+/// Changes the patch around its intersecting faces until none is left or nothing helps; returns their remaining number.
 pub(in crate::stitch) fn repair(
     input: &StitchInput,
     patch: &mut Assembled,
@@ -40,6 +40,7 @@ pub(in crate::stitch) fn repair(
 }
 
 impl Remesher<'_> {
+    /// Flips or collapses edges of the given faces (depending on the round), then untangles and smooths around them.
     fn rework(&mut self, faces: &BTreeSet<u32>, round: usize) {
         let corners: BTreeSet<u32> = faces
             .iter()

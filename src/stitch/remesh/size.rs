@@ -1,4 +1,4 @@
-//! The target edge length at each vertex of the patch.
+//! Target edge lengths at the vertices of the patch.
 
 use std::f64::consts::TAU;
 
@@ -12,7 +12,7 @@ use crate::tuning::tuning;
 const EQUILATERAL: f64 = 0.433_012_701_892_219_3;
 
 impl Remesher<'_> {
-    /// Sets the target from the mesh's edges at the rim, made shorter where a chord would be too far from the surface.
+    /// Sets the targets from the mesh's edges at the rim, shortened where a chord would be too far from the surface.
     pub(super) fn set_sizes(&mut self, params: &StitchParams, voxel: f64) {
         self.even_out_rim();
         if self.mesh.rim_len() > 0 {
@@ -25,7 +25,7 @@ impl Remesher<'_> {
             .into_par_iter()
             .map(|v| {
                 let size = factor * self.mesh.size[v as usize];
-                // a chord of length l on curvature k is k l² / 8 from the surface
+                // A chord of length l is k l² / 8 from a surface of curvature k.
                 let by_curvature = (8.0 * chord / self.curvature(v)).sqrt();
                 if self.mesh.is_rim(v) {
                     size
@@ -43,7 +43,7 @@ impl Remesher<'_> {
         self.limit_faces(0.5 * self.most_faces(params));
     }
 
-    /// The most faces that the rims account for; infinite where there are none.
+    /// The maximum number of faces plausible for the rims; infinite without rims.
     pub(super) fn most_faces(&self, params: &StitchParams) -> f64 {
         let squares: f64 = self
             .rims
@@ -58,7 +58,7 @@ impl Remesher<'_> {
             / params.edge_factor.powi(2).min(1.0)
     }
 
-    /// Raises the least target until the patch would get no more than so many faces.
+    /// Raises the smallest targets until the patch would have at most `most` faces.
     fn limit_faces(&mut self, most: f64) {
         if !most.is_finite() {
             return;
@@ -80,7 +80,7 @@ impl Remesher<'_> {
         if faces(0.0) <= most {
             return;
         }
-        // A floor at which all of the area gets that many faces, wherever they are.
+        // A floor at which the whole area has that number of faces, wherever they are.
         let enough = (parts.iter().map(|p| p.0).sum::<f64>() / (EQUILATERAL * most)).sqrt();
         let mut floor = 1e-6 * enough;
         while floor < enough && faces(floor) > most {
@@ -91,7 +91,7 @@ impl Remesher<'_> {
         }
     }
 
-    /// Interpolates the length from the rim.
+    /// Interpolates the targets from the rim, with weights that fall with distance.
     fn take_from_rim(&mut self) {
         let mesh = &*self.mesh;
         let rim: Vec<(glam::DVec3, f64)> = (0..mesh.rim_len())
@@ -116,7 +116,7 @@ impl Remesher<'_> {
         self.mesh.size[rim_len..].copy_from_slice(&from_rim);
     }
 
-    /// The least target, which keeps degenerate rim edges from asking for too many faces.
+    /// The smallest target, so that degenerate rim edges do not lead to too many faces.
     fn floor(&self, voxel: f64) -> f64 {
         let area: f64 = self
             .mesh
@@ -129,7 +129,7 @@ impl Remesher<'_> {
             .max(tuning().stitch.size_least_voxel * voxel)
     }
 
-    /// Replaces the length at each rim corner by the mean with its neighbours along the rim.
+    /// Smooths the target at rim corners: each becomes the mean with its neighbours along the rim; three passes.
     fn even_out_rim(&mut self) {
         for _ in 0..3 {
             let mut sum: Vec<(f64, f64)> = self.mesh.size[..self.mesh.rim_len()]
@@ -152,7 +152,8 @@ impl Remesher<'_> {
         }
     }
 
-    /// Mean over the edges at `v` of the turn of the normal per length, at least that of a circle of a hundred edges.
+    /// Estimate of the curvature at `v`: mean of the average and the maximum, over its edges, of the change of the normal per
+    /// length; at least the curvature of a circle of a hundred edges.
     fn curvature(&self, v: u32) -> f64 {
         let mesh = &*self.mesh;
         let (mut sum, mut n) = (0.0, 0.0);
@@ -174,6 +175,7 @@ impl Remesher<'_> {
         }
     }
 
+    /// Limits how fast targets grow from vertex to vertex.
     fn limit_growth(&mut self) {
         for _ in 0..tuning().stitch.size_sweeps {
             let mesh = &*self.mesh;

@@ -1,4 +1,4 @@
-//! Tangential smoothing, followed by projection.
+//! Tangential smoothing of patch vertices, with projection on the surface.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -8,20 +8,21 @@ use crate::stitch::half_edge::prev;
 use crate::tuning::tuning;
 
 impl Remesher<'_> {
-    /// Moves free vertices towards the centroid of the faces round them, weighted so that edges approach their targets. Returns
-    /// the root mean square of the ways over the targets.
+    /// Moves free vertices towards the centroid of the faces around them, weighted so that edges approach their target lengths.
+    /// Returns the root mean square displacement relative to the targets.
     pub(super) fn smooth_by_area(&mut self) -> f64 {
         let free: Vec<u32> = self.free_vertices().collect();
         self.smooth_at(&free, Self::area_goal, 0.3)
     }
 
-    /// Moves free vertices towards the mean of the apexes that would make the faces round them equilateral. Returns as
+    /// Moves free vertices towards the mean of the apexes that would make the faces around them equilateral. Returns the same as
     /// [`Self::smooth_by_area`].
     pub(super) fn smooth_by_shape(&mut self) -> f64 {
         let free: Vec<u32> = self.free_vertices().collect();
         self.smooth_at(&free, Self::shape_goal, 1.0)
     }
 
+    /// Mean of the centroids of the faces around a vertex, weighted by area over the fourth power of the target size.
     fn area_goal(&self, v: u32) -> DVec3 {
         let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
         for h in self.mesh.outgoing(v) {
@@ -43,6 +44,7 @@ impl Remesher<'_> {
         sum / weight
     }
 
+    /// Mean of the apexes that would make the faces around a vertex equilateral.
     pub(super) fn shape_goal(&self, v: u32) -> DVec3 {
         let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
         let n = self.mesh.normal[v as usize];
@@ -55,8 +57,8 @@ impl Remesher<'_> {
         sum / weight
     }
 
-    /// Moves vertices towards their goals, along the surface. A move that would tilt a face is undone, and so is one that
-    /// brings the worst face round it below `keep` times what it was.
+    /// Moves vertices towards their goals along the surface. A move is rejected if it would tilt a face or reduce the worst
+    /// quality around the vertex below `keep` times its old value; then the vertex is only projected on the surface.
     pub(super) fn smooth_at(
         &mut self,
         free: &[u32],
@@ -86,7 +88,7 @@ impl Remesher<'_> {
             }
             let before = self.mesh.position[v as usize];
             if !moved.is_some_and(|(p, n)| self.try_move(v, p, n, keep)) {
-                self.settle(v, keep);
+                self.reproject(v, keep);
             }
             let way = before.distance(self.mesh.position[v as usize]);
             squares += (way / self.mesh.size[v as usize]).powi(2);
@@ -94,15 +96,15 @@ impl Remesher<'_> {
         (squares / free.len().max(1) as f64).sqrt()
     }
 
-    /// Puts a vertex on the surface where it is.
-    fn settle(&mut self, v: u32, keep: f64) {
+    /// Projects a vertex on the surface without a tangential move.
+    fn reproject(&mut self, v: u32, keep: f64) {
         let p = self.mesh.position[v as usize];
         if let Some((q, n)) = self.project(p, self.mesh.size[v as usize]) {
             self.try_move(v, q, n, keep);
         }
     }
 
-    /// Moves a vertex if the faces round it stay good.
+    /// Moves a vertex if the faces around it stay good; returns whether it did.
     fn try_move(&mut self, v: u32, p: DVec3, n: DVec3, keep: f64) -> bool {
         let (old, old_normal) = (self.mesh.position[v as usize], self.mesh.normal[v as usize]);
         let before = self.around(v, old);

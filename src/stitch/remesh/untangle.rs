@@ -1,4 +1,4 @@
-//! Unfolding: changes that turn faces back that are tilted away from the surface normal, or turned over.
+//! Untangling: turns tilted or folded faces back, by flips, vertex moves and collapses.
 
 use std::f64::consts::TAU;
 
@@ -8,13 +8,13 @@ use super::Remesher;
 use crate::stitch::half_edge::NONE;
 use crate::tuning::tuning;
 
-/// Directions tried for a vertex of a folded face.
+/// Number of directions in which a new position for a vertex of a folded face is searched.
 const DIRECTIONS: usize = 12;
-/// Distances tried, in target lengths.
+/// Distances of that search, in target edge lengths.
 const REACH: [f64; 5] = [0.8, 0.4, 0.2, 0.1, 0.05];
 
 impl Remesher<'_> {
-    /// Faces whose normals are more than 60 degrees from that of the surface.
+    /// Faces whose normals differ by more than 60 degrees from the surface's.
     pub(super) fn tilted(&self) -> Vec<u32> {
         let faces = &self.mesh.faces;
         (0..faces.len() as u32)
@@ -25,7 +25,7 @@ impl Remesher<'_> {
             .collect()
     }
 
-    /// Turns edges, moves vertices and, where that does not help, collapses edges of tilted faces.
+    /// Flips edges and moves vertices of tilted faces; from the second round on also collapses their edges.
     pub(super) fn untangle(&mut self) {
         for round in 0..tuning().stitch.untangle_rounds {
             let tilted = self.tilted();
@@ -41,6 +41,7 @@ impl Remesher<'_> {
         }
     }
 
+    /// Attempts to turn back one face: by flips, then by moving its vertices, then by collapses if `collapse` is true.
     fn unfold(&mut self, f: u32, collapse: bool) {
         let is_tilted = |work: &Self| {
             let face = work.mesh.faces[f as usize];
@@ -64,6 +65,7 @@ impl Remesher<'_> {
         }
     }
 
+    /// Flips an edge if that increases the smallest signed area of its two faces or leaves neither tilted.
     fn flip_to_unfold(&mut self, h: u32) {
         let Some([a, b, c, d]) = self.diamond(h) else {
             return;
@@ -76,7 +78,7 @@ impl Remesher<'_> {
         }
     }
 
-    /// The place near `v` where the smallest signed area of the faces round it is largest.
+    /// Moves `v` to the nearby position where the smallest signed area of its faces is largest.
     fn search(&mut self, v: u32) {
         let n = self.mesh.normal[v as usize];
         let x = n.any_orthonormal_vector();
@@ -107,7 +109,7 @@ impl Remesher<'_> {
         }
     }
 
-    /// The smallest signed area, seen along the surface normal, of the faces round `v` if it were at `p`.
+    /// The smallest signed area, along the surface normal, of the faces around `v` if it were at `p`.
     pub(super) fn least_area(&self, v: u32, p: DVec3) -> f64 {
         let n = self.mesh.normal[v as usize];
         let area = |h: u32| {

@@ -1,4 +1,4 @@
-//! Holes in known surfaces: the patch must close them and lie on the surface.
+//! Tests: patches of holes in known surfaces must close them and be on the surface.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -28,7 +28,7 @@ impl Case {
         }
     }
 
-    /// With the vertices left on the surface, not moved so that the faces lie evenly about it.
+    /// Stitches without facet compensation, so that vertices are on the surface.
     pub fn stitch_on_surface(&self) -> Patch {
         self.stitch(StitchParams {
             facet_compensation: 0.0,
@@ -56,7 +56,7 @@ impl Case {
     }
 }
 
-/// The mesh with the patch must be closed but for `open` border edges, manifold and oriented.
+/// Asserts that the mesh with the patch is manifold and oriented, and closed except for `open` boundary edges; returns it.
 pub fn assert_joined(mesh: &Mesh, patch: &Patch, open: usize) -> Mesh {
     let mut whole = mesh.clone();
     whole.positions.extend(&patch.positions);
@@ -74,7 +74,7 @@ pub fn assert_joined(mesh: &Mesh, patch: &Patch, open: usize) -> Mesh {
         .keys()
         .filter(|(a, b)| !edges.contains_key(&(*b, *a)))
         .count();
-    assert_eq!(single, open, "border edges");
+    assert_eq!(single, open, "boundary edges");
     whole
 }
 
@@ -99,7 +99,7 @@ pub fn ragged_cap(seed: u64, rag: f64, across: f64) -> Case {
     let mut mesh = icosphere(4);
     jitter(&mut mesh, &sphere(), 0.015, &mut noise);
     let mesh = punch(&mesh, |c| c.normalize().z > 0.5 + rag * noise.next());
-    let loops = border(&mesh);
+    let loops = boundary_loops(&mesh);
     Case::new(mesh, loops, sphere(), 1.7 / across)
 }
 
@@ -112,8 +112,8 @@ pub fn catenoid(p: DVec3) -> f64 {
     (p.truncate().length() - p.z.cosh()) / p.z.cosh()
 }
 
-/// Stitches and asserts all that holds for every patch; vertices lie on the surface where they are not moved off it to
-/// make the faces lie evenly about it. Returns the patch whose vertices lie on the surface.
+/// Stitches and asserts what holds for every patch. Without facet compensation the vertices must also be on the surface; returns
+/// that patch.
 fn check(case: &Case, wanted_euler: i64, open: usize) -> Patch {
     check_joined(
         case,
@@ -172,7 +172,7 @@ fn torus_patch() {
         (DVec3::new(0.414, 0.0, 0.0), 0.5),
     ] {
         let mesh = punch(&mesh, |c| c.distance(centre) < radius);
-        let loops = border(&mesh);
+        let loops = boundary_loops(&mesh);
         assert_eq!(loops.len(), 1);
         check(
             &Case::new(mesh, loops, Analytic::new(torus), radius / 16.0),
@@ -188,11 +188,11 @@ fn catenoid_neck_joins_two_rims() {
         let z = 3.0 * v - 1.5;
         DVec3::new(z.cosh() * (u * TAU).cos(), z.cosh() * (u * TAU).sin(), z)
     });
-    let outer = border(&mesh).iter().map(Vec::len).sum::<usize>();
+    let outer = boundary_loops(&mesh).iter().map(Vec::len).sum::<usize>();
     let mut noise = Noise(6);
     jitter(&mut mesh, &Analytic::new(catenoid), 0.015, &mut noise);
     let mesh = punch(&mesh, |c| c.z.abs() < 0.7 + 0.05 * noise.next());
-    let mut loops = border(&mesh);
+    let mut loops = boundary_loops(&mesh);
     loops.retain(|l| mesh.positions[l[0] as usize].z.abs() < 1.0);
     let patch = check(
         &Case::new(mesh, loops, Analytic::new(catenoid), 2.5 / 32.0),
@@ -208,7 +208,7 @@ fn island_in_a_hole() {
     let mut mesh = icosphere(4);
     jitter(&mut mesh, &sphere(), 0.015, &mut noise);
     let mesh = punch(&mesh, |c| (0.6..0.94).contains(&c.normalize().z));
-    let loops = border(&mesh);
+    let loops = boundary_loops(&mesh);
     assert_eq!(loops.len(), 2);
     check(&Case::new(mesh, loops, sphere(), 1.6 / 32.0), 2, 0);
 }
@@ -221,7 +221,7 @@ fn small_islands_at_any_place() {
     for seed in 0..6 {
         let mut noise = Noise(seed);
         let mesh = punch(&mesh, |c| c.normalize().z > 0.6 && noise.next() > 0.02);
-        let loops = border(&mesh);
+        let loops = boundary_loops(&mesh);
         check(&Case::new(mesh, loops, sphere(), 1.6 / 32.0), 2, 0);
     }
 }
@@ -241,7 +241,7 @@ fn plane_stays_flat() {
     let mesh = punch(&mesh, |c| {
         c.distance(DVec3::new(0.4, 0.5, 0.5)) < 0.25 + 0.03 * noise.next()
     });
-    let mut loops = border(&mesh);
+    let mut loops = boundary_loops(&mesh);
     loops.retain(|l| !l.iter().any(|&v| mesh.positions[v as usize].x == 0.0));
     let case = Case::new(mesh, loops, Analytic::new(|p| p.z - 0.5), 0.5 / 32.0);
     let patch = check(&case, 1, 160);
@@ -256,7 +256,7 @@ fn far_from_the_origin() {
     jitter(&mut mesh, &sphere(), 0.015, &mut noise);
     let mut mesh = punch(&mesh, |c| c.normalize().z > 0.5);
     mesh.positions.iter_mut().for_each(|p| *p += by);
-    let loops = border(&mesh);
+    let loops = boundary_loops(&mesh);
     let surface = Analytic::new(move |p| (p - by).length() - 1.0);
     let patch = Case::new(mesh.clone(), loops, surface, 1.7 / 32.0).stitch(StitchParams::default());
     assert_eq!(euler(&assert_joined(&mesh, &patch, 0)), 2);
@@ -271,7 +271,7 @@ fn uneven_rim() {
         let mut mesh = icosphere(3);
         jitter(&mut mesh, &sphere(), 0.04, &mut noise_mesh);
         let mesh = punch(&mesh, |c| c.normalize().z > 0.5 + 0.3 * noise.next());
-        let loops = border(&mesh);
+        let loops = boundary_loops(&mesh);
         check(&Case::new(mesh, loops, sphere(), 1.7 / 40.0), 2, 0);
     }
 }

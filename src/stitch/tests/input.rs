@@ -1,4 +1,4 @@
-//! Inputs that are wrong or degenerate, and single loops.
+//! Tests: wrong and degenerate inputs, and single loops.
 
 use glam::DVec3;
 
@@ -39,7 +39,7 @@ fn input<'a>(
 
 fn cap() -> (Mesh, Vec<Vec<u32>>) {
     let mesh = punch(&icosphere(3), |c| c.z > 0.5);
-    let loops = border(&mesh);
+    let loops = boundary_loops(&mesh);
     (mesh, loops)
 }
 
@@ -128,7 +128,7 @@ fn small_holes_are_filled_without_an_extracted_surface() {
         count += 1;
         count % 97 == 0
     });
-    let loops = border(&mesh);
+    let loops = boundary_loops(&mesh);
     let surface = sphere().with_mesh(&mesh, &loops);
     let patch = stitch(&input(&mesh, &loops, &surface, &Mesh::default())).expect("a patch");
     assert_eq!(patch.report.filled_directly, loops.len());
@@ -159,7 +159,7 @@ struct Offsets {
     rms: f64,
 }
 
-/// Signed distances of the faces of a patch above a height from the unit sphere, at the middles of their edges (exact for quadratic
+/// Signed distances from the unit sphere of a patch's faces above a height, at the midpoints of their edges (exact for quadratic
 /// functions), weighted by area.
 fn facet_offsets(case: &Case, patch: &Patch, above: f64) -> Offsets {
     let mut points = case.mesh.positions.clone();
@@ -188,7 +188,7 @@ fn facet_offsets(case: &Case, patch: &Patch, above: f64) -> Offsets {
 fn one_loop_is_triangulated_without_new_vertices() {
     for (level, top) in [(2, 0.5), (3, 0.5), (5, 0.2)] {
         let mesh = punch(&icosphere(level), |c| c.z > top);
-        let rim = &border(&mesh)[0];
+        let rim = &boundary_loops(&mesh)[0];
         let faces = triangulate_loop(&mesh, rim).expect("a triangulation");
         assert_eq!(faces.len(), rim.len() - 2);
         assert_eq!(count_intersecting(&mesh, &[], &faces), 0);

@@ -1,3 +1,5 @@
+//! Tests of stitching.
+
 mod cases;
 mod input;
 pub mod shapes;

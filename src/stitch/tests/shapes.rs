@@ -1,4 +1,4 @@
-//! Analytic surfaces, the rims of meshes of them, and their extraction, for tests.
+//! Shapes for tests: analytic surfaces, rims of their meshes, and extraction.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -9,7 +9,7 @@ use crate::mesh::Mesh;
 pub use crate::mesh::shapes::{grid, icosphere, punch};
 use crate::sdf::Surface;
 
-/// A fixed sequence of numbers in [0, 1).
+/// A pseudo-random sequence in [0, 1).
 pub struct Noise(pub u64);
 
 impl Noise {
@@ -28,7 +28,7 @@ impl Noise {
 
 type Field = Box<dyn Fn(DVec3) -> f64 + Sync>;
 
-/// The zero set of a function, with the mesh that tells what belongs to the hole.
+/// The zero set of a function, and the mesh that determines which part belongs to the hole.
 pub struct Analytic {
     pub field: Field,
     triangles: Vec<[DVec3; 3]>,
@@ -44,7 +44,7 @@ impl Analytic {
         }
     }
 
-    /// Takes the mesh whose border is the rim.
+    /// Sets the mesh and the rim loops of the hole.
     pub fn with_mesh(mut self, mesh: &Mesh, loops: &[Vec<u32>]) -> Self {
         self.triangles = mesh
             .faces
@@ -111,7 +111,7 @@ impl Surface for Analytic {
     }
 }
 
-/// The closest point of a triangle and the edges it lies on.
+/// The closest point of a triangle and the edges that contain it.
 fn closest(p: DVec3, t: &[DVec3; 3]) -> (DVec3, Vec<usize>) {
     let n = (t[1] - t[0]).cross(t[2] - t[0]);
     let inside = (0..3).all(|k| (t[(k + 1) % 3] - t[k]).cross(p - t[k]).dot(n) >= 0.0);
@@ -132,8 +132,8 @@ fn closest(p: DVec3, t: &[DVec3; 3]) -> (DVec3, Vec<usize>) {
     (best.1, best.2)
 }
 
-/// The border loops, in the direction of a patch.
-pub fn border(mesh: &Mesh) -> Vec<Vec<u32>> {
+/// The boundary loops, in the direction of a patch.
+pub fn boundary_loops(mesh: &Mesh) -> Vec<Vec<u32>> {
     let edges: HashSet<(u32, u32)> = mesh
         .faces
         .iter()
@@ -161,7 +161,7 @@ pub fn border(mesh: &Mesh) -> Vec<Vec<u32>> {
     loops
 }
 
-/// Moves the vertices at random by up to `by`, and back on the surface.
+/// Moves the vertices randomly by up to `by`, and projects them back on the surface.
 pub fn jitter(mesh: &mut Mesh, surface: &Analytic, by: f64, noise: &mut Noise) {
     for p in &mut mesh.positions {
         let moved = *p + by * noise.vector();
@@ -169,7 +169,7 @@ pub fn jitter(mesh: &mut Mesh, surface: &Analytic, by: f64, noise: &mut Noise) {
     }
 }
 
-/// The zero set of the surface's function within the box, in world coordinates.
+/// The zero set of the surface's function within a box, in world coordinates.
 pub fn extract(surface: &Analytic, low: DVec3, high: DVec3, voxel: f64) -> Mesh {
     let count = ((high - low) / voxel).ceil();
     let [n, m, l] = [count.x as i32, count.y as i32, count.z as i32];

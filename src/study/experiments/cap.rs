@@ -1,4 +1,4 @@
-//! Figure 1: a graph bends to the spherical cap that its border asks for.
+//! Figure 1 of the paper: a graph evolves to the spherical cap that its boundary conditions prescribe.
 
 use std::time::Instant;
 
@@ -15,12 +15,12 @@ use super::{chart, claim_fall, line};
 /// Settings of the experiment.
 #[derive(Clone, Debug)]
 pub struct CapSettings {
-    /// Cells a side, an even number.
+    /// Number of cells a side; even.
     pub cells: usize,
     /// Time step.
     pub tau: f64,
-    /// Steps after which the graph is looked at, rising.
-    pub looks: Vec<usize>,
+    /// Steps after which the graph is measured and drawn, ascending.
+    pub reported_steps: Vec<usize>,
 }
 
 impl Default for CapSettings {
@@ -28,7 +28,7 @@ impl Default for CapSettings {
         Self {
             cells: 64,
             tau: 2e-5,
-            looks: vec![0, 1, 3, 10, 30, 100, 300, 700],
+            reported_steps: vec![0, 1, 3, 10, 30, 100, 300, 700],
         }
     }
 }
@@ -38,7 +38,8 @@ pub fn cap(settings: &CapSettings, observer: &dyn Observer) -> Result<StudyRepor
     let clock = Instant::now();
     let mut report = StudyReport::new(
         "cap",
-        "Figure 1: the harmonic graph becomes the unit sphere, whose position and normal are held on the border; epsilon = 1, variant II",
+        "Figure 1: a harmonic graph evolves to the unit sphere, whose position and normal are held on the boundary; \
+         epsilon = 1, variant II",
     );
     let energy = cap_energy(settings.cells);
     let mut phi = cap_start(&energy);
@@ -51,7 +52,7 @@ pub fn cap(settings: &CapSettings, observer: &dyn Observer) -> Result<StudyRepor
         &["step", "time", "energy", "L2 error", "largest error"],
     );
     let (mut curves, mut errors) = (Vec::new(), Vec::new());
-    for &step in &settings.looks {
+    for &step in &settings.reported_steps {
         let done = evolution.energies.len();
         evolution.advance(&mut flow, &mut phi, step.saturating_sub(done), observer)?;
         let (error, largest) = cap_error(&grid, &phi);
@@ -96,7 +97,7 @@ fn claims(report: &mut StudyReport, evolution: &PlaneRun, errors: &[(f64, f64)],
         // The error of the steady state is 6.4e-2 h² (Table 1).
         let bound = 0.07 * h * h;
         report.claim(
-            "the end is the sphere",
+            "final surface is the sphere",
             format!("L2 error below 0.07 h^2 = {bound:.2e}"),
             format!("{:.3e} -> {:.3e}", first.0, last.0),
             last.0 < bound,

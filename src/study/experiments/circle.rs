@@ -1,6 +1,6 @@
-//! Figures 2 and 3: a circle grows, `r(t) = (2t + r0⁴)^¼`.
+//! Figures 2 and 3 of the paper: a circle grows under Willmore flow, `r(t) = (2t + r0⁴)^¼`.
 //!
-//! Circle, square and grid have two axes of symmetry: a quarter is computed.
+//! Circle, square and grid share two axes of symmetry, so only a quarter is computed.
 
 use std::time::Instant;
 
@@ -21,15 +21,15 @@ use super::{chart, line, variant_name};
 /// Settings of the experiment.
 #[derive(Clone, Debug)]
 pub struct CircleSettings {
-    /// Cells a side, and the scheme, of each run.
+    /// Number of cells a side and scheme of each run.
     pub runs: Vec<(usize, Variant)>,
-    /// Radius at the start, and the exact radius at which the run ends.
+    /// Initial radius, and the exact radius at which the run ends.
     pub radii: [f64; 2],
-    /// Steps between redistancings; by the rule where there is none.
+    /// Number of steps between redistancings; none to derive it from [`redistance_interval`].
     pub interval: Option<usize>,
     /// Time step in units of h⁴.
     pub time_step: f64,
-    /// Rows of the table for each run.
+    /// Number of table rows per run, about.
     pub rows: usize,
 }
 
@@ -45,7 +45,7 @@ impl Default for CircleSettings {
     }
 }
 
-/// The rule's interval is taken at this part: its bound is where the error starts to show.
+/// Used fraction of the largest interval that the rule allows; at the rule's bound the error starts to show.
 const MARGIN: f64 = 0.5;
 
 /// One measurement of the zero line.
@@ -55,7 +55,7 @@ struct Sample {
     time: f64,
     exact: f64,
     mean: f64,
-    /// Largest deviation of a point from the exact circle.
+    /// Largest distance of a point from the exact circle.
     largest: f64,
 }
 
@@ -81,6 +81,7 @@ fn run_one(
     let h = grid.h();
     let tau = settings.time_step * h.powi(4);
     let [first, last] = settings.radii;
+    // Interval of redistancing, and number of steps to the final radius.
     let allowed = redistance_interval(tau, first);
     let interval = settings
         .interval
@@ -95,6 +96,7 @@ fn run_one(
     let series = format!("circle-{cells}-{}", variant_name(variant));
     let mut done = 0;
     let mut kept = 0;
+    // Evolve for one interval, measure the zero line, and redistance. About twenty fields are stored.
     while done < steps {
         let part = interval.min(steps - done);
         evolution.advance(&mut flow, &mut phi, part, observer)?;
@@ -159,7 +161,8 @@ pub fn circle(
     let mut report = StudyReport::new(
         "circle",
         &format!(
-            "Figures 2 and 3: a circle under Willmore flow, r(t) = (2 t + r0^4)^(1/4); epsilon = h^2, time step {} h^4, natural border; computed on a quarter, whose mirror images are the rest",
+            "Figures 2 and 3: a circle under Willmore flow, r(t) = (2 t + r0^4)^(1/4); \
+             epsilon = h^2, time step {} h^4, natural boundary; computed on a quarter and mirrored",
             settings.time_step
         ),
     );
@@ -210,7 +213,7 @@ fn panels(report: &mut StudyReport, runs: &[CircleRun]) {
     }));
 }
 
-/// About forty samples of a run.
+/// At most forty samples of a run, at equal intervals.
 fn thinned(samples: &[Sample]) -> impl Iterator<Item = &Sample> {
     let every = samples.len().div_ceil(40).max(1);
     samples.iter().step_by(every)
@@ -220,7 +223,7 @@ fn add_run(report: &mut StudyReport, settings: &CircleSettings, run: &CircleRun)
     let name = format!("h = 1/{}, variant {}", run.cells, variant_name(run.variant));
     let mut table = Table::new(
         &format!(
-            "{name}: redistanced every {} steps; {} steps, {:.1} iterations a step",
+            "{name}: redistanced every {} steps; {} steps, {:.1} iterations per step",
             run.interval,
             run.evolution.energies.len(),
             run.evolution.iterations_per_step(),
@@ -260,12 +263,12 @@ fn add_run(report: &mut StudyReport, settings: &CircleSettings, run: &CircleRun)
         );
     } else {
         report.remarks.push(format!(
-            "{name}: at most {got} from the exact circle over the whole run"
+            "{name}: deviation from the exact circle at most {got} over the whole run"
         ));
     }
     if !run.rule {
         report.remarks.push(format!(
-            "{name}: redistancing every {} steps breaks the rule (2 K tau)^(1/4) < 0.45 r0",
+            "{name}: redistancing every {} steps violates the rule (2 K tau)^(1/4) < 0.45 r0",
             run.interval
         ));
     }

@@ -1,4 +1,4 @@
-//! Closed surfaces as level sets on lattices of their own, and what they look like.
+//! Closed test surfaces as level sets, each on its own lattice, with measurements of their shape.
 
 use std::f64::consts::PI;
 
@@ -12,9 +12,9 @@ use crate::mesh::bounds;
 use crate::sdf::project_on_zero_set;
 use crate::study::observer::{Frame, Observer, StudyError};
 
-/// About the width of the torus.
+/// Length that `voxels` voxels cover: about the width of the torus.
 pub const SIDE: f64 = 3.4;
-/// Voxels round the boxes, for the band and nodes that are held.
+/// Margin of the lattice round a surface's box, in voxels; it holds the band and the fixed nodes.
 const MARGIN: f64 = 8.0;
 
 /// A closed surface at time 0.
@@ -22,11 +22,11 @@ const MARGIN: f64 = 8.0;
 pub enum Closed {
     /// The unit sphere.
     Sphere,
-    /// The unit sphere with a wave of degree 2 of 2.5 % of its radius up and down.
+    /// The unit sphere with a spherical harmonic of degree 2; amplitude 2.5 % of the radius.
     Wave,
-    /// The torus of revolution of radii 1 and ½.
+    /// The torus of revolution with radii 1 and ½.
     Torus,
-    /// The unit sphere with harmonics of degree 2 and 3 of 15 % of its radius.
+    /// The unit sphere with spherical harmonics of degree 2 and 3, weighted by 15 % of the radius.
     Uneven,
     /// The cube of side 1.7.
     Cube,
@@ -43,7 +43,7 @@ impl Closed {
         }
     }
 
-    /// A function that is negative inside, with slopes of about 1.
+    /// The initial level set function: negative inside, with a gradient of length about 1.
     pub(super) fn level(self, p: DVec3) -> f64 {
         match self {
             Self::Sphere => p.length() - 1.0,
@@ -64,7 +64,7 @@ impl Closed {
         }
     }
 
-    /// Half the sides of a box that it never leaves.
+    /// Half the side lengths of a box that the surface never leaves.
     pub(super) fn reach(self) -> DVec3 {
         match self {
             Self::Torus => DVec3::new(1.55, 1.55, 0.75),
@@ -81,21 +81,21 @@ impl Closed {
     }
 }
 
-/// What the zero set looks like.
+/// Shape measurements of the zero set.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Form {
-    /// Mean radius; of a torus that of its middle circle.
+    /// Mean of the largest and the smallest radius; for a torus the radius of its centre circle.
     pub(super) radius: f64,
-    /// Half the difference of the largest and the smallest radius, over the mean; of a torus the ratio of its two radii.
+    /// Half the difference of the largest and the smallest radius over their mean; for a torus the ratio of its two radii.
     pub(super) shape: f64,
 }
 
-/// A surface on a lattice of its own.
+/// The level set of a surface on its own lattice.
 pub(super) struct Field {
     pub(super) surface: Closed,
     pub(super) lattice: Lattice,
     pub(super) grid: SparseGrid,
-    /// In voxels.
+    /// φ, in voxels.
     pub(super) phi: Vec<f64>,
 }
 
@@ -104,7 +104,7 @@ impl Field {
         let voxel = SIDE / voxels as f64;
         let half = surface.reach() + MARGIN * voxel;
         let dims = (2.0 * half / voxel).to_array().map(|n| n.ceil() as i32 + 1);
-        // The lattice has no plane in common with the surface's symmetries.
+        // The shift keeps the lattice planes off the surface's planes of symmetry.
         let lattice = Lattice {
             origin: -half + voxel * DVec3::new(0.137, -0.251, 0.319),
             voxel,
@@ -126,8 +126,8 @@ impl Field {
         form(self.surface, &self.grid, &self.phi, &self.lattice)
     }
 
-    /// Tells the observer of a look at the surface.
-    pub(super) fn show(
+    /// Sends progress and the current field to the observer.
+    pub(super) fn report(
         &self,
         evolution: &Evolution,
         form: Form,
@@ -155,7 +155,7 @@ impl Field {
     }
 }
 
-/// The form of the zero set, from the feet of the nodes beside it.
+/// Measures the zero set by the projections of the nodes near it.
 fn form(surface: Closed, grid: &SparseGrid, phi: &[f64], lattice: &Lattice) -> Form {
     let feet: Vec<DVec3> = (0..grid.len())
         .into_par_iter()
@@ -180,7 +180,7 @@ fn form(surface: Closed, grid: &SparseGrid, phi: &[f64], lattice: &Lattice) -> F
             shape: (low + high) / (high - low),
         };
     }
-    // The middle of the extremes, which does not depend on how the feet are spread.
+    // Take the middle of the bounding box: it does not depend on the distribution of the projections.
     let (low, high) = bounds(feet.iter().copied());
     let middle = 0.5 * (low + high);
     let (low, high) = extremes(&|p| p.distance(middle));

@@ -1,4 +1,4 @@
-//! Figures 4 and 5: the flow of a graph, and its distance from the parametric flow of the same surface.
+//! Figures 4 and 5 of the paper: Willmore flow of a graph, compared with the parametric flow of the same surface.
 
 use std::f64::consts::PI;
 use std::time::Instant;
@@ -21,14 +21,14 @@ use super::{chart, claim_fall, line};
 /// Settings of the experiment.
 #[derive(Clone, Debug)]
 pub struct GraphSettings {
-    /// Cells a side of the unit square, for both flows.
+    /// Number of cells a side of the unit square, for both flows.
     pub cells: usize,
-    /// Time step of both.
+    /// Time step of both flows.
     pub tau: f64,
-    /// Steps in all.
+    /// Total number of steps.
     pub steps: usize,
-    /// Rows of the table.
-    pub looks: usize,
+    /// Number of table rows after the initial one.
+    pub rows: usize,
 }
 
 impl Default for GraphSettings {
@@ -37,20 +37,20 @@ impl Default for GraphSettings {
             cells: 32,
             tau: 1e-8,
             steps: 2500,
-            looks: 10,
+            rows: 10,
         }
     }
 }
 
-/// Energies at the start and after 2500 steps at h = 1/32 that an independent implementation got.
+/// Energies at the start and after 2500 steps with h = 1/32, computed by an independent implementation.
 const REFERENCE: [f64; 2] = [136.7, 43.3];
 
-/// `¼ sin πy (¼ sin πx + sin 3πx)`.
+/// The initial graph `¼ sin πy (¼ sin πx + sin 3πx)`.
 fn start([x, y]: [f64; 2]) -> f64 {
     0.25 * (PI * y).sin() * (0.25 * (PI * x).sin() + (3.0 * PI * x).sin())
 }
 
-/// The graph over the nodes, its squares cut by alternating diagonals.
+/// The graph as a triangle mesh; its squares are cut along alternating diagonals.
 fn triangulated(grid: &SquareGrid, phi: &[f64]) -> Mesh {
     let side = grid.cells() as u32 + 1;
     let mut mesh = Mesh::default();
@@ -72,10 +72,10 @@ fn triangulated(grid: &SquareGrid, phi: &[f64]) -> Mesh {
     mesh
 }
 
-/// Slope up to which heights can be compared: on a wall they differ although the surfaces do not.
+/// Slope up to which heights are compared. On steeper walls, heights differ even if the surfaces do not.
 const GENTLE: f64 = 2.0;
 
-/// The parametric surface against the graph, at its vertices.
+/// The difference between the parametric surface and the graph, at the surface's vertices.
 #[derive(Clone, Copy, Debug)]
 struct Difference {
     time: f64,
@@ -83,7 +83,7 @@ struct Difference {
     l2: f64,
     /// Largest difference of heights.
     largest: f64,
-    /// The same where the slope is below [`GENTLE`].
+    /// Largest difference of heights where the slope is below [`GENTLE`].
     gentle: f64,
     /// Largest distance between the surfaces, to first order: difference of heights over √(1 + |∇φ|²).
     distance: f64,
@@ -135,7 +135,7 @@ impl Pair {
         for (p, free) in phi.iter_mut().zip(energy.free()) {
             *p *= f64::from(*free);
         }
-        // On the border the surface is flat and horizontal: the conormal is the square's outer normal.
+        // At the boundary the surface is flat and horizontal, so the conormal is the square's outer normal.
         let outward = |p: DVec3, q: DVec3| {
             let edge = q - p;
             DVec3::new(edge.y, -edge.x, 0.0).normalize_or_zero()
@@ -195,21 +195,22 @@ pub fn graph(settings: &GraphSettings, observer: &dyn Observer) -> Result<StudyR
     let clock = Instant::now();
     let mut report = StudyReport::new(
         "graph",
-        "Figures 4 and 5: the graph of 1/4 sin(pi y) (1/4 sin(pi x) + sin(3 pi x)), clamped flat, and the parametric flow of the same surface; epsilon = 1, variant II",
+        "Figures 4 and 5: the graph of 1/4 sin(pi y) (1/4 sin(pi x) + sin(3 pi x)), clamped flat, and the \
+         parametric flow of the same surface; epsilon = 1, variant II",
     );
     let mut pair = Pair::new(settings);
     let grid = pair.flow.energy.grid.clone();
     let title = format!("h = 1/{}, time step {:e}", settings.cells, settings.tau);
     let mut table = Table::new(&title, &COLUMNS);
     let (mut apart, mut sections) = (Vec::new(), Vec::new());
-    for k in 0..=settings.looks {
-        let done = settings.steps * k / settings.looks;
+    for k in 0..=settings.rows {
+        let done = settings.steps * k / settings.rows;
         pair.advance(done, observer)?;
         let time = done as f64 * settings.tau;
         let now = difference(&grid, &pair.phi, &pair.surface.mesh, time);
         table.rows.push(pair.row(done, &now));
         apart.push(now);
-        if k == 0 || 2 * k == settings.looks || k == settings.looks {
+        if k == 0 || 2 * k == settings.rows || k == settings.rows {
             sections.push(section(&grid, &pair.phi, done));
         }
         observer.progress(&format!("graph: step {done} of {}", settings.steps));
@@ -277,8 +278,8 @@ fn claims(
         distance < 1.0,
     );
     report.remarks.push(
-        "the clamped sides steepen to walls within about two cells of the border, where heights differ although the \
-         surfaces do not; on such walls the two energies depend on the grid too"
+        "within about two cells of the clamped boundary the surface steepens to walls, where heights differ although the \
+         surfaces do not; on these walls the two energies also depend on the grid"
             .to_owned(),
     );
 }

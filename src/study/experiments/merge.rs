@@ -1,9 +1,9 @@
-//! Figure 6: two squares become round and merge to one oval.
+//! Figure 6 of the paper: two squares become round and merge into one oval.
 
 use std::time::Instant;
 
 use crate::flow::Variant;
-use crate::study::contour::{level_line, pieces_inside};
+use crate::study::contour::{components_inside, level_line};
 use crate::study::evolution::PlaneRun;
 use crate::study::grid::SquareGrid;
 use crate::study::observer::{Frame, Observer, StudyError};
@@ -16,13 +16,13 @@ use super::{claim_fall, line};
 /// Settings of the experiment.
 #[derive(Clone, Debug)]
 pub struct MergeSettings {
-    /// Cells a side of the unit square.
+    /// Number of cells a side of the unit square.
     pub cells: usize,
-    /// Steps in all.
+    /// Total number of steps.
     pub steps: usize,
-    /// Steps at which the level lines are drawn.
+    /// Steps after which the level lines are drawn.
     pub drawn: Vec<usize>,
-    /// The step by which the squares are to be one.
+    /// The step by which the squares must have merged.
     pub merged_by: usize,
 }
 
@@ -37,14 +37,16 @@ impl Default for MergeSettings {
     }
 }
 
-/// The squares: half of their side, and their centres.
+/// Half the side of a square.
 const HALF: f64 = 0.1;
+/// Centres of the two squares.
 const CENTRES: [[f64; 2]; 2] = [[0.365, 0.5], [0.635, 0.5]];
-/// Time step in units of h⁴, and ε in units of h.
+/// Time step in units of h⁴.
 const TIME_STEP: f64 = 10.0;
+/// ε in units of h.
 const EPSILON: f64 = 5.0;
-/// Steps between looks at the level lines.
-const LOOK: usize = 50;
+/// Largest number of steps between two measurements of the level lines.
+const MEASURE_INTERVAL: usize = 50;
 
 /// Signed distance to a square of half side [`HALF`] round `centre`.
 fn square([x, y]: [f64; 2], centre: [f64; 2]) -> f64 {
@@ -52,47 +54,52 @@ fn square([x, y]: [f64; 2], centre: [f64; 2]) -> f64 {
     dx.max(0.0).hypot(dy.max(0.0)) + dx.max(dy).min(0.0)
 }
 
-/// What is seen of the inside.
-struct Look {
-    pieces: usize,
+/// Measurements of the inside of the zero line.
+struct Measurement {
+    components: usize,
     area: f64,
-    /// Farthest over nearest distance from the centre of a piece to its border; of all pieces the largest.
+    /// Largest over smallest distance from the centre of a component to its boundary; the largest ratio of all components.
     roundness: f64,
-    /// Area over that of the convex hull.
+    /// Area relative to the convex hull.
     convexity: f64,
 }
 
-/// What has been seen so far.
-struct Watch<'a> {
+/// The measurements of a run so far.
+struct Record<'a> {
     settings: &'a MergeSettings,
     observer: &'a dyn Observer,
     grid: SquareGrid,
     tau: f64,
     table: Table,
     panels: Vec<Panel>,
-    /// The step since which there is one piece.
+    /// The step since which there is one component.
     merged: Option<usize>,
     /// Roundness at step 100.
     round: Option<f64>,
 }
 
-impl Watch<'_> {
-    fn look(&mut self, done: usize, phi: &[f64], energy: &PlaneEnergy) -> Result<Look, StudyError> {
-        let seen = look(&self.grid, phi);
-        self.merged = (seen.pieces == 1).then(|| self.merged.unwrap_or(done));
+impl Record<'_> {
+    fn add(
+        &mut self,
+        done: usize,
+        phi: &[f64],
+        energy: &PlaneEnergy,
+    ) -> Result<Measurement, StudyError> {
+        let seen = measure(&self.grid, phi);
+        self.merged = (seen.components == 1).then(|| self.merged.unwrap_or(done));
         if done == 100 {
             self.round = Some(seen.roundness);
         }
         let last = self.settings.steps;
         if self.settings.drawn.contains(&done) || done == last {
             self.observer.progress(&format!(
-                "merge: step {done} of {last}, {} pieces",
-                seen.pieces
+                "merge: step {done} of {last}, {} components",
+                seen.components
             ));
             self.table.rows.push(vec![
                 done.into(),
                 energy.energy(phi).into(),
-                seen.pieces.into(),
+                seen.components.into(),
                 seen.area.into(),
                 seen.roundness.into(),
                 seen.convexity.into(),
@@ -109,11 +116,11 @@ impl Watch<'_> {
         Ok(seen)
     }
 
-    /// Steps until the next look.
-    fn part(&self, done: usize) -> usize {
+    /// Number of steps until the next measurement.
+    fn interval(&self, done: usize) -> usize {
         let drawn = self.settings.drawn.iter().filter(|&&d| d > done).min();
         let next = drawn.map_or(self.settings.steps, |&d| d.min(self.settings.steps));
-        LOOK.min(next - done)
+        MEASURE_INTERVAL.min(next - done)
     }
 }
 
@@ -122,7 +129,7 @@ pub fn merge(settings: &MergeSettings, observer: &dyn Observer) -> Result<StudyR
     let clock = Instant::now();
     let mut report = StudyReport::new(
         "merge",
-        "Figure 6: two squares under Willmore flow; variant II, epsilon = 5 h, time step 10 h^4, natural border, no redistancing",
+        "Figure 6: two squares under Willmore flow; variant II, epsilon = 5 h, time step 10 h^4, natural boundary, no redistancing",
     );
     let grid = SquareGrid::new(settings.cells, [0.0; 2], 1.0);
     let h = grid.h();
@@ -134,12 +141,12 @@ pub fn merge(settings: &MergeSettings, observer: &dyn Observer) -> Result<StudyR
     let columns = [
         "step",
         "energy",
-        "pieces",
+        "components",
         "area",
         "farthest / nearest",
         "area / hull",
     ];
-    let mut watch = Watch {
+    let mut record = Record {
         settings,
         observer,
         grid,
@@ -149,15 +156,15 @@ pub fn merge(settings: &MergeSettings, observer: &dyn Observer) -> Result<StudyR
         merged: None,
         round: None,
     };
-    let mut last = watch.look(0, &phi, &flow.energy)?;
+    let mut last = record.add(0, &phi, &flow.energy)?;
     while evolution.energies.len() < settings.steps {
-        let part = watch.part(evolution.energies.len());
-        evolution.advance(&mut flow, &mut phi, part, observer)?;
-        last = watch.look(evolution.energies.len(), &phi, &flow.energy)?;
+        let steps = record.interval(evolution.energies.len());
+        evolution.advance(&mut flow, &mut phi, steps, observer)?;
+        last = record.add(evolution.energies.len(), &phi, &flow.energy)?;
     }
-    claims(&mut report, &watch, &evolution, &last);
-    report.tables.push(watch.table);
-    report.panels = watch.panels;
+    claims(&mut report, &record, &evolution, &last);
+    report.tables.push(record.table);
+    report.panels = record.panels;
     report.panels.push(Panel::Chart(Chart {
         title: "Energy".to_owned(),
         axes: ["step", "energy"],
@@ -165,27 +172,27 @@ pub fn merge(settings: &MergeSettings, observer: &dyn Observer) -> Result<StudyR
         curves: vec![line("energy", evolution.curve(1.0))],
     }));
     report.remarks.push(format!(
-        "{:.1} iterations a step",
+        "{:.1} iterations per step",
         evolution.iterations_per_step()
     ));
     report.seconds = clock.elapsed().as_secs_f64();
     Ok(report)
 }
 
-fn claims(report: &mut StudyReport, watch: &Watch, evolution: &PlaneRun, last: &Look) {
-    let (settings, merged) = (watch.settings, watch.merged);
+fn claims(report: &mut StudyReport, record: &Record, evolution: &PlaneRun, last: &Measurement) {
+    let (settings, merged) = (record.settings, record.merged);
     claim_fall(report, evolution);
-    if let Some(r) = watch.round {
+    if let Some(r) = record.round {
         report.claim(
             "round by step 100",
-            "farthest over nearest point of the border below 1.1 (a square: 1.414)".to_owned(),
+            "largest over smallest distance of the boundary from the centre below 1.1 (a square: 1.414)".to_owned(),
             format!("{r:.3}"),
             r < 1.1,
         );
     }
     if settings.steps >= settings.merged_by {
         report.claim(
-            "one piece",
+            "one component",
             format!("by step {}", settings.merged_by),
             merged.map_or("never".to_owned(), |s| format!("by step {s}")),
             merged.is_some_and(|s| s <= settings.merged_by),
@@ -194,18 +201,18 @@ fn claims(report: &mut StudyReport, watch: &Watch, evolution: &PlaneRun, last: &
     if settings.steps >= 2 * settings.merged_by {
         report.claim(
             &format!("a convex oval at step {}", settings.steps),
-            "one piece that fills its convex hull to 1 %".to_owned(),
+            "one component that fills its convex hull to 1 %".to_owned(),
             format!(
-                "{} piece(s), {:.2} % of the hull",
-                last.pieces,
+                "{} component(s), {:.2} % of the hull",
+                last.components,
                 100.0 * last.convexity
             ),
-            last.pieces == 1 && last.convexity > 0.99,
+            last.components == 1 && last.convexity > 0.99,
         );
     }
 }
 
-/// The zero line and twenty others.
+/// The zero line and twenty other level lines.
 pub(super) fn drawn(grid: &SquareGrid, phi: &[f64], step: usize) -> Levels {
     let values = grid.strip(phi);
     let (low, high) = values
@@ -222,11 +229,11 @@ pub(super) fn drawn(grid: &SquareGrid, phi: &[f64], step: usize) -> Levels {
     }
 }
 
-fn look(grid: &SquareGrid, phi: &[f64]) -> Look {
-    let pieces = pieces_inside(grid, phi);
+fn measure(grid: &SquareGrid, phi: &[f64]) -> Measurement {
+    let components = components_inside(grid, phi);
     let line = level_line(grid, phi, 0.0);
-    // Pieces are told apart by the side of x = ½ while there are two.
-    let sides: Vec<Vec<[f64; 2]>> = if pieces == 2 {
+    // While there are two components, x = ½ separates them.
+    let sides: Vec<Vec<[f64; 2]>> = if components == 2 {
         [true, false]
             .map(|left| {
                 line.iter()
@@ -239,11 +246,12 @@ fn look(grid: &SquareGrid, phi: &[f64]) -> Look {
     } else {
         vec![line.iter().flatten().copied().collect()]
     };
-    // Green's theorem: the segments have no common direction, so each is turned to have the inside on its left.
+    // Area by triangles from the centre to each segment. The segments have no common direction, so the triangles' absolute areas are
+    // added; this needs components that are star-shaped about their centre.
     let area = line
         .iter()
         .map(|[p, q]| {
-            let centre = if pieces == 2 {
+            let centre = if components == 2 {
                 CENTRES[usize::from(p[0] > 0.5)]
             } else {
                 [0.5, 0.5]
@@ -254,14 +262,15 @@ fn look(grid: &SquareGrid, phi: &[f64]) -> Look {
         })
         .sum();
     let hull: f64 = sides.iter().map(|s| hull_area(s)).sum();
-    Look {
-        pieces,
+    Measurement {
+        components,
         area,
         roundness: sides.iter().map(|s| spread(s)).fold(0.0, f64::max),
         convexity: if hull > 0.0 { area / hull } else { 0.0 },
     }
 }
 
+/// Largest over smallest distance of points from their mean.
 fn spread(points: &[[f64; 2]]) -> f64 {
     let n = points.len() as f64;
     let mean = points
@@ -308,11 +317,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_squares_are_seen_as_such() {
+    fn two_squares_are_measured() {
         let grid = SquareGrid::new(100, [0.0; 2], 1.0);
         let phi = grid.field(|x| square(x, CENTRES[0]).min(square(x, CENTRES[1])));
-        let seen = look(&grid, &phi);
-        assert_eq!(seen.pieces, 2);
+        let seen = measure(&grid, &phi);
+        assert_eq!(seen.components, 2);
         assert!((seen.area - 0.08).abs() < 1e-3, "{}", seen.area);
         assert!(
             (seen.roundness - 2f64.sqrt()).abs() < 0.05,

@@ -1,4 +1,4 @@
-//! The experiments.
+//! The experiments: the figures and Table 1 of the paper, closed surfaces, and fills of exact surfaces.
 
 mod cap;
 mod circle;
@@ -39,7 +39,7 @@ fn variant_name(variant: Variant) -> &'static str {
     }
 }
 
-/// Runs at the same time, as many as there are threads; the results are in order.
+/// Runs all settings in parallel, one per thread; the results are in the order of the settings.
 fn in_parallel<S: Sync, R: Send>(
     settings: &[S],
     run: impl Fn(&S) -> Result<R, StudyError> + Sync + Send,
@@ -47,7 +47,7 @@ fn in_parallel<S: Sync, R: Send>(
     settings.par_iter().with_max_len(1).map(run).collect()
 }
 
-/// The claim that the energy falls in every step.
+/// Adds the claim that the energy falls in every step.
 fn claim_fall(report: &mut StudyReport, evolution: &PlaneRun) {
     let (rises, steps) = (evolution.rises(), evolution.energies.len());
     report.claim(
@@ -68,7 +68,7 @@ fn chart(title: &str, axes: [&'static str; 2], curves: Vec<Curve>) -> Panel {
     })
 }
 
-/// A line.
+/// A curve that is drawn as a line.
 fn line(name: &str, points: Vec<(f64, f64)>) -> Curve {
     Curve {
         name: name.to_owned(),

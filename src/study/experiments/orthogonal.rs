@@ -1,4 +1,4 @@
-//! Figure 7: level lines that meet a natural border at right angles.
+//! Figure 7 of the paper: under natural boundary conditions, level lines meet the boundary at right angles.
 
 use std::f64::consts::PI;
 use std::time::Instant;
@@ -18,12 +18,12 @@ use super::{chart, claim_fall, line};
 /// Settings of the experiment.
 #[derive(Clone, Debug)]
 pub struct OrthogonalSettings {
-    /// Cells a side of the unit square.
+    /// Number of cells a side of the unit square.
     pub cells: usize,
-    /// Steps in all.
+    /// Total number of steps.
     pub steps: usize,
-    /// Rows of the table, and pictures.
-    pub looks: usize,
+    /// Number of table rows and pictures after the initial ones.
+    pub rows: usize,
 }
 
 impl Default for OrthogonalSettings {
@@ -31,31 +31,33 @@ impl Default for OrthogonalSettings {
         Self {
             cells: 64,
             steps: 1600,
-            looks: 4,
+            rows: 4,
         }
     }
 }
 
+/// Time step in units of h⁴.
 const TIME_STEP: f64 = 10.0;
-/// The level whose arc round the corner is measured.
+/// The level whose arc round the corner (0, 0) is measured.
 const LEVEL: f64 = 0.15;
 
-/// `0.3 cos πx cos π(3y² − 2y³)`: the printed formula cannot be read; this one behaves as the text says.
+/// The initial function `0.3 cos πx cos π(3y² − 2y³)`. The formula in the paper is illegible; this one behaves as the paper's text
+/// says.
 fn start([x, y]: [f64; 2]) -> f64 {
     0.3 * (PI * x).cos() * (PI * (3.0 * y * y - 2.0 * y * y * y)).cos()
 }
 
-/// What is seen at one time.
-struct Look {
+/// Measurements at one time.
+struct Measurement {
     /// Largest |∇φ| at the nodes.
     steepest: f64,
-    /// Farthest over nearest point of the arc, seen from the corner.
+    /// Largest over smallest distance of the arc from the corner.
     arc: f64,
-    /// Largest angle between the arc's ends and the border's normal directions, in degrees.
+    /// Largest angle between the arc at its ends and the normal of the boundary, in degrees.
     angle: f64,
 }
 
-fn look(grid: &SquareGrid, phi: &[f64]) -> Look {
+fn measure(grid: &SquareGrid, phi: &[f64]) -> Measurement {
     let spline = Spline::new(grid, phi);
     let steepest = grid
         .nodes()
@@ -81,7 +83,7 @@ fn look(grid: &SquareGrid, phi: &[f64]) -> Look {
         };
         Some((along.abs() / g[0].hypot(g[1])).asin().to_degrees())
     });
-    Look {
+    Measurement {
         steepest,
         arc: far / near,
         angle: off.fold(0.0, f64::max),
@@ -96,7 +98,7 @@ pub fn orthogonal(
     let clock = Instant::now();
     let mut report = StudyReport::new(
         "orthogonal",
-        "Figure 7: level lines that end on a natural border; variant II, epsilon = h, time step 10 h^4",
+        "Figure 7: level lines that end on a natural boundary; variant II, epsilon = h, time step 10 h^4",
     );
     let grid = SquareGrid::new(settings.cells, [0.0; 2], 1.0);
     let h = grid.h();
@@ -107,7 +109,7 @@ pub fn orthogonal(
     let mut evolution = PlaneRun::default();
     let mut table = Table::new(
         &format!(
-            "h = 1/{}; the arc is the line {LEVEL} round the corner (0, 0)",
+            "h = 1/{}; the arc is the level line {LEVEL} round the corner (0, 0)",
             settings.cells
         ),
         &[
@@ -115,15 +117,15 @@ pub fn orthogonal(
             "energy",
             "largest |grad|",
             "arc: farthest / nearest",
-            "off the right angle, degrees",
+            "deviation from right angle, degrees",
         ],
     );
-    let mut looks = Vec::new();
-    for k in 0..=settings.looks {
-        let done = settings.steps * k / settings.looks;
+    let mut measured = Vec::new();
+    for k in 0..=settings.rows {
+        let done = settings.steps * k / settings.rows;
         let before = evolution.energies.len();
         evolution.advance(&mut flow, &mut phi, done - before, observer)?;
-        let seen = look(&grid, &phi);
+        let seen = measure(&grid, &phi);
         table.rows.push(vec![
             done.into(),
             flow.energy.energy(&phi).into(),
@@ -131,7 +133,7 @@ pub fn orthogonal(
             seen.arc.into(),
             seen.angle.into(),
         ]);
-        looks.push(seen);
+        measured.push(seen);
         report.panels.push(Panel::Levels(Levels {
             bold: level_line(&grid, &phi, LEVEL),
             ..super::merge::drawn(&grid, &phi, done)
@@ -145,7 +147,7 @@ pub fn orthogonal(
         })?;
     }
     report.tables.push(table);
-    claims(&mut report, &evolution, &looks);
+    claims(&mut report, &evolution, &measured);
     report.panels.push(chart(
         "Energy",
         ["time", "energy"],
@@ -155,9 +157,9 @@ pub fn orthogonal(
     Ok(report)
 }
 
-fn claims(report: &mut StudyReport, evolution: &PlaneRun, looks: &[Look]) {
+fn claims(report: &mut StudyReport, evolution: &PlaneRun, measured: &[Measurement]) {
     claim_fall(report, evolution);
-    if let [first, .., last] = looks {
+    if let [first, .., last] = measured {
         report.claim(
             "arcs",
             "get rounder".to_owned(),
@@ -171,13 +173,13 @@ fn claims(report: &mut StudyReport, evolution: &PlaneRun, looks: &[Look]) {
             last.steepest > first.steepest,
         );
         report.claim(
-            "angle at the border",
+            "angle at the boundary",
             "level lines stay at right angles, here to 1 degree".to_owned(),
             format!(
                 "{:.3} degrees off at most",
-                looks.iter().fold(0.0, |m, l| f64::max(m, l.angle))
+                measured.iter().fold(0.0, |m, s| f64::max(m, s.angle))
             ),
-            looks.iter().all(|l| l.angle < 1.0),
+            measured.iter().all(|s| s.angle < 1.0),
         );
     }
 }

@@ -1,4 +1,4 @@
-//! The fill of exact surfaces in 3D: error against the size of a voxel.
+//! Convergence of fills of exact surfaces in 3D: error against voxel size.
 
 use std::time::Instant;
 
@@ -17,7 +17,7 @@ use crate::study::shapes::{ExactShape, UNKNOWN_RADIUS};
 pub struct PatchesSettings {
     /// The surfaces.
     pub shapes: Vec<ExactShape>,
-    /// Voxels across the unknown ball: 16 times these powers of two.
+    /// Numbers of refinements r; the unknown ball is 16 · 2^r voxels across.
     pub refinements: Vec<usize>,
     /// The flow: its energy, variant and tolerances.
     pub flow: FlowSettings,
@@ -33,16 +33,17 @@ impl Default for PatchesSettings {
     }
 }
 
-/// The weight κ grows with the voxels across from here on: up to 32 voxels it is that of the reference values, 1.
+/// Number of voxels across the ball above which the weight κ grows in proportion. Up to here κ is 1, as for the reference values.
 const KAPPA_ACROSS: f64 = 32.0;
-/// The Willmore flow ends where that of the reference values did: no node moves by more than this, in voxels. What is soft
-/// moves on slowly: at rest a cap of 90 degrees is farther from the sphere, by 4.3e-4 D at 32 voxels across.
-const REST: f64 = 1e-3;
-/// Nodes round the unknown ball on the coarsest grid, and its voxels across the ball.
+/// The Willmore flow stops when no node moves by more than this, in voxels, as it did for the reference values. Soft modes would
+/// move on slowly: a converged cap of 90 degrees is farther from the sphere, by 4.3e-4 D at 32 voxels across.
+const STOPPING_UPDATE: f64 = 1e-3;
+/// Number of nodes round the unknown ball on the coarsest grid.
 const MARGIN: i32 = 9;
+/// Number of voxels across the unknown ball on the coarsest grid.
 const COARSEST: i32 = 16;
 
-/// How far a fill is from the exact surface.
+/// The distance of a fill from the exact surface.
 #[derive(Clone, Copy, Debug)]
 pub struct PatchError {
     /// Largest distance, over the ball's diameter D.
@@ -53,7 +54,7 @@ pub struct PatchError {
     pub angle: f64,
 }
 
-/// Largest errors over D at 16, 32 and 64 voxels that a prototype got, where it did.
+/// Largest errors over D at 16, 32 and 64 voxels across, measured with a prototype.
 fn reference(energy: Energy, name: &str) -> [Option<f64>; 3] {
     match energy {
         Energy::Own => [None; 3],
@@ -84,7 +85,7 @@ fn reference(energy: Energy, name: &str) -> [Option<f64>; 3] {
     }
 }
 
-/// Fills the unknown ball at `16 · 2^refinements` voxels across it, nested from 16, from a biharmonic start.
+/// Fills the unknown ball with `16 · 2^refinements` voxels across, on nested grids from 16 on, with a biharmonic initial surface.
 pub fn fill_shape(
     shape: &ExactShape,
     refinements: usize,
@@ -94,7 +95,7 @@ pub fn fill_shape(
     let voxel = 2.0 * UNKNOWN_RADIUS / f64::from(COARSEST);
     let nodes = COARSEST + 2 * MARGIN + 1;
     let finer = 0.5f64.powi(refinements as i32);
-    // The lattice is not centred on the ball, by the same part of the finest voxel at each resolution.
+    // The lattice is shifted off the ball's centre, by the same fraction of the finest voxel at each resolution.
     let shift = finer * voxel * DVec3::new(0.137, -0.251, 0.319);
     let settings = NestedSettings {
         own: None,
@@ -111,7 +112,7 @@ pub fn fill_shape(
         flow: FlowSettings {
             kappa: flow.kappa * (f64::from(COARSEST) / finer / KAPPA_ACROSS).max(1.0),
             tolerance: match flow.energy {
-                Energy::Willmore => REST,
+                Energy::Willmore => STOPPING_UPDATE,
                 _ => flow.tolerance,
             },
             ..flow
@@ -120,7 +121,7 @@ pub fn fill_shape(
     solve_nested(shape, &settings, keep_going)
 }
 
-/// The error of a fill at the feet of the free nodes within a voxel of the surface. None where a node has no foot.
+/// The error of a fill at the projections of the free nodes within 0.9 voxels of the surface. None if a node has no projection.
 pub fn patch_error(shape: &ExactShape, solved: &Solved) -> Option<PatchError> {
     let level = &solved.level;
     let near: Vec<usize> = (0..level.grid.len())
@@ -156,17 +157,17 @@ pub fn patches(
         "patches",
         match settings.flow.energy {
             Energy::Willmore => {
-                "Fills of exact surfaces: an unknown ball of diameter D, position and normal of the rest held"
+                "Fills of exact surfaces: an unknown ball of diameter D; position and normal held outside it"
             }
             _ => {
-                "Fills of exact surfaces by the least variation of curvature: an unknown ball of diameter D, the rest held"
+                "Fills of exact surfaces with the curvature-variation energy: an unknown ball of diameter D; the surface held outside it"
             }
         },
     );
     let mut curves = Vec::new();
     for shape in &settings.shapes {
         let points = run_shape(&mut report, shape, settings, observer)?;
-        // A plane is met to rounding, which a logarithmic axis has no use for.
+        // The error of a plane is rounding error, which is of no interest on a logarithmic axis.
         if shape.name != "plane" {
             curves.push(Curve {
                 name: shape.name.to_owned(),
@@ -185,7 +186,7 @@ pub fn patches(
     Ok(report)
 }
 
-/// Columns of the table of a shape.
+/// Columns of a shape's table.
 const COLUMNS: [&str; 10] = [
     "D / h",
     "largest / D",
@@ -195,7 +196,7 @@ const COLUMNS: [&str; 10] = [
     "normal, degrees",
     "steps",
     "iterations",
-    "steady",
+    "converged",
     "s",
 ];
 
@@ -208,12 +209,13 @@ fn run_shape(
     let what = if shape.critical || settings.flow.energy != Energy::Willmore {
         ""
     } else {
-        ", not critical: the model differs"
+        ", not critical: the fill cannot converge to it"
     };
     let mut table = Table::new(&format!("{}{what}", shape.name), &COLUMNS);
     let mut points: Vec<(f64, f64)> = Vec::new();
     for &refinements in &settings.refinements {
         let clock = Instant::now();
+        // Fill and measure.
         let solved = fill_shape(shape, refinements, settings.flow, &|| observer.keep_going());
         if !observer.keep_going() {
             return Err(StudyError::Stopped);
@@ -222,6 +224,7 @@ fn run_shape(
         let across = (COARSEST as usize) << refinements;
         let error = patch_error(shape, &solved);
         let rms = error.map(|e| e.rms);
+        // Order of convergence from the previous voxel size to this one.
         let order = points
             .last()
             .zip(rms)
@@ -239,7 +242,7 @@ fn run_shape(
             shape.name,
             error.map_or(f64::NAN, |e| e.largest)
         ));
-        // Claims of the variation of curvature are about the surfaces it is for.
+        // For the curvature-variation energy only the surfaces that are not critical for the Willmore energy have claims.
         let claimed = settings.flow.energy == Energy::Willmore || !shape.critical;
         if refinements == 1 && claimed {
             claims(report, shape.name, error, reference);

@@ -1,5 +1,5 @@
-//! Closed surfaces that evolve in time: spheres stay, tori of revolution go to the Clifford torus, and what is of the kind
-//! of a sphere becomes round.
+//! Willmore flow of closed surfaces in time: spheres stay, tori of revolution evolve to the Clifford torus, and sphere-like surfaces
+//! become round.
 
 use std::time::Instant;
 
@@ -12,11 +12,11 @@ use crate::study::report::{Cell, Chart, Panel, StudyReport, Table};
 /// Settings of the experiment.
 #[derive(Clone, Debug)]
 pub struct SurfacesSettings {
-    /// Voxels to the length `SIDE`, about that of the torus.
+    /// Number of voxels along the length [`SIDE`], about the width of the torus.
     pub voxels: usize,
-    /// The surfaces and how long they evolve, in length⁴.
+    /// The surfaces and their final times, in length⁴.
     pub runs: Vec<(Closed, f64)>,
-    /// The time after which the variants are compared on the uneven sphere.
+    /// The time at which the variants are compared on the uneven sphere, in length⁴; 0 for no comparison.
     pub compared: f64,
 }
 
@@ -36,12 +36,13 @@ impl Default for SurfacesSettings {
     }
 }
 
-/// The tables have a row whenever the time has grown by this factor.
-const LOOK: f64 = 2.0;
-/// The first row after the start, of the whole time.
-const FIRST_LOOK: f64 = 1e-3;
+/// Factor between the times of successive table rows.
+const ROW_FACTOR: f64 = 2.0;
+/// Time of the first row after the start, as a fraction of the final time.
+const FIRST_ROW: f64 = 1e-3;
 
-/// A wave of degree l on a sphere of radius R decays as exp(−(l − 1) l (l + 1) (l + 2) t / R⁴).
+/// Decay rate of a wave of degree 2 on the unit sphere: waves of degree l on a sphere of radius R decay as
+/// exp(−(l − 1) l (l + 1) (l + 2) t / R⁴).
 const DECAY: f64 = 24.0;
 
 /// One run.
@@ -70,7 +71,7 @@ pub fn surfaces(
     let clock = Instant::now();
     let mut report = StudyReport::new(
         "surfaces",
-        "Closed surfaces in time: Willmore flow of 1/2 int h^2, h the sum of the principal curvatures",
+        "Willmore flow of closed surfaces in time; energy 1/2 int h^2, h the sum of the principal curvatures",
     );
     let mut curves = Vec::new();
     let voxel = SIDE / settings.voxels as f64;
@@ -89,7 +90,7 @@ pub fn surfaces(
         };
         let mut table = Table::new(
             &format!(
-                "{}, {:.1} voxels to the unit of length",
+                "{}, {:.1} voxels per unit of length",
                 surface.name(),
                 1.0 / voxel
             ),
@@ -97,7 +98,7 @@ pub fn surfaces(
                 "time",
                 "steps",
                 "1/2 int h^2",
-                "over the steady",
+                "relative to steady state",
                 "radius",
                 measure,
             ],
@@ -111,7 +112,7 @@ pub fn surfaces(
         compare(&mut report, settings, observer)?;
     }
     report.panels.push(Panel::Chart(Chart {
-        title: "Energy over that of the steady state".to_owned(),
+        title: "Energy relative to the steady state".to_owned(),
         axes: ["time", "1/2 int h^2, over 8 pi or 4 pi^2"],
         logarithmic: [true, false],
         curves,
@@ -132,7 +133,7 @@ fn compare(
 ) -> Result<(), StudyError> {
     let mut table = Table::new(
         &format!(
-            "uneven sphere at the time {}, by each scheme",
+            "uneven sphere at time {}, by each scheme",
             settings.compared
         ),
         &[
@@ -233,7 +234,7 @@ fn claims(report: &mut StudyReport, surface: Closed, run: &SurfaceRun, voxel: f6
             );
         }
         Closed::Torus => report.claim(
-            "torus: goes to the Clifford torus",
+            "torus: evolves to the Clifford torus",
             "R / r to 1.4142 within 2 %".to_owned(),
             format!("{:.4} -> {:.4}", first.shape, last.shape),
             (last.shape / 2f64.sqrt() - 1.0).abs() < 0.02,
@@ -252,7 +253,7 @@ fn claims(report: &mut StudyReport, surface: Closed, run: &SurfaceRun, voxel: f6
     }
 }
 
-/// Lets a surface evolve.
+/// Evolves a surface to a time, and measures it at growing intervals.
 fn evolve(
     surface: Closed,
     variant: Variant,
@@ -262,6 +263,7 @@ fn evolve(
 ) -> Result<SurfaceRun, StudyError> {
     let clock = Instant::now();
     let mut field = Field::new(surface, voxels);
+    // All nodes are free but a margin at the boundary of the lattice.
     let mask: Vec<bool> = (0..field.grid.len())
         .map(|s| field.grid.is_interior(field.grid.node(s), 3))
         .collect();
@@ -273,10 +275,11 @@ fn evolve(
         }
         .across(2.0 / voxel),
     );
+    // The flow's time is in voxels⁴, the tables' in length⁴.
     let unit = voxel.powi(4);
     let first = field.form();
     let mut rows = Vec::new();
-    let mut next = FIRST_LOOK * time;
+    let mut next = FIRST_ROW * time;
     loop {
         let pause = evolution.run(&field.grid, &mut field.phi, &mask, next / unit, &mut |_| {
             observer.keep_going()
@@ -290,7 +293,8 @@ fn evolve(
         let now = field.form();
         let (at, done) = (evolution.time * unit, evolution.steps.len());
         rows.push(row(at, done, evolution.willmore(), surface, now));
-        field.show(&evolution, now, observer)?;
+        field.report(&evolution, now, observer)?;
+        // End at the final time, or if the flow could not go on.
         if pause != Pause::Done || next >= time {
             let energies = evolution
                 .steps
@@ -306,7 +310,7 @@ fn evolve(
                 seconds: clock.elapsed().as_secs_f64(),
             });
         }
-        next = (LOOK * next).min(time);
+        next = (ROW_FACTOR * next).min(time);
     }
 }
 

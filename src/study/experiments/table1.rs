@@ -1,4 +1,4 @@
-//! Table 1: the spherical cap as a graph, its error against h.
+//! Table 1 of the paper: the error of the spherical cap, computed as a graph, against h.
 
 use std::time::Instant;
 
@@ -15,11 +15,11 @@ use super::variant_name;
 /// Settings of the experiment.
 #[derive(Clone, Debug)]
 pub struct Table1Settings {
-    /// Cells a side, rising by factors of two.
+    /// Numbers of cells a side, ascending by factors of two.
     pub cells: Vec<usize>,
     /// The schemes.
     pub variants: Vec<Variant>,
-    /// Time step: so large that a step goes for the steady state.
+    /// Time step; so large that each step aims at the steady state.
     pub tau: f64,
 }
 
@@ -33,7 +33,7 @@ impl Default for Table1Settings {
     }
 }
 
-/// The errors at 8, 16, … 256 cells a side that an independent implementation got; the first is also the paper's.
+/// L2 errors at 8, 16, … 256 cells a side, computed by an independent implementation; the first is also in the paper.
 const REFERENCE: [(usize, f64); 6] = [
     (8, 1.043e-3),
     (16, 2.519e-4),
@@ -42,8 +42,9 @@ const REFERENCE: [(usize, f64); 6] = [
     (128, 3.899e-6),
     (256, 9.75e-7),
 ];
-/// Steady when no node moves by more than this, and most steps until then.
-const STEADY: f64 = 1e-10;
+/// A run has converged when no node moves by this or more in a step.
+const CONVERGED: f64 = 1e-10;
+/// Upper bound of the number of steps of a run.
 const MOST_STEPS: usize = 60;
 
 /// The height of the unit sphere.
@@ -51,21 +52,21 @@ pub(super) fn cap_height([x, y]: [f64; 2]) -> f64 {
     (1.0 - x * x - y * y).sqrt()
 }
 
-/// The energy of graphs over the centred unit square that touch the unit sphere along the border: γ = −(x, y)·ν.
+/// The energy of graphs over the centred unit square that are tangent to the unit sphere along the boundary: γ = −(x, y)·ν.
 pub(super) fn cap_energy(cells: usize) -> PlaneEnergy {
     PlaneEnergy::clamped(SquareGrid::centred(cells), 1.0, |[x, y], n| {
         -(x * n[0] + y * n[1])
     })
 }
 
-/// The harmonic graph with the heights of the sphere on the border.
+/// The harmonic graph with the heights of the sphere on the boundary.
 pub(super) fn cap_start(energy: &PlaneEnergy) -> Vec<f64> {
     let mut phi = energy.grid.field(cap_height);
     harmonic_fill(energy, &mut phi);
     phi
 }
 
-/// L2 and largest error at the nodes.
+/// L2 error, and largest error at the nodes.
 pub(super) fn cap_error(grid: &SquareGrid, phi: &[f64]) -> (f64, f64) {
     let exact = grid.field(cap_height);
     let error: Vec<f64> = phi.iter().zip(&exact).map(|(p, e)| p - e).collect();
@@ -79,7 +80,7 @@ struct TableRun {
     steps: usize,
     iterations: usize,
     seconds: f64,
-    steady: bool,
+    converged: bool,
 }
 
 fn run_one(
@@ -93,15 +94,16 @@ fn run_one(
     let mut phi = cap_start(&energy);
     let mut flow =
         PlaneFlow::new(energy, variant, tau, Tolerance::OfStep(1e-5)).with_multigrid(&phi);
-    let (mut steps, mut iterations, mut steady) = (0, 0, false);
-    while steps < MOST_STEPS && !steady {
+    // Step until no node moves any more.
+    let (mut steps, mut iterations, mut converged) = (0, 0, false);
+    while steps < MOST_STEPS && !converged {
         if !observer.keep_going() {
             return Err(StudyError::Stopped);
         }
         let step = flow.step(&mut phi);
         steps += 1;
         iterations += step.iterations;
-        steady = step.movement < STEADY;
+        converged = step.movement < CONVERGED;
         if !step.movement.is_finite() {
             return Err(StudyError::BlewUp { step: steps });
         }
@@ -120,11 +122,11 @@ fn run_one(
         steps,
         iterations,
         seconds: clock.elapsed().as_secs_f64(),
-        steady,
+        converged,
     })
 }
 
-/// The runs of one scheme.
+/// The results of one scheme.
 #[derive(Default)]
 struct Column {
     /// (h, L2 error).
@@ -132,7 +134,7 @@ struct Column {
     orders: Vec<f64>,
     /// Largest relative difference from the reference.
     off: f64,
-    unsteady: usize,
+    unconverged: usize,
 }
 
 fn run_variant(
@@ -164,6 +166,7 @@ fn run_variant(
             "variant {name}, h = 1/{cells}: error {:.3e}",
             run.error
         ));
+        // Order of convergence from the previous grid to this one.
         let order = column
             .points
             .last()
@@ -174,7 +177,7 @@ fn run_variant(
         }
         column.orders.extend(order);
         column.points.push((1.0 / cells as f64, run.error));
-        column.unsteady += usize::from(!run.steady);
+        column.unconverged += usize::from(!run.converged);
         table.rows.push(vec![
             format!("1/{cells}").as_str().into(),
             run.error.into(),
@@ -192,18 +195,18 @@ fn run_variant(
 fn claims(report: &mut StudyReport, name: &str, column: &Column) {
     report.claim(
         &format!("variant {name}: errors"),
-        "the reference to 1 %, each run steady".to_owned(),
+        "the reference to 1 %, all runs converged".to_owned(),
         format!(
-            "{:.2} % off at most, {} runs not steady",
+            "{:.2} % off at most, {} runs not converged",
             100.0 * column.off,
-            column.unsteady
+            column.unconverged
         ),
-        column.off < 0.01 && column.unsteady == 0,
+        column.off < 0.01 && column.unconverged == 0,
     );
     let finest = &column.orders[column.orders.len().saturating_sub(3)..];
     let list: Vec<String> = finest.iter().map(|o| format!("{o:.3}")).collect();
     report.claim(
-        &format!("variant {name}: order at the finest three"),
+        &format!("variant {name}: order of convergence on the finest three grids"),
         "2.0, to 0.06".to_owned(),
         list.join(", "),
         finest.iter().all(|o| (o - 2.0).abs() < 0.06),
@@ -218,7 +221,7 @@ pub fn table1(
     let clock = Instant::now();
     let mut report = StudyReport::new(
         "table1",
-        "Table 1: graph over (-1/2, 1/2)^2 with position and normal of the unit sphere on the border; steady state, epsilon = 1",
+        "Table 1: graph over (-1/2, 1/2)^2 with position and normal of the unit sphere on the boundary; steady state, epsilon = 1",
     );
     let mut curves = Vec::new();
     for &variant in &settings.variants {

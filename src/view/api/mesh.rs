@@ -1,4 +1,4 @@
-//! Meshes and rims.
+//! API requests for the geometry of a mesh and its rims, whole or relative to a mesh that the page already has.
 
 use std::sync::Arc;
 
@@ -11,24 +11,26 @@ use super::super::container::Container;
 use super::super::delta::Delta;
 use super::super::runs::Runs;
 use super::super::state::State as MeshState;
-use super::asked::{Answer, Refused, bytes_answer, work};
+use super::http::{Answer, Refused, bytes_answer, work};
 
-/// A mesh by its number.
+/// The state with the given number.
 ///
 /// # Errors
-/// When there is none.
+/// When it does not exist.
 pub fn state_of(app: &App, id: u32) -> Result<Arc<MeshState>, Refused> {
     let session = app.session();
     let state = session.state(id).cloned();
-    state.ok_or_else(|| Refused::missing("there is no such mesh"))
+    state.ok_or_else(|| Refused::missing("there is no mesh with this number; reload the page"))
 }
 
 #[derive(Deserialize)]
 pub struct From {
+    /// A mesh that the page already has.
     from: Option<u32>,
 }
 
-/// `GET api/mesh/ID`.
+/// `GET api/mesh/ID?from=…`: vertices, faces, and the origin and region of each face; only the changes if `from` shares vertices and
+/// faces with it.
 pub async fn mesh(
     State(app): State<Arc<App>>,
     Path((_, id)): Path<(String, u32)>,
@@ -36,7 +38,7 @@ pub async fn mesh(
 ) -> Answer {
     let bytes = work(&app, move |app| {
         let state = state_of(app, id)?;
-        // One that is gone is no reason to refuse: all of the mesh is sent.
+        // If the other mesh does not exist any more, the whole mesh is sent.
         let old = from.and_then(|id| state_of(app, id).ok());
         let kept = old.and_then(|old| Some((kept_of(&old, &state)?, old.id)));
         Ok(packed(app, &state, kept))
@@ -44,7 +46,7 @@ pub async fn mesh(
     Ok(bytes_answer(bytes.await?))
 }
 
-/// What of one mesh the other begins with, where one is made of the other.
+/// The vertices and faces of the old mesh that the new one starts with, if one of the two was made from the other.
 fn kept_of(old: &MeshState, new: &MeshState) -> Option<Delta> {
     let parent_of = |state: &MeshState| state.parent.as_ref().map(|p| p.id);
     if parent_of(new) == Some(old.id) {
@@ -74,7 +76,7 @@ fn packed(app: &App, state: &MeshState, kept: Option<(Delta, u32)>) -> Vec<u8> {
             .with("region", 1, state.region.iter().copied())
             .bytes();
     };
-    // The first vertices and faces of the mesh are those that are kept of the old one, or all are, where the old one has more.
+    // The mesh starts with the kept vertices and faces. After an undo, the old mesh has more than this one: then all of it is kept.
     let first = |runs: &Runs, count: usize| runs.count().min(count);
     let ranges = |runs: &Runs| runs.0.clone().into_iter().flatten();
     container
@@ -95,7 +97,7 @@ fn packed(app: &App, state: &MeshState, kept: Option<(Delta, u32)>) -> Vec<u8> {
         .bytes()
 }
 
-/// Values as runs: the first place of each and its value.
+/// Run-length encoding: for each run of equal values its first index and its value.
 fn value_runs(values: impl Iterator<Item = u32>) -> Vec<u32> {
     let mut runs: Vec<u32> = Vec::new();
     for (place, value) in (0u32..).zip(values) {
@@ -106,7 +108,7 @@ fn value_runs(values: impl Iterator<Item = u32>) -> Vec<u32> {
     runs
 }
 
-/// `GET api/rims/ID`.
+/// `GET api/rims/ID`: the rims of the holes, as points and vertex numbers.
 pub async fn rims(State(app): State<Arc<App>>, Path((_, id)): Path<(String, u32)>) -> Answer {
     let bytes = work(&app, move |app| {
         let state = state_of(app, id)?;

@@ -1,8 +1,8 @@
-//! What the page asks for.
+//! The HTTP API of the local page: its routes.
 
-mod asked;
 mod choices;
 mod download;
+mod http;
 mod mesh;
 mod open;
 mod save;
@@ -23,9 +23,9 @@ use axum::routing::{get, post};
 
 use super::app::App;
 use super::assets;
-use super::gate::{Gate, keep};
+use super::gate::{Gate, authorise};
 
-/// All that is served.
+/// All routes of one page, behind its gate.
 pub fn router(app: Arc<App>, gate: Arc<Gate>) -> Router {
     Router::new()
         .route("/{token}", get(with_slash))
@@ -60,16 +60,16 @@ pub fn router(app: Arc<App>, gate: Arc<Gate>) -> Router {
         .route("/{token}/api/uv/{id}", get(values::uvs))
         .route("/{token}/api/texture/{number}", get(values::texture))
         .fallback(|| async { StatusCode::NOT_FOUND })
-        .layer(from_fn_with_state(gate, keep))
+        .layer(from_fn_with_state(gate, authorise))
         .with_state(app)
 }
 
-/// The address of the page without its last slash.
+/// Redirects the address of the page without its trailing slash.
 async fn with_slash(Path(token): Path<String>) -> Redirect {
     Redirect::permanent(&format!("/{token}/"))
 }
 
-/// A file of the page.
+/// Serves a file of the page.
 async fn file(name: String) -> Response {
     match assets::asset(&name) {
         Some((kind, text)) => ([(CONTENT_TYPE, kind)], text).into_response(),

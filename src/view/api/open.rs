@@ -1,4 +1,4 @@
-//! Other files: those that there are, one that is opened, and one that is sent.
+//! API requests that list the meshes in the folder, open another file, and upload a file into the folder.
 
 use std::io::ErrorKind;
 use std::sync::Arc;
@@ -12,19 +12,19 @@ use tokio::sync::Semaphore;
 
 use super::super::app::App;
 use super::super::files::{to_read, to_write};
-use super::asked::{Answer, Refused, SMALL, json_answer, read, receive, work};
+use super::http::{Answer, Refused, SMALL, json_answer, read, receive, work};
 use crate::io::{Format, write_new};
 
-/// Most files that are listed.
+/// Upper bound of the number of listed files.
 const LISTED: usize = 500;
-/// Largest file that is sent, in bytes.
-const SENT: usize = 1 << 30;
-/// Longest time that a file may take to arrive: 1 GiB at 2 MB/s, as through a tunnel to another machine.
-const SENDING: Duration = Duration::from_secs(600);
-/// One file is received at a time: each is held in memory until it is whole.
+/// Upper bound of the size of an uploaded file, in bytes.
+const MAX_UPLOAD: usize = 1 << 30;
+/// Time limit of an upload: 1 GiB at 2 MB/s, as through a tunnel to another machine.
+const UPLOAD_TIME: Duration = Duration::from_secs(600);
+/// Only one file is uploaded at a time, since each is held in memory until it is complete.
 static UPLOAD: Semaphore = Semaphore::const_new(1);
 
-/// `GET api/files`: the meshes in the folder of the program.
+/// `GET api/files`: the names of the meshes in the folder.
 pub async fn files(State(app): State<Arc<App>>) -> Answer {
     let names = work(&app, |app| {
         let folder = std::fs::read_dir(&app.root);
@@ -44,14 +44,14 @@ pub async fn files(State(app): State<Arc<App>>) -> Answer {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Wanted {
+struct OpenRequest {
     path: String,
 }
 
-/// `POST api/open`: opens a file below the folder on a page of its own.
+/// `POST api/open`: opens a file below the folder on its own page, and returns the page's path.
 pub async fn open(State(app): State<Arc<App>>, body: Body) -> Answer {
-    let Wanted { path } = read(body, SMALL).await?;
-    // Not on a thread of a pool: see `Shared::opening`.
+    let OpenRequest { path } = read(body, SMALL).await?;
+    // Not on a thread of a rayon pool: see `Shared::opening`.
     let page = work(&app, move |app| {
         let path = to_read(&app.root, &path)?;
         (app.open)(path).map_err(|error| Refused::wrong(error, "path"))
@@ -64,33 +64,35 @@ pub struct Named {
     name: String,
 }
 
-/// `POST api/send?name=…`: writes a file that was sent into the folder, where none has its name.
+/// `POST api/send?name=…`: writes an uploaded file into the folder; refused if a file of this name exists.
 pub async fn send(
     State(app): State<Arc<App>>,
     Query(Named { name }): Query<Named>,
     body: Body,
 ) -> Answer {
-    // The name is checked before the body is received: a file that is refused need not be sent.
+    // Check the name before receiving the body, so that a refused file is not uploaded.
     let checked = name.clone();
     let path = work(&app, move |app| {
         let path = to_write(&app.root, &checked, false)?;
         match Format::from_extension(&path) {
             Some(_) => Ok(path),
             None => {
-                let what = format!("end the name of the file in {}", Format::LIST);
+                let what = format!("the name of the file must end in {}", Format::LIST);
                 Err(Refused::wrong(what, "name"))
             }
         }
     });
     let path = path.await?;
     let upload = UPLOAD.try_acquire();
-    let upload = upload.map_err(|_| Refused::conflict("another file is being sent; try again"))?;
-    let bytes = receive(body, SENT, SENDING).await?;
+    let upload = upload.map_err(|_| {
+        Refused::conflict("another file is being uploaded; try again when it has arrived")
+    })?;
+    let bytes = receive(body, MAX_UPLOAD, UPLOAD_TIME).await?;
     let written = work(&app, move |_| {
         let written = write_new(&path, &bytes);
         drop(upload);
         written.map_err(|error| match error.kind() {
-            ErrorKind::AlreadyExists => Refused::conflict(format!("{name} is there already")),
+            ErrorKind::AlreadyExists => Refused::conflict(format!("{name} exists already")),
             _ => Refused::failed(error.to_string()),
         })?;
         Ok(name)

@@ -1,4 +1,4 @@
-//! Files: saved and loaded.
+//! API requests that save meshes, reports, recipes and masks, and that load masks.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,20 +10,19 @@ use axum::response::IntoResponse;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::super::app::{App, told};
+use super::super::app::{App, error_text};
 use super::super::files::{Denied, to_read, to_write};
 use super::super::runs::Runs;
-use super::asked::{Answer, MARKS, Refused, SMALL, json_answer, long_work, read, work};
+use super::http::{Answer, MARKS, Refused, SMALL, json_answer, long_work, read, work};
 use super::mesh::state_of;
 use crate::io::Format;
 use crate::job::{parse_face_numbers, write_text};
 
-/// Largest file of face numbers that is read, in bytes.
+/// Upper bound of the size of a file of face numbers, in bytes.
 const FACE_LIST: u64 = 256 << 20;
 /// Why an input is not overwritten.
-const INPUT: &str =
-    "that is a file that was opened, which the recipe begins with; name another one";
-/// What a page of a report may do: run its own script, apart from all else.
+const INPUT: &str = "this file is open here, and the recipe starts from it; choose another name";
+/// Content security policy of a report: it runs its own script in a sandbox and loads nothing.
 const REPORT_POLICY: &str = "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
                              img-src data: blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
@@ -38,35 +37,35 @@ impl From<Denied> for Refused {
     }
 }
 
-/// What is to be saved.
+/// A request to save a file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Wanted {
+struct SaveRequest {
     path: String,
     #[serde(default)]
     overwrite: bool,
-    kind: What,
+    kind: Content,
     #[serde(default)]
     mask: Option<Runs>,
-    /// Text instead of binary, of a mesh.
+    /// Whether to write a mesh as text instead of binary.
     #[serde(default)]
     ascii: bool,
-    /// The mesh; the current one where none is named.
+    /// The mesh; none for the current one.
     #[serde(default)]
     id: Option<u32>,
 }
 
 #[derive(Clone, Copy, Deserialize, PartialEq)]
 #[serde(rename_all = "snake_case")]
-enum What {
+enum Content {
     Mesh,
     Report,
     Recipe,
     Mask,
 }
 
-impl What {
-    /// Refuses names of other kinds of files.
+impl Content {
+    /// Refuses names whose extension does not fit the content.
     fn check(self, path: &Path) -> Result<(), Refused> {
         let extension = path
             .extension()
@@ -88,42 +87,42 @@ impl What {
         match fits {
             true => Ok(()),
             false => Err(Refused::wrong(
-                format!("end the name of the file in {needed}"),
+                format!("the name of the file must end in {needed}"),
                 "path",
             )),
         }
     }
 }
 
-/// `POST api/save`.
+/// `POST api/save`: writes a mesh, a report, a recipe or a mask below the folder.
 pub async fn save(State(app): State<Arc<App>>, body: Body) -> Answer {
-    let wanted: Wanted = read(body, MARKS).await?;
-    let value = long_work(&app, move |app| app.saved(&wanted)).await?;
+    let request: SaveRequest = read(body, MARKS).await?;
+    let value = long_work(&app, move |app| app.save_content(&request)).await?;
     Ok(json_answer(&value))
 }
 
 impl App {
-    fn saved(&self, wanted: &Wanted) -> Result<Value, Refused> {
-        let path = to_write(&self.root, &wanted.path, wanted.overwrite)?;
-        wanted.kind.check(&path)?;
+    fn save_content(&self, request: &SaveRequest) -> Result<Value, Refused> {
+        let path = to_write(&self.root, &request.path, request.overwrite)?;
+        request.kind.check(&path)?;
         self.refuse_input(&path)?;
-        let id = wanted.id.unwrap_or_else(|| self.session().current().id);
+        let id = request.id.unwrap_or_else(|| self.session().current().id);
         let state = state_of(self, id)?;
-        let failed = |error| Refused::failed(told(&error));
+        let failed = |error| Refused::failed(error_text(&error));
         let mut notes = Vec::new();
-        match wanted.kind {
-            What::Mesh => {
+        match request.kind {
+            Content::Mesh => {
                 let saved = self
-                    .save_mesh(&state, &path, wanted.ascii)
+                    .save_mesh(&state, &path, request.ascii)
                     .map_err(failed)?;
                 notes = saved.notes;
-                self.session().was_saved(id, saved.path, wanted.ascii);
+                self.session().was_saved(id, saved.path, request.ascii);
                 self.changed();
             }
-            What::Report => self.save_report(&state, &path).map(drop).map_err(failed)?,
-            What::Recipe => return self.save_recipe(id, &path, wanted.overwrite),
-            What::Mask => {
-                let mask = wanted.mask.as_ref();
+            Content::Report => self.save_report(&state, &path).map(drop).map_err(failed)?,
+            Content::Recipe => return self.save_recipe(id, &path, request.overwrite),
+            Content::Mask => {
+                let mask = request.mask.as_ref();
                 let mask = mask.ok_or_else(|| Refused::wrong("no face is marked", "mask"))?;
                 let faces = state.loaded.mesh.faces.len();
                 mask.check(faces)
@@ -142,7 +141,7 @@ impl App {
         Ok(json!({ "path": self.shown(&path), "bytes": bytes, "notes": notes }))
     }
 
-    /// Refuses to overwrite a file that is open on any page of this server.
+    /// Refuses to overwrite the input of any page of this server.
     fn refuse_input(&self, path: &Path) -> Result<(), Refused> {
         match (self.is_input)(path) {
             true => Err(Refused::conflict(INPUT)),
@@ -150,13 +149,13 @@ impl App {
         }
     }
 
-    /// A path as the page is told it.
+    /// A path as the page shows it: relative to the folder if it is below it.
     fn shown(&self, path: &Path) -> String {
         let path = path.strip_prefix(&self.root).unwrap_or(path);
         path.display().to_string()
     }
 
-    /// The commands of a mesh, told as from a file.
+    /// The recipe of a mesh, with paths relative to the recipe file `path`.
     fn recipe_at(&self, id: u32, path: &Path) -> Result<super::super::recipe::Recipe, Refused> {
         let state = state_of(self, id)?;
         let (output, ascii) = self.output_of(id);
@@ -166,7 +165,7 @@ impl App {
             .map_err(|error| Refused::wrong(error, "path"))
     }
 
-    /// The file that a mesh was saved in, or would be, and whether as text.
+    /// The file that a mesh was last saved to, or a default name, and whether it is text.
     fn output_of(&self, id: u32) -> (PathBuf, bool) {
         let session = self.session();
         if let Some((output, ascii)) = session.output(id) {
@@ -178,7 +177,7 @@ impl App {
         (self.root.join(name), false)
     }
 
-    /// Writes both forms of a recipe and the files of its masks beside it.
+    /// Writes a recipe as shell script and as TOML, with its mask files beside it.
     fn save_recipe(&self, id: u32, path: &Path, overwrite: bool) -> Result<Value, Refused> {
         let recipe = self.recipe_at(id, path)?;
         let mut files = vec![
@@ -189,14 +188,14 @@ impl App {
             files.push((path.with_file_name(name), text));
         }
         for (file, _) in &files {
-            let name = file
-                .to_str()
-                .ok_or_else(|| Refused::wrong("the name is no text", "path"))?;
+            let name = file.to_str().ok_or_else(|| {
+                Refused::wrong("the name of the file is not valid Unicode", "path")
+            })?;
             self.refuse_input(&to_write(&self.root, name, overwrite)?)?;
         }
         let mut bytes = 0;
         for (file, text) in &files {
-            write_text(file, text).map_err(|error| Refused::failed(told(&error)))?;
+            write_text(file, text).map_err(|error| Refused::failed(error_text(&error)))?;
             bytes += text.len();
         }
         let names: Vec<String> = files.iter().map(|(file, _)| self.shown(file)).collect();
@@ -204,7 +203,7 @@ impl App {
     }
 }
 
-/// `GET api/recipe`.
+/// `GET api/recipe`: the recipe of the current mesh, and the names of its mask files.
 pub async fn recipe(State(app): State<Arc<App>>) -> Answer {
     let value = work(&app, |app| {
         let id = app.session().current().id;
@@ -220,7 +219,7 @@ struct FaceFile {
     path: String,
 }
 
-/// `POST api/mask/load`.
+/// `POST api/mask/load`: reads a file of face numbers below the folder.
 pub async fn load_mask(State(app): State<Arc<App>>, body: Body) -> Answer {
     let FaceFile { path: name } = read(body, SMALL).await?;
     let value = work(&app, move |app| {
@@ -228,18 +227,21 @@ pub async fn load_mask(State(app): State<Arc<App>>, body: Body) -> Answer {
         let wrong = |error: String| Refused::wrong(error, "path");
         let size = std::fs::metadata(&path).map_or(0, |about| about.len());
         if size > FACE_LIST {
-            return Err(wrong(format!("{name} is too large for a list of faces")));
+            let most = FACE_LIST >> 20;
+            return Err(wrong(format!(
+                "{name} is too large for a list of faces: at most {most} MiB are read"
+            )));
         }
         let text = std::fs::read_to_string(&path);
         let text = text.map_err(|error| wrong(format!("{name} cannot be read: {error}")))?;
         let numbers = parse_face_numbers(&text, &name);
-        let mut numbers = numbers.map_err(|error| wrong(told(&error)))?;
+        let mut numbers = numbers.map_err(|error| wrong(error_text(&error)))?;
         numbers.sort_unstable();
         numbers.dedup();
         let faces = app.session().current().loaded.mesh.faces.len();
         if let Some(last) = numbers.last().filter(|last| **last >= faces) {
             return Err(wrong(format!(
-                "there is no face {last}: the mesh has {faces}, from 0"
+                "there is no face {last}: the mesh has {faces} faces, numbered from 0"
             )));
         }
         let runs = Runs::of_sorted(numbers.into_iter().map(|n| n as u32));
@@ -248,7 +250,7 @@ pub async fn load_mask(State(app): State<Arc<App>>, body: Body) -> Answer {
     Ok(json_answer(&value.await?))
 }
 
-/// `GET api/report/ID`.
+/// `GET api/report/ID`: the report page of a step.
 pub async fn report(State(app): State<Arc<App>>, InPath((_, id)): InPath<(String, u32)>) -> Answer {
     let page = long_work(&app, move |app| {
         let state = state_of(app, id)?;
@@ -256,7 +258,7 @@ pub async fn report(State(app): State<Arc<App>>, InPath((_, id)): InPath<(String
         let folder = tempfile::tempdir().map_err(failed)?;
         let path = folder.path().join("report.html");
         let drawn = app.save_report(&state, &path);
-        drawn.map_err(|error| Refused::failed(told(&error)))?;
+        drawn.map_err(|error| Refused::failed(error_text(&error)))?;
         std::fs::read_to_string(&path).map_err(failed)
     });
     let headers = [

@@ -1,4 +1,4 @@
-//! What there is, and what happens.
+//! API requests for the state of the session, as one JSON document, and for the stream of events.
 
 use std::collections::HashMap;
 use std::convert::Infallible;
@@ -18,7 +18,7 @@ use super::super::app::App;
 use super::super::events::event;
 use super::super::session::Busy;
 use super::super::state::State as MeshState;
-use super::asked::{Answer, json_answer, work};
+use super::http::{Answer, json_answer, work};
 use crate::fill::FillParams;
 use crate::io::Format;
 use crate::mend::{FairParams, RestoreParams};
@@ -27,22 +27,22 @@ use crate::mesh::attributes::{Attribute, Role, SIGMA_NAME};
 use crate::parameters;
 use crate::repair::RepairParams;
 
-/// Seconds after which a line is sent to a page that is told nothing, so that both sides know of each other.
+/// Seconds without an event after which an empty line is sent, so that both sides notice a lost connection.
 const QUIET: u64 = 20;
 
-/// `GET api/state`.
+/// `GET api/state`: the document from which the page builds everything but the meshes.
 pub async fn state(State(app): State<Arc<App>>) -> Answer {
-    let value = work(&app, |app| Ok(told(app))).await?;
+    let value = work(&app, |app| Ok(document(app))).await?;
     Ok(json_answer(&value))
 }
 
-fn told(app: &App) -> Value {
+fn document(app: &App) -> Value {
     let session = app.session();
     let current = session.current().clone();
     let line = session.line().map(|state| (state.clone(), false));
     let beside = session.previews().map(|state| (state.clone(), true));
     let states: Vec<(Arc<MeshState>, bool)> = line.chain(beside).collect();
-    let [undo, redo] = session.ways();
+    let [undo, redo] = session.can_undo_redo();
     let busy = session.busy.as_ref().map(busy_row);
     let unsaved = session.is_unsaved();
     let choices = session.choices(current.id);
@@ -70,7 +70,7 @@ fn told(app: &App) -> Value {
         "earlier": app.earlier.as_ref().map(|file| file.display().to_string()),
         "session": { "path": app.store.path().display().to_string(), "error": app.store.error() },
         "holes": hole_rows(&current),
-        "choices": choices.doings(&current),
+        "choices": choices.actions(&current),
         "crease_ends": current.inspected["crease_ends"],
         "creases": choices.creases(&current),
         "marked": choices.mask().count(),
@@ -87,16 +87,16 @@ fn told(app: &App) -> Value {
         "texture": texture,
         "parameters": parameters::document(),
         "defaults": {
-            "fill": usual::<FillParams>(),
-            "restore": usual::<RestoreParams>(),
-            "fair": usual::<FairParams>(),
-            "repair": usual::<RepairParams>(),
+            "fill": default_params::<FillParams>(),
+            "restore": default_params::<RestoreParams>(),
+            "fair": default_params::<FairParams>(),
+            "repair": default_params::<RepairParams>(),
         },
         "scene": scene(app, &current, &first),
     })
 }
 
-fn usual<P: Default + Serialize>() -> Value {
+fn default_params<P: Default + Serialize>() -> Value {
     serde_json::to_value(P::default()).unwrap_or_default()
 }
 
@@ -131,15 +131,15 @@ fn state_row(state: &MeshState, preview: bool) -> Value {
     })
 }
 
-/// The holes, with what the last step said of those that it left.
+/// The holes; those that the last step left open have its outcome and reason. They are matched by centre and number of edges.
 fn hole_rows(state: &MeshState) -> Value {
     let mut holes = state.inspected["holes"].clone();
-    let told = state.step.as_ref().map(|step| &step.document["holes"]);
-    let place = |hole: &Value| (hole["centre"].to_string(), hole["edges"].as_u64());
-    let told = told.and_then(Value::as_array).into_iter().flatten();
-    let told: HashMap<_, _> = told.map(|hole| (place(hole), hole)).collect();
+    let reported = state.step.as_ref().map(|step| &step.document["holes"]);
+    let key = |hole: &Value| (hole["centre"].to_string(), hole["edges"].as_u64());
+    let reported = reported.and_then(Value::as_array).into_iter().flatten();
+    let reported: HashMap<_, _> = reported.map(|hole| (key(hole), hole)).collect();
     for hole in holes.as_array_mut().into_iter().flatten() {
-        if let Some(before) = told.get(&place(hole)) {
+        if let Some(before) = reported.get(&key(hole)) {
             hole["outcome"] = before["outcome"].clone();
             hole["reason"] = before["reason"].clone();
         }
@@ -164,11 +164,11 @@ fn attribute_rows(attributes: &Attributes) -> Vec<Value> {
     let vertex = attributes.vertex.iter().map(row("vertex"));
     let face = attributes.face.iter().map(row("face"));
     let rows = vertex.chain(face).chain(corner.map(row("corner")));
-    // Expected errors have a colouring of their own, which knows what is not known.
+    // Expected errors have their own colouring, which also shows unknown values.
     rows.filter(|row| row["name"] != SIGMA_NAME).collect()
 }
 
-/// From where to look: at the largest hole of the file as it was read, whatever steps there are, or from a corner.
+/// The initial view: facing the first hole of the input file that is no outer border, or from a corner if there is none.
 fn scene(app: &App, state: &MeshState, first: &MeshState) -> Value {
     let [low, high] = state.loaded.mesh.bounds();
     let size = high - low;
@@ -192,11 +192,11 @@ fn scene(app: &App, state: &MeshState, first: &MeshState) -> Value {
     })
 }
 
-/// `GET api/events`: what happens from now on.
+/// `GET api/events`: the stream of events from now on.
 pub async fn events(State(app): State<Arc<App>>) -> Response {
     let receiver = app.events.listen();
-    let told = stream::unfold((receiver, true), |(mut receiver, is_first)| async move {
-        // At first, so that a page that comes late looks at what is.
+    let lines = stream::unfold((receiver, true), |(mut receiver, is_first)| async move {
+        // The first event makes the page fetch the state: something may have changed before it connected.
         if is_first {
             return Some((
                 Ok::<_, Infallible>(event("state", &json!({}))),
@@ -214,7 +214,7 @@ pub async fn events(State(app): State<Arc<App>>) -> Response {
     });
     (
         [(CONTENT_TYPE, "text/event-stream")],
-        Body::from_stream(told),
+        Body::from_stream(lines),
     )
         .into_response()
 }

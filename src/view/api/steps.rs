@@ -1,4 +1,4 @@
-//! Steps: made, cancelled, undone.
+//! API requests that run steps, cancel, undo and redo them, and adopt or discard previews.
 
 use std::sync::Arc;
 
@@ -12,11 +12,11 @@ use serde_json::json;
 use super::super::app::App;
 use super::super::session::Session;
 use super::super::step::Request;
-use super::asked::{Answer, MARKS, Refused, SMALL, json_answer, read};
+use super::http::{Answer, MARKS, Refused, SMALL, json_answer, read};
 
-const BUSY: &str = "a step is being made; wait for it, or cancel it";
+const BUSY: &str = "another step is running; wait for it, or cancel it";
 
-/// `POST api/step`: begins one.
+/// `POST api/step`: starts a step or a preview, and returns the number of its job.
 pub async fn step(State(app): State<Arc<App>>, body: Body) -> Answer {
     let request: Request = read(body, MARKS).await?;
     let preview = request.preview;
@@ -27,8 +27,8 @@ pub async fn step(State(app): State<Arc<App>>, body: Body) -> Answer {
         }
         session.current().loaded.mesh.faces.len()
     };
-    let order = request.order(faces, app.words.as_ref());
-    let order = order.map_err(|wrong| Refused::wrong(wrong.error, wrong.place))?;
+    let order = request.order(faces, app.renderer.as_ref());
+    let order = order.map_err(|wrong| Refused::wrong(wrong.error, wrong.field))?;
     match app.begin(order, preview) {
         Ok(Some(job)) => {
             let mut answer = json_answer(&json!({ "job": job }));
@@ -45,7 +45,7 @@ struct OfJob {
     job: u64,
 }
 
-/// `POST api/cancel`: stops a job as soon as may be.
+/// `POST api/cancel`: stops a job as soon as possible.
 pub async fn cancel(State(app): State<Arc<App>>, body: Body) -> Answer {
     let OfJob { job } = read(body, SMALL).await?;
     let session = app.session();
@@ -54,7 +54,9 @@ pub async fn cancel(State(app): State<Arc<App>>, body: Body) -> Answer {
             busy.cancel.cancel();
             Ok(StatusCode::ACCEPTED.into_response())
         }
-        None => Err(Refused::missing("there is no such job, or it has ended")),
+        None => Err(Refused::missing(
+            "there is no job with this number, or it has ended",
+        )),
     }
 }
 
@@ -65,7 +67,7 @@ struct OfState {
 
 /// `POST api/undo`.
 pub async fn undo(State(app): State<Arc<App>>) -> Answer {
-    turn(&app, |s| match s.go(false) {
+    change_session(&app, |s| match s.go(false) {
         true => Ok(()),
         false => Err(Refused::conflict("there is nothing to undo")),
     })
@@ -73,38 +75,41 @@ pub async fn undo(State(app): State<Arc<App>>) -> Answer {
 
 /// `POST api/redo`.
 pub async fn redo(State(app): State<Arc<App>>) -> Answer {
-    turn(&app, |s| match s.go(true) {
+    change_session(&app, |s| match s.go(true) {
         true => Ok(()),
         false => Err(Refused::conflict("there is nothing to redo")),
     })
 }
 
-/// `POST api/goto`.
+/// `POST api/goto`: makes a mesh of the history the current one.
 pub async fn go_to(State(app): State<Arc<App>>, body: Body) -> Answer {
     let OfState { id } = read(body, SMALL).await?;
-    turn(&app, |s| match s.go_to(id) {
+    change_session(&app, |s| match s.go_to(id) {
         true => Ok(()),
-        false => Err(Refused::missing("the history has no such mesh")),
+        false => Err(Refused::missing("the history has no mesh with this number")),
     })
 }
 
-/// `POST api/adopt`: a preview becomes the next step.
+/// `POST api/adopt`: makes a preview the next step.
 pub async fn adopt(State(app): State<Arc<App>>, body: Body) -> Answer {
     let OfState { id } = read(body, SMALL).await?;
-    turn(&app, |s| s.adopt(id).map_err(Refused::conflict))
+    change_session(&app, |s| s.adopt(id).map_err(Refused::conflict))
 }
 
-/// `POST api/discard`: a preview goes.
+/// `POST api/discard`: deletes a preview.
 pub async fn discard(State(app): State<Arc<App>>, body: Body) -> Answer {
     let OfState { id } = read(body, SMALL).await?;
-    turn(&app, |s| match s.discard(id) {
+    change_session(&app, |s| match s.discard(id) {
         true => Ok(()),
         false => Err(Refused::missing("there is no such preview")),
     })
 }
 
-/// Changes the session, unless a step is being made, and tells the current mesh.
-fn turn(app: &Arc<App>, change: impl FnOnce(&mut Session) -> Result<(), Refused>) -> Answer {
+/// Changes the session unless a step is running, and returns the number of the current mesh.
+fn change_session(
+    app: &Arc<App>,
+    change: impl FnOnce(&mut Session) -> Result<(), Refused>,
+) -> Answer {
     let current = {
         let mut session = app.session();
         if session.busy.is_some() {

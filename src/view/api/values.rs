@@ -1,4 +1,5 @@
-//! Values of vertices and faces, textures, and what is wrong.
+//! API requests for values that colour a mesh (curvature, distance, deviation, expected error, attributes), for textures, and for the
+//! check for defects.
 
 use std::sync::{Arc, PoisonError};
 
@@ -8,13 +9,13 @@ use axum::response::IntoResponse;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
-use super::super::app::{App, told};
+use super::super::app::{App, error_text};
 use super::super::container::Container;
 use super::super::deviation::deviation;
 use super::super::files::to_read;
 use super::super::state::State as MeshState;
-use super::super::texture::{goes_up, uv};
-use super::asked::{Answer, Refused, bytes_answer, json_answer, long_work, work};
+use super::super::texture::{uv, v_points_up};
+use super::http::{Answer, Refused, bytes_answer, json_answer, long_work, work};
 use super::mesh::state_of;
 use crate::check::CheckParams;
 use crate::io::read_path;
@@ -22,29 +23,29 @@ use crate::job::{Drawings, check as check_mesh};
 use crate::mesh::attributes::{Attribute, Role};
 use crate::report::scene::{curvature, distances};
 
-/// The largest values, this part of all, do not count for the range that is told.
+/// Fraction of the values that the range of the colour scale leaves out: half at each end, for expected errors all at the upper end.
 const OUTLIERS: f64 = 0.03;
-/// Most faces that are told of each kind of defect.
+/// Upper bound of the number of listed faces of each kind of defect.
 const MARKED: usize = 10_000;
 
 #[derive(Deserialize)]
-pub struct Asked {
+pub struct ValuesQuery {
     name: String,
-    /// The mesh that distances are measured from; the one that this was made of where none is named.
+    /// The mesh that distances are measured from; none for the mesh before the step.
     to: Option<u32>,
-    /// The file below the folder that deviations are measured from, in place of a mesh of the session.
+    /// A file below the folder that deviations are measured from, instead of a mesh of the session.
     file: Option<String>,
 }
 
-/// Values for the page.
+/// Values of vertices, faces or corners.
 struct Values {
     on: &'static str,
     unit: &'static str,
     components: usize,
     values: Vec<f32>,
-    /// Whether they are colours, from 0 to 1.
+    /// Whether the values are colours, from 0 to 1.
     are_colours: bool,
-    /// The range of the colour scale, where it is not that of the values.
+    /// The range of the colour scale; none for the range of the values.
     range: Option<[f32; 2]>,
 }
 
@@ -81,7 +82,7 @@ impl Values {
     }
 }
 
-/// The range of all values but the few that lie farthest out.
+/// The range of the finite values without the outliers at both ends.
 fn range(values: &[f32]) -> [f32; 2] {
     let mut sorted: Vec<f32> = values.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_unstable_by(f32::total_cmp);
@@ -90,16 +91,16 @@ fn range(values: &[f32]) -> [f32; 2] {
     let (low, high) = (at(out), at(sorted.len().saturating_sub(1 + out)));
     match low < high {
         true => [low, high],
-        // Most are the same.
+        // Nearly all values are equal: the outliers give the range.
         false => [at(0), at(sorted.len().saturating_sub(1))],
     }
 }
 
-/// `GET api/values/ID?name=…`.
+/// `GET api/values/ID?name=…`: values that colour a mesh.
 pub async fn values(
     State(app): State<Arc<App>>,
     Path((_, id)): Path<(String, u32)>,
-    Query(Asked { name, to, file }): Query<Asked>,
+    Query(ValuesQuery { name, to, file }): Query<ValuesQuery>,
 ) -> Answer {
     let bytes = long_work(&app, move |app| {
         let state = state_of(app, id)?;
@@ -122,7 +123,7 @@ pub async fn values(
     Ok(bytes_answer(bytes.await?))
 }
 
-/// The distance of what is new from another mesh; of all vertices where that is none that this was made of.
+/// Distances of the new vertices from another mesh, 0 for the kept ones; of all vertices if this mesh was not made from the other.
 fn distance(state: &MeshState, other: Option<&MeshState>) -> Vec<f32> {
     let mesh = &state.loaded.mesh;
     let Some(other) = other else {
@@ -131,7 +132,7 @@ fn distance(state: &MeshState, other: Option<&MeshState>) -> Vec<f32> {
     distances(mesh, &is_new(state, other), &other.loaded.mesh)
 }
 
-/// For each vertex whether it is new beside another mesh; all are where this was not made of it.
+/// For each vertex whether it is new relative to another mesh; all are new if this mesh was not made from it.
 fn is_new(state: &MeshState, other: &MeshState) -> Vec<bool> {
     let is_parent = state.parent.as_ref().is_some_and(|p| p.id == other.id);
     let kept = state.delta.as_ref().filter(|_| is_parent);
@@ -141,7 +142,7 @@ fn is_new(state: &MeshState, other: &MeshState) -> Vec<bool> {
         .collect()
 }
 
-/// Signed distances: of all vertices from a file, or of what is new from a mesh of the session.
+/// Signed distances: of all vertices from a file, or of the new vertices from a mesh of the session.
 fn deviations(
     app: &App,
     state: &MeshState,
@@ -153,15 +154,16 @@ fn deviations(
         Some(name) => {
             let path = to_read(&app.root, name)?;
             let reference = read_path(&path, None);
-            let reference = reference.map_err(|error| Refused::wrong(told(&error), "file"))?;
+            let reference =
+                reference.map_err(|error| Refused::wrong(error_text(&error), "file"))?;
             let all = vec![true; mesh.positions.len()];
             deviation(mesh, &all, &reference.mesh)
         }
         None => {
             let other = to.map(|id| state_of(app, id)).transpose()?;
             let other = other.or_else(|| state.parent.clone());
-            let other =
-                other.ok_or_else(|| Refused::missing("there is no mesh before to measure from"))?;
+            let other = other
+                .ok_or_else(|| Refused::missing("there is no earlier mesh to measure from"))?;
             deviation(mesh, &is_new(state, &other), &other.loaded.mesh)
         }
     };
@@ -172,20 +174,22 @@ fn deviations(
     Ok(values)
 }
 
-/// The expected errors of vertices: 0 for those of the file, not a number where nothing can be said.
+/// The expected errors of the vertices: 0 for vertices of the file, NaN where unknown.
 fn expected_errors(state: &MeshState) -> Result<Values, Refused> {
     let errors = &state.errors;
     if !errors.is_known() {
-        return Err(Refused::missing("no expected error is known"));
+        return Err(Refused::missing(
+            "the mesh has no expected errors: no step has estimated any",
+        ));
     }
     let mut values = Values::of_vertices(errors.0.clone(), "in the mesh's units");
     values.range = Some([0.0, errors.high(OUTLIERS)]);
     Ok(values)
 }
 
-/// The values of an attribute of vertices, faces or corners, such as `attribute:quality`.
+/// The values of an attribute of vertices, faces or corners; `name` is such as `attribute:quality`.
 fn attribute(state: &MeshState, name: &str) -> Result<Values, Refused> {
-    let missing = || Refused::missing(format!("there are no values {name}"));
+    let missing = || Refused::missing(format!("the mesh has no values named {name}"));
     let name = name.strip_prefix("attribute:").ok_or_else(missing)?;
     let attributes = &state.loaded.attributes;
     let named = |list: &[Attribute]| list.iter().find(|a| a.name == name).cloned();
@@ -220,7 +224,7 @@ fn attribute(state: &MeshState, name: &str) -> Result<Values, Refused> {
     })
 }
 
-/// `GET api/uv/ID`.
+/// `GET api/uv/ID`: the texture coordinates of each corner, and the image of each face.
 pub async fn uvs(State(app): State<Arc<App>>, Path((_, id)): Path<(String, u32)>) -> Answer {
     let bytes = work(&app, move |app| {
         let state = state_of(app, id)?;
@@ -234,7 +238,7 @@ pub async fn uvs(State(app): State<Arc<App>>, Path((_, id)): Path<(String, u32)>
         let values =
             corners.flat_map(|(face, corner)| uv(loaded, face, corner).unwrap_or([f32::NAN; 2]));
         let header =
-            json!({ "id": id, "v_up": goes_up(loaded.format), "textures": textures.count() });
+            json!({ "id": id, "v_up": v_points_up(loaded.format), "textures": textures.count() });
         Ok(Container::new(header)
             .with("uv", 2, values)
             .with("texture", 1, textures.of_face.iter().copied())
@@ -243,7 +247,7 @@ pub async fn uvs(State(app): State<Arc<App>>, Path((_, id)): Path<(String, u32)>
     Ok(bytes_answer(bytes.await?))
 }
 
-/// `GET api/texture/N`.
+/// `GET api/texture/N`: an image of the current mesh.
 pub async fn texture(
     State(app): State<Arc<App>>,
     Path((_, number)): Path<(String, usize)>,
@@ -251,21 +255,21 @@ pub async fn texture(
     let (kind, bytes) = work(&app, move |app| {
         let state = app.session().current().clone();
         let image = state.textures().image(number, &state.loaded, &app.input);
-        image.ok_or_else(|| Refused::missing("there is no such image, or it cannot be shown"))
+        image.ok_or_else(|| Refused::missing("the image is missing, or a browser cannot show it"))
     })
     .await?;
     Ok(([(CONTENT_TYPE, kind)], bytes).into_response())
 }
 
-/// `GET api/check/ID`.
+/// `GET api/check/ID`: the check for defects.
 pub async fn check(
     State(app): State<Arc<App>>,
     Path((_, id)): Path<(String, u32)>,
-    Query(params): Query<Looked>,
+    Query(params): Query<CheckQuery>,
 ) -> Answer {
     let value = work(&app, move |app| {
         let (state, params) = (state_of(app, id)?, params.params()?);
-        // Outside of the threads for work, which may take up another request while they wait.
+        // Lock outside of the rayon pool: a thread of the pool that waits may take up another request, and wait for itself.
         let mut known = state.checked.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, value)) = known.as_ref().filter(|(p, _)| *p == params) {
             return Ok(value.clone());
@@ -278,13 +282,13 @@ pub async fn check(
 }
 
 #[derive(Deserialize)]
-pub struct Looked {
+pub struct CheckQuery {
     thin: Option<f64>,
     debris: Option<f64>,
     min_wall: Option<f64>,
 }
 
-impl Looked {
+impl CheckQuery {
     fn params(&self) -> Result<CheckParams, Refused> {
         let mut params = CheckParams::default();
         params.thin = self.thin;
@@ -292,21 +296,21 @@ impl Looked {
         params.min_wall = self.min_wall;
         for (length, name) in [(self.thin, "thin"), (self.min_wall, "min_wall")] {
             if length.is_some_and(|l| !(l.is_finite() && l > 0.0)) {
-                return Err(Refused::wrong("a positive length is needed", name));
+                return Err(Refused::wrong("the length must be positive", name));
             }
         }
         match (0.0..=1.0).contains(&params.debris) {
             true => Ok(params),
-            false => Err(Refused::wrong("a number from 0 to 1 is needed", "debris")),
+            false => Err(Refused::wrong("the number must be from 0 to 1", "debris")),
         }
     }
 }
 
-/// The document of `isomend check`, and the faces of each kind of defect.
+/// The document of `isomend check`, with the faces of each kind of defect added.
 fn checked(app: &App, state: &MeshState, params: &CheckParams) -> Result<Value, Refused> {
     let source = app.source_of(state);
     let checked = check_mesh(&source, &state.loaded, params, &Drawings::default());
-    let checked = checked.map_err(|error| Refused::failed(told(&error)))?;
+    let checked = checked.map_err(|error| Refused::failed(error_text(&error)))?;
     let mut value = serde_json::to_value(checked.document()).unwrap_or_default();
     let mut marks = Map::new();
     for defect in &checked.verdict.defects {
@@ -324,7 +328,7 @@ mod tests {
     use super::range;
 
     #[test]
-    fn a_range_leaves_out_what_lies_far_out() {
+    fn a_range_leaves_out_outliers() {
         let mut values: Vec<f32> = (0..1000).map(|i| i as f32).collect();
         values.extend([1e9, -1e9, f32::NAN, f32::INFINITY]);
         let [low, high] = range(&values);

@@ -1,12 +1,12 @@
-// The tolerance band: how far the surface lies from the mesh before, with a histogram and limits that can be set.
+// The tolerance band: distances of the surface from a reference, with a histogram and limits that the user sets.
 
 import { digits, find, numberIn } from "../../report/viewer/controls.js";
 import { tr } from "./strings.js";
 
-/** The colourings that have a band. */
+/** The colourings that have a tolerance band. */
 export const BANDED = ["distance", "deviation"];
 const BINS = 60;
-/** Colours of what lies below the band, in it and above it. */
+/** Colours of vertices below, within and above the band, and of vertices that did not move. */
 const BAND_COLOURS = { below: [43, 108, 176], within: [76, 160, 96], above: [192, 47, 47], still: [185, 190, 198] };
 const BAR = "http://www.w3.org/2000/svg";
 
@@ -26,34 +26,34 @@ export class Band {
     });
   }
 
-  /** The file that deviations are measured from; empty for the mesh before the step. */
+  /** The name of the reference file of deviations; empty for the mesh before the step. */
   get reference() {
     return find("#reference").value.trim();
   }
 
-  /** The limits that were set; null where there are none. */
+  /** The limits of the band; null if none is set. */
   limits() {
     const [low, high] = ["#band-low", "#band-high"].map((query) => numberIn(find(query).value));
     if (!Number.isFinite(low) && !Number.isFinite(high)) return null;
     return [Number.isFinite(low) ? low : -Infinity, Number.isFinite(high) ? high : Infinity];
   }
 
-  /** Takes distances to show how they are spread. */
+  /** Shows the distribution of distances; null clears it. */
   take(values) {
     this.values = values;
     this.draw();
   }
 
-  /** For each vertex the colour of where it lies: below the band, in it, or above it. */
+  /** The colour of each vertex: below, within or above the band, or not moved. */
   colours(values) {
     const [low, high] = this.limits(), colours = new Uint8Array(4 * values.length);
     values.forEach((x, i) => colours.set([...BAND_COLOURS[x === 0 || !Number.isFinite(x) ? "still" : x < low ? "below" : x > high ? "above" : "within"], 255], 4 * i));
     return colours;
   }
 
-  /** The bars, red outside of the band, and what part lies in it. */
+  /** Draws the histogram, red outside of the band, and the fraction within the band. */
   draw() {
-    const { values } = this, svg = find("#histogram"), limits = this.limits() || [-Infinity, Infinity], told = (x) => this.app.measure.told(x);
+    const { values } = this, svg = find("#histogram"), limits = this.limits() || [-Infinity, Infinity], format = (x) => this.app.measure.format(x);
     if (!values?.length) {
       svg.replaceChildren();
       find("#band-said").textContent = "";
@@ -61,7 +61,7 @@ export class Band {
     }
     let [least, most, sum, within, count] = [Infinity, -Infinity, 0, 0, 0];
     for (const x of values) {
-      // What the step did not touch has no distance.
+      // Vertices that the step kept have distance 0 and do not count.
       if (!Number.isFinite(x) || x === 0) continue;
       least = Math.min(least, x);
       most = Math.max(most, x);
@@ -79,7 +79,7 @@ export class Band {
       return bar;
     }));
     find("#band-said").textContent = count
-      ? tr("band_said", { least: told(least), most: told(most), rms: told(Math.sqrt(sum / count)), part: digits(100 * within / count), sigma: told(Math.sqrt(sum / count)) })
+      ? tr("band_said", { least: format(least), most: format(most), rms: format(Math.sqrt(sum / count)), part: digits(100 * within / count), sigma: format(Math.sqrt(sum / count)) })
       : tr("band_none");
   }
 }

@@ -1,10 +1,10 @@
-// What is chosen on each mesh: what to do with its holes, which sharp edges are continued, and which faces are marked. The program keeps it with the mesh.
+// The user's choices on each mesh: actions on holes, continued sharp edges, marked faces. The program stores them with the mesh.
 
 import { askJson } from "./net.js";
 
-/** Bytes that a browser sends for a page that is left. */
+/** Upper bound of the length of a request that a browser finishes after the page is left, in characters of JSON. */
 const KEPT_ALIVE = 30000;
-/** Milliseconds that choices are collected before they are sent. */
+/** Time for which choices are collected before they are sent, in milliseconds. */
 const GATHER = 200;
 
 export class Choices {
@@ -17,18 +17,18 @@ export class Choices {
     addEventListener("pagehide", () => this.flush(true).catch(() => null));
   }
 
-  /** Takes what is to be done with holes of a mesh. */
+  /** Changes the actions on holes of a mesh. */
   holes(id, doings) {
     const waiting = this.wait(id);
     waiting.holes = { ...waiting.holes, ...doings };
   }
 
-  /** Takes the pairs of crease ends of a mesh between which sharp edges are continued. */
+  /** Changes the pairs of crease ends of a mesh between which sharp edges are continued. */
   creases(id, pairs) {
     this.wait(id).creases = pairs;
   }
 
-  /** Takes the marked faces of a mesh. */
+  /** Changes the marked faces of a mesh. */
   mark(id, runs) {
     this.marks.set(id, runs);
     this.masked ||= runs.length > 0;
@@ -42,15 +42,16 @@ export class Choices {
     return this.waiting.get(id);
   }
 
-  /** Tells the program all that was chosen; done once it knows. */
+  /** Sends all collected choices to the program; resolves when they have arrived. `leaves` says that the page is being left. */
   flush(leaves = false) {
     clearTimeout(this.timer);
     const all = [...this.waiting.values()];
     this.waiting.clear();
-    // A page that is left waits for nothing. A browser refuses to send long bodies then: those are sent as usual, and may be cut off.
+    // A page that is being left cannot wait. Browsers limit the length of `keepalive` requests: longer ones are sent as usual and may be
+    // cut off.
     const short = (change) => JSON.stringify(change).length < KEPT_ALIVE;
     if (leaves) return Promise.all(all.map((change) => askJson("choices", change, short(change) ? { keepalive: true } : {})));
-    // One after the other; what could not be sent waits for the next time.
+    // One request after the other; choices that could not be sent wait for the next time.
     const send = async () => {
       for (let change = all.shift(); change; change = all.shift()) {
         try {
@@ -66,14 +67,14 @@ export class Choices {
     return sent;
   }
 
-  /** Asks which faces of a mesh are marked. */
+  /** Fetches the marked faces of the current mesh. */
   async load({ current, marked, masked }) {
     await this.flush();
     this.masked ||= masked;
     this.marks.set(current, marked ? (await askJson(`marks/${current}`)).runs : []);
   }
 
-  /** How many faces of a mesh are marked. */
+  /** The number of marked faces of a mesh. */
   count(id) {
     return (this.marks.get(id) || []).reduce((sum, [first, end]) => sum + end - first, 0);
   }

@@ -1,10 +1,10 @@
-// Sharp edges between crease ends: the numbered points at rims, two of which are clicked to continue an edge between them.
+// Sharp edges across holes: numbered crease ends at the rims; clicking two of them continues a sharp edge between them.
 
 import { minus } from "../../report/viewer/camera.js";
 import { find } from "../../report/viewer/controls.js";
 import { counts, tr } from "./strings.js";
 
-/** A click chooses the nearest end within this distance, in pixels of the page. */
+/** Largest distance between a click and a crease end, in pixels of the page. */
 const NEAR = 11;
 
 export class Creases {
@@ -12,11 +12,11 @@ export class Creases {
     this.app = app;
     this.ends = [];
     this.pairs = [];
-    /** The end that was clicked first. */
+    /** The first clicked end of a pair. */
     this.first = null;
   }
 
-  /** Takes the crease ends of a state, and the pairs that were chosen. */
+  /** Shows the crease ends of a state, and the chosen pairs. */
   update({ crease_ends: ends, creases }, fresh) {
     if (!fresh) return;
     this.ends = ends || [];
@@ -29,7 +29,7 @@ export class Creases {
     return this.ends.find((end) => end.id === id);
   }
 
-  /** The end under a point of the canvas; null where there is none, or another mesh is shown. */
+  /** The number of the crease end at a point of the canvas; null if there is none. */
   at([x, y]) {
     const { labels, viewer } = this.app;
     let best = null;
@@ -42,7 +42,7 @@ export class Creases {
     return best?.id ?? null;
   }
 
-  /** A click on an end: the first of two, the second, or on one that has an edge, which goes. */
+  /** Handles a click on an end: the first of a pair, the second, or an end with an edge, which is removed. */
   choose(id) {
     const { hole } = this.end(id), had = this.pairs.find((pair) => pair.includes(id)), first = this.first;
     this.first = null;
@@ -63,7 +63,7 @@ export class Creases {
     this.changed(tr("crease_gone", { a: pair[0], b: pair[1] }));
   }
 
-  /** Tells the program, and shows the pairs in view, list and words. */
+  /** Sends the pairs to the program, and updates view, list and message. */
   changed(words) {
     this.app.choices.creases(this.app.model.state.current, this.pairs);
     this.list();
@@ -72,7 +72,7 @@ export class Creases {
     this.app.say(words);
   }
 
-  /** Points and lines in the view of the mesh that is worked on. */
+  /** Draws crease ends and pairs as points and lines in the view of the current mesh. */
   show() {
     const mesh = this.app.mesh(), chosen = new Set([this.first, ...this.pairs.flat()]);
     const points = mesh ? this.ends.map((end) => ({ id: end.id, at: minus(end.position, mesh.centre), side: "after", chosen: chosen.has(end.id) })) : [];
@@ -80,7 +80,7 @@ export class Creases {
     this.app.labels.setPoints(points, mesh ? this.pairs.map(([a, b]) => ({ side: "after", ends: [at(a), at(b)] })) : []);
   }
 
-  /** The pairs as a list, each with a button that takes it away. */
+  /** Lists the pairs, each with a button that removes it. */
   list() {
     const row = (pair) => {
       const item = document.createElement("li"), button = document.createElement("button");
@@ -96,7 +96,7 @@ export class Creases {
     find("#creases").replaceChildren(...this.pairs.map(row));
   }
 
-  /** The pairs of a fill's parameters: those of the holes that are filled as usual, or of one of them. */
+  /** The pairs for a fill's parameters: pairs at holes with the action fill; only at the holes `only`, if given. */
   params(only) {
     const isFilled = (hole) => this.app.holes.doings.get(hole) === "fill" && (!only || only.includes(hole));
     return this.pairs.filter(([a]) => isFilled(this.end(a)?.hole));

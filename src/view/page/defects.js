@@ -1,4 +1,4 @@
-// The check for defects: a verdict, and places that a click marks and goes to.
+// The check for defects: a verdict and a list of defects; a click marks the faces of a defect and moves the view there.
 
 import { cornersOf, MARKED } from "../../report/viewer/geometry.js";
 import { cross, frame, minus, plus, times } from "../../report/viewer/camera.js";
@@ -12,19 +12,19 @@ export class Defects {
     find("#defects").addEventListener("toggle", () => find("#defects").open && this.check());
   }
 
-  /** Checks again where the list is shown: another mesh is worked on. */
+  /** Checks again if the list is open; called when the current mesh changes. */
   renew() {
     if (find("#defects").open) this.check();
   }
 
-  /** Has the mesh that is worked on checked, and lists its defects. */
+  /** Requests a check of the current mesh, and lists its defects. */
   async check() {
     const { model } = this.app, id = model.state.current, verdict = find("#verdict");
     verdict.textContent = tr("checking");
     find("#defect-list").replaceChildren();
     try {
       const found = await askJson(`check/${id}`);
-      // The check of another mesh has begun meanwhile.
+      // The current mesh has changed in the meantime.
       if (model.state.current !== id) return;
       const { walls } = found, sound = found.sound ? tr("sound") : (found.reasons || []).join("; ") + ".";
       verdict.textContent = sound + (walls ? " " + tr("walls", { least: digits(walls.least), mean: digits(walls.mean) }) : "");
@@ -35,7 +35,7 @@ export class Defects {
     }
   }
 
-  /** A row of the list. Its faces are those of the mesh `id`: with another one in view, or a preview, they are neither shown nor marked. */
+  /** A row of the list. Its faces belong to the mesh `id`; if another mesh or a preview is shown, they are neither shown nor marked. */
   defect({ kind, count, faces = [], places = [] }, id) {
     const name = kind.replaceAll("_", " ");
     const item = document.createElement("li"), button = document.createElement("button"), select = document.createElement("button");
@@ -53,7 +53,7 @@ export class Defects {
       const face = faces[next++ % faces.length], [a, b, c] = cornersOf(mesh, face), centre = times(plus(plus(a, b), c), 1 / 3);
       const normal = cross(minus(b, a), minus(c, a)), reach = Math.max(12 * Math.hypot(...minus(b, a)), 1e-4 * viewer.camera.radius);
       viewer.fly({ centre, axes: Math.hypot(...normal) ? frame(normal, this.app.views.up()) : viewer.camera.axes, reach });
-      return this.app.say(tr("face_told", { face, name }) + (places.length ? tr("in_places", { places: counts("place", places.length) }) : ""));
+      return this.app.say(tr("face_summary", { face, name }) + (places.length ? tr("in_places", { places: counts("place", places.length) }) : ""));
     });
     select.textContent = tr("mark_these");
     select.disabled = !faces.length;

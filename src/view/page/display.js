@@ -1,4 +1,4 @@
-// What is shown: two sides, colours, a section, a picture of it.
+// The display of meshes: before and after, colouring, section, screenshot.
 
 import { IMAGE } from "../../report/viewer/geometry.js";
 import { dot, minus, times } from "../../report/viewer/camera.js";
@@ -11,7 +11,7 @@ import { Mask } from "./mask.js";
 import { foldLines } from "./folds.js";
 import { BANDED } from "./band.js";
 
-/** Holes from rims: what a number needs to be placed. */
+/** Centre and diameter of each rim, for placing the number of its hole. */
 export function rimHoles({ rims, rimIds }, side) {
   return rims.map((rim, i) => {
     const n = rim.length / 3, low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity], sum = [0, 0, 0];
@@ -24,7 +24,7 @@ export function rimHoles({ rims, rimIds }, side) {
   });
 }
 
-/** Numbers as they are; of vectors their lengths, with the range of these. */
+/** Scalars unchanged, vectors replaced by their lengths; the header gets the range of the lengths. */
 function lengths(values, header) {
   const parts = header.arrays[0].components || 1;
   if (parts === 1 || values instanceof Uint8Array) return values;
@@ -43,7 +43,7 @@ export class Display {
   constructor(app) {
     this.app = app;
     this.colour = "plain";
-    /** The colouring that is shown; another one may be on its way. */
+    /** The colouring that is shown; another one may be loading. */
     this.coloured = null;
     this.shown = { before: null, after: null };
     this.place = 0;
@@ -61,7 +61,7 @@ export class Display {
     find("#screenshot").addEventListener("click", () => this.screenshot());
   }
 
-  /** Switches an option of the view. */
+  /** Sets an option of the view, and the controls that show it. */
   option(name, value) {
     for (const input of all(`.tools [name="${name}"]`)) input.checked = input.type === "radio" ? input.value === value : value;
     this.app.viewer.options[name] = value;
@@ -83,7 +83,7 @@ export class Display {
     return two;
   }
 
-  /** Shows a state, and beside it another one to compare with; names for both sides. */
+  /** Shows a state and, if `before` is not null, another one to compare with; `names` are the labels of both sides. */
   async states(after, before, names = null) {
     const { model, viewer } = this.app, wanted = this.wanted = {};
     const [mesh, old] = await Promise.all([model.mesh(after), before === null ? null : model.mesh(before)]);
@@ -109,7 +109,7 @@ export class Display {
     this.app.viewer.setSide(name, { mesh, rims: mesh.rims, kinds, colours, segments: folds ? mesh.folds ??= foldLines(mesh.topology) : null });
   }
 
-  /** The rims once more, when what is to be done with their holes has changed. */
+  /** Draws the rims again after the actions on their holes have changed. */
   rims() {
     for (const [name, { mesh }] of Object.entries(this.app.viewer.sides)) this.side(name, mesh);
   }
@@ -122,7 +122,7 @@ export class Display {
     this.app.creases.show();
   }
 
-  /** Lets the worker prepare a mesh: painting, and fewer faces for a view that moves. */
+  /** Lets the worker prepare a mesh for painting, and a coarse version for a moving view. */
   async ready(mesh) {
     const found = await this.app.model.prepare(mesh).catch((error) => this.app.say(error.message, true));
     if (!found) return;
@@ -137,15 +137,15 @@ export class Display {
     this.app.viewer.costs = {};
   }
 
-  /** Marks the faces of the current mesh that are known to be marked. */
+  /** Marks the faces of the current mesh that the program has as marked. */
   mark(mesh) {
     if (!mesh?.mask || mesh.id !== this.app.model.state.current) return;
-    if (mesh.mask.told !== mesh.mask.changes || !mesh.mask.take(this.app.choices.marks.get(mesh.id) || [])) return;
+    if (mesh.mask.sent !== mesh.mask.changes || !mesh.mask.take(this.app.choices.marks.get(mesh.id) || [])) return;
     this.app.viewer.surfaces.get(mesh)?.changed();
     this.app.viewer.refresh();
   }
 
-  /** The colourings that there are now. */
+  /** Updates the list of available colourings. */
   offer() {
     const { state } = this.app.model, select = find("#colour"), had = this.colour;
     const list = [["plain", tr("colour_plain")], ["curvature", tr("colour_curvature")]];
@@ -158,7 +158,7 @@ export class Display {
     this.colour = select.value = list.some(([value]) => value === had) ? had : "plain";
   }
 
-  /** Colours both sides; the answers for an earlier choice are dropped. */
+  /** Colours both sides; values that arrive for an earlier choice are dropped. */
   async setColour(name) {
     const { viewer } = this.app, colouring = this.colouring = {};
     this.colour = find("#colour").value = name;
@@ -177,17 +177,17 @@ export class Display {
     viewer.refresh();
   }
 
-  /** Colours one side, unless another colouring is chosen before the values are there. */
+  /** Colours one side, unless another colouring is chosen before the values arrive. */
   async colourSide(name, side, surface, colouring) {
-    const id = this.shown[side], told = side === "after";
+    const id = this.shown[side], isAfter = side === "after";
     if (name === "plain") return surface.setColour({ kind: 0 });
     if (name === "texture") return this.texture(id, surface, colouring);
-    const other = this.shown[told ? "before" : "after"], { reference } = this.app.band;
-    if (name === "deviation" && !told) return surface.setColour({ kind: 0 });
+    const other = this.shown[isAfter ? "before" : "after"], { reference } = this.app.band;
+    if (name === "deviation" && !isAfter) return surface.setColour({ kind: 0 });
     const from = name === "deviation" && reference ? `&file=${encodeURIComponent(reference)}` : "", to = from || (BANDED.includes(name) && other !== null ? `&to=${other}` : "");
     const found = await this.app.model.valuesOf(id, name, to).catch((error) => {
-      // The mesh beside may have no such values.
-      if (told) throw error;
+      // The mesh to compare with may lack these values.
+      if (isAfter) throw error;
       return null;
     });
     if (this.colouring !== colouring) return undefined;
@@ -197,28 +197,28 @@ export class Display {
     const on = { vertex: 0, face: 1, corner: 2 }[header.on || "vertex"];
     if (values instanceof Uint8Array) return surface.setColour({ kind: 3, values, on });
     const kind = name === "curvature" || name === "deviation" ? 1 : 2, most = Math.max(Math.abs(header.low), Math.abs(header.high)) || 1;
-    if (BANDED.includes(name) && told) this.app.band.take(values);
-    if (BANDED.includes(name) && this.app.band.limits()) return this.banded(surface, values, on, told);
+    if (BANDED.includes(name) && isAfter) this.app.band.take(values);
+    if (BANDED.includes(name) && this.app.band.limits()) return this.banded(surface, values, on, isAfter);
     const span = kind === 1 ? [-most, most] : [header.low, header.high > header.low ? header.high : header.low + 1];
     const gaps = errors && values.some(Number.isNaN);
-    // Below the scale stands for what is not known.
+    // Values below the scale represent unknown ones.
     if (gaps) values = values.map((x) => Number.isNaN(x) ? -span[1] : x);
     surface.setColour({ kind, values, on, span, skipKept: errors, gaps });
-    if (!told) return undefined;
+    if (!isAfter) return undefined;
     const words = { curvature: tr("scale_curvature"), distance: tr("scale_distance"), deviation: tr("scale_deviation"), sigma: tr("scale_sigma") }[name] || name.replace("attribute:", "");
     return showScale(words + this.app.measure.unitOf(header.unit), (span[0] < 0 ? "−" : "") + digits(Math.abs(span[0])), digits(span[1]), kind, gaps);
   }
 
   /** Colours by a tolerance band. */
-  banded(surface, values, on, told) {
+  banded(surface, values, on, isAfter) {
     surface.setColour({ kind: 3, values: this.app.band.colours(values), on });
-    if (!told) return;
+    if (!isAfter) return;
     const [low, high] = this.app.band.limits().map((x) => Number.isFinite(x) ? digits(x) : "");
     showScale(tr("scale_band") + this.app.measure.unitOf("length"), low, high, 2);
     find("#scale-bar").style.background = "linear-gradient(90deg,#2b6cb0 25%,#4ca060 25% 75%,#c02f2f 75%)";
   }
 
-  /** The images of the textures, all of the size of the largest. */
+  /** The texture images, all scaled to the size of the largest one, at most 4096 pixels. */
   async images({ url, count = 1 }) {
     const blobs = await Promise.all(Array.from({ length: count }, async (_, i) => (await fetch(url.replace(/\d+$/, i))).blob()));
     const options = { premultiplyAlpha: "none", colorSpaceConversion: "none" }, first = await Promise.all(blobs.map((blob) => createImageBitmap(blob, options)));
@@ -237,7 +237,7 @@ export class Display {
     surface.setColour({ kind: 4, values, on: 2, images });
   }
 
-  /** Sets the section as the tools say. */
+  /** Applies the section of the controls. */
   cut() {
     const { viewer } = this.app, axis = find("#section").value, sign = find("#flip").checked ? -1 : 1;
     for (const query of ["#cut-at", "#cut-side"]) find(query).hidden = !axis;
@@ -249,7 +249,7 @@ export class Display {
     viewer.moving();
   }
 
-  /** A picture of the view with the numbers, to be kept by the browser. */
+  /** Saves a picture of the view with the numbers of holes as a download. */
   screenshot() {
     const { viewer } = this.app, { canvas } = viewer, copy = document.createElement("canvas");
     viewer.draw();

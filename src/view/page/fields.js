@@ -1,27 +1,27 @@
-// The forms of the commands' parameters, made from the tables that the program has of them: a plain name, the unit, a sentence.
+// The forms of the commands' parameters, built from the program's tables: name, unit and description of each.
 
 import { find, numberIn } from "../../report/viewer/controls.js";
 import { has, tr } from "./strings.js";
 
 export const KINDS = ["fill", "restore", "fair", "repair"];
-/** The parameters that are shown at once; the others are folded. */
+/** The parameters that are always visible; the others are folded away. */
 const FIRST = {
   fill: ["edge_ratio", "max_diameter"], restore: ["keep_shape", "edge_ratio"], fair: ["strength"], repair: ["debris", "wall", "close_borders", "flat_base"],
 };
 const OWN_UNIT = "the mesh's unit";
 
-/** The parameters of a command that stand in its form: holes are chosen in their list. */
+/** Whether a parameter belongs to its command's form. Holes and crease ends are chosen in their lists. */
 const inForm = (row) => row.path.length > 0 && !row.library_only && !["holes", "groups", "pairs"].includes(row.kind);
 
 const valueAt = (params, path) => path.reduce((at, name) => at?.[name], params);
 
-/** Puts a value at a path. */
+/** Sets the value at a path. */
 function putAt(params, path, value) {
   const step = (at, name) => (at[name] && typeof at[name] === "object" ? at[name] : (at[name] = {}));
   path.slice(0, -1).reduce(step, params)[path[path.length - 1]] = value;
 }
 
-/** What a field shows of a value. */
+/** A value as its field shows it. */
 function shownValue({ kind, sets }, value) {
   if (kind === "flag") return value === sets;
   if (kind === "voxel") return typeof value === "object" ? value?.length ?? "" : "";
@@ -68,7 +68,7 @@ export class Form {
     return { ...row, flag, input, start };
   }
 
-  /** The parameters; an error names the field that is wrong, and the field is shown. */
+  /** Reads the parameters. An error names the invalid field, and the field gets the focus. */
   read() {
     const params = structuredClone(this.defaults), given = new Set();
     for (const item of this.items) {
@@ -98,7 +98,7 @@ export class Form {
     throw new Error(words);
   }
 
-  /** Everything as it was. */
+  /** Resets all fields to their defaults. */
   reset() {
     for (const { input, kind, start } of this.items) {
       if (kind === "flag") input.checked = start;
@@ -116,14 +116,14 @@ export class Form {
     }
   }
 
-  /** The options that differ from the defaults, as one would type them. */
+  /** The options that differ from the defaults, as on the command line. */
   typed() {
     return this.items.filter(({ input, kind, start }) => kind === "flag" ? input.checked !== start : String(input.value) !== String(start))
       .map(({ flag, input, kind }) => kind === "flag" ? flag : `${flag} ${input.value.trim().replace(",", ".")}`);
   }
 }
 
-/** Where the forms stand: one for each command. */
+/** Builds the forms of all commands. */
 export function formsIn(parameters, defaults) {
   const forms = {};
   for (const kind of KINDS) {

@@ -1,11 +1,11 @@
-// The lines of sharp edges: sides of faces that are bent by more than an angle.
+// The lines of sharp edges: edges between two faces whose dihedral angle deviates from flat by more than a bound.
 
-/** The least bend of an edge that is drawn, in degrees. */
+/** Smallest angle between the normals at an edge that is drawn, in degrees. */
 const BEND = 30;
-/** Above this number of faces no sharp edges are drawn: finding them would hold up the page for seconds. */
+/** Number of faces above which no sharp edges are drawn: finding them would block the page for seconds. */
 const MOST_FACES = 3_000_000;
 
-/** The sharp edges of a mesh as lines: both ends and a zero each. */
+/** The sharp edges of a mesh as lines: the coordinates of both ends and a zero each. */
 export function foldLines({ mesh: { positions: p, faces }, corners, starts, list }) {
   const count = faces.length / 3, normals = new Float32Array(faces.length), lines = [], least = Math.cos(BEND * Math.PI / 180);
   if (count > MOST_FACES) return new Float32Array();

@@ -1,4 +1,4 @@
-// The list of holes: sorted, chosen one or several at a time, and what is to be done with each.
+// The list of holes: sorting, filter, selection, and the action for each hole.
 
 import { frame, minus } from "../../report/viewer/camera.js";
 import { copy } from "../../report/viewer/point.js";
@@ -8,7 +8,7 @@ import { isInside } from "./paint.js";
 import { rimHoles } from "./display.js";
 
 const DOINGS = ["fill", "open", "flat"];
-/** Rows that are shown of a long list. */
+/** Upper bound of the number of shown rows. */
 const MOST_ROWS = 2000;
 
 const doingName = (doing) => DOINGS.includes(doing) ? tr("doing_" + doing) : tr("doing_bridge", { number: doing.replace("bridge ", "") });
@@ -18,11 +18,11 @@ export class Holes {
     this.app = app;
     this.list = [];
     this.doings = new Map();
-    /** The hole that was chosen last, and all that are. */
+    /** The hole that was chosen last, and all chosen holes. */
     this.chosen = null;
     this.picked = new Set();
     this.over = null;
-    /** The holes that a preset closes flat. */
+    /** The holes to which a preset gave the action close flat. */
     this.capped = [];
     this.sort = { by: "id", falls: false };
     for (const query of ["#wider", "#narrower"]) find(query).addEventListener("input", () => this.filter());
@@ -38,7 +38,7 @@ export class Holes {
     this.useList(find("#holes"));
   }
 
-  /** Rows by pointer and by keys; the list is one stop of the focus. */
+  /** Makes the rows usable by pointer and keyboard; the whole list is one tab stop. */
   useList(list) {
     const idAt = (event) => Number(event.target.closest("li")?.dataset.hole) || null;
     list.addEventListener("pointerover", (event) => this.hover(idAt(event)));
@@ -59,7 +59,7 @@ export class Holes {
     });
   }
 
-  /** Takes the holes of a state. */
+  /** Shows the holes of a state; `fresh` says that the current mesh has changed. */
   update({ holes, choices }, fresh) {
     const same = !fresh && holes.length === this.list.length;
     this.list = holes;
@@ -82,7 +82,7 @@ export class Holes {
     return Boolean(hole.is_border ?? hole.outer_border);
   }
 
-  /** The holes that pass the filter, in the order of the list. */
+  /** The holes that pass the size filter, in the order of the list. */
   listed() {
     const bound = (query, none) => {
       const text = find(query).value.trim(), value = numberIn(text), right = !text || Number.isFinite(value) && value >= 0;
@@ -95,7 +95,7 @@ export class Holes {
     return this.list.filter((hole) => hole.diameter >= low && hole.diameter <= high).sort(order);
   }
 
-  /** Sorts by a column; once more the other way round. */
+  /** Sorts by a column; a second call reverses the order. */
   sortBy(by) {
     this.sort = { by, falls: this.sort.by === by && !this.sort.falls };
     this.filter();
@@ -113,7 +113,7 @@ export class Holes {
     this.changed();
   }
 
-  /** A hole in one line. */
+  /** The row of a hole. */
   row(hole) {
     const item = document.createElement("li"), button = document.createElement("button"), select = document.createElement("select");
     const name = tr(this.isBorder(hole) ? "border_name" : "hole_name", { id: hole.id });
@@ -134,20 +134,20 @@ export class Holes {
     return item;
   }
 
-  /** The numbers of bridges that there are. */
+  /** The bridges, each with its holes. */
   bridges() {
     const groups = new Map();
     for (const [id, doing] of this.doings) if (/^bridge/.test(doing)) groups.set(doing, [...(groups.get(doing) || []), id]);
     return groups;
   }
 
-  /** Takes what is to be done with holes, and tells the program. */
+  /** Sets the actions for holes, and sends them to the program. */
   put(doings) {
     for (const [id, doing] of doings) this.doings.set(id, doing);
     this.app.choices.holes(this.app.model.state.current, Object.fromEntries(doings));
   }
 
-  /** What is to be done with a hole, and with all that are chosen where it is one of them. */
+  /** Sets the action for a hole; if the hole is chosen, for all chosen holes. */
   set(id, doing) {
     const ids = this.picked.has(id) ? [...this.picked] : [id];
     this.put(ids.map((one) => [one, doing]));
@@ -155,7 +155,7 @@ export class Holes {
     if (id === this.chosen) this.tell(this.list.find((hole) => hole.id === id));
   }
 
-  /** Closes all holes flat that are to be filled, or fills those again. */
+  /** Changes the action of all holes from fill to close flat, or back. */
   cap(flat) {
     const ids = flat ? [...this.doings.keys()].filter((id) => this.doings.get(id) === "fill") : this.capped.filter((id) => this.doings.get(id) === "flat");
     this.capped = flat ? [...this.capped, ...ids] : [];
@@ -163,18 +163,18 @@ export class Holes {
     this.changed();
   }
 
-  /** Says what a hole is, and what is to be done with it. */
+  /** Shows size and action of a hole in the message line. */
   tell({ id, diameter, height }) {
     const unit = this.app.unit();
-    this.app.say(tr("hole_told", { id, diameter: digits(diameter) + unit, height: digits(height, diameter) + unit, doing: doingName(this.doings.get(id)) }));
+    this.app.say(tr("hole_summary", { id, diameter: digits(diameter) + unit, height: digits(height, diameter) + unit, doing: doingName(this.doings.get(id)) }));
   }
 
-  /** Puts a hole into the last bridge, or the first one. */
+  /** Adds a hole to the last bridge, or to a first one if there is none. */
   bridge(id) {
     this.set(id, [...this.bridges().keys()].pop() || "bridge 1");
   }
 
-  /** Shows what is to be done, in rows, rims and words. */
+  /** Shows the actions in the rows, the rims and the command line. */
   changed() {
     const next = this.bridges().size + 1, names = Array.from({ length: next }, (_, i) => `bridge ${i + 1}`), offered = [...DOINGS, ...names];
     const rows = all("#holes li"), first = rows.find((row) => Number(row.dataset.hole) === this.chosen) || rows[0];
@@ -200,19 +200,19 @@ export class Holes {
     this.app.steps.describe();
   }
 
-  /** For each rim of a mesh the place of its colour. */
+  /** The colour index of each rim of a mesh, and the colours. */
   rimKinds(mesh) {
     const own = mesh.id === this.app.model.state.current, order = ["fill", "open", "flat", "bridge"];
     const kind = (id) => this.picked.size > 1 && this.picked.has(id) ? 4 : Math.max(0, order.indexOf((this.doings.get(id) || "fill").split(" ")[0]));
     return { kinds: mesh.rimIds.map((id) => own ? kind(id) : 0), colours: ["bad", "soft", "fair", "second", "mark"] };
   }
 
-  /** The holes that are chosen; null where none is. */
+  /** The chosen holes, ascending; null if none is chosen. */
   only() {
     return this.picked.size ? [...this.picked].sort((a, b) => a - b) : null;
   }
 
-  /** The parts of a fill's parameters that say which holes; an error where that makes no sense. */
+  /** The parameters of a fill that select holes. Throws an error if a bridge has one hole only or nothing is to be filled. */
   params(only) {
     const crease = this.app.creases.params(only), groups = [...this.bridges().values()];
     if (only) {
@@ -226,12 +226,12 @@ export class Holes {
     if (alone) throw new Error(tr("bridge_alone", { bridge: doingName(alone[0]), id: alone[1][0] }));
     if (!this.list.length) throw new Error(tr("nothing_to_fill"));
     if (!filled.length) throw new Error(tr("all_stay_open"));
-    // A border is filled only where it is named, and may be filled where it is not: every row is told.
+    // An outer border is filled only if it is named, so name all holes if one is to be filled; also if that list is the shorter one.
     const named = filled.some((id) => border.has(id)) || filled.length <= open.length;
     return { holes: named ? filled : null, keep_open: named ? [] : open, flat: ids("flat"), bridge: groups, crease };
   }
 
-  /** The same as options. */
+  /** The same parameters as options of the command line. */
   text(only) {
     let params;
     try {
@@ -244,7 +244,7 @@ export class Holes {
     return `--holes ${holes ? holes.join(",") : "all"}${listed("--keep-open", open)}${listed("--flat", flat)}${groups("--bridge", bridge)}${groups("--crease", crease)}`;
   }
 
-  /** Chooses a hole and goes there; `adds` to those that are chosen, or all in the list from the last one to it. */
+  /** Chooses a hole and moves the view there. `adds` adds it to the chosen ones, `range` all holes of the list from the last one to it. */
   choose(id, flies = true, { adds = false, range = false } = {}) {
     const hole = this.list.find((h) => h.id === id), { viewer } = this.app, mesh = viewer.sides.after?.mesh, last = this.chosen;
     const ids = this.listed().map((h) => h.id), [from, to] = [ids.indexOf(last), ids.indexOf(id)].sort((a, b) => a - b);
@@ -265,7 +265,7 @@ export class Holes {
     viewer.fly(this.place(hole, mesh, rim));
   }
 
-  /** Where a hole is seen best from. */
+  /** The camera position with the best view of a hole. */
   place(hole, mesh, rim) {
     const centre = hole.centre.map((x, k) => x - mesh.centre[k]), towards = directionTo({ centre, diameter: hole.diameter }, mesh.rims[rim]);
     return { centre, axes: frame(towards, this.app.views.up()), reach: Math.max(0.85 * hole.diameter, 1e-4 * this.app.viewer.camera.radius) };
@@ -276,7 +276,7 @@ export class Holes {
     if (ids.length) this.choose(ids[at < 0 ? (by > 0 ? 0 : ids.length - 1) : (at + by + ids.length) % ids.length]);
   }
 
-  /** Lights the row of a hole and its rim in the view, without drawing the mesh again. */
+  /** Highlights the row of a hole and its rim in the view, without drawing the mesh again. */
   hover(id) {
     if (id === this.over) return;
     this.over = id;
@@ -296,7 +296,7 @@ export class Holes {
     line.setAttribute("points", points.join(" "));
   }
 
-  /** The hole whose rim or opening is under a point of the view. */
+  /** The number of the hole whose rim or opening is under a point of the view; null if there is none. */
   at({ aim, point }) {
     const { viewer } = this.app, mesh = viewer.sides[aim.side]?.mesh;
     if (!mesh || mesh.id !== this.app.model.state.current) return null;
@@ -314,7 +314,7 @@ export class Holes {
     return best?.id ?? null;
   }
 
-  /** The hole under a pointer that only moves: one whose number is seen, since the surface is not drawn for it. */
+  /** The hole under a moving pointer. Only holes with a visible number count, since the surface is not picked while the pointer moves. */
   hoveredAt(at) {
     const { viewer, labels } = this.app, id = this.at({ aim: viewer.aim(...at) });
     return labels.items.some((item) => item.hole.id === id && item.seen.after) ? id : null;

@@ -1,8 +1,8 @@
-// Keys: those of the page, and the cross in the view that keys move.
+// Keyboard control: shortcuts of the page, and a cross in the view that keys move in place of a pointer.
 
 import { find } from "../../report/viewer/controls.js";
 
-/** Moves the cross by keys; Enter uses it. */
+/** Moves the cross by keys; Enter clicks at it. */
 export function useCross(app) {
   const { canvas } = app.viewer, cross = find("#cross"), place = [0.5, 0.5];
   const at = () => [place[0] * canvas.clientWidth, place[1] * canvas.clientHeight];
@@ -29,7 +29,7 @@ export function useCross(app) {
   }, true);
 }
 
-/** The keys of the page. */
+/** Installs the keyboard shortcuts of the page. */
 export function useViewKeys(app) {
   const { display, holes, steps, viewer, paint, views } = app;
   const option = (name) => display.option(name, !viewer.options[name]);

@@ -1,12 +1,12 @@
-// The frame of the page: tools and panels that fold, tabs, help, language, dark and light, files that are dropped.
+// The frame of the page: folding tools and panels, tabs, help, language, dark and light theme, dropped files.
 
 import { all, find, useTheme } from "../../report/viewer/controls.js";
 import { HELP, language, setLanguage, tr } from "./strings.js";
 
-/** Below this width, in pixels of the page, the tools are folded at first. */
+/** Width of the page below which the tools are folded at first, in pixels. */
 const NARROW = 901;
 
-/** What the browser keeps of how the page is used. */
+/** A setting from the browser's local storage, or its default `usual`. */
 export function kept(name, usual) {
   try {
     return localStorage.getItem("isomend " + name) ?? usual;
@@ -18,10 +18,10 @@ export function kept(name, usual) {
 export function keep(name, value) {
   try {
     localStorage.setItem("isomend " + name, value);
-  } catch { /* The browser keeps nothing. */ }
+  } catch { /* The browser allows no storage. */ }
 }
 
-/** Puts the words of the language where the page names them. */
+/** Fills in the texts of the chosen language. */
 function putWords() {
   const put = { words: "textContent", title: "title" };
   for (const [kind, property] of Object.entries(put)) for (const element of all(`[data-${kind}]`)) element[property] = tr(element.dataset[kind]);
@@ -29,7 +29,7 @@ function putWords() {
   document.documentElement.lang = language();
 }
 
-/** Tools and panels that fold away. */
+/** Makes tools and panels foldable. */
 function useFolds(app) {
   for (const [name, signs] of [["rail", "»«"], ["panel", "«»"]]) {
     const button = find("#fold-" + name), root = document.documentElement;
@@ -48,7 +48,7 @@ function useFolds(app) {
   }
 }
 
-/** The tabs, by pointer and by keys. */
+/** Makes the tabs usable by pointer and keyboard. */
 function useTabs(app) {
   const names = all("[role=tab]").map((tab) => tab.id.slice(4));
   for (const tab of all("[role=tab]")) {
@@ -63,7 +63,7 @@ function useTabs(app) {
   }
 }
 
-/** The sheet of keys and gestures. */
+/** Builds the help dialog with keys and gestures. */
 function useHelp() {
   const sheet = find("#keys"), list = find("#keys-list");
   for (const [heading, rows] of HELP) {
@@ -86,7 +86,7 @@ function useHelp() {
   find("#keys-close").addEventListener("click", () => sheet.close());
 }
 
-/** Files that are dropped: face numbers become the mask, any other file is sent to the folder and opened. */
+/** Handles dropped files: face numbers become the mask, any other file is uploaded to the folder and opened. */
 function useDrop(app) {
   const stage = find(".stage"), sign = find("#drop");
   const over = (event, shown) => {
@@ -109,12 +109,12 @@ function useDrop(app) {
   stage.addEventListener("dragstart", (event) => event.preventDefault());
 }
 
-/** The sentence for those who have made no step yet. */
+/** Shows the introduction as long as no step was made and the user has not closed it. */
 export function showIntro(app) {
   find("#intro").hidden = app.model.state.current !== 0 || app.model.state.states.length > 1 || kept("intro", "") === "seen";
 }
 
-/** Loads the page anew in another language; asks first when that would lose something, and stays when the choices cannot be sent. */
+/** Reloads the page in another language. Asks first if something would be lost, and does not reload if the choices cannot be sent. */
 async function changeLanguage(app) {
   const select = find("#language"), wanted = select.value, loses = app.steps?.job || app.steps?.previews.length || app.masks?.named.length;
   select.value = language();
@@ -129,7 +129,7 @@ async function changeLanguage(app) {
   location.reload();
 }
 
-/** All of the frame; before the mesh is there. */
+/** Sets up the frame, before the mesh is loaded. */
 export function useLayout(app) {
   putWords();
   find("#message").textContent = tr("opening");

@@ -1,4 +1,4 @@
-// Ties everything together: what is shown, which tool is in hand, the beginning.
+// The main module of the page: start, the app object that connects the other modules, the active tool and tab.
 
 import { Viewer } from "../../report/viewer/viewer.js";
 import { Labels } from "../../report/viewer/labels.js";
@@ -22,7 +22,7 @@ import { showIntro, useLayout } from "./layout.js";
 import { useCross, useViewKeys } from "./keys.js";
 import { counts, tr } from "./strings.js";
 
-/** The tab that a tool belongs to; the others end it. */
+/** The tab of a tool; opening another tab deactivates the tool. */
 const tabOf = (tool) => PAINTS.includes(tool) ? "paint" : tool in MEASURES ? "measure" : null;
 
 class App {
@@ -38,7 +38,7 @@ class App {
     find("#message").classList.toggle("trouble", trouble);
   }
 
-  /** Does something; an error is told at a place of the page. */
+  /** Runs `act`; an error is shown in the element `query`. */
   async attempt(query, act) {
     const place = find(query);
     if (query !== "#message") place.textContent = "";
@@ -51,7 +51,7 @@ class App {
     }
   }
 
-  /** The mesh that is worked on. */
+  /** The current mesh; null while it is not shown. */
   mesh() {
     const mesh = this.viewer?.sides.after?.mesh;
     return mesh && mesh.id === this.model.state.current ? mesh : null;
@@ -61,7 +61,7 @@ class App {
     return this.mesh()?.mask || null;
   }
 
-  /** How many faces of the mesh that is worked on are marked, also while previews are shown in its place. */
+  /** The number of marked faces of the current mesh, also while previews are shown instead. */
   marked() {
     return this.mask()?.count ?? this.choices.count(this.model.state.current);
   }
@@ -71,12 +71,12 @@ class App {
     return this.mask()?.runs() ?? this.choices.marks.get(this.model.state.current) ?? [];
   }
 
-  /** The unit of lengths, after a space. */
+  /** The unit of lengths with a leading space, or nothing. */
   unit() {
     return this.measure?.unit ? " " + this.measure.unit : "";
   }
 
-  /** The mean length of the mesh's edges, from some of its faces. */
+  /** The mean edge length of the mesh, estimated from some of its faces. */
   meanEdge() {
     const { positions: p, faces } = this.mesh() || this.viewer.sides.after.mesh, stride = 3 * Math.max(1, Math.floor(faces.length / 30_000));
     let sum = 0, count = 0;
@@ -88,7 +88,7 @@ class App {
     return this.views.home();
   }
 
-  /** Fetches what there is now and shows it; once for all that ask meanwhile. */
+  /** Fetches the state and shows it; calls in the meantime share one refresh. */
   refresh() {
     this.next ??= (this.last ?? Promise.resolve()).catch(() => null).then(() => {
       this.next = null;
@@ -126,11 +126,11 @@ class App {
     this.painted();
   }
 
-  /** What the mask is now. */
+  /** Sends and shows the current mask, with an optional message. */
   painted(words, trouble) {
     const mask = this.mask(), count = this.marked(), faces = this.model.current.faces;
-    if (mask && mask.told !== mask.changes) {
-      mask.told = mask.changes;
+    if (mask && mask.sent !== mask.changes) {
+      mask.sent = mask.changes;
       this.choices.mark(mask.mesh.id, mask.runs());
     }
     const marked = count ? tr("marked", { count: counts("face", count), all: counts("face", faces) }) : tr("none_marked");
@@ -153,13 +153,13 @@ class App {
       if (own && focus) button.focus();
     }
     if (tabOf(this.tool) !== tab) this.setTool("turn");
-    // Before the page is ready there is nothing to list yet.
+    // Before the page is ready there is nothing to list.
     if (tab === "save") this.save?.recipe();
     if (tab === "save" || tab === "measure") this.save?.listFiles().catch(() => null);
     if (tab === "measure") this.measure?.list();
   }
 
-  /** Takes a tool in hand, and opens its tab. */
+  /** Activates a tool, and opens its tab. */
   setTool(tool) {
     this.paint?.cancel();
     this.measure?.cancel();
@@ -177,7 +177,7 @@ class App {
     return true;
   }
 
-  /** A click in the view: where it is, and the hole there. */
+  /** Handles a click in the view: shows the point, and chooses the hole or crease end there, or measures. */
   clicked(event, at) {
     const met = this.viewer.pick(...at);
     if (met.point) this.point.choose(met.point, event.altKey);
@@ -194,7 +194,7 @@ class App {
     return this.holes.choose(id, false, { adds: event.ctrlKey || event.metaKey || event.shiftKey });
   }
 
-  /** A pointer that only moves over the view: the brush, or the hole under it. */
+  /** Handles a pointer that moves over the view: shows the brush, or highlights the hole under it. */
   moved(event) {
     const at = event && event.pointerType !== "touch" ? [event.offsetX, event.offsetY] : null;
     this.paint.ring(at);
@@ -209,7 +209,7 @@ async function begin() {
   useLayout(app);
   const started = performance.now();
   const state = await app.model.fetchState(), { states, current, scene, parameters, defaults, file, formats } = state;
-  // The mesh comes while the graphics card gets ready.
+  // Load the mesh while the graphics card is initialised.
   app.model.mesh(current).catch(() => null);
   app.viewer = new Viewer(find("#view"), { radius: scene.radius, faces: states.find((s) => s.id === current).faces, parts: true });
   app.viewer.options.show = "after";
@@ -250,7 +250,7 @@ async function begin() {
   viewer.canvas.addEventListener("pointerleave", () => app.moved(null));
   useArrows(viewer);
   useViewKeys(app);
-  // One picture, once all is there.
+  // Draw only once, when everything is loaded.
   viewer.waiting = true;
   await app.update(state);
   viewer.waiting = false;
@@ -263,7 +263,7 @@ async function begin() {
   viewer.draw();
   viewer.gl.readPixels(0, 0, 1, 1, viewer.gl.RGBA, viewer.gl.UNSIGNED_BYTE, new Uint8Array(4));
   app.times = { opened: performance.now() - started, first: performance.now() };
-  listen((name, told) => app.steps.hear(name, told).catch((error) => app.say(error.message, true)), {
+  listen((name, data) => app.steps.hear(name, data).catch((error) => app.say(error.message, true)), {
     lost: () => app.steps.lose(),
     back: () => app.steps.again().catch((error) => app.say(error.message, true)),
   });

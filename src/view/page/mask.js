@@ -1,10 +1,10 @@
-// The marked faces of a mesh, and what was marked when.
+// The marked faces of a mesh, with undo and redo of strokes; face numbers from text.
 
 import { MASKED } from "../../report/viewer/geometry.js";
 import { runsOf } from "./net.js";
 import { tr } from "./strings.js";
 
-/** Strokes that can be taken back. */
+/** Upper bound of the number of strokes that can be undone. */
 const MOST_STROKES = 200;
 
 export class Mask {
@@ -12,14 +12,14 @@ export class Mask {
     this.mesh = mesh;
     this.on = new Uint8Array(mesh.faces.length / 3);
     this.count = 0;
-    /** How often marks were changed here, and how often when that was told last. */
-    this.changes = this.told = 0;
+    /** Number of changes of marks: until now, and until they were last sent to the program. */
+    this.changes = this.sent = 0;
     this.done = [];
     this.undone = [];
     this.stroke = null;
   }
 
-  /** Marks faces, or takes their marks; the range of those that changed. */
+  /** Marks or unmarks faces; returns the range of changed faces, or null. */
   set(faces, value) {
     const { facts } = this.mesh;
     let first = Infinity, end = 0;
@@ -40,7 +40,7 @@ export class Mask {
     this.stroke = [];
   }
 
-  /** Ends a stroke: it can be taken back as one. Whether it changed anything. */
+  /** Ends a stroke, which can be undone as a whole; returns whether it changed anything. */
   end() {
     const { stroke } = this;
     this.stroke = null;
@@ -51,7 +51,7 @@ export class Mask {
     return true;
   }
 
-  /** Marks what a function tells of each face: one stroke. */
+  /** Marks exactly the faces for which `wanted` is true, as one stroke; returns the number of changes. */
   change(wanted) {
     const marked = [], cleared = [];
     for (let f = 0; f < this.on.length; f++) {
@@ -65,7 +65,7 @@ export class Mask {
     return marked.length + cleared.length;
   }
 
-  /** Takes the last stroke back, or does it once more. */
+  /** Reverses the last stroke of one list and moves it to the other: undo and redo. */
   turn(from, to) {
     const stroke = from.pop();
     if (!stroke) return false;
@@ -88,14 +88,14 @@ export class Mask {
     return runsOf(this.on);
   }
 
-  /** Takes marks that are known already; whether they are others. */
+  /** Sets the marks that the program has; returns whether they differ from the present ones. */
   take(runs) {
     const wanted = new Uint8Array(this.on.length), marked = [], cleared = [];
     for (const [first, end] of runs) wanted.fill(1, first, end);
     for (let f = 0; f < wanted.length; f++) if (wanted[f] !== this.on[f]) (wanted[f] ? marked : cleared).push(f);
     this.set(marked, 1);
     this.set(cleared, 0);
-    this.told = this.changes;
+    this.sent = this.changes;
     if (marked.length || cleared.length) {
       this.done = [];
       this.undone = [];

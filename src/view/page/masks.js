@@ -1,4 +1,4 @@
-// The controls of the mask, files of face numbers, and masks that are kept under a name.
+// The controls of the mask: brush settings, grow and shrink, files of face numbers, named masks.
 
 import { all, find, numberIn } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
@@ -8,7 +8,7 @@ import { counts, tr } from "./strings.js";
 export class Masks {
   constructor(app) {
     this.app = app;
-    /** Masks with a name: the mesh that they are of, and their faces as ranges. */
+    /** Named masks: name, number of the mesh, and faces as ranges. */
     this.named = [];
     const { paint } = app, on = (query, act) => find(query).addEventListener("click", () => app.attempt("#paint-trouble", async () => {
       if (!app.mask()) throw new Error(tr("still_preparing"));
@@ -51,14 +51,14 @@ export class Masks {
     for (const kind of ["restore", "fair"]) find("#to-" + kind).addEventListener("click", () => { app.steps.show(kind); app.open("mend", true); });
   }
 
-  /** Marks these faces and no others. */
+  /** Marks exactly these faces. */
   take(numbers) {
     const { paint } = this.app, wanted = new Set(numbers);
     this.app.mask().change((f) => wanted.has(f));
     paint.redraw();
   }
 
-  /** Takes a file of face numbers from this computer. */
+  /** Loads a file of face numbers from the user's computer. */
   takeFile(file) {
     return this.app.attempt("#paint-trouble", async () => {
       if (!this.app.mask()) throw new Error(tr("still_preparing"));
@@ -67,7 +67,7 @@ export class Masks {
     });
   }
 
-  /** Keeps what is marked under a name. */
+  /** Stores the current mask under a name. */
   keep() {
     const mask = this.app.mask(), name = find("#mask-name").value.trim() || tr("mask_number", { number: this.named.length + 1 });
     if (!mask.count) throw new Error(tr("nothing_marked_yet"));
@@ -77,7 +77,7 @@ export class Masks {
     this.list();
   }
 
-  /** The masks with a name of the mesh that is worked on. */
+  /** Lists the named masks of the current mesh. */
   list() {
     const id = this.app.model.state.current;
     find("#masks").replaceChildren(...this.named.filter((mask) => mask.mesh === id).map((mask) => this.row(mask)));

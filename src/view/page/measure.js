@@ -1,4 +1,4 @@
-// Measuring: distances, angles, thickness, sizes, and the outline of the section; lengths in the unit that is chosen.
+// Measurements: distances, angles, thickness, sizes of the mesh, outline of the section; with the chosen unit of length.
 
 import { cross, dot, minus, plus, times } from "../../report/viewer/camera.js";
 import { cornersOf } from "../../report/viewer/geometry.js";
@@ -7,20 +7,20 @@ import { lineSizes, planeAxes, sectionLines, svgOf } from "./outline.js";
 import { kept, keep } from "./layout.js";
 import { has, tr } from "./strings.js";
 
-/** The tools that measure, and how many points each takes. */
+/** The measuring tools, with the number of points that each takes. */
 export const MEASURES = { distance: 2, angle: 3, thickness: 1 };
-/** How the program calls the unit of lengths. */
+/** The program's names for the unit of lengths. */
 const LENGTHS = ["length", "in the mesh's units"];
 const DRAWN = "http://www.w3.org/2000/svg";
 
-/** How far along a ray the next face is met that faces away from its start; null where none is. */
+/** Distance along a ray to the next face whose normal points along the ray; null if there is none. */
 function nextFace({ positions: p, faces }, from, way, least) {
   let best = Infinity;
   for (let f = 0; f < faces.length; f += 3) {
     const a = 3 * faces[f], b = 3 * faces[f + 1], c = 3 * faces[f + 2];
     const e = [p[b] - p[a], p[b + 1] - p[a + 1], p[b + 2] - p[a + 2]], g = [p[c] - p[a], p[c + 1] - p[a + 1], p[c + 2] - p[a + 2]];
     const h = cross(way, g), det = dot(e, h);
-    // The other side faces along the ray: faces beside the start, which face against it, are none.
+    // The far side faces along the ray. Faces next to the start face against it and do not count.
     if (!(det < 0)) continue;
     const d = [from[0] - p[a], from[1] - p[a + 1], from[2] - p[a + 2]], u = dot(d, h) / det;
     if (u < 0 || u > 1) continue;
@@ -30,7 +30,7 @@ function nextFace({ positions: p, faces }, from, way, least) {
   return best < Infinity ? best : null;
 }
 
-/** The area of a mesh, or of its marked faces, and the volume that a closed one bounds. */
+/** The area of a mesh or of its marked faces, and the volume inside it if it is closed. */
 export function sizesOf({ positions: p, faces }, on = null) {
   let area = 0, volume = 0;
   for (let f = 0; f < faces.length; f += 3) {
@@ -62,11 +62,11 @@ export class Measure {
   }
 
   /** A length, area or volume with its unit. */
-  told(value, power = 1) {
+  format(value, power = 1) {
     return digits(value) + (this.unit ? ` ${this.unit}${["", "", "²", "³"][power]}` : "");
   }
 
-  /** The unit of values as the program names it, after a comma: its lengths are in the unit that is chosen. */
+  /** The unit of values after a comma; lengths have the chosen unit, other units are the program's. */
   unitOf(unit) {
     if (!unit) return "";
     if (this.unit && LENGTHS.includes(unit)) return ", " + this.unit;
@@ -81,7 +81,7 @@ export class Measure {
     this.list();
   }
 
-  /** Takes a point of the surface for a tool. */
+  /** Handles a click on the surface with a measuring tool. */
   click(tool, { point, face, aim }) {
     if (!point) return this.app.say(tr("no_surface"), true);
     const mesh = this.app.viewer.sides[aim.side].mesh;
@@ -115,10 +115,10 @@ export class Measure {
   }
 
   valueOf({ kind, value }) {
-    return kind === "angle" ? digits(value) + "°" : this.told(value);
+    return kind === "angle" ? digits(value) + "°" : this.format(value);
   }
 
-  /** Forgets all that was measured on another mesh. */
+  /** Deletes all measurements. */
   clear() {
     this.items = [];
     this.clearOutline();
@@ -142,20 +142,20 @@ export class Measure {
     if (this.app.tab === "measure") this.sizes();
   }
 
-  /** The sizes of the mesh that is worked on, while the tab is open. */
+  /** Lists extent, area and volume of the current mesh. */
   sizes() {
     const mesh = this.app.mesh(), list = find("#sizes"), rows = [];
     if (!mesh) return;
     const row = (name, value) => rows.push(Object.assign(document.createElement("dt"), { textContent: tr(name) }), Object.assign(document.createElement("dd"), { textContent: value }));
     const { area, volume } = mesh.sizes ??= sizesOf(mesh), [low, high] = this.app.model.state.bounds || [];
     if (low) row("size_box", high.map((x, k) => digits(x - low[k])).join(" × ") + (this.unit ? " " + this.unit : ""));
-    row("size_area", this.told(area, 2));
-    row("size_volume", mesh.rims.length ? tr("size_open") : this.told(Math.abs(volume), 3));
-    if (mesh.mask?.count) row("size_marked", this.told(sizesOf(mesh, mesh.mask.on).area, 2));
+    row("size_area", this.format(area, 2));
+    row("size_volume", mesh.rims.length ? tr("size_open") : this.format(Math.abs(volume), 3));
+    if (mesh.mask?.count) row("size_marked", this.format(sizesOf(mesh, mesh.mask.on).area, 2));
     list.replaceChildren(...rows);
   }
 
-  /** Draws all that was measured over the view. */
+  /** Draws all measurements over the view. */
   draw() {
     const { viewer } = this.app, pane = viewer.panes().find((p) => p.side === "after") || viewer.panes()[0], layer = find("#measure-marks"), parts = [];
     const part = (name, values, text) => {
@@ -177,7 +177,7 @@ export class Measure {
     this.drawOutline(pane);
   }
 
-  /** The outline of the section: drawn, measured, and given to the browser as SVG. */
+  /** Computes the outline of the section: draws it, measures it, and saves it as SVG. */
   cutOutline() {
     const mesh = this.app.mesh(), { viewer } = this.app, normal = viewer.section.slice(0, 3);
     if (!mesh?.topology || !Math.hypot(...normal)) return this.app.say(tr("still_preparing"), true);
@@ -188,7 +188,7 @@ export class Measure {
     this.lastSvg = svg;
     this.draw();
     this.app.save.hand(new Blob([svg], { type: "image/svg+xml" }), "_section.svg");
-    return this.app.say(tr("section_told", { length: this.told(length), area: this.told(area, 2), open: lines.filter((line) => !line.closed).length }));
+    return this.app.say(tr("section_summary", { length: this.format(length), area: this.format(area, 2), open: lines.filter((line) => !line.closed).length }));
   }
 
   clearOutline() {

@@ -1,13 +1,13 @@
-// The meshes of the states: fetched once, the next from what changed.
+// The state of the session and its meshes: each mesh is fetched once, and only the changes if a related mesh is loaded.
 
 import { ORIGIN, vertexNormals } from "../../report/viewer/geometry.js";
 import { askArrays, askJson } from "./net.js";
 import { tr } from "./strings.js";
 
-/** So many meshes are kept beside those that are shown. */
+/** Number of meshes kept in memory besides the shown ones. */
 const KEPT_MESHES = 4;
 
-/** The parts of some arrays that ranges name, one after the other. */
+/** The items of an array in the given ranges, followed by `extra`; `parts` numbers an item. */
 function gathered(values, parts, ranges, extra) {
   let count = extra.length;
   for (let i = 0; i < ranges.length; i += 2) count += parts * (ranges[i + 1] - ranges[i]);
@@ -22,21 +22,21 @@ function gathered(values, parts, ranges, extra) {
   return all;
 }
 
-/** The faces' facts of a state from where they are from and their regions. */
+/** The packed facts of the faces of a state: origin and region. */
 function stateFacts(origin, region, count) {
   const facts = new Uint32Array(count);
   for (let i = 0; i < count; i++) facts[i] = origin[i] << ORIGIN | region[i];
   return facts;
 }
 
-/** A value for each face, from the runs of faces that have the same: the first face and the value of each. */
+/** Decodes runs (first face and value) to one value per face. */
 function spread(runs, count) {
   const all = new Uint32Array(count);
   for (let i = 0; i < runs.length; i += 2) all.fill(runs[i + 1], runs[i], runs[i + 2] ?? count);
   return all;
 }
 
-/** Faces with the new numbers of their vertices, of which ranges are kept, in order. */
+/** Faces with the new numbers of their vertices, after only the vertices in the ranges were kept. */
 function renumbered(faces, ranges) {
   if (ranges.length <= 2 && !ranges[0]) return faces;
   const shift = new Int32Array(ranges[ranges.length - 1] || 0);
@@ -59,7 +59,7 @@ export class Model {
     return this.state = await askJson("state");
   }
 
-  /** The state of a number. */
+  /** The state with the given number. */
   find(id) {
     return this.state.states.find((s) => s.id === id);
   }
@@ -100,7 +100,7 @@ export class Model {
     return { rims, rimIds: numbers };
   }
 
-  /** Values to colour a state by, with their header. Those measured from a file are not kept: the file may change. */
+  /** Values to colour a state, with their header. Values measured from a file are not cached, since the file may change. */
   async valuesOf(id, name, more = "") {
     const key = `${id}?name=${encodeURIComponent(name)}${more}`;
     if (/&file=/.test(more)) return askArrays("values/" + key);
@@ -113,13 +113,13 @@ export class Model {
     return this.values.get(key);
   }
 
-  /** Forgets meshes, the oldest first, save some. */
+  /** Drops the oldest unused meshes, except the last [KEPT_MESHES]. */
   forget(used) {
     const gone = [...this.meshes.keys()].filter((id) => !used.includes(id)).slice(0, -KEPT_MESHES);
     for (const id of gone) this.meshes.delete(id);
   }
 
-  /** Has the worker find out who is next to whom, and which faces stand for all; without one that is done here. */
+  /** Lets the worker compute the adjacency of a mesh, the order of its faces and a coarse version. */
   prepare(mesh) {
     mesh.prepared ??= new Promise((done, failed) => {
       const worker = new Worker("worker.js");

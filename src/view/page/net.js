@@ -1,8 +1,8 @@
-// What goes over the wire: JSON, arrays in binary, events.
+// Communication with the program: JSON requests, binary arrays, server-sent events.
 
 import { tr } from "./strings.js";
 
-/** An answer that is an error, in the server's words. */
+/** The error of a refused request, with the server's message. */
 class Refused extends Error {
   constructor(status, text) {
     let words = text;
@@ -15,7 +15,7 @@ class Refused extends Error {
   }
 }
 
-/** An answer of the program; what is sent goes as JSON. */
+/** Sends a request and returns the response; `sent` becomes a JSON body. */
 async function ask(path, sent, more = {}) {
   const options = sent === undefined ? {} : { ...more, method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(sent) };
   let answer;
@@ -28,7 +28,7 @@ async function ask(path, sent, more = {}) {
   return answer;
 }
 
-/** The bytes of an answer. */
+/** Requests a file as bytes. */
 export async function askBlob(path) {
   return (await ask(path)).blob();
 }
@@ -38,7 +38,7 @@ export async function askJson(path, sent, more) {
   return text ? JSON.parse(text) : {};
 }
 
-/** Sends the bytes of a file. */
+/** Uploads a file. */
 export async function sendBytes(path, file) {
   let answer;
   try {
@@ -52,7 +52,7 @@ export async function sendBytes(path, file) {
 
 const ARRAYS = { f32: Float32Array, u32: Uint32Array, u16: Uint16Array, u8: Uint8Array };
 
-/** The header and the arrays of an answer in binary: the header's length, the header as JSON, then each array at a multiple of 4. */
+/** Decodes a binary response: the length of the header, the header as JSON, then each array at a multiple of 4 bytes. */
 function opened(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
@@ -71,7 +71,7 @@ export async function askArrays(path) {
   return opened(await (await ask(path)).arrayBuffer());
 }
 
-/** Calls back with what the program tells of its own accord; `lost` when it no longer does, `back` when it does again. */
+/** Listens to the program's events. Calls `called` for each, `lost` when the connection is lost and `back` when it is open. */
 export function listen(called, { lost, back }) {
   const source = new EventSource("api/events");
   for (const name of ["progress", "done", "failed", "cancelled", "state"]) {
@@ -82,7 +82,7 @@ export function listen(called, { lost, back }) {
   return source;
 }
 
-/** Numbers as ranges [first, end), from a byte for each that says whether it is one of them. */
+/** The indices of the bytes that are 1, as ranges [first, end). */
 export function runsOf(bytes) {
   const runs = [];
   for (let i = bytes.indexOf(1); i >= 0; i = bytes.indexOf(1, i)) {

@@ -1,12 +1,12 @@
-// The section's outline: where a plane meets the faces, as lines that follow each other.
+// The outline of a section: the intersection of a plane with the mesh as polylines; their length, area and SVG.
 
 import { cross, dot, minus, times } from "../../report/viewer/camera.js";
 
-/** The lines in which a plane (normal and distance) meets a mesh: each a list of points, and whether it closes. */
+/** The polylines in which a plane (normal and distance) intersects a mesh: the points of each, and whether it is closed. */
 export function sectionLines({ mesh: { positions: p }, corners }, [x, y, z, w]) {
   const ends = new Map(), next = new Map();
   const side = (v) => x * p[3 * v] + y * p[3 * v + 1] + z * p[3 * v + 2] - w >= 0;
-  // The place at which an edge is met, the same for both of its faces.
+  // The intersection with an edge, the same for both of its faces.
   const met = (a, b) => {
     const [low, high] = a < b ? [a, b] : [b, a], key = low * (p.length / 3) + high;
     if (!ends.has(key)) {
@@ -28,7 +28,7 @@ export function sectionLines({ mesh: { positions: p }, corners }, [x, y, z, w]) 
     next.get(from).push(to);
   }
   const lines = [], reached = new Set([...next.values()].flat());
-  // Lines that do not close begin where none ends.
+  // Open lines start at points where no other line ends.
   for (const start of [...[...next.keys()].filter((key) => !reached.has(key)), ...next.keys()]) {
     while (next.get(start)?.length) {
       const points = [ends.get(start)];
@@ -44,14 +44,14 @@ export function sectionLines({ mesh: { positions: p }, corners }, [x, y, z, w]) 
   return lines;
 }
 
-/** Two directions of a plane: to the right and up. */
+/** Two perpendicular directions in a plane: right and up. */
 export function planeAxes(normal) {
   const up = Math.abs(normal[2]) > 0.9 ? [0, 1, 0] : [0, 0, 1], right = cross(up, normal), size = Math.hypot(...right) || 1;
   const across = times(right, 1 / size);
   return [across, cross(normal, across)];
 }
 
-/** The length of lines, and the area that those which close bound. */
+/** The total length of the lines, and the area inside the closed ones. */
 export function lineSizes(lines, [right, up]) {
   let length = 0, area = 0;
   for (const { points, closed } of lines) {
@@ -64,7 +64,7 @@ export function lineSizes(lines, [right, up]) {
   return { length, area: Math.abs(area) };
 }
 
-/** The lines as an SVG drawing in a length unit that SVG knows, or in none. */
+/** The lines as an SVG drawing, with the unit of length if SVG knows it. */
 export function svgOf(lines, [right, up], unit) {
   const flat = lines.map(({ points, closed }) => ({ closed, points: points.map((p) => [dot(p, right), -dot(p, up)]) }));
   const all = flat.flatMap(({ points }) => points), low = [Infinity, Infinity], high = [-Infinity, -Infinity];

@@ -1,4 +1,4 @@
-// Painting: brush, box, lasso and whole components, by pointer or by keys.
+// Painting of masks: brush, box, lasso, whole components and smooth areas, by pointer or keyboard.
 
 import { dot } from "../../report/viewer/camera.js";
 import { tr } from "./strings.js";
@@ -15,20 +15,20 @@ export function isInside(polygon, x, y) {
   return inside;
 }
 
-/** The tools that mark faces. */
+/** The painting tools. */
 export const PAINTS = ["brush", "box", "lasso", "component", "smooth"];
 
 const corners = ([a, b], [c, d]) => [[a, b], [c, b], [c, d], [a, d]];
 
 export class Paint {
-  /** `target` gives the mesh that is painted, with its mask and topology, or null; `told` hears of changes and of troubles. */
-  constructor(viewer, overlay, target, told) {
-    Object.assign(this, { viewer, overlay, target, told });
+  /** `target` returns the painted mesh with its mask and topology, or null; `notify` is called after changes, and with errors. */
+  constructor(viewer, overlay, target, notify) {
+    Object.assign(this, { viewer, overlay, target, notify });
     this.tool = "turn";
     this.erases = false;
     this.radius = viewer.camera.radius / 20;
     this.facing = true;
-    /** Edges that are bent by more degrees than this bound what is marked up to sharp edges. */
+    /** Angle between normals above which an edge bounds the area that the tool for smooth areas marks, in degrees. */
     this.angle = 30;
     this.times = [];
     this.started = null;
@@ -43,13 +43,13 @@ export class Paint {
     return panes.find((pane) => pane.side === "after") || panes[0];
   }
 
-  /** Takes a pointer for the tool in hand. */
+  /** Starts painting with the active tool at a pressed pointer; null if the pointer moves the view. */
   begin(event, at) {
     const aside = event.button !== 0 || event.shiftKey && event.pointerType === "mouse" && this.tool !== "brush";
     if (!PAINTS.includes(this.tool) || aside || event.altKey) return null;
     const target = this.target();
     if (!target) {
-      this.told(tr("still_preparing"), true);
+      this.notify(tr("still_preparing"), true);
       return null;
     }
     const erases = this.erases || event.shiftKey || event.ctrlKey || event.metaKey;
@@ -60,7 +60,7 @@ export class Paint {
     return this.tool === "brush" ? this.brush(target, at, erases) : this.outline(at, erases);
   }
 
-  /** A stroke of the brush. */
+  /** Starts a stroke of the brush. */
   brush(target, at, erases) {
     target.mask.begin();
     let last = null;
@@ -75,26 +75,26 @@ export class Paint {
     return {
       move: (event, to) => { dab(to); this.ring(to); },
       end: (event, broken) => {
-        // A second finger is for the view: what the first one painted meanwhile goes.
+        // A second finger moves the view: undo what the first one has painted in the meantime.
         if (target.mask.end() && broken) {
           target.mask.undo();
           target.mask.undone.pop();
           this.redraw();
         }
         this.ring(null);
-        this.told();
+        this.notify();
       },
     };
   }
 
-  /** What is under a point, where that is the mesh that is painted. */
+  /** The point of the painted mesh under a point of the page; null if there is none. */
   met(at) {
     const met = this.viewer.pick(...at), own = this.viewer.sides[met.aim.side]?.mesh === this.target()?.mesh;
-    if (met.point && !own) this.told(tr("is_before"), true);
+    if (met.point && !own) this.notify(tr("is_before"), true);
     return met.point && own ? met : null;
   }
 
-  /** Marks what lies round a point and the way to it from the last one, and draws that again. */
+  /** Marks the faces near the segment from the last point to this one, and draws them again. */
   dab({ mask, topology }, { face, point }, last, erases) {
     const { eye } = this.viewer.camera, sign = Math.sign(topology.front(face, eye)) || 1, [x, y, z, w] = this.viewer.section;
     const seen = (f) => !this.facing || topology.front(f, eye) * sign > 0;
@@ -106,7 +106,7 @@ export class Paint {
     this.drawRound(topology, faces);
   }
 
-  /** Draws the part of the view again in which some faces are seen. */
+  /** Draws the part of the view again that shows the given faces. */
   drawRound(topology, faces) {
     const { viewer } = this, pane = this.pane(), step = Math.max(1, faces.length / 4000 | 0);
     let [left, top, right, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
@@ -126,14 +126,14 @@ export class Paint {
     viewer.draw(false, [left - room, top - room, right - left + 2 * room, bottom - top + 2 * room]);
   }
 
-  /** Marks the component under a point, or the part of it that sharp edges bound. */
+  /** Marks the component under a point, or its part up to sharp edges. */
   component(at, erases) {
     const target = this.target(), met = this.met(at);
-    if (!target || !met) return this.told(tr("no_surface"), true);
+    if (!target || !met) return this.notify(tr("no_surface"), true);
     this.apply(() => target.mask.set(this.tool === "smooth" ? target.topology.smooth(met.face, this.angle) : target.topology.spread([met.face], () => true), erases ? 0 : 1));
   }
 
-  /** A change that counts as one stroke, with all of the view drawn again. */
+  /** Applies a change as one stroke, and draws the whole view again. */
   apply(change) {
     const { mask } = this.target();
     mask.begin();
@@ -145,10 +145,10 @@ export class Paint {
   redraw() {
     this.side?.surface.changed();
     this.viewer.refresh();
-    this.told();
+    this.notify();
   }
 
-  /** A box or a lasso that is drawn with a pointer. */
+  /** Starts a box or a lasso with a pointer. */
   outline(at, erases) {
     const isBox = this.tool === "box";
     let points = [at];
@@ -165,7 +165,7 @@ export class Paint {
     };
   }
 
-  /** Marks the faces whose middles are seen within a polygon of the page. */
+  /** Marks the faces whose centres are inside a polygon of the page; only visible faces if `facing` is set. */
   within(polygon, erases) {
     const { viewer } = this, target = this.target(), pane = this.pane(), { topology, mask } = target, { eye } = viewer.camera;
     const depth = this.facing ? viewer.depths(pane, Infinity) : null, slack = 0.004 * viewer.camera.reach;
@@ -181,14 +181,14 @@ export class Paint {
       }
       faces.push(f);
     }
-    if (!faces.length) return this.told(tr("none_in_there"), true);
+    if (!faces.length) return this.notify(tr("none_in_there"), true);
     this.apply(() => mask.set(faces, erases ? 0 : 1));
   }
 
-  /** Marks also what is near, or no more what is near to the rest; a length along the edges. */
+  /** Grows or shrinks the mask by a length along the mesh's edges. */
   grow(length, shrinks) {
     const { mask, topology } = this.target(), { corners: points } = topology, at = (f, k) => points[3 * f + k];
-    if (!mask.count) return this.told(tr("nothing_marked_yet"), true);
+    if (!mask.count) return this.notify(tr("nothing_marked_yet"), true);
     const isIn = (f) => mask.on[f] === 1, near = topology.distances(topology.edge(isIn), length);
     const faces = [];
     if (shrinks) {
@@ -203,7 +203,7 @@ export class Paint {
     this.apply(() => mask.set(faces, shrinks ? 0 : 1));
   }
 
-  /** Uses the tool by keys, at the cross: a box takes two corners, a lasso points until the last is the one before. */
+  /** Uses the active tool by keys, at the cross: a box takes two corners, a lasso points until one is entered twice. */
   key(at, erases) {
     const target = this.target();
     if (!target || !PAINTS.includes(this.tool)) return false;
@@ -220,12 +220,12 @@ export class Paint {
     const shape = this.tool === "box" ? corners(points[0], at) : points;
     this.show(shape);
     const next = { box: tr("box_corner"), lasso: tr("lasso_point") };
-    if (!closes) return this.told(next[this.tool]);
+    if (!closes) return this.notify(next[this.tool]);
     this.cancel();
     this.within(shape, erases);
   }
 
-  /** Leaves an outline that was begun by keys. */
+  /** Cancels an outline that was started by keys. */
   cancel() {
     this.started = null;
     this.show(null);
@@ -238,7 +238,7 @@ export class Paint {
     shape.setAttribute("points", points ? points.map((p) => p.map((x) => x.toFixed(1)).join(",")).join(" ") : "");
   }
 
-  /** Draws the brush as large as it is on the surface at a point of the page. */
+  /** Draws the brush as a circle of its radius on the surface, at a point of the page. */
   ring(at) {
     let ring = this.overlay.querySelector("circle");
     if (!ring) this.overlay.append(ring = document.createElementNS(SVG, "circle"));

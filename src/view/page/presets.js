@@ -1,9 +1,12 @@
-// The tasks in plain words: each sets parameters of a command. The first of a command is its defaults.
+// Presets of the commands: each sets several parameters. A command's first preset is its defaults.
 
 import { find } from "../../report/viewer/controls.js";
 import { tr } from "./strings.js";
 
-/** For each command its presets: values of parameters by their names; `edges` is a length in mean edges of the mesh; `capped` closes every hole flat. */
+/**
+ * The presets of each command. `set` holds values of parameters, `edges` lengths in mean edges of the mesh; `capped` closes every
+ * hole flat.
+ */
 const PRESETS = {
   fill: [{ name: "continue" }, { name: "cap", capped: true }, { name: "draft", set: { finish: "none" } }],
   restore: [{ name: "renew" }, { name: "keep", set: { keep_shape: 0.5 } }, { name: "tight", set: { energy: "curvature-variation" } }],
@@ -12,22 +15,22 @@ const PRESETS = {
 };
 
 export class Presets {
-  /** `taken` is called when one was chosen. */
+  /** `taken` is called after a preset was chosen. */
   constructor(app, taken) {
     this.app = app;
     this.taken = taken;
-    /** Whether the mesh is there, which some presets take lengths from. */
+    /** Whether the mesh is loaded; some presets need its mean edge. */
     this.ready = false;
     this.chosen = Object.fromEntries(Object.entries(PRESETS).map(([kind, [first]]) => [kind, first]));
   }
 
-  /** Lets presets be chosen, once the mesh is there. */
+  /** Enables the presets, once the mesh is loaded. */
   enable() {
     this.ready = true;
     this.show(this.app.steps.kind);
   }
 
-  /** Shows those of a command. */
+  /** Shows the presets of a command. */
   show(kind) {
     find("#presets").replaceChildren(...PRESETS[kind].map((preset) => this.card(kind, preset)));
   }
@@ -46,7 +49,7 @@ export class Presets {
     return label;
   }
 
-  /** Sets the parameters of a preset, and those that it does not name to their defaults. */
+  /** Sets the parameters of a preset, and all others to their defaults. */
   take(kind, preset) {
     const form = this.app.steps.forms[kind], edge = preset.edges ? this.app.meanEdge() : 0, set = { ...preset.set };
     for (const [name, edges] of Object.entries(preset.edges || {})) set[name] = Number((edges * edge).toPrecision(3));
@@ -57,13 +60,13 @@ export class Presets {
     this.taken();
   }
 
-  /** The defaults of a command. */
+  /** Resets a command to its defaults. */
   reset(kind) {
     this.take(kind, PRESETS[kind][0]);
     this.leave(kind);
   }
 
-  /** Chooses the first preset of a command without setting its parameters. */
+  /** Selects the first preset of a command without changing parameters. */
   leave(kind) {
     this.chosen[kind] = PRESETS[kind][0];
     if (this.app.steps.kind === kind) this.show(kind);

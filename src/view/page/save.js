@@ -1,4 +1,4 @@
-// Files: meshes, reports, recipes and masks that are saved or downloaded; meshes that are opened or sent to the folder.
+// Files: saving and downloading meshes, reports, recipes and masks; opening and uploading meshes.
 
 import { copy } from "../../report/viewer/point.js";
 import { find } from "../../report/viewer/controls.js";
@@ -26,13 +26,13 @@ export class Save {
     this.suggest();
   }
 
-  /** The meshes in the folder of the program, to be offered. */
+  /** Lists the meshes in the folder as suggestions. */
   async listFiles() {
     const { files } = await askJson("files");
     find("#files").replaceChildren(...files.map((name) => new Option(name, name)));
   }
 
-  /** Opens another file below the folder on a page of its own, which takes the place of this one. */
+  /** Opens another file below the folder; its own page replaces this one in the browser. */
   openFile(path) {
     return this.opening(async () => {
       if (!path) throw new Error(tr("type_name"));
@@ -44,7 +44,7 @@ export class Save {
     });
   }
 
-  /** Opens or sends a file; when that fails, the message that it is on its way goes. */
+  /** Runs `act`, which opens or uploads a file; if it fails, clears the progress message and shows the error. */
   opening(act) {
     return this.app.attempt("#open-trouble", () => act().catch((error) => {
       this.app.say("");
@@ -52,7 +52,7 @@ export class Save {
     }));
   }
 
-  /** Sends a mesh of this computer to the folder, and opens it there. */
+  /** Uploads a mesh from the user's computer to the folder, and opens it. */
   sendFile(file) {
     this.app.open("save");
     return this.opening(async () => {
@@ -62,7 +62,7 @@ export class Save {
     });
   }
 
-  /** A name for what is chosen. */
+  /** Suggests a file name for the chosen kind of file. */
   suggest() {
     const kind = find("#save-kind").value, stem = this.app.model.state.file.name.replace(/\.[^.]*$/, "");
     const ends = { mesh: `_mended.${find("#save-format").value}`, report: "_report.html", recipe: "_recipe.sh", mask: "_mask.txt" };
@@ -94,7 +94,7 @@ export class Save {
     }
   }
 
-  /** Gives a file to the browser, to be kept on this computer. */
+  /** Saves a file through the browser on the user's computer; returns its name. */
   hand(blob, ending) {
     const link = document.createElement("a");
     link.href = URL.createObjectURL(blob);
@@ -104,7 +104,7 @@ export class Save {
     return link.download;
   }
 
-  /** What is chosen, on this computer instead of below the folder of the program. */
+  /** Downloads the chosen kind of file to the user's computer instead of saving it in the folder. */
   async download() {
     await this.app.attempt("#save-trouble", async () => {
       find("#saved").textContent = "";
@@ -119,7 +119,7 @@ export class Save {
     });
   }
 
-  /** The recipe as a script. One that reads files of masks is of use only beside them, and a download is one file. */
+  /** The recipe as a script; refused if it reads mask files, since a download is one file only. */
   async recipeText() {
     const { shell, masks } = await askJson("recipe");
     if (masks.length) throw new Error(tr("recipe_has_masks"));
@@ -130,7 +130,7 @@ export class Save {
     find("#saved").textContent = tr("downloaded", { name });
   }
 
-  /** The marked faces, one a line. */
+  /** The numbers of the marked faces, one per line. */
   maskText() {
     const runs = this.app.marks(), lines = [];
     if (!runs.length) throw new Error(tr("no_mask"));
@@ -138,7 +138,7 @@ export class Save {
     return lines.join("\n") + "\n";
   }
 
-  /** The command lines that redo the session. */
+  /** Shows the recipe: the commands that repeat the session. */
   async recipe() {
     await this.app.attempt("#save-trouble", async () => {
       const { shell } = await askJson("recipe");

@@ -1,4 +1,4 @@
-// Runs, their progress, previews, and the history.
+// Steps: running commands, progress, cancel, previews, undo and redo, history.
 
 import { all, digits, find } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
@@ -6,8 +6,8 @@ import { formsIn } from "./fields.js";
 import { Presets } from "./presets.js";
 import { counts, has, tr } from "./strings.js";
 
-/** Part of a run after which the time that remains is told. */
-const FORETOLD = 0.04;
+/** Completed fraction of a run from which on the remaining time is shown. */
+const MIN_SHARE = 0.04;
 
 /** Seconds as minutes and seconds. */
 const clock = (seconds) => `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`;
@@ -39,10 +39,10 @@ export class Steps {
     return find("[name=kind]:checked").value;
   }
 
-  /** The forms, with the parameters and defaults that the program has. */
+  /** Builds the forms from the program's parameters and defaults. */
   start(parameters, defaults) {
     this.forms = formsIn(parameters, defaults);
-    // Enter in a field runs; the button itself is not shown.
+    // A hidden submit button, so that Enter in a field runs the command.
     find("#fields").append(Object.assign(document.createElement("button"), { className: "hidden", tabIndex: -1, textContent: tr("run") }));
     this.show("fill");
   }
@@ -56,7 +56,7 @@ export class Steps {
     this.describe();
   }
 
-  /** Says what would be run, and on what. */
+  /** Shows the command that would run, and on which holes or faces. */
   describe() {
     if (!this.forms.fill) return;
     const { kind } = this, { holes } = this.app, marked = this.app.marked();
@@ -72,7 +72,7 @@ export class Steps {
     find("#to-restore").disabled = find("#to-fair").disabled = !marked;
   }
 
-  /** Starts a step, or a preview that is no step yet. */
+  /** Starts a step or a preview. */
   async run(kind, { preview = false, only = null, sure = false } = {}) {
     this.ask(null);
     const place = this.app.tab === "mend" ? "#mend-trouble" : this.app.tab === "paint" ? "#paint-trouble" : "#holes-trouble";
@@ -82,7 +82,7 @@ export class Steps {
       if (kind === "fill") Object.assign(params, this.app.holes.params(only));
       const mask = kind === "restore" || kind === "fair" ? this.app.marks() : [];
       if (kind === "restore" && !mask.length) throw new Error(tr("paint_first"));
-      // Where something was marked before, all of the surface may not be what is wanted.
+      // Faces were marked before: ask whether the whole surface is meant.
       if (kind === "fair" && !mask.length && this.app.choices.masked && !sure) {
         return this.ask(tr("fair_all"), () => this.run(kind, { preview, only, sure: true }));
       }
@@ -100,7 +100,7 @@ export class Steps {
     });
   }
 
-  /** Asks something before a run; nothing where there are no words. */
+  /** Asks the user before a run; without words, hides the question. */
   ask(words, act = null) {
     this.asked = act;
     find("#ask").hidden = !words;
@@ -126,7 +126,7 @@ export class Steps {
     this.buttons();
   }
 
-  /** Shows a run that was on its way when the page was opened. */
+  /** Shows a run that was started before the page was opened. */
   join({ job, kind, since }) {
     if (this.job || this.ended.has(job)) return;
     this.begin(kind, false, "");
@@ -134,11 +134,11 @@ export class Steps {
     this.job.since = since ?? this.job.since;
   }
 
-  /** Tells how long a run has taken, and about how much longer it will. */
+  /** Shows the elapsed and the estimated remaining time of a run. */
   tick() {
     if (!this.job) return;
     const { since, share } = this.job, gone = Math.max(0, Date.now() / 1000 - since);
-    const rest = share > FORETOLD && gone > 2 ? tr("time_left", { time: clock(gone * (1 - share) / share) }) : "";
+    const rest = share > MIN_SHARE && gone > 2 ? tr("time_left", { time: clock(gone * (1 - share) / share) }) : "";
     find("#job-time").textContent = clock(gone) + rest;
   }
 
@@ -169,25 +169,25 @@ export class Steps {
     });
   }
 
-  /** What the program tells. */
-  async hear(name, told) {
-    if (name === "progress") return this.progress(told);
+  /** Handles an event of the program. */
+  async hear(name, data) {
+    if (name === "progress") return this.progress(data);
     if (name === "state") return this.app.refresh();
     const { job } = this;
-    this.ended.add(told.job);
+    this.ended.add(data.job);
     this.end();
     if (name === "failed") {
-      const words = told.error || tr("run_failed");
+      const words = data.error || tr("run_failed");
       this.app.say(words, true);
       if (job) find(`#${job.place === "mend" ? "mend" : job.place === "paint" ? "paint" : "holes"}-trouble`).textContent = words;
     }
     if (name === "cancelled") this.app.say(tr("cancelled"));
-    if (name === "done" && job?.preview) return this.previewed(told.state, job.label);
+    if (name === "done" && job?.preview) return this.previewed(data.state, job.label);
     await this.app.refresh();
-    if (name === "done") this.app.say(this.app.model.find(told.state)?.summary || tr("done"));
+    if (name === "done") this.app.say(this.app.model.find(data.state)?.summary || tr("done"));
   }
 
-  /** Shows how far a run is: the regions that are done, and those that are worked on. */
+  /** Shows the progress of a run: finished regions and running ones. */
   progress({ region, regions, hole, stage, share, line }) {
     if (!this.job) this.begin("fill", false, "");
     if (hole && stage === "ended") this.regions.delete(hole);
@@ -207,7 +207,7 @@ export class Steps {
     find("#job-regions").replaceChildren(...rows);
   }
 
-  /** Undo, redo. */
+  /** Undoes or redoes a step. */
   async move(way) {
     if (find("#" + way).disabled) return;
     await this.app.attempt("#message", async () => {
@@ -218,13 +218,13 @@ export class Steps {
     });
   }
 
-  /** The program is not heard any more. */
+  /** Handles a lost connection to the program. */
   lose() {
     this.lost = true;
     this.app.say(tr("no_answer"), true);
   }
 
-  /** It is heard again: what was told meanwhile is asked for. */
+  /** Handles a restored connection: fetches the state, since events may have been missed. */
   async again() {
     if (!this.lost) return;
     this.lost = false;
@@ -233,14 +233,14 @@ export class Steps {
     if (this.job && !this.app.model.state.busy) this.end();
   }
 
-  /** Takes a preview to the others. */
+  /** Adds a finished preview. */
   async previewed(id, label) {
     await this.app.model.fetchState();
     this.previews.push({ id, label });
     await this.showPreviews();
   }
 
-  /** The previews that the program still has; the last two side by side. */
+  /** Lists the previews that the program still has, and shows the last two side by side. */
   async showPreviews() {
     const { model, display, viewer } = this.app, box = find("#previews");
     this.previews = this.previews.filter((p) => model.find(p.id));
@@ -279,7 +279,7 @@ export class Steps {
     return row;
   }
 
-  /** The history's list. */
+  /** Lists the history. */
   list() {
     const { state } = this.app.model, line = state.states.filter((s) => !s.preview);
     const focused = all("#history button").indexOf(document.activeElement);
@@ -309,12 +309,12 @@ export class Steps {
     return item;
   }
 
-  /** The way to the report of a step, in a tab of its own. */
+  /** A link to the report of a step, which opens in a new tab. */
   report(id) {
     return Object.assign(document.createElement("a"), { href: `api/report/${id}`, target: "_blank", rel: "noopener", textContent: tr("report") });
   }
 
-  /** What became of the holes of the step that led here. */
+  /** Lists the outcomes of the holes of the last step, and its notes. */
   summary() {
     const { report } = this.app.model.current, holes = [...report?.holes || []].sort((a, b) => (a.outcome === "left") - (b.outcome === "left")), list = document.createElement("ul");
     for (const hole of holes.slice(0, 300)) {
@@ -329,7 +329,7 @@ export class Steps {
     find("#outcome").hidden = !holes.length && !notes.length;
   }
 
-  /** Compares with another state. */
+  /** Shows another state for comparison. */
   async compare(id) {
     this.against = true;
     const { model, display } = this.app;

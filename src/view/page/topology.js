@@ -1,16 +1,16 @@
-// Going over the surface from face to face.
+// Adjacency of faces: components, smooth areas, distances along edges, for painting.
 
 import { cross, dot, minus, times } from "../../report/viewer/camera.js";
 
 export class Topology {
-  /** Of a mesh and what the worker found: its corners' points, and the faces round each point. */
+  /** A mesh with the worker's results: the welded vertex of each corner, and the faces round each welded vertex. */
   constructor(mesh, { corners, starts, list }) {
     Object.assign(this, { mesh, corners, starts, list });
     this.visited = new Uint32Array(mesh.faces.length / 3);
     this.visit = 0;
   }
 
-  /** Calls with the faces that share an edge with a face. */
+  /** Calls `called` with each face that shares an edge with `face`. */
   beside(face, called) {
     const { corners, starts, list } = this;
     for (let k = 0; k < 3; k++) {
@@ -22,7 +22,7 @@ export class Topology {
     }
   }
 
-  /** The faces that are reached from some without leaving those that are wanted. */
+  /** The faces that are connected to the seeds through faces for which `wanted` is true. */
   spread(seeds, wanted) {
     const stamp = ++this.visit, { visited } = this, reached = [];
     for (const face of seeds) {
@@ -46,7 +46,7 @@ export class Topology {
     return times(n, 1 / (Math.hypot(...n) || 1));
   }
 
-  /** The faces that are reached from one without crossing an edge that is bent by more than an angle, in degrees. */
+  /** The faces that are connected to one across edges whose normals differ by at most `angle` degrees. */
   smooth(face, angle) {
     const stamp = ++this.visit, { visited } = this, reached = [face], least = Math.cos(angle * Math.PI / 180);
     visited[face] = stamp;
@@ -61,13 +61,13 @@ export class Topology {
     return reached;
   }
 
-  /** The middle of a face. */
+  /** The centroid of a face. */
   middle(face) {
     const { positions: p, faces } = this.mesh, a = 3 * faces[3 * face], b = 3 * faces[3 * face + 1], c = 3 * faces[3 * face + 2];
     return [(p[a] + p[b] + p[c]) / 3, (p[a + 1] + p[b + 1] + p[c + 1]) / 3, (p[a + 2] + p[b + 2] + p[c + 2]) / 3];
   }
 
-  /** Positive where the eye sees the front of a face, times lengths. */
+  /** Positive if the eye sees the front of a face. Unnormalised: six times the volume of the tetrahedron of face and eye. */
   front(face, eye) {
     const { positions: p, faces } = this.mesh, a = 3 * faces[3 * face], b = 3 * faces[3 * face + 1], c = 3 * faces[3 * face + 2];
     const ex = p[b] - p[a], ey = p[b + 1] - p[a + 1], ez = p[b + 2] - p[a + 2];
@@ -75,7 +75,7 @@ export class Topology {
     return (ey * gz - ez * gy) * (eye[0] - p[a]) + (ez * gx - ex * gz) * (eye[1] - p[a + 1]) + (ex * gy - ey * gx) * (eye[2] - p[a + 2]);
   }
 
-  /** The faces whose middles are no farther than a radius from the way between two points, reached over the surface from one. */
+  /** The faces that are connected to `face` and whose centroids are within a radius of the segment between two points. */
   along(face, from, to, radius, wanted) {
     const way = minus(to, from), length = dot(way, way) || 1;
     return this.spread([face], (other) => {
@@ -85,7 +85,7 @@ export class Topology {
     });
   }
 
-  /** How far the points are from some along the edges of the mesh, as far as a length: a map. */
+  /** Distances of vertices from the sources along the mesh's edges, up to `length`, as a map (Dijkstra's algorithm). */
   distances(sources, length) {
     const { mesh: { positions: p }, corners, starts, list } = this, far = new Map(), heap = new Heap();
     for (const v of sources) {
@@ -111,7 +111,7 @@ export class Topology {
     return far;
   }
 
-  /** The points that faces of one kind and faces of the other kind share. */
+  /** The vertices shared by faces for which `isIn` is true and faces for which it is false. */
   edge(isIn) {
     const { corners } = this, sides = new Uint8Array(this.starts.length), points = [];
     for (let i = 0; i < corners.length; i++) sides[corners[i]] |= isIn(i / 3 | 0) ? 1 : 2;
@@ -120,7 +120,7 @@ export class Topology {
   }
 }
 
-/** The smallest first. */
+/** A binary heap with the smallest key first. */
 class Heap {
   constructor() {
     this.keys = [];

@@ -1,17 +1,17 @@
-// Views: standard ones, the axes to click, up, roll, parallel projection, all that fits, and the scale bar.
+// Camera control: standard views, axis gizmo, up direction, roll, orthographic projection, fit, scale bar.
 
 import { cross, dot, HALF_FIELD, minus, PARALLEL, plus, times, turned, frame } from "../../report/viewer/camera.js";
 import { all, find } from "../../report/viewer/controls.js";
 import { kept, keep } from "./layout.js";
 
 const SVG_NAME = "http://www.w3.org/2000/svg";
-/** Radians that the picture is rolled at once. */
+/** Angle of one roll, in radians. */
 const ROLL = Math.PI / 12;
-/** The scale bar is at most this long, in pixels of the page. */
+/** Largest length of the scale bar, in pixels of the page. */
 const RULER = 110;
-/** Points that are looked at to find what fits into the view. */
+/** Upper bound of the number of points, about, that are used to fit the mesh into the view. */
 const MOST_POINTS = 150_000;
-/** The eye of an upright view stays this far from the upright, as the cosine of an angle. */
+/** Upper bound of the cosine of the angle between the view direction and the up direction in an upright view. */
 const POLE = 0.995;
 
 const AXES = { X: [1, 0, 0], Y: [0, 1, 0], Z: [0, 0, 1] };
@@ -36,13 +36,13 @@ export class Views {
     this.set();
   }
 
-  /** The direction that is up: as chosen, or as the mesh's extent lets it seem. */
+  /** The up direction: the chosen one, or the program's guess from the mesh's extent. */
   up() {
     const chosen = find("#up").value;
     return chosen ? times(AXES[chosen[1]], chosen[0] === "-" ? -1 : 1) : this.app.model.state.scene.up;
   }
 
-  /** Takes the projection, and levels an upright view. */
+  /** Applies the projection, and levels an upright view. */
   set() {
     const { viewer } = this.app, { camera } = viewer;
     camera.field = find("#parallel").checked ? PARALLEL : HALF_FIELD;
@@ -61,7 +61,7 @@ export class Views {
     viewer.fly({ ...viewer.camera, centre: viewer.camera.centre, axes: turned(viewer.camera.axes, viewer.camera.axes[2], angle), reach: viewer.camera.reach });
   }
 
-  /** Right, up and towards the eye of a standard view. */
+  /** The axes of a standard view: right, up and towards the eye. */
   axesOf(name) {
     const up = this.up(), front = Math.abs(up[1]) > 0.5 ? [0, 0, 1] : [0, -1, 0], right = cross(up, front);
     const towards = {
@@ -70,17 +70,17 @@ export class Views {
     return frame(towards, name === "top" ? times(front, -1) : name === "bottom" ? front : up);
   }
 
-  /** Flies to a standard view of all that there is. */
+  /** Moves to a standard view of the whole mesh. */
   go(name) {
     this.app.viewer.fly(this.fit(this.axesOf(name)));
   }
 
-  /** Where one looks from first: so near that the mesh just fits. */
+  /** The initial view, in which the mesh just fits. */
   home() {
     return this.fit(frame(this.app.model.state.scene.towards, this.up()));
   }
 
-  /** The place from which points, or else the whole mesh, just fit into the view. */
+  /** The view with the given axes into which the points, or the whole mesh, just fit. */
   fit(axes, points = null) {
     const { viewer, model } = this.app, { radius, centre } = model.state.scene, mesh = viewer.sides.after?.mesh;
     if (!mesh) return { centre: [0, 0, 0], axes, reach: 1.08 * radius };
@@ -90,14 +90,14 @@ export class Views {
     let reach = 1e-3 * radius;
     for (let i = 0; i < all.length; i += stride) {
       const d = [all[i] - from[0], all[i + 1] - from[1], all[i + 2] - from[2]];
-      // What is nearer to the eye is seen larger.
+      // With perspective, points nearer to the eye appear larger.
       const nearer = Math.max(0, dot(d, axes[2])) * slope;
       reach = Math.max(reach, Math.abs(dot(d, axes[0])) * least / wide + nearer, Math.abs(dot(d, axes[1])) * least / high + nearer);
     }
     return { centre: from, axes, reach: (points ? 1.3 : 1.06) * reach };
   }
 
-  /** Flies to what is chosen: the marked faces while one paints, else the holes, else all. */
+  /** Fits the marked faces while the tab Paint is open, else the chosen holes, else the whole mesh. */
   fitSelected() {
     const { app } = this, { viewer } = app, mesh = app.mesh(), mask = app.mask(), points = [];
     if (mesh && app.tab === "paint" && mask?.count) {
@@ -125,7 +125,7 @@ export class Views {
     }));
   }
 
-  /** Turns the axes with the view, and measures the scale bar. */
+  /** Updates the axis gizmo and the scale bar after the view was drawn. */
   drawn() {
     const { viewer } = this.app, [right, up, towards] = viewer.camera.axes;
     for (const { group, line, ball, text, axis } of [...this.balls].sort((a, b) => dot(a.axis, towards) - dot(b.axis, towards))) {
@@ -144,7 +144,7 @@ export class Views {
   }
 }
 
-/** The middle of the box round points. */
+/** The centre of the bounding box of points. */
 function middle(points) {
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   for (let i = 0; i < points.length; i++) {

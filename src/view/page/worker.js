@@ -1,16 +1,16 @@
-// Off the main thread: which vertices lie at the same point, the faces round each, the faces by where
-// they lie, and fewer of them for a view that moves.
+// Worker that prepares a mesh: welds vertices at the same position, finds the faces round each, sorts the faces
+// along a space-filling curve, and makes a coarse version for a moving view.
 "use strict";
 
-/** Faces that are drawn of a large mesh while the view moves, about. */
+/** Number of faces, about, of the coarse version of a large mesh. */
 const THIN = 40_000;
 
-/** For each vertex the first one at the same point. */
+/** For each vertex the first one at the same position. */
 function welded(positions) {
   const count = positions.length / 3, whole = new Uint32Array(positions.buffer, positions.byteOffset, positions.length);
   const size = 2 ** Math.ceil(Math.log2(2 * count + 2)), table = new Int32Array(size).fill(-1), first = new Uint32Array(count);
   for (let v = 0; v < count; v++) {
-    // Zero has two signs.
+    // 0 and -0 are the same position but have different bits.
     const bits = (k) => positions[3 * v + k] === 0 ? 0 : whole[3 * v + k];
     let hash = Math.imul(bits(0), 0x9e3779b1) ^ Math.imul(bits(1), 0x85ebca6b) ^ Math.imul(bits(2), 0xc2b2ae35);
     hash = Math.imul(hash ^ hash >>> 15, 0x2c1b3c6d);
@@ -32,7 +32,7 @@ function welded(positions) {
   return first;
 }
 
-/** The faces round each point: those of point v from starts[v] to starts[v + 1]. */
+/** The faces round each vertex: entries starts[v] to starts[v + 1] of the list for vertex v. */
 function round(corners, count) {
   const starts = new Uint32Array(count + 1);
   for (let i = 0; i < corners.length; i++) starts[corners[i] + 1]++;
@@ -42,7 +42,7 @@ function round(corners, count) {
   return { starts, list };
 }
 
-/** Ten bits with two zeros after each. */
+/** Spreads ten bits, with two zeros between them, for a Morton code. */
 function apart(x) {
   x = (x | x << 16) & 0x030000ff;
   x = (x | x << 8) & 0x0300f00f;
@@ -50,7 +50,7 @@ function apart(x) {
   return (x | x << 2) & 0x09249249;
 }
 
-/** The smallest and largest coordinates. */
+/** The smallest coordinates, and the longest side of the bounding box. */
 function bounds(positions) {
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   for (let i = 0; i < positions.length; i += 3) {
@@ -63,7 +63,7 @@ function bounds(positions) {
   return { low, most: Math.max(high[0] - low[0], high[1] - low[1], high[2] - low[2]) || 1 };
 }
 
-/** The faces along a curve that fills space, so that those that follow each other lie together. */
+/** Sorts the faces by the Morton codes of their centroids, so that successive faces are near each other. */
 function together(positions, faces, { low, most }) {
   const count = faces.length / 3, scale = 1023.99 / most / 3;
   let codes = new Uint32Array(count), numbers = Uint32Array.from({ length: count }, (_, i) => i);
@@ -88,7 +88,7 @@ function together(positions, faces, { low, most }) {
   return { faces: ordered, numbers };
 }
 
-/** Faces between the cells of a grid, on one vertex of each; null where that is not much less. */
+/** A coarse version by vertex clustering, with one vertex for each cell of a grid; null for small meshes, or if it is not much smaller. */
 function thinned(positions, faces, { low, most }) {
   const count = faces.length / 3;
   if (count < 2 * THIN) return null;

@@ -1,16 +1,17 @@
-//! What finds the next ear and what lies in it without looking at every corner.
+//! Search structures for ear clipping: the next candidate, and the corners in an ear, without visiting every corner.
 
 use glam::DVec2;
 
-/// A set of the numbers below a limit that finds the next member fast: bits, and bits for the words that have any.
+/// A set of numbers below a limit with fast search for the next member: a bit for each number, and on each further level a bit
+/// for each nonzero word.
 #[derive(Default)]
 pub(super) struct Marks {
-    /// The members, then for each level the words of the one before that are not zero.
+    /// The members; then, for each level, the nonzero words of the level before.
     levels: Vec<Vec<u64>>,
 }
 
 impl Marks {
-    /// Makes it the set of all numbers below a limit.
+    /// Makes it the set of all numbers below `count`.
     pub(super) fn fill(&mut self, count: usize) {
         self.levels.clear();
         let mut count = count;
@@ -44,7 +45,7 @@ impl Marks {
         }
     }
 
-    /// The first member that is not below `at`.
+    /// The first member at or above `at`.
     pub(super) fn from(&self, at: usize) -> Option<usize> {
         let mut at = at;
         for (height, level) in self.levels.iter().enumerate() {
@@ -62,12 +63,12 @@ impl Marks {
     }
 }
 
-/// The corners of a polygon in boxes that are halved along their longer side.
+/// A k-d tree of the corners of a polygon.
 #[derive(Default)]
 pub(super) struct Tree {
-    /// The corners, so that each node has a run of them.
+    /// The corners, ordered so that each node has a contiguous run.
     order: Vec<u32>,
-    /// A node's two parts are `2 i + 1` and `2 i + 2`.
+    /// The children of node `i` are `2 i + 1` and `2 i + 2`.
     nodes: Vec<Node>,
     /// The leaf of each corner.
     leaf: Vec<u32>,
@@ -78,14 +79,15 @@ pub(super) struct Tree {
 struct Node {
     low: DVec2,
     high: DVec2,
-    /// Its run of corners.
+    /// Start of its run of corners.
     start: u32,
+    /// End of the run.
     end: u32,
-    /// How many of them are reflex.
+    /// Number of reflex corners in the run.
     reflex: u32,
 }
 
-/// The most corners of a leaf. 8 and 32 are no faster by more than a tenth.
+/// Maximum number of corners of a leaf. 8 and 32 are at most a tenth faster.
 const LEAF: usize = 16;
 
 impl Tree {
@@ -128,7 +130,7 @@ impl Tree {
         }
     }
 
-    /// A corner has become reflex, or is it no longer.
+    /// Updates the counts when a corner becomes reflex (`by` = 1) or stops being reflex (−1).
     pub(super) fn count(&mut self, corner: usize, by: i32) {
         let mut at = self.leaf[corner] as usize;
         loop {
@@ -141,8 +143,8 @@ impl Tree {
         }
     }
 
-    /// A reflex corner in the triangle of a corner and its neighbours, one at the same place as any of them left out.
-    /// `small` is more than rounding can make of an area.
+    /// A reflex corner in the triangle of a corner and its neighbours, ignoring corners at the same position as one of the three.
+    /// `small` exceeds the rounding error of an area.
     pub(super) fn inside(
         &mut self,
         points: &[DVec2],
@@ -153,7 +155,7 @@ impl Tree {
     ) -> Option<usize> {
         let [a, b, c] = ear.map(|i| points[i]);
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        // Rounding lets the test of a corner take in what lies outside by up to half the size of a thin ear.
+        // Through rounding, the test of a corner may accept points outside by up to half the size of a thin ear.
         let margin = high - low;
         let (low, high) = (low - margin, high + margin);
         let sides = [(a, b), (b, c), (c, a)];
@@ -169,7 +171,7 @@ impl Tree {
             }
             let beyond = |(from, to): (DVec2, DVec2)| {
                 let side = to - from;
-                // The corner of the box that lies furthest to the left of the side.
+                // The corner of the box that is furthest to the left of the side.
                 let x = if side.y > 0.0 {
                     node.low.x
                 } else {
@@ -202,7 +204,7 @@ impl Tree {
     }
 }
 
-/// Whether `p` lies in the counter-clockwise triangle or on its border.
+/// Whether `p` is in the counter-clockwise triangle or on its boundary.
 fn is_inside(p: DVec2, a: DVec2, b: DVec2, c: DVec2) -> bool {
     (b - a).perp_dot(p - a) >= 0.0
         && (c - b).perp_dot(p - b) >= 0.0

@@ -1,4 +1,4 @@
-//! Segments that cross, touch and overlap are all made edges.
+//! Tests that segments which cross, touch and overlap all become edges.
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ use super::*;
 
 const SIZE: f64 = 40.0;
 
-/// A large triangle and points of an integer grid in it, and segments between these.
+/// A large triangle, points of an integer grid in it, and segments between these.
 fn segments() -> (Vec<DVec3>, Vec<[u32; 2]>) {
     let mut at = vec![
         DVec3::new(-SIZE, -SIZE, 0.0),
@@ -62,9 +62,9 @@ fn edges_that_cross_in_many_points_are_all_there() {
         count += 1;
     }
     assert!((area - 8.0 * SIZE * SIZE).abs() < 1e-9 * area, "{area}");
-    // By Euler's formula, with a rim of three.
+    // By Euler's formula, with three rim vertices.
     assert_eq!(count, 2 * planar.points.len() - 5);
-    // No triangle lies on both sides of a line between its ends.
+    // The ends of each constrained edge are on its line.
     for (h, &line) in (0..).zip(&planar.line) {
         if line != NONE {
             let ends = lines[line as usize];

@@ -1,4 +1,5 @@
-//! What nearly closes a border: T-junctions, which are border vertices that lie on border edges, and border edges that nearly coincide.
+//! Boundary edges of a mesh and what would close them: T-junctions (boundary vertices on boundary edges) and boundary edges that
+//! nearly coincide.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -12,62 +13,62 @@ use crate::mesh::{Hole, Mesh, VertexFaces};
 use crate::spatial::{Bounds, BoxTree};
 use crate::tuning::tuning;
 
-/// The border of a welded mesh: its edges in one face only.
-pub(crate) struct Border<'a> {
+/// The boundary of a welded mesh: its edges with exactly one face.
+pub(crate) struct Boundary<'a> {
     mesh: &'a Mesh,
-    /// The half-edges, in rising order.
+    /// The boundary half-edges, ascending.
     pub(crate) half_edges: Vec<u32>,
-    /// For each of them its vertices, in its direction.
+    /// Start and end vertex of each half-edge.
     pub(crate) ends: Vec<[u32; 2]>,
-    /// Its vertices in rising order, and a tree over their positions.
+    /// The boundary vertices, ascending, and a tree over their positions.
     vertices: Vec<u32>,
     tree: BoxTree,
-    /// For each vertex the places of its border edges.
+    /// For each boundary vertex the indices of its edges in `half_edges`.
     at: HashMap<u32, Vec<u32>>,
-    /// Vertices no farther apart than this, in the mesh's units, are one but for rounding.
+    /// Vertices closer than this (mesh units) count as one: the distance is explained by rounding.
     pub(crate) unit: f64,
 }
 
-/// A border edge with border vertices on it.
+/// A boundary edge with boundary vertices on it (T-junctions).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Junctions {
-    /// The place of the edge in the border.
+    /// Index of the edge in [`Boundary::half_edges`].
     pub(crate) edge: u32,
-    /// The vertices, from the edge's start to its end.
+    /// The vertices on the edge, from its start to its end.
     pub(crate) vertices: Vec<u32>,
 }
 
-/// The border edge that nearly coincides with another one.
+/// The best partner of a boundary edge: another boundary edge that nearly coincides with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Match {
-    /// The larger of the two distances between ends, in the mesh's units.
+    /// The larger of the two distances between matched end points, in mesh units.
     pub(crate) distance: f64,
-    /// The vertices that would become one with the start and the end of the edge.
+    /// The partner's vertices that would be merged with the start and with the end of the edge.
     pub(crate) ends: [u32; 2],
 }
 
-/// What would close a border.
+/// How much of the boundary T-junction splits and welding would close.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Closing {
-    /// Border vertices that lie on border edges.
+    /// Number of boundary vertices that lie on boundary edges.
     pub(super) junctions: usize,
-    /// Holes that splitting these edges closes.
+    /// Number of holes that splitting these edges closes.
     pub(super) junction_holes: usize,
-    /// The length within which vertices are to be merged, where that closes edges, and how many edges.
+    /// The welding distance to recommend and the number of edges that it closes; none if it closes too few.
     pub(super) weld: Option<(f64, usize)>,
-    /// Whether that length is one within which a repair merges by itself.
+    /// Whether a repair welds within that distance by default.
     pub(super) by_default: bool,
 }
 
-impl<'a> Border<'a> {
-    /// The border of a mesh whose vertices are one but for rounding within the mesh's own precision.
+impl<'a> Boundary<'a> {
+    /// The boundary of a mesh, with the welding tolerance that the precision of its coordinates suggests.
     pub(super) fn new(mesh: &'a Mesh, topology: &Topology) -> Self {
         let is_open = topology.boundary.contains(&true);
         let unit = if is_open { weld_length(mesh) } else { 0.0 };
         Self::with_unit(mesh, topology, unit)
     }
 
-    /// The same with the length, in the mesh's units, within which vertices are one but for rounding.
+    /// The boundary of a mesh with a given welding tolerance, in mesh units.
     pub(crate) fn with_unit(mesh: &'a Mesh, topology: &Topology, unit: f64) -> Self {
         let half_edges = 0..topology.boundary.len() as u32;
         let half_edges: Vec<u32> = half_edges
@@ -94,7 +95,7 @@ impl<'a> Border<'a> {
         }
     }
 
-    /// Calls a function with the vertices of the border in a box.
+    /// Calls `visit` with each boundary vertex in a box.
     fn near(&self, query: &Bounds, mut visit: impl FnMut(u32)) {
         self.tree.for_each(query, |i| {
             visit(self.vertices[i as usize]);
@@ -105,7 +106,8 @@ impl<'a> Border<'a> {
         self.mesh.positions[v as usize]
     }
 
-    /// The border edges on which border vertices lie that go on along them, so that splitting the edges there may close them.
+    /// The boundary edges with T-junctions. A vertex counts only if one of its own boundary edges runs along the edge, so that
+    /// splitting the edge there may close it.
     pub(crate) fn junctions(&self) -> Vec<Junctions> {
         let edges = 0..self.ends.len() as u32;
         let own = edges.into_par_iter().filter_map(|edge| {
@@ -115,7 +117,7 @@ impl<'a> Border<'a> {
         own.collect()
     }
 
-    /// The tolerance of an edge in the mesh's units.
+    /// The distance from an edge of this length within which a vertex lies on it, in mesh units.
     fn tolerance(&self, length: f64) -> f64 {
         let part = (tuning().check.junction * length).max(self.unit);
         part.min(tuning().check.junction_most * length)
@@ -133,14 +135,15 @@ impl<'a> Border<'a> {
             on.extend(place.filter(|_| !face.contains(&v)).map(|p| (p, v)));
         });
         on.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
-        // Of vertices that are one but for rounding the first is taken.
+        // Of vertices that coincide within the tolerance only the first is kept.
         on.dedup_by(|later, first| later.0 - first.0 <= tolerance);
         let known: Vec<u32> = on.iter().map(|(_, v)| *v).chain([a, b]).collect();
         on.retain(|(_, v)| self.goes_on(*v, &known, segment, tolerance));
         on.into_iter().map(|(_, v)| v).collect()
     }
 
-    /// Whether a border edge of a vertex lies along an edge: it leads to one of the `known` vertices there, or over an end of it.
+    /// Whether one of the boundary edges of a vertex runs along the segment: it leads to one of the `known` vertices on it, or
+    /// past one of its ends.
     fn goes_on(&self, v: u32, known: &[u32], segment: [DVec3; 2], tolerance: f64) -> bool {
         self.at[&v].iter().any(|i| {
             let [c, d] = self.ends[*i as usize];
@@ -151,7 +154,7 @@ impl<'a> Border<'a> {
         })
     }
 
-    /// For each border edge whether it is in two faces once the edges are split.
+    /// For each boundary edge whether it has two faces after the edges are split at the junctions.
     fn closed_by(&self, junctions: &[Junctions]) -> Vec<bool> {
         let mut split: Vec<&[u32]> = vec![&[]; self.ends.len()];
         junctions
@@ -174,8 +177,8 @@ impl<'a> Border<'a> {
         (0..self.ends.len()).map(is_closed).collect()
     }
 
-    /// For each border edge the one that coincides with it but for at most `most`, in the mesh's units, and `part` of the length of
-    /// the shorter one, the nearest first.
+    /// For each boundary edge the nearest other one whose end points are both within `most` (mesh units) and within `part` times
+    /// the length of the shorter edge.
     pub(crate) fn matches(&self, most: f64, part: f64) -> Vec<Option<Match>> {
         if self.ends.is_empty() {
             return Vec::new();
@@ -195,6 +198,7 @@ impl<'a> Border<'a> {
                     let ends = if c == v { [c, d] } else { [d, c] };
                     let distance = length([a, ends[0]]).max(length([b, ends[1]]));
                     let nearer = best.is_none_or(|m| distance < m.distance);
+                    // Both ends must be near, and a merge must not collapse a face.
                     let is_near = distance <= reach.min(part * length([c, d]));
                     if is_near && nearer && !adjacent(a, ends[0]) && !adjacent(b, ends[1]) {
                         best = Some(Match { distance, ends });
@@ -207,15 +211,15 @@ impl<'a> Border<'a> {
         edges.into_par_iter().map(nearest).collect()
     }
 
-    /// Whether two vertices are different ones of a face.
+    /// Whether two different vertices share a face.
     fn are_adjacent(&self, around: &VertexFaces, v: u32, w: u32) -> bool {
         let faces = around.of(v).iter();
         let mut faces = faces.map(|f| self.mesh.faces[*f as usize]);
         v != w && faces.any(|f| f.contains(&w))
     }
 
-    /// For each border edge that coincides with another one but for `part` of the length of each the distance of the nearest such
-    /// edge, as in [`Border::matches`].
+    /// For each boundary edge that has a matching edge within `part` times the shorter length (see [`Boundary::matches`]), the
+    /// distance to the nearest one.
     fn match_distances(&self, part: f64) -> Vec<f64> {
         if self.ends.is_empty() {
             return Vec::new();
@@ -248,7 +252,7 @@ impl<'a> Border<'a> {
         edges.into_par_iter().filter_map(nearest).collect()
     }
 
-    /// What would close the border, of which these are the holes.
+    /// What would close the boundary, which consists of these holes.
     pub(super) fn closing(&self, holes: &[Hole]) -> Closing {
         let junctions = self.junctions();
         let closed = self.closed_by(&junctions);
@@ -277,7 +281,8 @@ impl<'a> Border<'a> {
     }
 }
 
-/// The place along a segment at which a point lies inside of it but for the tolerance, in the mesh's units.
+/// The position of a point along a segment (mesh units from its start) if the point is within the tolerance of the segment and
+/// away from its ends.
 fn along(p: DVec3, [a, b]: [DVec3; 2], tolerance: f64) -> Option<f64> {
     let length = a.distance(b);
     let way = (b - a) / length;
@@ -287,11 +292,11 @@ fn along(p: DVec3, [a, b]: [DVec3; 2], tolerance: f64) -> Option<f64> {
     (beside <= tolerance && place > margin && place < length - margin).then_some(place)
 }
 
-/// The length within which vertices are to be merged so that most edges close which can by that, and how many do; none where few of
-/// the `edges` of the border would. `distances` are those at which edges close.
+/// The welding distance that closes most of the edges that can be closed, and how many it closes; none if these are too few of
+/// the `edges` boundary edges. `distances` are the distances at which edges close.
 ///
-/// The distances are sorted into decades. From the smallest on they are taken until at least half are, and an empty decade follows:
-/// cracks in one file have one cause and one size, while narrow slits that are meant measure a good part of an edge.
+/// The distances are sorted; at least half of them are taken, then more until two successive ones differ by a factor over 10.
+/// Cracks in one file have one cause and one size; intended narrow slits are a considerable part of an edge wide.
 fn weld_advice(mut distances: Vec<f64>, edges: usize) -> Option<(f64, usize)> {
     distances.sort_by(f64::total_cmp);
     let few = (tuning().check.weld_least * edges as f64).max(2.0);
@@ -306,11 +311,11 @@ fn weld_advice(mut distances: Vec<f64>, edges: usize) -> Option<(f64, usize)> {
     (longest > 0.0).then(|| (rounded_up(longest), count))
 }
 
-/// The next number of two digits that is larger.
+/// The next larger number with two significant digits.
 fn rounded_up(length: f64) -> f64 {
     let step = 10f64.powf(length.log10().floor() - 1.0);
     let digits = (length / step).floor() + 1.0;
-    // As it is written with two digits.
+    // Parse the printed number, so that it is exactly what a user would type.
     format!("{:.1e}", digits * step)
         .parse()
         .unwrap_or(digits * step)

@@ -1,31 +1,31 @@
-//! Which faces of a draft intersect others, kept from one search to the next.
+//! Cache of intersecting faces, reused from one search of a draft to the next.
 
 use std::collections::{HashMap, HashSet};
 use std::hash::{BuildHasherDefault, Hasher};
 
-use crate::check::crossing;
+use crate::check::self_intersections;
 use crate::mend::Inspection;
 use crate::spatial::intersecting_pairs;
 
-/// The corners of a face in rising order.
+/// The corners of a face, ascending.
 pub(super) fn sorted([a, b, c]: [u32; 3]) -> [u32; 3] {
     let (a, b) = (a.min(b), a.max(b));
     let (b, c) = (b.min(c), b.max(c));
     [a.min(b), a.max(b), c]
 }
 
-/// Which faces intersect others, by their welded corners in rising order, as was found last. Vertices do not move, so that only
-/// faces that were added or taken out alter it.
+/// Which faces intersect others, by sorted welded corners, from the last search. Vertices do not move, so only added or removed
+/// faces can change it.
 #[derive(Default)]
-pub(super) struct Known {
-    /// Faces none of which intersects another one of them.
+pub(super) struct IntersectionCache {
+    /// Faces that intersect no other face of this set.
     pub(super) clear: HashSet<[u32; 3], Fast>,
-    /// Faces that intersect others, each with one of these: as long as that is there, it does.
+    /// Intersecting faces, each with one partner: the face intersects as long as the partner exists.
     pub(super) crossing: HashMap<[u32; 3], [u32; 3], Fast>,
 }
 
-/// Hashing by multiplication (D. E. Knuth, "The Art of Computer Programming" 3, section 6.4). Only looked up, never walked through, so
-/// that no result depends on it.
+/// Multiplicative hashing (D. E. Knuth, "The Art of Computer Programming" 3, section 6.4). The maps are never iterated where the
+/// order could affect a result.
 #[derive(Default)]
 pub(super) struct Multiply(u64);
 
@@ -54,8 +54,8 @@ impl Hasher for Multiply {
     }
 }
 
-impl Known {
-    /// What is known of a mesh of which these faces, in rising order, intersect others.
+impl IntersectionCache {
+    /// The cache for a mesh with these intersecting faces (ascending).
     pub(super) fn of(found: &Inspection, crossing: &[u32]) -> Self {
         let faces = found.topology.faces();
         let is_clear = |f: &u32| crossing.binary_search(f).is_err();
@@ -66,8 +66,8 @@ impl Known {
         }
     }
 
-    /// The faces that intersect others, in rising order, and what is known of all then; none where that is what was known. Only faces
-    /// of which it is not known yet are tested.
+    /// The faces that intersect others, ascending, and the updated cache; none if nothing changed. Only faces of unknown state
+    /// are tested.
     pub(super) fn search(&self, found: &Inspection) -> (Vec<u32>, Option<Self>) {
         let (mesh, topology) = (&found.mesh, &found.topology);
         let all: Vec<u32> = topology.faces().collect();
@@ -81,12 +81,13 @@ impl Known {
             *count += 1;
             are_unlike &= *count == 1;
         }
+        // Take over what is known; collect the faces to test.
         let mut with: Vec<Option<[u32; 3]>> = vec![None; all.len()];
         let mut asked: Vec<u32> = Vec::new();
         for (i, face) in (0..).zip(&keys) {
             let partner = self.crossing.get(face);
             if !are_unlike && times[face] > 1 {
-                // It intersects its double, whatever was known of the one.
+                // A duplicate face intersects its double, so the cached state is not valid.
                 asked.push(i);
             } else if let Some(partner) = partner.filter(|p| *p != face && times.contains_key(*p)) {
                 with[i as usize] = Some(*partner);
@@ -98,9 +99,10 @@ impl Known {
         let mut pair = |i: u32, j: u32| {
             with[i as usize] = with[i as usize].or(Some(keys[j as usize]));
         };
+        // Test all faces, or only the unknown ones against all.
         if asked.len() == all.len() {
             let place = |f: u32| all.partition_point(|g| *g < f) as u32;
-            for (f, g) in crossing(mesh, topology) {
+            for (f, g) in self_intersections(mesh, topology) {
                 pair(place(f), place(g));
             }
         } else if !is_same {

@@ -1,94 +1,96 @@
-//! A second layer of faces under a part of a surface, an offset shell: it hangs on rims there and faces the other way.
+//! An offset shell: a reversed copy of a part of a surface, a little below it and attached to its rims.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use glam::DVec3;
 
-use super::below::{Below, Lined, Shape, below, under};
-use super::clear::{Ground, crossing_or_flat};
+use super::clear::{Ground, intersecting_or_flat};
 use super::rounding::Rounding;
+use super::shell_vertex::{Shape, ShellBase, ShellVertex, below, under};
 use super::{Edge, edges};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{DisjointSets, Mesh, Part, area_vector, face_normal};
 use crate::tuning::tuning;
 
-/// A part of a surface and the layer under it.
-pub(super) struct Layer {
+/// An offset shell of some faces of a mesh.
+pub(super) struct OffsetShell {
     /// New vertices.
-    vertices: Vec<Below>,
-    /// Faces between the vertices of the mesh and, from `first` on, the new ones.
+    vertices: Vec<ShellVertex>,
+    /// Faces of the shell. Vertex numbers below `first` are mesh vertices, the others are new.
     pub(super) faces: Vec<[u32; 3]>,
-    /// The face of the surface under which each of them lies.
+    /// The mesh face above each shell face.
     under: Vec<u32>,
-    /// How many of them, the first ones, lie under the surface; the others are side walls at the rims.
+    /// The number of faces below the surface, which come first; the others are side walls at the rims.
     under_surface: usize,
-    /// The borders that the layer has beside the rims, as loops in the direction of the faces that would close them.
+    /// The boundary loops of the shell other than the rims, in the direction of the faces that would close them.
     pub(super) loops: Vec<Vec<u32>>,
-    /// The number of the first new vertex.
+    /// Number of the first new vertex.
     first: u32,
     shape: Shape,
     rounding: Rounding,
 }
 
-/// The wall that a face of a layer makes with the surface.
+/// The wall between a shell face and the surface above it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WallFace {
-    /// The area of the face.
+    /// Area of the shell face.
     pub(super) area: f64,
-    /// Its mean depth along the normal of the surface, in the mesh's units.
+    /// Mean depth along the surface normal, in mesh units.
     pub(super) thickness: f64,
     /// Its centre.
     pub(super) at: DVec3,
 }
 
-/// The corners of the lined faces, those together that are one vertex of the layer.
+/// The shell vertex of each corner of the covered faces; corners that share a vertex of the shell have the same one.
 struct Corners {
-    /// The place of each lined face.
+    /// Index of each covered face.
     place: HashMap<u32, u32>,
-    /// The vertex of the layer for each corner of these.
+    /// Shell vertex of each corner, by 3 × index + corner.
     vertex: Vec<u32>,
 }
 
-impl Layer {
-    /// The layer under some faces; none where they have other borders, or are not the same way round.
-    pub(super) fn new(lined: &Lined, first: u32) -> Option<Self> {
-        let mut layer = Self {
+impl OffsetShell {
+    /// Builds the shell; none if the faces have boundary edges other than the rims, or are not consistently oriented.
+    pub(super) fn new(base: &ShellBase, first: u32) -> Option<Self> {
+        let mut shell = Self {
             vertices: Vec::new(),
             faces: Vec::new(),
             under: Vec::new(),
             under_surface: 0,
-            shape: lined.shape,
+            shape: base.shape,
             loops: Vec::new(),
             first,
-            rounding: lined.rounding,
+            rounding: base.rounding,
         };
-        let corners = layer.corners(lined)?;
+        let corners = shell.corners(base)?;
         let mut middles: HashMap<Edge, u32> = HashMap::new();
-        for (&f, i) in lined.faces.iter().zip(0..) {
-            layer.face(lined, &corners, f, i, &mut middles);
+        for (&f, i) in base.faces.iter().zip(0..) {
+            shell.face(base, &corners, f, i, &mut middles);
         }
-        layer.under_surface = layer.faces.len();
-        if lined.shape.has_sides() {
-            layer.sides(lined, &corners);
+        shell.under_surface = shell.faces.len();
+        if base.shape.has_sides() {
+            shell.sides(base, &corners);
         }
-        layer.loops = loops(lined, &corners, &middles, first)?;
-        Some(layer)
+        shell.loops = loops(base, &corners, &middles, first)?;
+        Some(shell)
     }
 
-    /// Vertices for the corners: those of the rims stay, unless there are side walls, the others get a copy under them.
-    fn corners(&mut self, lined: &Lined) -> Option<Corners> {
-        let (mesh, topology) = (&lined.found.mesh, &lined.found.topology);
-        let place: HashMap<u32, u32> = lined.faces.iter().copied().zip(0..).collect();
-        let mut sets = DisjointSets::new(3 * lined.faces.len());
-        let mut on_rim = vec![false; 3 * lined.faces.len()];
-        for (&f, i) in lined.faces.iter().zip(0..) {
+    /// Assigns shell vertices to the corners: rim vertices are shared with the surface unless there are side walls; the others
+    /// get a copy below.
+    fn corners(&mut self, base: &ShellBase) -> Option<Corners> {
+        let (mesh, topology) = (&base.found.mesh, &base.found.topology);
+        let place: HashMap<u32, u32> = base.faces.iter().copied().zip(0..).collect();
+        // Join corners across inner edges of the covered region; corners at rims are marked.
+        let mut sets = DisjointSets::new(3 * base.faces.len());
+        let mut on_rim = vec![false; 3 * base.faces.len()];
+        for (&f, i) in base.faces.iter().zip(0..) {
             for k in 0..3 {
                 let own = [3 * i + k, 3 * i + (k + 1) % 3];
                 let (a, b) = ends(mesh, 3 * f + k);
                 let opposite = topology.opposite[(3 * f + k) as usize];
                 if opposite == NONE {
                     let is_rim = topology.boundary[(3 * f + k) as usize]
-                        && lined.rims.contains(&(a.min(b), a.max(b)));
+                        && base.rims.contains(&(a.min(b), a.max(b)));
                     if !is_rim {
                         return None;
                     }
@@ -102,22 +104,24 @@ impl Layer {
                 }
             }
         }
+        // Rim corners keep the mesh vertex.
         let mut stays = HashSet::new();
-        let stay = |c: &u32| on_rim[*c as usize] && !lined.shape.has_sides();
+        let stay = |c: &u32| on_rim[*c as usize] && !base.shape.has_sides();
         for c in (0..on_rim.len() as u32).filter(stay) {
             stays.insert(sets.find(c));
         }
+        // Every other set of corners gets one new vertex.
         let mut of_set: HashMap<u32, u32> = HashMap::new();
         let mut vertex = Vec::with_capacity(on_rim.len());
         for c in 0..on_rim.len() as u32 {
-            let face = lined.faces[c as usize / 3];
+            let face = base.faces[c as usize / 3];
             let v = mesh.faces[face as usize][c as usize % 3];
             let set = sets.find(c);
             let own = match (stays.contains(&set), of_set.get(&set)) {
                 (true, _) => v,
                 (_, Some(copy)) => *copy,
                 _ => {
-                    let copy = self.add(below(lined, v));
+                    let copy = self.add(below(base, v));
                     of_set.insert(set, copy);
                     copy
                 }
@@ -127,14 +131,14 @@ impl Layer {
         Some(Corners { place, vertex })
     }
 
-    /// Two faces between each edge of the rims and its copy.
-    fn sides(&mut self, lined: &Lined, corners: &Corners) {
-        for (&f, i) in lined.faces.iter().zip(0..) {
+    /// Adds the side walls: two faces between each rim edge and its copy.
+    fn sides(&mut self, base: &ShellBase, corners: &Corners) {
+        for (&f, i) in base.faces.iter().zip(0..) {
             for k in 0..3 {
-                if lined.found.topology.opposite[(3 * f + k) as usize] != NONE {
+                if base.found.topology.opposite[(3 * f + k) as usize] != NONE {
                     continue;
                 }
-                let (a, b) = ends(&lined.found.mesh, 3 * f + k);
+                let (a, b) = ends(&base.found.mesh, 3 * f + k);
                 let [c, d] = [k, (k + 1) % 3].map(|k| corners.vertex[(3 * i + k) as usize]);
                 self.faces.extend([[b, a, c], [b, c, d]]);
                 self.under.extend([f, f]);
@@ -142,15 +146,15 @@ impl Layer {
         }
     }
 
-    /// The walls that the placed layer makes with the surface, one for each face that lies under it.
-    pub(super) fn walls(&self, lined: &Lined) -> Vec<WallFace> {
-        let mesh = &lined.found.mesh;
+    /// The walls of the placed shell, one for each face below the surface.
+    pub(super) fn walls(&self, base: &ShellBase) -> Vec<WallFace> {
+        let mesh = &base.found.mesh;
         let wall = |(face, under): (&[u32; 3], &u32)| {
             let normal = face_normal(mesh, *under);
             let below = |v: u32| self.vertices.get(v.checked_sub(self.first)? as usize);
-            let depth = |v: &u32| below(*v).map_or(0.0, |b| -b.depth * b.way.dot(normal));
+            let depth = |v: &u32| below(*v).map_or(0.0, |b| -b.depth * b.direction.dot(normal));
             let at = face.map(|v| match below(v) {
-                Some(b) => b.from + b.depth * b.way,
+                Some(b) => b.from + b.depth * b.direction,
                 None => mesh.positions[v as usize],
             });
             WallFace {
@@ -163,26 +167,26 @@ impl Layer {
         own.zip(&self.under).map(wall).collect()
     }
 
-    fn add(&mut self, vertex: Below) -> u32 {
+    fn add(&mut self, vertex: ShellVertex) -> u32 {
         self.vertices.push(vertex);
         self.first + self.vertices.len() as u32 - 1
     }
 
-    /// The faces under a face. Edges that are no rim's but end on rims at both ends, and faces that have no vertex under the surface,
-    /// get one in the middle: else two layers would share an edge there, or lie in each other.
+    /// Adds the shell faces below one face. Two kinds get an extra vertex in the middle, because two shells would share an edge
+    /// or coincide there: inner edges with both ends on rims, and faces with no new vertex.
     fn face(
         &mut self,
-        lined: &Lined,
+        base: &ShellBase,
         corners: &Corners,
         f: u32,
         place: u32,
         middles: &mut HashMap<Edge, u32>,
     ) {
-        let mesh = &lined.found.mesh;
+        let mesh = &base.found.mesh;
         let v = [0, 1, 2].map(|k| corners.vertex[(3 * place + k) as usize]);
         let middle = [0u32, 1, 2].map(|k| {
             let (a, b) = (v[k as usize], v[(k as usize + 1) % 3]);
-            let opposite = lined.found.topology.opposite[(3 * f + k) as usize];
+            let opposite = base.found.topology.opposite[(3 * f + k) as usize];
             if opposite == NONE || a >= self.first || b >= self.first {
                 return None;
             }
@@ -190,7 +194,7 @@ impl Layer {
             Some(*middles.entry(edge).or_insert_with(|| {
                 let from = 0.5 * (mesh.positions[a as usize] + mesh.positions[b as usize]);
                 self.vertices
-                    .push(under(lined, from, &[f, opposite / 3], [a, b]));
+                    .push(under(base, from, &[f, opposite / 3], [a, b]));
                 self.first + self.vertices.len() as u32 - 1
             }))
         });
@@ -199,7 +203,7 @@ impl Layer {
         let mut new: Vec<[u32; 3]> = match count {
             0 if all_old => {
                 let centre = mesh.corners(f).iter().sum::<DVec3>() / 3.0;
-                let m = self.add(under(lined, centre, &[f], [v[0], v[1]]));
+                let m = self.add(under(base, centre, &[f], [v[0], v[1]]));
                 vec![[v[0], v[1], m], [v[1], v[2], m], [v[2], v[0], m]]
             }
             _ => divided(v, middle),
@@ -209,12 +213,12 @@ impl Layer {
         self.faces.extend(new);
     }
 
-    /// Lets the layer come so near to the surface that it crosses nothing, and adds its vertices and faces to the ground. Where it
-    /// crosses something however near it comes, these faces of the surface are in the way.
+    /// Reduces the depth of the shell where it intersects anything, until it is clear, and adds it to the ground. If that fails,
+    /// returns the surface faces above the faces that still intersect.
     pub(super) fn place(&mut self, ground: &mut Ground) -> Result<(), Vec<u32>> {
         let surface: Vec<[u32; 3]> = self.under.iter().map(|f| ground.face(*f)).collect();
         let depth = self.vertices.iter().map(|v| v.depth).fold(0.0, f64::max);
-        let mut local = LayerPart::new(self, ground, &ground.near_all(&surface, depth));
+        let mut local = LocalShell::new(self, ground, &ground.near_all(&surface, depth));
         let mut asked: Vec<usize> = (0..self.faces.len()).collect();
         for round in 0.. {
             local.place(&self.vertices, self.rounding);
@@ -222,12 +226,12 @@ impl Layer {
             if wrong.is_empty() {
                 break;
             }
-            let moved = self.come_nearer(&wrong, round);
+            let moved = self.reduce_depth(&wrong, round);
             if round == self.rounds() || moved.is_empty() {
                 let under = wrong.iter().map(|f| self.under[*f as usize]);
                 return Err(under.collect::<BTreeSet<u32>>().into_iter().collect());
             }
-            // What crosses nothing goes on to, unless it moves.
+            // Faces that were clear need a new test only if one of their vertices moved.
             let touches = |f: &usize| self.faces[*f].iter().any(|v| moved.contains(v));
             asked = (0..self.faces.len())
                 .filter(|f| wrong.contains(&(*f as u32)) || touches(f))
@@ -238,16 +242,16 @@ impl Layer {
         Ok(())
     }
 
-    /// How often it may come nearer to the surface.
+    /// Maximum number of depth reductions.
     fn rounds(&self) -> usize {
         match self.shape {
-            Shape::Hair => tuning().repair.shell_rounds,
+            Shape::Thin => tuning().repair.shell_rounds,
             _ => tuning().repair.wall_rounds,
         }
     }
 
-    /// Lets the new vertices of some faces come nearer to the surface; returns those that could.
-    fn come_nearer(&mut self, faces: &HashSet<u32>, round: usize) -> HashSet<u32> {
+    /// Reduces the depth of the new vertices of some faces; returns the vertices that moved.
+    fn reduce_depth(&mut self, faces: &HashSet<u32>, round: usize) -> HashSet<u32> {
         let corners = faces.iter().flat_map(|f| self.faces[*f as usize]);
         let new: HashSet<u32> = corners.filter(|v| *v >= self.first).collect();
         let factor = match self.shape {
@@ -259,7 +263,7 @@ impl Layer {
         let mut moved = HashSet::new();
         for v in new {
             let vertex = &mut self.vertices[(v - self.first) as usize];
-            let depth = (factor * vertex.depth).max(vertex.least);
+            let depth = (factor * vertex.depth).max(vertex.min_depth);
             if depth < vertex.depth {
                 moved.insert(v);
             }
@@ -269,43 +273,43 @@ impl Layer {
     }
 }
 
-/// A layer and the faces near it as a part of the ground; the layer's new vertices follow those of the part.
-struct LayerPart {
+/// A shell and the faces near it, with local vertex numbers: first the vertices of the mesh, then the new vertices of the shell.
+struct LocalShell {
     positions: Vec<DVec3>,
-    /// The faces of the layer.
+    /// The faces of the shell.
     own: Vec<[u32; 3]>,
     near: Vec<[u32; 3]>,
-    /// The number of the layer's first new vertex.
+    /// Number of the first new vertex of the shell.
     first: usize,
 }
 
-impl LayerPart {
-    fn new(layer: &Layer, ground: &Ground, near: &[[u32; 3]]) -> Self {
-        let corners = layer.faces.iter().flatten().copied();
-        let old = corners.filter(|v| *v < layer.first);
+impl LocalShell {
+    fn new(shell: &OffsetShell, ground: &Ground, near: &[[u32; 3]]) -> Self {
+        let corners = shell.faces.iter().flatten().copied();
+        let old = corners.filter(|v| *v < shell.first);
         let part = Part::of_faces(ground.positions(), near, old);
-        let local = |f: &[u32; 3]| f.map(|v| part.local_or_new(v, layer.first as usize));
+        let local = |f: &[u32; 3]| f.map(|v| part.local_or_new(v, shell.first as usize));
         Self {
-            own: layer.faces.iter().map(local).collect(),
+            own: shell.faces.iter().map(local).collect(),
             first: part.mesh.positions.len(),
             positions: part.mesh.positions,
             near: part.mesh.faces,
         }
     }
 
-    /// Lets new vertices lie where they are at their depths.
-    fn place(&mut self, vertices: &[Below], rounding: Rounding) {
+    /// Positions the new vertices at their depths.
+    fn place(&mut self, vertices: &[ShellVertex], rounding: Rounding) {
         self.positions.truncate(self.first);
         let at = vertices.iter();
         self.positions
-            .extend(at.map(|v| rounding.moved(v.from, v.depth * v.way)));
+            .extend(at.map(|v| rounding.moved(v.from, v.depth * v.direction)));
     }
 
     fn new_positions(&self) -> &[DVec3] {
         &self.positions[self.first..]
     }
 
-    /// The faces of the layer that cross anything, of those that are asked and what they cross.
+    /// The shell faces among the `asked` ones that intersect anything or have no area, and the shell faces that they intersect.
     fn wrong(&self, asked: Vec<usize>) -> HashSet<u32> {
         let mut is_asked = vec![false; self.own.len()];
         asked.iter().for_each(|f| is_asked[*f] = true);
@@ -313,15 +317,15 @@ impl LayerPart {
         let mut order = asked;
         order.extend((0..self.own.len()).filter(|f| !is_asked[*f]));
         let own: Vec<[u32; 3]> = order.iter().map(|f| self.own[*f]).collect();
-        let wrong = crossing_or_flat(&self.positions, &own, count, &self.near);
+        let wrong = intersecting_or_flat(&self.positions, &own, count, &self.near);
         let both = wrong.into_iter().flat_map(|(f, g)| [f, g.unwrap_or(f)]);
         both.map(|i| order[i as usize] as u32).collect()
     }
 }
 
-/// A triangle divided at the middles of some of its sides, each after the corner of the same number.
+/// Subdivides a triangle at the given midpoints; midpoint k is on the edge after corner k.
 fn divided(v: [u32; 3], middle: [Option<u32>; 3]) -> Vec<[u32; 3]> {
-    // So that the first side has a middle and, if there are two, the second one too.
+    // Rotate so that the first edge has a midpoint and, if there are two, the second edge as well.
     let first = (0..3).find(|&k| middle[k].is_some() && middle[(k + 2) % 3].is_none());
     let turn = |k: usize| (first.unwrap_or(0) + k) % 3;
     let [a, b, c] = [v[turn(0)], v[turn(1)], v[turn(2)]];
@@ -337,16 +341,16 @@ fn ends(mesh: &Mesh, half_edge: u32) -> (u32, u32) {
     (start(mesh, half_edge), end(mesh, half_edge))
 }
 
-/// The borders of a layer but for the rims.
+/// The boundary loops of a shell other than the rims; none if two loops share a vertex.
 fn loops(
-    lined: &Lined,
+    base: &ShellBase,
     corners: &Corners,
     middles: &HashMap<Edge, u32>,
     first: u32,
 ) -> Option<Vec<Vec<u32>>> {
-    let topology = &lined.found.topology;
+    let topology = &base.found.topology;
     let mut parts: Vec<[u32; 2]> = Vec::new();
-    for (&f, i) in lined.faces.iter().zip(0..) {
+    for (&f, i) in base.faces.iter().zip(0..) {
         for k in 0..3 {
             let opposite = topology.opposite[(3 * f + k) as usize];
             if opposite == NONE || corners.place.contains_key(&(opposite / 3)) {
@@ -378,7 +382,7 @@ fn loops(
     Some(loops)
 }
 
-/// The edges of rims.
+/// The edges of the given rims.
 pub(super) fn edges_of<'a>(rims: impl Iterator<Item = &'a [u32]>) -> HashSet<Edge> {
     rims.flat_map(|rim| edges(rim).collect::<Vec<_>>())
         .collect()

@@ -1,13 +1,13 @@
-//! Faces that cross others: cut out with what is round them, and what lies inside then.
+//! Cuts self-intersections: removes intersecting faces with the faces round them, then parts that lie inside or under others.
 
 use std::collections::BTreeMap;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::dangling;
 use super::draft::Draft;
 use super::params::CrossingPass;
-use super::scraps;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
@@ -16,24 +16,24 @@ use crate::spatial::meets;
 use crate::spatial::{Bvh, WindingTree};
 use crate::tuning::tuning;
 
-/// What came of a pass.
-pub(super) struct Cut {
+/// Result of a pass of cuts.
+pub(super) struct CutResult {
     pub(super) pass: CrossingPass,
-    /// Faces that lay inside or under another layer.
+    /// Faces removed because they lay inside another surface or were covered by one.
     pub(super) covered: usize,
-    /// Faces cut out that come from the input.
+    /// Input faces removed.
     pub(super) own: usize,
 }
 
-/// Cuts the faces of patches that cross others out, with so many rings of the patch's faces round them, and what crosses them
-/// next to them; none where there are none, or more than `most` faces of the input would go. Other faces stay: it is the patches that
-/// are to give way.
+/// Cuts out patch faces that intersect others, with `rings` rings of patch faces round them, and the faces that intersect these.
+/// Other faces are kept, since patches are to give way. None if there is nothing to cut or more than `most` input faces would be
+/// removed.
 pub(super) fn cut_patches(
     draft: &mut Draft,
     rings: usize,
     most: usize,
-) -> Result<Option<Cut>, FillError> {
-    let pairs = draft.crossing_pairs()?;
+) -> Result<Option<CutResult>, FillError> {
+    let pairs = draft.self_intersection_pairs()?;
     let (removed, cut) = {
         let found = draft.inspect()?;
         let (mesh, topology) = (&found.mesh, &found.topology);
@@ -61,19 +61,19 @@ pub(super) fn cut_patches(
             cut_faces: removed.iter().filter(|r| **r).count(),
             rings,
         };
-        (removed, Cut::plain(pass))
+        (removed, CutResult::plain(pass))
     };
-    Ok(carried_out(draft, removed, cut, most))
+    Ok(apply(draft, removed, cut, most))
 }
 
-/// Cuts the faces that cross others out with so many rings of faces round them, then the parts that lie inside; none where no
-/// faces cross that could be cut.
-pub(super) fn cut_crossings(draft: &mut Draft, rings: usize) -> Result<Option<Cut>, FillError> {
-    let pairs = draft.crossing_pairs()?;
+/// Cuts out the faces that intersect others with `rings` rings of faces round them, then the parts that lie inside others. None
+/// if nothing can be cut.
+pub(super) fn cut(draft: &mut Draft, rings: usize) -> Result<Option<CutResult>, FillError> {
+    let pairs = draft.self_intersection_pairs()?;
     let (removed, cut) = {
         let found = draft.inspect()?;
-        let scraps = scraps::pieces(draft, &found.topology);
-        let Some(removed) = cuts(&found, rings, &scraps, &pairs) else {
+        let dangling = dangling::components(draft, &found.topology);
+        let Some(removed) = cuts(&found, rings, &dangling, &pairs) else {
             return Ok(None);
         };
         let marked = removed.iter().filter(|r| **r).count();
@@ -91,29 +91,34 @@ pub(super) fn cut_crossings(draft: &mut Draft, rings: usize) -> Result<Option<Cu
             rings,
         };
         let covered = all.iter().filter(|r| **r).count() - marked;
-        let cut = Cut {
+        let cut = CutResult {
             covered,
-            ..Cut::plain(pass)
+            ..CutResult::plain(pass)
         };
         (all, cut)
     };
-    Ok(carried_out(draft, removed, cut, usize::MAX))
+    Ok(apply(draft, removed, cut, usize::MAX))
 }
 
-/// Takes the faces out, unless more than `most` of them come from the input, or none are left to go. No component of the input goes
-/// whole.
-fn carried_out(draft: &mut Draft, mut removed: Vec<bool>, cut: Cut, most: usize) -> Option<Cut> {
-    draft.spare(&mut removed);
+/// Removes the faces, unless more than `most` come from the input or none remain to be removed. No input component is removed
+/// entirely.
+fn apply(
+    draft: &mut Draft,
+    mut removed: Vec<bool>,
+    cut: CutResult,
+    most: usize,
+) -> Option<CutResult> {
+    draft.protect_components(&mut removed);
     let gone = removed.iter().zip(&draft.region);
     let own = gone.filter(|(r, region)| **r && **region == NONE).count();
     if own > most || !removed.contains(&true) {
         return None;
     }
     draft.remove(&removed);
-    Some(Cut { own, ..cut })
+    Some(CutResult { own, ..cut })
 }
 
-impl Cut {
+impl CutResult {
     fn plain(pass: CrossingPass) -> Self {
         Self {
             pass,
@@ -123,32 +128,36 @@ impl Cut {
     }
 }
 
-/// The faces to cut out where these pairs cross, with the scraps of which little would be left.
+/// The faces to cut out for these intersecting pairs, including dangling sheets of which little would be left.
 fn cuts(
     found: &Inspection,
     rings: usize,
-    scraps: &[bool],
+    dangling: &[bool],
     pairs: &[(u32, u32)],
 ) -> Option<Vec<bool>> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let mut rings_of = vec![Some(rings); topology.component_faces.len()];
-    let piece = |f: u32| topology.component[f as usize] as usize;
+    let component = |f: u32| topology.component[f as usize] as usize;
     loop {
-        // Components that are left as they are stand in holes of the others.
+        // Components whose number of rings is `None` are not cut; the others get holes round them.
         let mut marks = vec![false; mesh.faces.len()];
-        for &(f, _) in pairs.iter().filter(|(f, _)| rings_of[piece(*f)].is_some()) {
+        for &(f, _) in pairs
+            .iter()
+            .filter(|(f, _)| rings_of[component(*f)].is_some())
+        {
             marks[f as usize] = true;
         }
         if !marks.contains(&true) {
             return None;
         }
+        // Cut with the present numbers of rings and count what is left of each component.
         grow(mesh, topology, &mut marks, &rings_of);
         let mut removed = settled(mesh, topology, &marks, true);
         let mut left = topology.component_faces.clone();
         for f in topology.faces().filter(|f| removed[*f as usize]) {
-            left[piece(f)] -= 1;
+            left[component(f)] -= 1;
         }
-        // A face or two that are left of more have no inside that could be closed; without rings more may be.
+        // One or two faces left of a larger component enclose nothing: retry with 0 rings, where such a remainder is accepted.
         let little = |p: usize| {
             let wide = rings_of[p].is_some_and(|rings| rings > 0);
             left[p] == 0
@@ -157,14 +166,15 @@ fn cuts(
                     && topology.component_faces[p] > tuning().repair.small_faces)
         };
         let gone: Vec<usize> = (0..left.len())
-            .filter(|&p| little(p) && !scraps[p])
+            .filter(|&p| little(p) && !dangling[p])
             .collect();
         if gone.is_empty() {
             for f in topology.faces() {
-                removed[f as usize] |= scraps[piece(f)] && little(piece(f));
+                removed[f as usize] |= dangling[component(f)] && little(component(f));
             }
             return Some(removed);
         }
+        // Components that would vanish are tried with fewer rings, at last uncut.
         for p in gone {
             rings_of[p] = match rings_of[p] {
                 Some(0) | None => None,
@@ -174,7 +184,7 @@ fn cuts(
     }
 }
 
-/// Marks the faces that share a vertex with marked ones, as many times as is asked for in their component.
+/// Adds rings of faces round the marked ones, as many as `rings_of` gives for their component.
 fn grow(mesh: &Mesh, topology: &Topology, marks: &mut [bool], rings_of: &[Option<usize>]) {
     let most = rings_of.iter().flatten().copied().max().unwrap_or(0);
     for ring in 0..most {
@@ -193,27 +203,28 @@ fn grow(mesh: &Mesh, topology: &Topology, marks: &mut [bool], rings_of: &[Option
     }
 }
 
-/// The parts into which cuts divide the components that cross.
+/// The parts into which the cuts divide intersecting components.
 struct Parts<'a> {
     found: &'a Inspection<'a>,
-    /// For each component the group of those that cross each other; `u32::MAX` for those that cross none.
+    /// For each component the group of components that intersect each other; `u32::MAX` for components that intersect none.
     group: Vec<u32>,
     /// The faces of each part.
     faces: Vec<Vec<u32>>,
-    /// The length within which one layer covers another.
+    /// Distance within which one surface covers another, in mesh units.
     reach: f64,
 }
 
 impl<'a> Parts<'a> {
     fn new(found: &'a Inspection<'a>, removed: &[bool], pairs: &[(u32, u32)]) -> Self {
         let topology = &found.topology;
-        let piece = |f: u32| topology.component[f as usize];
+        let component = |f: u32| topology.component[f as usize];
+        // Group components that intersect each other.
         let mut sets = DisjointSets::new(topology.component_faces.len());
         let mut crosses = vec![false; topology.component_faces.len()];
         for &(f, g) in pairs {
-            sets.join(piece(f), piece(g));
-            crosses[piece(f) as usize] = true;
-            crosses[piece(g) as usize] = true;
+            sets.join(component(f), component(g));
+            crosses[component(f) as usize] = true;
+            crosses[component(g) as usize] = true;
         }
         let group: Vec<u32> = (0..crosses.len() as u32)
             .map(|p| {
@@ -224,10 +235,11 @@ impl<'a> Parts<'a> {
                 }
             })
             .collect();
+        // Flood the remaining faces of these components into parts.
         let mut seen = removed.to_vec();
         let mut faces = Vec::new();
         for seed in topology.faces() {
-            let own = group[piece(seed) as usize];
+            let own = group[component(seed) as usize];
             if own == NONE || std::mem::replace(&mut seen[seed as usize], true) {
                 continue;
             }
@@ -244,6 +256,7 @@ impl<'a> Parts<'a> {
             }
             faces.push(part);
         }
+        // The mean edge of the intersecting faces sets the reach.
         let (mut length, mut count) = (0.0, 0.0);
         for &(f, _) in pairs {
             let [a, b, c] = found.mesh.corners(f);
@@ -254,20 +267,20 @@ impl<'a> Parts<'a> {
             found,
             group,
             faces,
-            reach: tuning().repair.layer * length / f64::max(count, 1.0),
+            reach: tuning().repair.cover * length / f64::max(count, 1.0),
         }
     }
 
-    fn piece(&self, part: usize) -> usize {
+    fn component(&self, part: usize) -> usize {
         self.found.topology.component[self.faces[part][0] as usize] as usize
     }
 
-    /// The faces of parts that lie inside what they cross, or under another layer of it.
+    /// The faces of parts that lie inside the surface they intersect, or are covered by another layer of it.
     fn covered(&self) -> Vec<u32> {
         let mut of_group: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for part in 0..self.faces.len() {
             of_group
-                .entry(self.group[self.piece(part)])
+                .entry(self.group[self.component(part)])
                 .or_default()
                 .push(part);
         }
@@ -289,7 +302,8 @@ impl<'a> Parts<'a> {
             .collect()
     }
 
-    /// Whether a part lies inside what it crosses, and whether another layer covers it.
+    /// Whether a part lies inside the surface it intersects, and whether another surface layer covers it: by majority of sampled
+    /// faces.
     fn is_covered(&self, part: usize, bvh: &Bvh, tree: &WindingTree) -> [bool; 2] {
         let mesh = &self.found.mesh;
         let faces = &self.faces[part];
@@ -308,13 +322,13 @@ impl<'a> Parts<'a> {
             let winding = tree.winding_number(bvh, centre + before * normal);
             all += 1;
             inside += usize::from(winding > tuning().repair.inside);
-            layered += usize::from(self.is_under_layer(f, centre, normal, bvh));
+            layered += usize::from(self.is_under_other(f, centre, normal, bvh));
         }
         [2 * inside > all, 2 * layered > all]
     }
 
-    /// Whether the first face before a face, within reach, shows the same way.
-    fn is_under_layer(&self, face: u32, centre: DVec3, normal: DVec3, bvh: &Bvh) -> bool {
+    /// Whether the first face in front of a face, within reach, has a similar normal.
+    fn is_under_other(&self, face: u32, centre: DVec3, normal: DVec3, bvh: &Bvh) -> bool {
         let mesh = &self.found.mesh;
         let end = centre + self.reach * normal;
         let mut first: Option<(f64, u32)> = None;
@@ -332,19 +346,19 @@ impl<'a> Parts<'a> {
         first.is_some_and(|(_, g)| face_normal(mesh, g).dot(normal) > tuning().repair.same_way)
     }
 
-    /// Those parts of a group that go.
+    /// The parts of a group to remove.
     fn to_go(&self, parts: &[usize], under: &[[bool; 2]]) -> Vec<usize> {
         let area = |part: usize| {
             let corners = self.faces[part].iter().map(|f| self.found.mesh.corners(*f));
             corners.map(|c| 0.5 * area_vector(c).length()).sum::<f64>()
         };
-        let mut of_piece: BTreeMap<usize, Vec<(usize, f64, [bool; 2])>> = BTreeMap::new();
+        let mut of_component: BTreeMap<usize, Vec<(usize, f64, [bool; 2])>> = BTreeMap::new();
         for (&part, &under) in parts.iter().zip(under) {
-            let entry = of_piece.entry(self.piece(part)).or_default();
+            let entry = of_component.entry(self.component(part)).or_default();
             entry.push((part, area(part), under));
         }
         let mut go = Vec::new();
-        for own in of_piece.values() {
+        for own in of_component.values() {
             let all: f64 = own.iter().map(|(_, area, _)| area).sum();
             let inside: f64 = own.iter().filter(|p| p.2[0]).map(|p| p.1).sum();
             let submerged = inside > tuning().repair.submerged * all;
@@ -357,7 +371,7 @@ impl<'a> Parts<'a> {
             });
             go.extend(some.map(|p| p.0));
         }
-        // Of layers that all seem covered the larger half would be lost.
+        // If all parts seem covered, removing them all would lose the surface: keep them.
         if go.len() == parts.len() {
             Vec::new()
         } else {

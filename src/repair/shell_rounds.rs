@@ -1,10 +1,11 @@
-//! Linings in the course of a repair: those that leave more wrong are taken back.
+//! Rounds of offset shells in a repair: each shell adds surface along which further holes can be closed. A round that increases
+//! the faults is undone.
 
 use std::collections::HashSet;
 
 use super::draft::Faults;
-use super::search::{Blocked, Budget, Wanted};
-use super::{Run, lining, report};
+use super::shell_search::{Blocked, Budget, Wanted};
+use super::{Run, offset_shells, report};
 use crate::fill::{FailedReason, HoleOutcome, LeftReason};
 use crate::mend::{FillError, HoleReport};
 use crate::mesh::Hole;
@@ -18,8 +19,9 @@ impl Run<'_> {
         }
     }
 
-    /// Lines the surface round holes that are open yet, if that leaves less wrong.
-    pub(super) fn line(
+    /// Closes holes that are still open by offset shells, if that reduces the faults. First without cutting, then after cutting
+    /// out faces that block a shell.
+    pub(super) fn add_offset_shells(
         &mut self,
         was_border: &dyn Fn(&Hole, &[u32]) -> bool,
     ) -> Result<(), FillError> {
@@ -32,10 +34,10 @@ impl Run<'_> {
         let walls = self.walls_wanted();
         let mut budget = Budget::new(borders);
         let mut blocked = Vec::new();
-        for _ in 0..tuning().repair.linings {
+        for _ in 0..tuning().repair.shell_passes {
             self.go_on()?;
             let before = self.state()?;
-            let done = lining::line(
+            let done = offset_shells::add(
                 &mut self.draft,
                 &mut self.report.fill,
                 &wanted,
@@ -53,9 +55,9 @@ impl Run<'_> {
             }
         }
         let mut faults = None;
-        for blocked in blocked.into_iter().take(tuning().repair.cut_and_line) {
+        for blocked in blocked.into_iter().take(tuning().repair.shell_cuts) {
             self.go_on()?;
-            self.cut_and_line(blocked, &wanted, was_border, (&mut budget, &mut faults))?;
+            self.cut_and_offset(blocked, &wanted, was_border, (&mut budget, &mut faults))?;
         }
         for hole in self.report.fill.holes.iter_mut().filter(|_| borders) {
             if hole.outcome == HoleOutcome::Left(LeftReason::OuterBorder) {
@@ -65,9 +67,9 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Cuts faces out under which no layer can lie, and lines what is round them then, if that leaves less wrong than `faults`, which
-    /// are looked for where they are not known yet: most faces cannot be cut out.
-    fn cut_and_line(
+    /// Cuts out faces that block an offset shell and closes the holes by shells then, if that reduces the faults. `faults` caches
+    /// the faults of the present draft; they are computed only if needed, since most faces cannot be cut out.
+    fn cut_and_offset(
         &mut self,
         mut blocked: Blocked,
         wanted: &dyn Fn(&HoleReport) -> bool,
@@ -84,9 +86,9 @@ impl Run<'_> {
         let mut before = (self.draft.clone(), self.report.clone(), self.lost);
         let walls = self.walls_wanted();
         let mut was_cut = false;
-        for _ in 0..tuning().repair.linings {
+        for _ in 0..tuning().repair.shell_passes {
             let most = self.most_lost();
-            let Some(own) = lining::cut(&mut self.draft, &mut blocked, most)? else {
+            let Some(own) = offset_shells::cut(&mut self.draft, &mut blocked, most)? else {
                 break;
             };
             was_cut = true;
@@ -102,7 +104,7 @@ impl Run<'_> {
             let whole = blocked.whole;
             let fill = &mut self.report.fill;
             let kind = (whole, walls);
-            let done = lining::line(&mut self.draft, fill, &near, kind, budget)?;
+            let done = offset_shells::add(&mut self.draft, fill, &near, kind, budget)?;
             self.report.walls.extend(done.walls);
             if done.count > 0 {
                 self.separate_again()?;
@@ -111,7 +113,7 @@ impl Run<'_> {
             if after_cut < before_cut {
                 *faults = Some(after_cut);
                 let fill = &mut self.report.fill;
-                return lining::tell_gone(&self.draft, fill, &near);
+                return offset_shells::record_gone(&self.draft, fill, &near);
             }
             let Some(next) = done.blocked.into_iter().next() else {
                 break;

@@ -1,5 +1,5 @@
-//! Patches that cross others give way to triangles between the vertices of their rims that cross nothing; where there are no such
-//! triangles, the hole stays open and the report says so.
+//! Replaces patches that intersect other faces by triangles between the rim vertices that intersect nothing. If there are none,
+//! the hole stays open and the report says so.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -13,35 +13,37 @@ use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::topology::NONE;
 use crate::mesh::{FaceOrigin, Hole, weld_map};
 
-/// What became of a rim.
+/// The result for a rim.
 pub(super) enum Rim {
-    /// It was closed by these faces.
+    /// Closed by these faces.
     Closed(Vec<[u32; 3]>),
-    /// Nothing closes it that crosses nothing.
+    /// Open: every triangulation that was tried intersects something.
     Open,
-    /// It is no hole, but the border of an open sheet.
+    /// Left open: it is the outer border of a sheet.
     Left,
 }
 
-/// Takes patches that cross others out, those that cross the most at last put back, and closes their rims by triangles between their
-/// vertices, where that crosses nothing. `is_border` says which holes are to be left then.
+/// Removes patches that intersect others and closes their rims by triangles between the rim vertices that intersect nothing.
+/// Patches are processed in the order of rising numbers of intersecting faces, and one that intersects nothing any more is kept.
+/// `is_border` returns whether a hole is to be left open.
 pub(super) fn settle(
     draft: &mut Draft,
     report: &mut FillReport,
     is_border: &dyn Fn(&Hole) -> bool,
 ) -> Result<(), FillError> {
-    let crossing = crossing_regions(draft)?;
+    let crossing = intersecting_regions(draft)?;
     if crossing.is_empty() {
         return Ok(());
     }
     let wrong: BTreeSet<u32> = crossing.keys().copied().collect();
     let trial = without(draft, &wrong);
     let mut gone = wrong.clone();
-    let mut told: Vec<(u32, Hole, Rim)> = Vec::new();
+    let mut results: Vec<(u32, Hole, Rim)> = Vec::new();
     {
         let found = trial.inspect()?;
         let mut ground = Ground::new(&found);
         let rims = rims_of(draft, &found, &wrong);
+        // Put back patches that are clear now, the least intersecting first, and triangulate the rims of the others.
         let mut order: Vec<(usize, u32)> = crossing.iter().map(|(r, n)| (*n, *r)).collect();
         order.sort_unstable();
         for (_, region) in order {
@@ -50,7 +52,7 @@ pub(super) fn settle(
             let own: Vec<[u32; 3]> = own
                 .map(|(f, _)| f.map(|v| found.weld[v as usize]))
                 .collect();
-            if ground.takes(&own) {
+            if ground.try_add(&own) {
                 gone.remove(&region);
                 continue;
             }
@@ -59,20 +61,21 @@ pub(super) fn settle(
                     true => Rim::Left,
                     false => ground.close(&hole.rim).map_or(Rim::Open, Rim::Closed),
                 };
-                told.push((region, (*hole).clone(), rim));
+                results.push((region, (*hole).clone(), rim));
             }
         }
     }
+    // Apply the result to the draft and to the report.
     let mut new = without(draft, &gone);
-    for (region, _, rim) in &told {
+    for (region, _, rim) in &results {
         if let Rim::Closed(faces) = rim {
             faces.iter().for_each(|f| push(&mut new, *region, *f));
         }
     }
     *draft = new;
     for region in wrong {
-        let own: Vec<&(u32, Hole, Rim)> = told.iter().filter(|t| t.0 == region).collect();
-        tell(
+        let own: Vec<&(u32, Hole, Rim)> = results.iter().filter(|t| t.0 == region).collect();
+        record(
             report,
             region,
             &own,
@@ -83,8 +86,8 @@ pub(super) fn settle(
     Ok(())
 }
 
-/// Writes into a report what became of the rims of a region.
-fn tell(
+/// Records the results for the rims of a region.
+fn record(
     report: &mut FillReport,
     region: u32,
     rims: &[&(u32, Hole, Rim)],
@@ -125,14 +128,14 @@ fn tell(
     }
 }
 
-/// The outcome of a hole that is closed by triangles after its patch crossed others with so many faces.
+/// Outcome of a hole closed by triangles after its patch had this many intersecting faces.
 fn triangulated(crossing: usize) -> HoleOutcome {
     HoleOutcome::Triangulated(TriangulatedReason::NoSurface(TryFailure::Crossing(
         crossing,
     )))
 }
 
-/// The outcome of a hole that was open and is closed by triangles, or by an offset shell.
+/// Outcome of a hole that was open and is closed now by triangles or an offset shell.
 pub(super) fn closed_after(before: &HoleOutcome) -> HoleOutcome {
     match before {
         HoleOutcome::Failed(FailedReason::Crossing(n)) => triangulated(*n),
@@ -143,10 +146,10 @@ pub(super) fn closed_after(before: &HoleOutcome) -> HoleOutcome {
     }
 }
 
-/// The regions whose patches cross others, with how many faces cross because of them.
-fn crossing_regions(draft: &mut Draft) -> Result<BTreeMap<u32, usize>, FillError> {
+/// The regions whose patches intersect others, with the number of intersecting faces that they cause.
+fn intersecting_regions(draft: &mut Draft) -> Result<BTreeMap<u32, usize>, FillError> {
     let mut count = BTreeMap::new();
-    for (f, g) in draft.crossing_pairs()? {
+    for (f, g) in draft.self_intersection_pairs()? {
         let [own, other] = [f, g].map(|f| draft.region[f as usize]);
         for region in BTreeSet::from([own, other]) {
             *count.entry(region).or_insert(0) += 1;
@@ -156,7 +159,7 @@ fn crossing_regions(draft: &mut Draft) -> Result<BTreeMap<u32, usize>, FillError
     Ok(count)
 }
 
-/// The draft without the patches of some regions.
+/// A copy of the draft without the patches of some regions.
 fn without(draft: &Draft, regions: &BTreeSet<u32>) -> Draft {
     let mut left = draft.clone();
     let removed: Vec<bool> = draft.region.iter().map(|r| regions.contains(r)).collect();
@@ -164,14 +167,14 @@ fn without(draft: &Draft, regions: &BTreeSet<u32>) -> Draft {
     left
 }
 
-/// Adds a face of a region's patch.
+/// Adds a face to the patch of a region.
 pub(super) fn push(draft: &mut Draft, region: u32, face: [u32; 3]) {
     draft.mesh.faces.push(face);
     draft.origins.faces.push(FaceOrigin::NEW);
     draft.region.push(region);
 }
 
-/// The rims that are left where the patches of some regions were.
+/// The holes left by removing the patches of some regions.
 fn rims_of<'a>(
     draft: &Draft,
     found: &'a Inspection,

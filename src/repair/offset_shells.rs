@@ -1,72 +1,74 @@
-//! Holes that nothing else closes are closed by lining the surface round them: a second layer a hair under it, which hangs on the rim
-//! and ends where it can be closed.
+//! Offset shells for holes that nothing else closes: a copy of the surface round the hole, a little below it and reversed,
+//! attached to the rim and closed at its other ends.
 //!
-//! What sticks through a hole stands in a pocket then. A sheet all of which is lined is a shell with walls.
+//! A part that sticks through the hole is then enclosed in a recess. If the shell covers a whole open sheet, the result is a body
+//! with walls.
 
 use std::collections::HashMap;
 
 use super::draft::Draft;
-use super::flat::{closed_after, push};
-use super::known::sorted;
-use super::layer::{WallFace, edges_of};
-use super::search::{Blocked, Budget, Linings, Wanted, linings};
+use super::intersection_cache::sorted;
+use super::offset_shell::{WallFace, edges_of};
+use super::rim_triangles::{closed_after, push};
+use super::shell_search::{Blocked, Budget, OffsetShells, Wanted, find};
 use super::{Edge, edges};
 use crate::fill::{ClosedBy, HoleOutcome, RegionReport};
 use crate::mend::{FillError, FillReport, HoleReport};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
 
-/// What came of a search for linings.
-pub(super) struct Done {
-    /// Linings that were added.
+/// Result of a search for offset shells.
+pub(super) struct AddResult {
+    /// Number of shells added.
     pub(super) count: usize,
-    /// What keeps other holes from being lined: all of a component first, then the fewest faces first.
+    /// The faces that block shells of other holes: whole components first, then by the number of faces.
     pub(super) blocked: Vec<Blocked>,
-    /// The walls of the linings.
-    pub(super) walls: Vec<LinedWall>,
+    /// The walls of the added shells.
+    pub(super) walls: Vec<ShellWall>,
 }
 
-/// The walls that a lining makes.
+/// The walls between a surface and its offset shell.
 #[derive(Clone, Debug)]
-pub(super) struct LinedWall {
-    /// The place of its region in the report.
+pub(super) struct ShellWall {
+    /// Index of its region in the report.
     pub(super) region: u32,
-    /// The mean edge of the surface that is lined.
+    /// Mean edge length of the surface above the shell, in mesh units.
     pub(super) edge: f64,
     pub(super) faces: Vec<WallFace>,
 }
 
-/// Closes the `chosen` open holes by linings that cross nothing, so that no face goes: each by one as small as may be, those of a
-/// component that are left together, the last by one of all the component. Only the last is tried where it is to be the `whole`.
-pub(super) fn line(
+/// Closes the `chosen` open holes by offset shells that intersect nothing, so that no face is removed. Tries the smallest shell
+/// for each hole, then one for the remaining holes of a component together, then one of the whole component. If `whole`, only the
+/// last is tried.
+pub(super) fn add(
     draft: &mut Draft,
     report: &mut FillReport,
     chosen: &dyn Fn(&HoleReport) -> bool,
     (whole, wanted): (bool, Wanted),
     budget: &mut Budget,
-) -> Result<Done, FillError> {
-    let told = told(report, chosen);
-    if told.is_empty() {
-        return Ok(Done {
+) -> Result<AddResult, FillError> {
+    let rim_edges = open_rim_edges(report, chosen);
+    if rim_edges.is_empty() {
+        return Ok(AddResult {
             count: 0,
             blocked: Vec::new(),
             walls: Vec::new(),
         });
     }
-    let mut linings = linings(draft, &told, (whole, wanted), budget)?;
-    let mut done = Done {
-        count: linings.groups.len(),
-        blocked: std::mem::take(&mut linings.blocked),
+    let mut shells = find(draft, &rim_edges, (whole, wanted), budget)?;
+    let mut done = AddResult {
+        count: shells.groups.len(),
+        blocked: std::mem::take(&mut shells.blocked),
         walls: Vec::new(),
     };
     if done.count > 0 {
-        done.walls = linings.take_over(draft, report);
+        done.walls = shells.take_over(draft, report);
     }
     Ok(done)
 }
 
-/// Cuts faces out that are in the way of a layer, unless more than `most` faces of the input or all of a component would go; adds what
-/// they leave to the rims. Returns how many faces of the input went; none where nothing was cut.
+/// Cuts out faces that block an offset shell, unless more than `most` input faces or a whole component would be removed. Adds
+/// their vertices to the rims. Returns the number of input faces removed; none if nothing was cut.
 pub(super) fn cut(
     draft: &mut Draft,
     blocked: &mut Blocked,
@@ -78,7 +80,7 @@ pub(super) fn cut(
             .map(|f| blocked.faces.contains(&sorted(*f)))
             .collect();
         let mut removed = settled(&found.mesh, &found.topology, &marks, true);
-        draft.spare(&mut removed);
+        draft.protect_components(&mut removed);
         let gone = found.mesh.faces.iter().zip(&removed).filter(|(_, r)| **r);
         blocked.rims.extend(gone.flat_map(|(f, _)| f));
         removed
@@ -92,8 +94,8 @@ pub(super) fn cut(
     Ok(Some(own))
 }
 
-/// Tells of chosen holes whose rims went with what was cut out as closed by the last lining, if they are open no more.
-pub(super) fn tell_gone(
+/// Records chosen holes whose rims were cut away as closed by the last shell, if they are no longer open.
+pub(super) fn record_gone(
     draft: &Draft,
     report: &mut FillReport,
     chosen: &dyn Fn(&HoleReport) -> bool,
@@ -113,17 +115,20 @@ pub(super) fn tell_gone(
     Ok(())
 }
 
-/// The places in the report of the holes to close, by the edges of their rims.
-fn told(report: &FillReport, chosen: &dyn Fn(&HoleReport) -> bool) -> HashMap<Edge, usize> {
+/// Maps the rim edges of the chosen holes to the holes' indices in the report.
+fn open_rim_edges(
+    report: &FillReport,
+    chosen: &dyn Fn(&HoleReport) -> bool,
+) -> HashMap<Edge, usize> {
     let holes = report.holes.iter().enumerate();
     let open = holes.filter(|(_, h)| chosen(h));
     open.flat_map(|(i, h)| edges(&h.hole.rim).map(move |e| (e, i)))
         .collect()
 }
 
-impl Linings {
-    /// Adds the linings to a draft and tells of them; returns their walls.
-    fn take_over(self, draft: &mut Draft, report: &mut FillReport) -> Vec<LinedWall> {
+impl OffsetShells {
+    /// Adds the shells to a draft and to the report; returns their walls.
+    fn take_over(self, draft: &mut Draft, report: &mut FillReport) -> Vec<ShellWall> {
         let mut walls = Vec::new();
         for position in &self.vertices {
             draft.mesh.positions.push(*position);
@@ -132,7 +137,7 @@ impl Linings {
         }
         for group in self.groups {
             let region = report.regions.len();
-            walls.push(LinedWall {
+            walls.push(ShellWall {
                 region: region as u32,
                 edge: group.edge,
                 faces: group.walls,
@@ -142,8 +147,8 @@ impl Linings {
                 .iter()
                 .for_each(|f| push(draft, region as u32, *f));
             let mut holes = Vec::new();
-            for told in &group.told {
-                let hole = &mut report.holes[*told];
+            for index in &group.report_indices {
+                let hole = &mut report.holes[*index];
                 hole.outcome = match group.walled {
                     true => HoleOutcome::Walls,
                     false => closed_after(&hole.outcome),
@@ -155,7 +160,7 @@ impl Linings {
                 id: region + 1,
                 holes,
                 diameter: group.diameter,
-                closed_by: Some(ClosedBy::Lining),
+                closed_by: Some(ClosedBy::OffsetShell),
                 components: 1,
                 ..RegionReport::default()
             });

@@ -1,4 +1,4 @@
-//! Requests read and answers written.
+//! Reads request bodies and writes responses: size and time limits, JSON and binary answers, refusals with a status code.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -12,45 +12,48 @@ use serde_json::{Value, json};
 
 use super::super::app::{App, unless_panicked};
 
-/// Most bytes of a request with marks of faces.
+/// Upper bound of the size of a request with marked faces, in bytes.
 pub const MARKS: usize = 64 << 20;
-/// Most bytes of other requests.
+/// Upper bound of the size of other requests, in bytes.
 pub const SMALL: usize = 64 << 10;
-/// Longest time that a request may take to arrive.
+/// Time limit for the arrival of a request's body.
 const ARRIVAL: Duration = Duration::from_secs(60);
 
-/// Why a request is not answered as asked.
+/// A refused request: status, reason, and the field of the request that is wrong.
 pub struct Refused {
     status: StatusCode,
     error: String,
-    place: Option<&'static str>,
+    field: Option<&'static str>,
 }
 
-/// An answer, or why there is none.
+/// A response, or why the request was refused.
 pub type Answer = Result<Response, Refused>;
 
 impl Refused {
-    /// What was asked for makes no sense.
-    pub fn wrong(error: impl Into<String>, place: &'static str) -> Self {
-        Self::new(StatusCode::UNPROCESSABLE_ENTITY, error).at(place)
+    /// 422: the request is invalid; `field` names its wrong part.
+    pub fn wrong(error: impl Into<String>, field: &'static str) -> Self {
+        Self {
+            field: Some(field),
+            ..Self::new(StatusCode::UNPROCESSABLE_ENTITY, error)
+        }
     }
 
-    /// Something else is being done, or is there.
+    /// 409: another job is running, or a file exists already.
     pub fn conflict(error: impl Into<String>) -> Self {
         Self::new(StatusCode::CONFLICT, error)
     }
 
-    /// There is no such thing.
+    /// 404: the requested item does not exist.
     pub fn missing(error: impl Into<String>) -> Self {
         Self::new(StatusCode::NOT_FOUND, error)
     }
 
-    /// It may not be.
+    /// 403: access is not allowed.
     pub fn forbidden(error: impl Into<String>) -> Self {
         Self::new(StatusCode::FORBIDDEN, error)
     }
 
-    /// It was tried, and failed.
+    /// 500: the work failed.
     pub fn failed(error: impl Into<String>) -> Self {
         Self::new(StatusCode::INTERNAL_SERVER_ERROR, error)
     }
@@ -60,66 +63,66 @@ impl Refused {
         Self {
             status,
             error,
-            place: None,
+            field: None,
         }
-    }
-
-    fn at(self, place: &'static str) -> Self {
-        let place = Some(place);
-        Self { place, ..self }
     }
 }
 
 impl IntoResponse for Refused {
     fn into_response(self) -> Response {
-        let mut answer = json_answer(&json!({ "error": self.error, "where": self.place }));
+        let mut answer = json_answer(&json!({ "error": self.error, "where": self.field }));
         *answer.status_mut() = self.status;
         answer
     }
 }
 
-/// JSON as an answer.
+/// A response with a JSON body.
 pub fn json_answer(value: &Value) -> Response {
     ([(CONTENT_TYPE, "application/json")], value.to_string()).into_response()
 }
 
-/// Bytes as an answer.
+/// A response with a binary body.
 pub fn bytes_answer(bytes: Vec<u8>) -> Response {
     ([(CONTENT_TYPE, "application/octet-stream")], bytes).into_response()
 }
 
-/// The body of a request of bounded size, as JSON.
+/// Parses the body of a request as JSON.
 ///
 /// # Errors
-/// When it is too large, too slow or something else.
+/// When the body is larger than `most` bytes, arrives too slowly or is not the expected JSON.
 pub async fn read<T: DeserializeOwned>(body: Body, most: usize) -> Result<T, Refused> {
     let bytes = receive(body, most, ARRIVAL).await?;
     serde_json::from_slice(&bytes)
         .map_err(|error| Refused::new(StatusCode::BAD_REQUEST, error.to_string()))
 }
 
-/// The body of a request, of at most `most` bytes, that arrives within a time.
+/// Receives the body of a request.
 ///
 /// # Errors
-/// When it is too large, too slow or breaks off.
+/// When the body is larger than `most` bytes, does not arrive in time or breaks off.
 pub async fn receive(body: Body, most: usize, within: Duration) -> Result<Bytes, Refused> {
     let too_large = || {
-        let error = format!("the request could not be read, or has more than {most} bytes");
+        let error =
+            format!("the request cannot be read: it broke off, or has more than {most} bytes");
         Refused::new(StatusCode::PAYLOAD_TOO_LARGE, error)
     };
-    // As its header says, before any of it is read.
+    // Refuse by the declared length, before any of the body is read.
     if body.size_hint().lower() > most as u64 {
         return Err(too_large());
     }
     let bytes = tokio::time::timeout(within, to_bytes(body, most)).await;
-    let bytes = bytes.map_err(|_| Refused::new(StatusCode::REQUEST_TIMEOUT, "too slow"))?;
+    let too_slow = |_| {
+        let error = format!("the request did not arrive within {} s", within.as_secs());
+        Refused::new(StatusCode::REQUEST_TIMEOUT, error)
+    };
+    let bytes = bytes.map_err(too_slow)?;
     bytes.map_err(|_| too_large())
 }
 
-/// Does something that takes a moment, away from the threads that listen.
+/// Runs short work on a blocking thread, so that the threads that serve connections stay free.
 ///
 /// # Errors
-/// Its own, and that it panicked.
+/// The error of the work, or a failure if it panicked.
 pub async fn work<R: Send + 'static>(
     app: &Arc<App>,
     work: impl FnOnce(&App) -> Result<R, Refused> + Send + 'static,
@@ -130,7 +133,7 @@ pub async fn work<R: Send + 'static>(
         .map_err(Refused::failed)?
 }
 
-/// Does something that takes long, on several threads.
+/// Runs long work on the thread pool for requests.
 ///
 /// # Errors
 /// As [`work`].

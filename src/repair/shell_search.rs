@@ -1,34 +1,34 @@
-//! The search for linings: round single holes, round several together, under all of a component.
+//! Search for offset shells that close single holes, several holes of a component together, or cover a whole component.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
-use super::below::{Lined, Shape};
 use super::clear::Ground;
 use super::draft::Draft;
-use super::known::sorted;
-use super::layer::{Layer, WallFace, edges_of};
+use super::intersection_cache::sorted;
+use super::offset_shell::{OffsetShell, WallFace, edges_of};
 use super::rings::Region;
 use super::rounding::Rounding;
+use super::shell_vertex::{Shape, ShellBase};
 use super::{Edge, edges};
 use crate::mend::{FillError, Inspection};
 use crate::mesh::{Hole, VertexFaces};
 use crate::spatial::Bvh;
 use crate::tuning::tuning;
 
-/// How many faces may still be looked at.
+/// The number of faces that the searches may still visit, for partial shells and for shells of whole components.
 pub(super) struct Budget {
     parts: usize,
     whole: usize,
 }
 
 impl Budget {
-    /// What may be looked at, all of components only where they `may_be_shells`.
+    /// The full budget; shells of whole components only if `may_be_shells`.
     pub(super) fn new(may_be_shells: bool) -> Self {
         Self {
-            parts: tuning().repair.lined_work,
+            parts: tuning().repair.shell_work,
             whole: if may_be_shells {
-                tuning().repair.lined_whole_work
+                tuning().repair.shell_whole_work
             } else {
                 0
             },
@@ -36,37 +36,37 @@ impl Budget {
     }
 }
 
-/// Which walls are wanted.
+/// Options for walls.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wanted {
-    /// Their thickness in the mesh's units; none for one by the edges.
+    /// Thickness in mesh units; none for one from the edge lengths.
     pub(super) wall: Option<f64>,
-    /// Whether open sheets get walls all over before anything else is tried.
+    /// Whether open sheets get walls over the whole component before anything else is tried.
     pub(super) sheets: bool,
 }
 
-/// Faces at which no layer under them crosses nothing, and the holes that could not be lined for them.
+/// Faces below which every shell intersects something, and the holes that they block.
 pub(super) struct Blocked {
-    /// Welded corners of the faces, in rising order.
+    /// Sorted welded corners of the faces.
     pub(super) faces: HashSet<[u32; 3]>,
-    /// Vertices of the holes' rims.
+    /// Rim vertices of the blocked holes.
     pub(super) rims: HashSet<u32>,
-    /// Whether all of the component was to be lined.
+    /// Whether the shell was to cover the whole component.
     pub(super) whole: bool,
 }
 
-/// Linings that were found.
-pub(super) struct Linings {
-    /// The vertices that they add.
+/// Offset shells found by a search.
+pub(super) struct OffsetShells {
+    /// New vertices of the shells.
     pub(super) vertices: Vec<glam::DVec3>,
     pub(super) groups: Vec<Group>,
     pub(super) blocked: Vec<Blocked>,
 }
 
-/// Holes that are closed by one lining.
+/// Holes closed by one offset shell.
 pub(super) struct Group {
-    /// Their places in the report.
-    pub(super) told: BTreeSet<usize>,
+    /// Indices of the holes in the report.
+    pub(super) report_indices: BTreeSet<usize>,
     pub(super) diameter: f64,
     pub(super) faces: Vec<[u32; 3]>,
     pub(super) edge: f64,
@@ -74,15 +74,15 @@ pub(super) struct Group {
     pub(super) walled: bool,
 }
 
-/// Linings of single holes, then of several holes of a component together.
-pub(super) fn linings(
+/// Searches shells for single holes, then for several holes of a component together, then for whole components.
+pub(super) fn find(
     draft: &Draft,
-    told: &HashMap<Edge, usize>,
+    report_indices: &HashMap<Edge, usize>,
     (whole, wanted): (bool, Wanted),
     budget: &mut Budget,
-) -> Result<Linings, FillError> {
+) -> Result<OffsetShells, FillError> {
     let found = draft.inspect()?;
-    let of_hole = |hole: &Hole| edges(&hole.rim).find_map(|e| told.get(&e).copied());
+    let of_hole = |hole: &Hole| edges(&hole.rim).find_map(|e| report_indices.get(&e).copied());
     let all = found.holes.iter().rev();
     let open: Vec<(usize, &Hole)> = all.filter_map(|h| Some((of_hole(h)?, h))).collect();
     let ground = Ground::new(&found);
@@ -93,13 +93,14 @@ pub(super) fn linings(
         ground,
         budget,
         blocked: Vec::new(),
-        in_vain: HashMap::new(),
+        known_blocked: HashMap::new(),
         no_wall: HashSet::new(),
         wall: wanted.wall,
         bvh: None,
         rounding: draft.rounding,
     };
     let mut groups: Vec<Group> = Vec::new();
+    // Open sheets get walls over the whole component first.
     let mut left: BTreeMap<u32, Vec<(usize, &Hole)>> = BTreeMap::new();
     let mut of_sheets: BTreeMap<u32, Vec<(usize, &Hole)>> = BTreeMap::new();
     for hole in open.iter().filter(|_| wanted.sheets && !whole) {
@@ -107,9 +108,9 @@ pub(super) fn linings(
     }
     of_sheets.retain(|_, holes| search.is_sheet(holes));
     let mut walled: HashSet<u32> = HashSet::new();
-    for (piece, holes) in &of_sheets {
+    for (component, holes) in &of_sheets {
         if let Some(group) = search.group(holes, Part::Walled) {
-            walled.insert(*piece);
+            walled.insert(*component);
             groups.push(group);
         }
     }
@@ -117,6 +118,7 @@ pub(super) fn linings(
         .into_iter()
         .filter(|h| !walled.contains(&h.1.component))
     {
+        // Single holes, with as few rings as possible.
         let alone = (!whole)
             .then(|| search.group(&[hole], Part::Rings))
             .flatten();
@@ -125,6 +127,7 @@ pub(super) fn linings(
             None => left.entry(hole.1.component).or_default().push(hole),
         }
     }
+    // Then the remaining holes of a component together, last the whole component.
     for holes in left.values() {
         let several = (holes.len() > 1 && !whole)
             .then(|| search.group(holes, Part::Rings))
@@ -133,55 +136,55 @@ pub(super) fn linings(
     }
     let mut blocked = search.blocked;
     blocked.sort_by_key(|b| (!b.whole, b.faces.len()));
-    Ok(Linings {
+    Ok(OffsetShells {
         blocked,
         vertices: search.ground.positions()[first..].to_vec(),
         groups,
     })
 }
 
-/// A search for linings.
+/// State of a search for offset shells.
 struct Search<'a> {
     found: &'a Inspection<'a>,
     around: VertexFaces,
     ground: Ground<'a>,
     budget: &'a mut Budget,
     blocked: Vec<Blocked>,
-    /// Faces that keep an offset shell of a whole component from being placed, by component, where that was found for one hole. What
-    /// failed for want of budget is not here: with a larger one it may not.
-    in_vain: HashMap<u32, Vec<u32>>,
-    /// Components that were tried to be given walls all over.
+    /// For each component the faces that block a shell of the whole component, if the search for one of its holes found them.
+    /// Searches that ran out of budget are not recorded, since a larger budget may succeed.
+    known_blocked: HashMap<u32, Vec<u32>>,
+    /// Components for which walls over the whole component were tried already.
     no_wall: HashSet<u32>,
-    /// The thickness of walls that is wanted; none for one by the edges.
+    /// Wanted wall thickness; none for one from the edge lengths.
     wall: Option<f64>,
-    /// The faces of the mesh, once walls were looked for.
+    /// The faces of the mesh, built when walls are first searched.
     bvh: Option<Bvh>,
     rounding: Rounding,
 }
 
-/// How much of a component is lined.
+/// The extent of a shell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Part {
-    /// As few rings of faces as may be.
+    /// As few rings of faces round the rims as possible.
     Rings,
-    /// All of it, by walls with sides at its rims.
+    /// The whole component, as walls.
     Walled,
-    /// All of it, by walls or else by a layer a hair under it.
+    /// The whole component, as walls or else just below the surface.
     Whole,
 }
 
-/// A lining that was found.
-struct Found {
+/// An offset shell that intersects nothing.
+struct FoundShell {
     /// Its faces.
     faces: Vec<[u32; 3]>,
-    /// The walls that it makes.
+    /// The walls between it and the surface.
     walls: Vec<WallFace>,
     /// Whether it has side walls at the rims.
     walled: bool,
 }
 
 impl Search<'_> {
-    /// The lining that closes some holes of a component, each with its place in the report.
+    /// The shell that closes some holes of a component; the holes come with their indices in the report.
     fn group(&mut self, holes: &[(usize, &Hole)], part: Part) -> Option<Group> {
         let rims: Vec<&Hole> = holes.iter().map(|(_, hole)| *hole).collect();
         let (edge, found) = match part {
@@ -193,12 +196,15 @@ impl Search<'_> {
             walls: found.walls,
             walled: found.walled,
             edge,
-            told: holes.iter().map(|(told, _)| *told).collect(),
+            report_indices: holes
+                .iter()
+                .map(|(report_indices, _)| *report_indices)
+                .collect(),
             diameter: rims.iter().map(|h| h.diameter).fold(0.0, f64::max),
         })
     }
 
-    /// Whether one of some holes of a component is its outer border: a sheet that no cap closed.
+    /// Whether one of the holes is the outer border of its component, or the component is small: a sheet that no cap closed.
     fn is_sheet(&self, holes: &[(usize, &Hole)]) -> bool {
         let is_small = |h: &Hole| {
             self.found.topology.component_faces[h.component as usize] <= tuning().repair.small_faces
@@ -206,7 +212,7 @@ impl Search<'_> {
         (holes.iter()).any(|(_, hole)| hole.outer_border || is_small(hole))
     }
 
-    /// The mean edge of some faces, and the depth of walls under them.
+    /// The mean edge length of some faces, and the depth of walls below them.
     fn depth(&self, faces: &[u32]) -> (f64, f64) {
         let mesh = &self.found.mesh;
         let around = faces.iter().map(|f| {
@@ -217,8 +223,9 @@ impl Search<'_> {
         (edge, self.wall.unwrap_or(tuning().repair.wall * edge))
     }
 
-    /// The faces of a lining with as few rings of faces as close some holes; none where there is none. Thick ones come first.
-    fn closed(&mut self, holes: &[&Hole]) -> Option<(f64, Found)> {
+    /// The shell with the fewest rings of faces that closes some holes; none if there is none. Walls at full depth are tried
+    /// first.
+    fn closed(&mut self, holes: &[&Hole]) -> Option<(f64, FoundShell)> {
         let all = self.budget.parts;
         let thick = self.rings(holes, true);
         let spent = self.budget.parts;
@@ -231,108 +238,110 @@ impl Search<'_> {
         thin
     }
 
-    /// The same at the depth of walls, or a hair under the surface.
-    fn rings(&mut self, holes: &[&Hole], thick: bool) -> Option<(f64, Found)> {
+    /// The same at full depth if `thick`, else just below the surface.
+    fn rings(&mut self, holes: &[&Hole], thick: bool) -> Option<(f64, FoundShell)> {
         let rims = edges_of(holes.iter().map(|h| &h.rim[..]));
         let mut region = Region::new(holes);
-        let mut left = self.budget.parts.min(tuning().repair.lined_work_each);
+        let mut left = self.budget.parts.min(tuning().repair.shell_work_each);
         let all = left;
         let mut found = None;
         let mut blocked: Option<Vec<u32>> = None;
+        // Double the number of rings until a shell closes the holes or the budget is spent.
         for rings in (0..).map(|i| 1 << i) {
-            let grew = region.grow(self.found, &self.around, rings, tuning().repair.lined_faces);
-            if !grew || region.faces.len() > tuning().repair.lined_faces.min(left) {
+            let grew = region.grow(self.found, &self.around, rings, tuning().repair.shell_faces);
+            if !grew || region.faces.len() > tuning().repair.shell_faces.min(left) {
                 break;
             }
             left -= region.faces.len();
             let (edge, depth) = self.depth(&region.faces);
             let shape = match thick {
                 true => Shape::Hanging(depth),
-                false => Shape::Hair,
+                false => Shape::Thin,
             };
-            match self.lined(&region.faces, &rims, shape, &mut left) {
-                Ok(lining) => {
-                    found = Some((edge, lining));
+            match self.shell_under(&region.faces, &rims, shape, &mut left) {
+                Ok(shell) => {
+                    found = Some((edge, shell));
                     break;
                 }
                 Err(_) if thick => {}
-                Err(way) => {
-                    if !way.is_empty() && holes.len() == 1 && self.is_all(&region) {
-                        self.in_vain.insert(region.piece, way.clone());
+                Err(obstacles) => {
+                    if !obstacles.is_empty() && holes.len() == 1 && self.is_all(&region) {
+                        self.known_blocked
+                            .insert(region.component, obstacles.clone());
                     }
-                    let fewer = |b: &Vec<u32>| way.len() < b.len();
-                    if !way.is_empty() && blocked.as_ref().is_none_or(fewer) {
-                        blocked = Some(way);
+                    let fewer = |b: &Vec<u32>| obstacles.len() < b.len();
+                    if !obstacles.is_empty() && blocked.as_ref().is_none_or(fewer) {
+                        blocked = Some(obstacles);
                     }
                 }
             }
         }
         self.budget.parts -= all - left;
-        if let Some(way) = blocked.filter(|_| found.is_none()) {
-            self.block(holes, &way, false);
+        if let Some(obstacles) = blocked.filter(|_| found.is_none()) {
+            self.block(holes, &obstacles, false);
         }
         found
     }
 
-    /// A lining of all of a component that closes some holes, and its mean edge; none where there is none. It makes walls, or else, where
-    /// that is asked for, a layer a `hair` under the surface.
-    fn shell(&mut self, holes: &[&Hole], hair: bool) -> Option<(f64, Found)> {
+    /// A shell of the whole component that closes some holes, and its mean edge length; none if there is none. It forms walls or
+    /// else, if `or_thin`, lies just below the surface.
+    fn shell(&mut self, holes: &[&Hole], or_thin: bool) -> Option<(f64, FoundShell)> {
         let rims = edges_of(holes.iter().map(|h| &h.rim[..]));
         let mut region = Region::new(holes);
-        let faces = self.found.topology.component_faces[region.piece as usize];
-        if faces > tuning().repair.lined_whole.min(self.budget.whole) {
+        let faces = self.found.topology.component_faces[region.component as usize];
+        if faces > tuning().repair.shell_whole.min(self.budget.whole) {
             return None;
         }
         region.grow(
             self.found,
             &self.around,
             usize::MAX,
-            tuning().repair.lined_whole,
+            tuning().repair.shell_whole,
         );
         let mut left = self.budget.whole - faces;
         self.budget.whole = left;
         let (edge, depth) = self.depth(&region.faces);
-        if self.no_wall.insert(region.piece) {
+        if self.no_wall.insert(region.component) {
             for shape in [Shape::Walled(depth), Shape::Hanging(depth)] {
-                if let Ok(lining) = self.lined(&region.faces, &rims, shape, &mut left) {
-                    return Some((edge, lining));
+                if let Ok(shell) = self.shell_under(&region.faces, &rims, shape, &mut left) {
+                    return Some((edge, shell));
                 }
             }
         }
-        if !hair {
-            // It is looked at again in another way.
+        if !or_thin {
+            // The component will be searched again, so refund its faces.
             self.budget.whole += faces;
             return None;
         }
         let known = self
-            .in_vain
-            .remove(&region.piece)
+            .known_blocked
+            .remove(&region.component)
             .filter(|_| holes.len() == 1);
-        let lined = match known {
-            Some(way) => Err(way),
-            None => self.lined(&region.faces, &rims, Shape::Hair, &mut left),
+        let base = match known {
+            Some(obstacles) => Err(obstacles),
+            None => self.shell_under(&region.faces, &rims, Shape::Thin, &mut left),
         };
-        if let Err(way) = &lined
-            && !way.is_empty()
+        if let Err(obstacles) = &base
+            && !obstacles.is_empty()
         {
-            self.block(holes, way, true);
+            self.block(holes, obstacles, true);
         }
-        Some((edge, lined.ok()?))
+        Some((edge, base.ok()?))
     }
 
-    /// Whether a region is all of its component.
+    /// Whether a region is its whole component.
     fn is_all(&self, region: &Region) -> bool {
         let all = self
             .found
             .topology
             .component_faces
-            .get(region.piece as usize);
+            .get(region.component as usize);
         all == Some(&region.faces.len())
     }
 
-    /// Remembers what is in the way of a lining.
-    fn block(&mut self, holes: &[&Hole], way: &[u32], whole: bool) {
-        let corners = way
+    /// Records the faces that block a shell.
+    fn block(&mut self, holes: &[&Hole], obstacles: &[u32], whole: bool) {
+        let corners = obstacles
             .iter()
             .map(|f| sorted(self.found.mesh.faces[*f as usize]));
         self.blocked.push(Blocked {
@@ -342,20 +351,20 @@ impl Search<'_> {
         });
     }
 
-    /// The faces of a lining of some faces and what closes its other borders; else the faces that are in its way, none if it is not
-    /// for them.
-    fn lined(
+    /// The shell of some faces with caps that close its other loops. On failure returns the faces that block it; an empty list if
+    /// the cause is another.
+    fn shell_under(
         &mut self,
         faces: &[u32],
         rims: &HashSet<Edge>,
         shape: Shape,
         left: &mut usize,
-    ) -> Result<Found, Vec<u32>> {
+    ) -> Result<FoundShell, Vec<u32>> {
         if self.bvh.is_none() && shape.depth().is_some() {
             let found = self.found;
             self.bvh = Some(Bvh::new(&found.mesh, found.topology.faces()));
         }
-        let lined = Lined {
+        let base = ShellBase {
             found: self.found,
             around: &self.around,
             faces,
@@ -367,29 +376,29 @@ impl Search<'_> {
         let ground = &mut self.ground;
         let before = ground.mark();
         let first = ground.positions().len() as u32;
-        let mut layer = Layer::new(&lined, first).ok_or_else(Vec::new)?;
-        // The longest is the least likely to be closed.
-        layer.loops.sort_by_key(|ring| Reverse(ring.len()));
-        let longest = layer.loops.first().map_or(0, Vec::len);
-        if longest > tuning().repair.lined_edges {
+        let mut shell = OffsetShell::new(&base, first).ok_or_else(Vec::new)?;
+        // Longest loop first: it is the least likely to be closed.
+        shell.loops.sort_by_key(|ring| Reverse(ring.len()));
+        let longest = shell.loops.first().map_or(0, Vec::len);
+        if longest > tuning().repair.shell_edges {
             return Err(Vec::new());
         }
-        layer.place(ground)?;
-        let walls = layer.walls(&lined);
-        for ring in &layer.loops {
-            let work = ring.len() * ring.len() / tuning().repair.lined_edges_work;
+        shell.place(ground)?;
+        let walls = shell.walls(&base);
+        for ring in &shell.loops {
+            let work = ring.len() * ring.len() / tuning().repair.shell_edges_work;
             let cap = (work <= *left).then(|| ground.close(ring)).flatten();
             *left = left.saturating_sub(work);
             match cap {
-                Some(cap) => layer.faces.extend(cap),
+                Some(cap) => shell.faces.extend(cap),
                 None => {
-                    ground.go_back(before);
+                    ground.restore(before);
                     return Err(Vec::new());
                 }
             }
         }
-        Ok(Found {
-            faces: layer.faces,
+        Ok(FoundShell {
+            faces: shell.faces,
             walls,
             walled: shape.has_sides(),
         })

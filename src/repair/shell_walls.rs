@@ -1,10 +1,10 @@
-//! The walls that linings made, by the components of the result.
+//! Wall thickness of offset shells, for each component of the result.
 
 use std::collections::{BTreeMap, HashMap};
 
 use super::draft::Draft;
-use super::layer::WallFace;
-use super::lining::LinedWall;
+use super::offset_shell::WallFace;
+use super::offset_shells::ShellWall;
 use super::params::{RepairParams, RepairReport};
 use crate::check::{CheckParams, Component, components};
 use crate::mend::{FillError, Inspection};
@@ -12,8 +12,8 @@ use crate::mesh::Mesh;
 use crate::mesh::topology::NONE;
 use crate::tuning::tuning;
 
-/// A vertex of the draft at each lining that is still there.
-pub(super) fn places(draft: &Draft, walls: &[LinedWall]) -> HashMap<u32, u32> {
+/// A draft vertex of each offset shell that still exists, by region.
+pub(super) fn places(draft: &Draft, walls: &[ShellWall]) -> HashMap<u32, u32> {
     let mut places = HashMap::new();
     if !walls.is_empty() {
         let faces = draft.mesh.faces.iter().zip(&draft.region);
@@ -24,8 +24,8 @@ pub(super) fn places(draft: &Draft, walls: &[LinedWall]) -> HashMap<u32, u32> {
     places
 }
 
-/// Writes into a report which components of the result were lined, and whose walls are too thin. `places` holds a vertex of the result for the
-/// region of each lining.
+/// Records the components of the result with offset shells, and which of them have too thin walls. `places` holds a vertex of the
+/// result for the region of each shell.
 pub(super) fn record(
     result: &Mesh,
     places: &HashMap<u32, u32>,
@@ -36,56 +36,56 @@ pub(super) fn record(
     let known = walls
         .iter()
         .filter_map(|w| Some((w, *places.get(&w.region)?)));
-    let known: Vec<(&LinedWall, u32)> = known.collect();
+    let known: Vec<(&ShellWall, u32)> = known.collect();
     if known.is_empty() {
         return Ok(());
     }
     let found = Inspection::new(result)?;
-    let mut piece_of: HashMap<u32, u32> = HashMap::new();
+    let mut component_of: HashMap<u32, u32> = HashMap::new();
     for f in found.topology.faces() {
         for v in result.faces[f as usize] {
-            piece_of.insert(v, found.topology.component[f as usize]);
+            component_of.insert(v, found.topology.component[f as usize]);
         }
     }
-    let mut lined: BTreeMap<u32, Vec<&LinedWall>> = BTreeMap::new();
+    let mut by_component: BTreeMap<u32, Vec<&ShellWall>> = BTreeMap::new();
     for (wall, vertex) in known {
-        if let Some(piece) = piece_of.get(&vertex) {
-            lined.entry(*piece).or_default().push(wall);
+        if let Some(index) = component_of.get(&vertex) {
+            by_component.entry(*index).or_default().push(wall);
         }
     }
     let debris = CheckParams::default().debris;
     let all = components(&found.mesh, &found.topology, debris);
-    for (piece, walls) in lined {
-        let number = piece as usize + 1;
-        let component = measured(all[piece as usize], &walls);
+    for (index, walls) in by_component {
+        let number = index as usize + 1;
+        let component = measured(all[index as usize], &walls);
         let limit = limit(&walls, params);
         let thin: f64 = faces(&walls)
             .filter(|f| f.thickness < limit)
             .map(|f| f.area)
             .sum();
-        // With a limit of the caller's own the verdict judges all walls. Debris is no reason for a no.
+        // With a caller's limit the verdict judges all walls. Debris never makes the verdict negative.
         let is_foil = thin > tuning().repair.thin_part * component.area && !component.debris;
         if is_foil && params.min_wall.is_none() {
-            report.thin_linings.push((number, limit));
+            report.thin_offset_shells.push((number, limit));
         }
-        report.linings.push((number, component));
+        report.offset_shells.push((number, component));
     }
     Ok(())
 }
 
-fn faces<'a>(walls: &'a [&LinedWall]) -> impl Iterator<Item = &'a WallFace> {
+fn faces<'a>(walls: &'a [&ShellWall]) -> impl Iterator<Item = &'a WallFace> {
     walls.iter().flat_map(|w| &w.faces)
 }
 
-/// The thickness below which walls count as foil.
-fn limit(walls: &[&LinedWall], params: &RepairParams) -> f64 {
+/// The thickness below which walls count as foil, in mesh units.
+fn limit(walls: &[&ShellWall], params: &RepairParams) -> f64 {
     let edge = walls.iter().map(|w| w.edge).fold(f64::INFINITY, f64::min);
     let wanted = params.wall.unwrap_or(f64::INFINITY);
     tuning().repair.least_wall * edge.min(wanted)
 }
 
-/// A component with the walls of its linings.
-fn measured(mut component: Component, walls: &[&LinedWall]) -> Component {
+/// A component with the wall thickness of its offset shells.
+fn measured(mut component: Component, walls: &[&ShellWall]) -> Component {
     let area: f64 = faces(walls).map(|f| f.area).sum();
     let sum: f64 = faces(walls).map(|f| f.area * f.thickness).sum();
     let thinnest = faces(walls).min_by(|a, b| a.thickness.total_cmp(&b.thickness));

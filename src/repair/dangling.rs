@@ -1,12 +1,14 @@
-//! Scraps: small sheets that hang on much larger surfaces at edges which cannot be separated, as folds of a scan do.
+//! Dangling sheets: small open sheets attached to much larger surfaces at non-manifold edges that cannot be separated, as folds
+//! of scans.
 //!
-//! They are parts of the component on which they hang: they go where they cross it, and where it is closed and they are not.
+//! They count as parts of the surface that carries them (the host). They are removed where they intersect it, and where it is
+//! closed and they are not.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::RepairReport;
 use super::draft::Draft;
-use super::sheets::{open_pieces, paired};
+use super::sheets::{open_components, paired};
 use super::{Edge, edges};
 use crate::fill::{FailedReason, HoleOutcome};
 use crate::mend::{FillError, FillReport, Inspection};
@@ -14,7 +16,7 @@ use crate::mesh::topology::NONE;
 use crate::mesh::{Topology, area_vector};
 use crate::tuning::tuning;
 
-/// Makes sheets with borders parts of the component on which they hang.
+/// Assigns dangling sheets to the component of their host.
 pub(super) fn join(draft: &mut Draft) -> Result<(), FillError> {
     let joins: Vec<(Vec<usize>, usize)> = {
         let found = draft.inspect()?;
@@ -22,13 +24,13 @@ pub(super) fn join(draft: &mut Draft) -> Result<(), FillError> {
         let involved: BTreeSet<u32> = hosts.iter().flat_map(|(p, q)| [*p, *q]).collect();
         let mut faces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for f in found.topology.faces() {
-            let piece = found.topology.component[f as usize];
-            if involved.contains(&piece) {
-                faces.entry(piece).or_default().push(f as usize);
+            let component = found.topology.component[f as usize];
+            if involved.contains(&component) {
+                faces.entry(component).or_default().push(f as usize);
             }
         }
-        let join = |(scrap, host): (&u32, &u32)| {
-            let own = faces[scrap].clone();
+        let join = |(dangling, host): (&u32, &u32)| {
+            let own = faces[dangling].clone();
             (own, most(draft, &faces[host]))
         };
         hosts.iter().map(join).collect()
@@ -39,7 +41,7 @@ pub(super) fn join(draft: &mut Draft) -> Result<(), FillError> {
     Ok(())
 }
 
-/// A face of the component to which most of some faces belong.
+/// A face of the input component that most of the given faces belong to.
 fn most(draft: &Draft, faces: &[usize]) -> usize {
     let mut count: BTreeMap<u32, (usize, usize)> = BTreeMap::new();
     for &f in faces {
@@ -49,7 +51,7 @@ fn most(draft: &Draft, faces: &[usize]) -> usize {
     most.map_or(faces[0], |(_, f)| *f)
 }
 
-/// For each piece that is a scrap the largest one on which it hangs.
+/// The largest host of each dangling component.
 fn hosts(found: &Inspection) -> BTreeMap<u32, u32> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let (_, unclear) = paired(found, &topology.crowded_edges(mesh));
@@ -61,22 +63,22 @@ fn hosts(found: &Inspection) -> BTreeMap<u32, u32> {
         let own = 0.5 * area_vector(mesh.corners(f)).length();
         area[topology.component[f as usize] as usize] += own;
     }
-    let open = open_pieces(topology);
+    let open = open_components(topology);
     let mut hosts: BTreeMap<u32, u32> = BTreeMap::new();
     for half_edges in unclear {
-        let pieces = half_edges
+        let ids = half_edges
             .iter()
             .map(|h| topology.component[*h as usize / 3]);
-        let pieces: BTreeSet<u32> = pieces.collect();
+        let ids: BTreeSet<u32> = ids.collect();
         let larger = |p: &&u32, q: &&u32| area[**p as usize].total_cmp(&area[**q as usize]);
-        let Some(&largest) = pieces.iter().max_by(larger) else {
+        let Some(&largest) = ids.iter().max_by(larger) else {
             continue;
         };
-        let is_scrap = |p: &&u32| {
+        let is_dangling = |p: &&u32| {
             open[**p as usize]
                 && area[**p as usize] < tuning().repair.dangling * area[largest as usize]
         };
-        for &p in pieces.iter().filter(is_scrap) {
+        for &p in ids.iter().filter(is_dangling) {
             let host = hosts.entry(p).or_insert(largest);
             if area[*host as usize] < area[largest as usize] {
                 *host = largest;
@@ -86,17 +88,17 @@ fn hosts(found: &Inspection) -> BTreeMap<u32, u32> {
     hosts
 }
 
-/// Which pieces are scraps, but for what was filled of them.
-pub(super) fn pieces(draft: &Draft, topology: &Topology) -> Vec<bool> {
+/// Whether each component consists of dangling sheets only, patches not considered.
+pub(super) fn components(draft: &Draft, topology: &Topology) -> Vec<bool> {
     let (mut some, mut all) = (
         vec![false; topology.component_faces.len()],
         vec![true; topology.component_faces.len()],
     );
     for f in topology.faces() {
-        let piece = topology.component[f as usize] as usize;
-        if let Some(scrap) = draft.is_scrap(f as usize) {
-            some[piece] = true;
-            all[piece] &= scrap;
+        let component = topology.component[f as usize] as usize;
+        if let Some(dangling) = draft.is_dangling(f as usize) {
+            some[component] = true;
+            all[component] &= dangling;
         }
     }
     some.iter()
@@ -105,27 +107,27 @@ pub(super) fn pieces(draft: &Draft, topology: &Topology) -> Vec<bool> {
         .collect()
 }
 
-/// The pieces of a draft that are open scraps of components that are closed but for them.
+/// The open dangling sheets whose component is closed otherwise.
 fn hanging(draft: &Draft, found: &Inspection) -> Vec<bool> {
     let topology = &found.topology;
-    let open = open_pieces(topology);
-    let scraps = pieces(draft, topology);
-    let piece = |f: u32| topology.component[f as usize] as usize;
+    let open = open_components(topology);
+    let dangling = components(draft, topology);
+    let component = |f: u32| topology.component[f as usize] as usize;
     let mut is_closed: HashMap<u32, bool> = HashMap::new();
-    for f in topology.faces().filter(|f| !scraps[piece(*f)]) {
-        *is_closed.entry(draft.component(f as usize)).or_insert(true) &= !open[piece(f)];
+    for f in topology.faces().filter(|f| !dangling[component(*f)]) {
+        *is_closed.entry(draft.component(f as usize)).or_insert(true) &= !open[component(f)];
     }
-    let mut hang: Vec<bool> = scraps.iter().zip(&open).map(|(s, o)| *s && *o).collect();
-    for f in topology.faces().filter(|f| scraps[piece(*f)]) {
-        let component = draft.component(f as usize);
-        hang[piece(f)] &= component == NONE || is_closed.get(&component) == Some(&true);
+    let mut hang: Vec<bool> = dangling.iter().zip(&open).map(|(s, o)| *s && *o).collect();
+    for f in topology.faces().filter(|f| dangling[component(*f)]) {
+        let of_input = draft.component(f as usize);
+        hang[component(f)] &= of_input == NONE || is_closed.get(&of_input) == Some(&true);
     }
     hang
 }
 
-/// Tells of the borders of scraps as ones that are to be closed where all else of their component is closed.
+/// Records the left borders of dangling sheets as failures if the rest of their component is closed.
 pub(super) fn close(draft: &Draft, report: &mut FillReport) -> Result<(), FillError> {
-    if !draft.has_scraps() {
+    if !draft.has_dangling() {
         return Ok(());
     }
     let found = draft.inspect()?;
@@ -141,18 +143,18 @@ pub(super) fn close(draft: &Draft, report: &mut FillReport) -> Result<(), FillEr
     Ok(())
 }
 
-/// Takes scraps with borders out where all else of their component is closed, and what was told of their borders. Those that cross
-/// nothing stay if they `may`.
+/// Removes open dangling sheets if the rest of their component is closed, and the report entries of their borders. If `may_stay`,
+/// sheets that intersect nothing are kept.
 pub(super) fn drop(
     draft: &mut Draft,
     report: &mut RepairReport,
     may_stay: bool,
 ) -> Result<(), FillError> {
-    if !draft.has_scraps() {
+    if !draft.has_dangling() {
         return Ok(());
     }
     let crossing = match may_stay {
-        true => draft.crossing()?,
+        true => draft.self_intersections()?,
         false => Vec::new(),
     };
     let (removed, rims) = {
