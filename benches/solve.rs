@@ -103,7 +103,7 @@ fn run(name: &str, shape: &Shape, across: f64) {
         if solved.converged() {
             ""
         } else {
-            "  not steady"
+            "  not converged"
         }
     );
 }

@@ -121,7 +121,7 @@ def test_strict_raises_with_the_result():
     torn[rim[::2], 2] -= 1.5
     loose = isomend.fill(torn, faces)
     if loose.flawless:
-        pytest.fail("the hole is no longer a bad one; take a worse")
+        pytest.fail("the fill of this hole is flawless now: use a worse hole")
     with pytest.raises(isomend.StrictError, match="steady") as caught:
         isomend.fill(torn, faces, strict=True)
     assert caught.value.result.faces.tobytes() == loose.faces.tobytes()

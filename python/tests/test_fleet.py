@@ -71,7 +71,7 @@ def children(output, mesh=""):
 def wait_until(holds, seconds=60):
     end = time.monotonic() + seconds
     while not (value := holds()):
-        assert time.monotonic() < end, "waited in vain"
+        assert time.monotonic() < end, f"the condition did not hold within {seconds} s"
         time.sleep(0.02)
     return value
 
