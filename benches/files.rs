@@ -1,4 +1,4 @@
-//! Reading and writing a million triangles, from and to memory.
+//! Benchmarks of reading and writing files of a million triangles, in memory.
 //!
 //! Medians on two cores of a shared machine (November 2026), in seconds, with five holes in the ball:
 //!

@@ -1,4 +1,4 @@
-//! The whole fill: over the hole's size in voxels, over the mesh's size, over the number of holes.
+//! Benchmarks of a complete fill: against the hole's size in voxels, the mesh's size, and the number of holes.
 //!
 //! Medians on two cores of a shared machine under load (November 2026), in seconds: 16, 32, 64 and 128 voxels across 0.85,
 //! 1.4, 3.5 and 7.9; five holes of equal size in 11 393 and 99 630 triangles 1.7 and 2.8.
@@ -13,7 +13,7 @@ fn run(mesh: &Mesh, params: &FillParams) {
     assert!(!filled.report.incomplete());
 }
 
-/// A ball's cap of 60 degrees; its rim is a circle of radius one half.
+/// A cap of a ball, 60 degrees across; its rim is a circle of radius one half.
 fn voxels(criterion: &mut Criterion) {
     let mesh = common::open_ball(30);
     let mut group = common::group(criterion, "fill, voxels across");
@@ -24,7 +24,7 @@ fn voxels(criterion: &mut Criterion) {
     }
 }
 
-/// Five holes of the same size, at the same voxel, in ever finer meshes.
+/// Five holes of the same size, with the same voxel, in finer and finer meshes.
 fn triangles(criterion: &mut Criterion) {
     let mut group = common::group(criterion, "fill, triangles");
     for n in [24, 71, 224] {
@@ -37,7 +37,7 @@ fn triangles(criterion: &mut Criterion) {
     }
 }
 
-/// Holes of the same size all over a ball.
+/// Holes of the same size spread over a ball.
 fn holes(criterion: &mut Criterion) {
     let mut group = common::group(criterion, "fill, holes");
     for count in [1u32, 10, 100] {

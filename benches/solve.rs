@@ -1,4 +1,4 @@
-//! The solve of one hole (start, nested grids, all steps) from exact distances, over resolutions.
+//! Benchmark of the level-set solve of one hole (initialisation, nested grids, all steps) from exact distances, at several resolutions.
 //!
 //! `cargo bench --bench solve -- 32 64 128` prints seconds, unknowns, steps and iterations for the catenoid's neck and a
 //! spherical cap of 60 degrees.
@@ -103,7 +103,7 @@ fn run(name: &str, shape: &Shape, across: f64) {
         if solved.converged() {
             ""
         } else {
-            "  not steady"
+            "  not converged"
         }
     );
 }

@@ -1,4 +1,4 @@
-//! Marching cubes on a dense volume, and stitching of a patch.
+//! Benchmarks of marching cubes on a dense volume, and of stitching a patch.
 //!
 //! Medians on two cores of a shared machine (November 2026), in seconds: the gyroid (2.52 million triangles) 0.120, the ball
 //! (0.39 million) 0.038, where VTK 9.7's FlyingEdges3D with two threads took 0.106 and 0.037 in the same minute; patches of
@@ -46,7 +46,7 @@ fn extraction(criterion: &mut Criterion) {
     }
 }
 
-/// The unit sphere round a mesh with holes.
+/// The unit sphere as the exact surface to which a patch is stitched.
 struct Ball<'a> {
     sampler: &'a Sampler<'a>,
     rims: &'a RimSet,
@@ -66,7 +66,7 @@ impl Surface for Ball<'_> {
     }
 }
 
-/// A patch for the ball's missing cap, with the rim's edges `1 / n` long.
+/// Stitches a patch for the ball's missing cap; an icosahedron's edges are divided into `n`.
 fn stitching(criterion: &mut Criterion) {
     let mut group = common::group(criterion, "stitching");
     for (n, nodes) in [(20, 48), (60, 144)] {

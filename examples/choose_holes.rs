@@ -1,5 +1,5 @@
-//! Reads a mesh, fills the holes up to a diameter, and writes it with its colours, materials and texture coordinates, which
-//! patches continue: `cargo run --release --example choose_holes -- data/scan.ply mended.ply 25`.
+//! Reads a mesh, fills the holes up to a diameter, and writes it with its colours, materials and texture coordinates, which are
+//! continued on patches: `cargo run --release --example choose_holes -- data/scan.ply mended.ply 25`.
 
 use std::error::Error;
 use std::path::Path;
@@ -9,8 +9,8 @@ use isomend::report::summary_lines;
 use isomend::transfer;
 use isomend::{Control, FillParams, FillReport, inspect};
 
-/// Fills the holes of `input` that are at most so wide, in the mesh's units, and writes `output` in the format of its
-/// extension.
+/// Fills the holes of `input` with a diameter of at most `widest`, in the mesh's units, and writes `output` in the format of
+/// its extension.
 pub fn run(input: &Path, output: &Path, widest: f64) -> Result<FillReport, Box<dyn Error>> {
     let loaded = read_path(input, None)?;
     let found = inspect(&loaded.mesh)?;

@@ -1,4 +1,4 @@
-//! Makes a ball without its top, fills the hole, and tells how far the patch is from the sphere:
+//! Makes a ball without its top, fills the hole, and prints the largest distance of the patch from the sphere:
 //! `cargo run --release --example fill_hole`.
 
 use std::error::Error;
@@ -10,10 +10,10 @@ use isomend::{FillParams, Mesh, fill};
 
 /// Vertices on each ring.
 const AROUND: u32 = 24;
-/// Rings of the ball that are there; a whole ball would have eleven and a pole.
+/// Rings of the open ball; a whole ball would have eleven rings and a second pole.
 const RINGS: u32 = 9;
 
-/// The unit sphere from the south pole to 45 degrees north, of rings of vertices.
+/// The unit sphere from the south pole to 45 degrees north, made of rings of vertices.
 fn ball_without_top() -> Mesh {
     let mut mesh = Mesh::new(vec![-DVec3::Z], Vec::new());
     for ring in 1..=RINGS {
@@ -38,7 +38,7 @@ fn ball_without_top() -> Mesh {
     mesh
 }
 
-/// Fills the ball; the largest distance of the patch's vertices from the sphere.
+/// Fills the ball; returns the largest distance of the patch's vertices from the sphere.
 pub fn run() -> Result<f64, Box<dyn Error>> {
     let ball = ball_without_top();
     let filled = fill(&ball, &FillParams::default())?;

@@ -1,8 +1,8 @@
-//! Fills a hole in the wall of a tube by an energy of the program's own, and prints how far patches are from the tube:
+//! Fills a hole in the wall of a tube with a bending energy that the program defines, and prints the patch's distance from the tube:
 //! `cargo run --release --example own_energy`.
 //!
-//! `½∫(h − h₀)² dA` is zero on the tube when the target h₀ is the tube's own mean curvature, 1/r. Of the Willmore energy, for which h₀
-//! is zero, the tube is no steady state: its patch must differ from the tube.
+//! `½∫(h − h₀)² dA` is zero on the tube if the target h₀ is the tube's own mean curvature, 1/r. The Willmore energy has h₀ = 0; the tube
+//! is not one of its steady states, so that its patch differs from the tube.
 
 use std::error::Error;
 use std::f64::consts::TAU;
@@ -16,14 +16,14 @@ use isomend::{
 const RADIUS: f64 = 1.0;
 /// Vertices round the tube.
 const AROUND: u32 = 48;
-/// Rings of vertices along it.
+/// Rings of vertices along the tube.
 const RINGS: u32 = 33;
-/// Angle between the hole's middle and its rim, as seen from the axis; the hole is about as long as it is wide.
+/// Angle between the hole's middle and its rim, seen from the axis, in radians; the hole is about as long as it is wide.
 const HALF_ANGLE: f64 = 0.9;
 
 /// The energy of Helfrich (1973, equation 12) with a spontaneous curvature.
 struct Helfrich {
-    /// h₀: the mean curvature, as the sum of the principal curvatures, that costs nothing; in 1/length.
+    /// h₀: the mean curvature (sum of the principal curvatures) at which the energy density is zero, in 1/length.
     spontaneous: f64,
 }
 
@@ -73,18 +73,18 @@ fn farthest(mesh: &Mesh, filled: &Filled) -> f64 {
     distances.fold(0.0, f64::max)
 }
 
-/// Fills the hole by the Willmore energy and by that of Helfrich; for each the largest distance of the patch from the tube, in radii.
+/// Fills the hole with the Willmore energy and with Helfrich's; returns the largest distance of each patch from the tube, in radii.
 pub fn run() -> Result<[f64; 2], Box<dyn Error>> {
     let mesh = tube();
     let found = inspect(&mesh)?;
-    // The tube's ends are loops too, with their centres on the axis.
+    // The tube's ends are boundary loops too; their centres are on the axis.
     let is_in_wall = |hole: &&Hole| hole.centre.x > 0.5 * RADIUS;
     let hole = found
         .holes
         .iter()
         .find(is_in_wall)
         .ok_or("the tube has no hole")?;
-    // Patches as the energies have them: the finish would predict the tube from what surrounds the hole.
+    // Without the finish, which would predict the tube from the hole's surroundings whatever the energy.
     let params = FillParams::new()
         .with_holes([hole.id])
         .with_finish(Finish::None);

@@ -1,4 +1,4 @@
-//! Makes a ball with a dent, restores it, and tells how far it is from the sphere before and after:
+//! Makes a ball with a dent, restores it, and prints its largest distance from the sphere before and after:
 //! `cargo run --release --example restore_dent`.
 
 use std::error::Error;
@@ -12,12 +12,12 @@ use isomend::{Mesh, RestoreParams, restore};
 /// Vertices on each ring, and rings between the poles.
 const AROUND: u32 = 48;
 const RINGS: u32 = 23;
-/// The middle of the dent, its depth and its width.
+/// The middle of the dent, its depth, and the width of its Gaussian profile.
 const MIDDLE: DVec3 = DVec3::X;
 const DEPTH: f64 = 0.2;
 const WIDTH: f64 = 0.25;
 
-/// The unit sphere, of rings of vertices and two poles.
+/// The unit sphere, made of rings of vertices and two poles.
 fn ball() -> Mesh {
     let mut mesh = Mesh::new(vec![-DVec3::Z], Vec::new());
     for ring in 1..=RINGS {
@@ -52,7 +52,7 @@ fn distance(mesh: &Mesh) -> f64 {
     distances.fold(0.0, f64::max)
 }
 
-/// Restores the dented ball; its distance from the sphere before and after.
+/// Restores the dented ball; returns its largest distance from the sphere before and after.
 pub fn run() -> Result<[f64; 2], Box<dyn Error>> {
     let mut dented = ball();
     for position in &mut dented.positions {

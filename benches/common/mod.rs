@@ -1,4 +1,4 @@
-//! What the benches share: meshes, and groups that take seconds instead of minutes.
+//! Shared code of the benchmarks: meshes, and groups that take seconds instead of minutes.
 #![allow(dead_code)] // Each bench uses some of it.
 
 use std::time::Duration;
@@ -22,7 +22,7 @@ pub fn group<'c>(criterion: &'c mut Criterion, name: &str) -> BenchmarkGroup<'c,
     group
 }
 
-/// A ball of a million triangles (1 003 520) with five round holes, its coordinates 32-bit floats.
+/// A ball of about a million triangles (1 003 520 before the cut) with five round holes; its coordinates are exact in 32-bit floats.
 pub fn million() -> Mesh {
     let mut mesh = with_holes(224, 5, 0.995);
     for p in &mut mesh.positions {
@@ -31,9 +31,10 @@ pub fn million() -> Mesh {
     mesh
 }
 
-/// A ball with `count` holes spread over it, out to the angle of the given cosine; an icosahedron's edges cut in `n`.
+/// A ball with `count` holes spread over it, an icosahedron with its edges divided into `n`. `cosine` is the cosine of a hole's angular
+/// radius.
 pub fn with_holes(n: u32, count: u32, cosine: f64) -> Mesh {
-    // Fibonacci's spiral.
+    // Centres on a Fibonacci spiral.
     let turn = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     let centre = |i: u32| {
         let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
@@ -46,7 +47,7 @@ pub fn with_holes(n: u32, count: u32, cosine: f64) -> Mesh {
     })
 }
 
-/// A ball without its cap of 60 degrees across, an icosahedron's edges cut in `n`.
+/// A ball without a cap 60 degrees across, an icosahedron with its edges divided into `n`.
 pub fn open_ball(n: u32) -> Mesh {
     let rim = 30f64.to_radians().cos();
     shapes::turned(shapes::cut(&shapes::sphere(n), |p| p.z > rim))

@@ -1,4 +1,4 @@
-"""What the tests share."""
+"""Fixtures of the tests."""
 
 import os
 import shutil
@@ -23,13 +23,13 @@ def sphere():
 
 @pytest.fixture(scope="session")
 def filled(sphere):
-    """The same, filled."""
+    """The result of a fill of the ball."""
     return isomend.fill(*sphere)
 
 
 @pytest.fixture(scope="session")
 def program():
-    """The program of the command line: the one of the build, else that of the package."""
+    """The path of the command-line program: from the variable ISOMEND, else from the installed package."""
     named = os.environ.get("ISOMEND")
     found = named or shutil.which("isomend", path=str(Path(sys.executable).parent))
     assert found, "there is no program isomend: install the package, or set ISOMEND"
@@ -38,5 +38,5 @@ def program():
 
 @pytest.fixture(autouse=True)
 def in_doctests(doctest_namespace):
-    """Names in the examples of docstrings."""
+    """Makes numpy available as np in the examples of docstrings."""
     doctest_namespace["np"] = np

@@ -1,10 +1,10 @@
-"""Meshes of the tests."""
+"""Test meshes, and checks of their topology."""
 
 import numpy as np
 
 
 def open_sphere(around=48, latitudes=24, top=5, dtype=np.float64):
-    """A ball of radius 1 whose rings near the top are not there."""
+    """A ball of radius 1 without the rings near its top."""
     heights = [np.pi * i / latitudes - np.pi / 2 for i in range(1, latitudes - top)]
     angles = 2 * np.pi * np.arange(around) / around
     vertices = [(0.0, 0.0, -1.0)]
@@ -25,13 +25,13 @@ def open_sphere(around=48, latitudes=24, top=5, dtype=np.float64):
 
 
 def open_ends(**options):
-    """The same with a hole at both ends: the first ring's fan is not there either."""
+    """The open sphere with a hole at the bottom too."""
     vertices, faces = open_sphere(**options)
     return vertices, faces[(faces != 0).all(axis=1)]
 
 
 def closed_sphere():
-    """A ball of radius 1, its top an apex."""
+    """A closed ball of radius 1."""
     vertices, faces = open_sphere(top=0)
     around = 48
     ring = len(vertices) - around
@@ -40,13 +40,13 @@ def closed_sphere():
 
 
 def edges_of(faces):
-    """How often each edge is used in each direction."""
+    """The set of directed edges of the faces, and the number of edges with repetitions."""
     pairs = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     return {tuple(pair) for pair in pairs.tolist()}, len(pairs)
 
 
 def is_closed(faces):
-    """Whether each edge is there once in each direction."""
+    """Whether each edge is used exactly once in each direction."""
     edges, count = edges_of(faces)
     return len(edges) == count and all((b, a) in edges for a, b in edges)
 

@@ -1,4 +1,4 @@
-"""Meshes of other packages."""
+"""Meshes of trimesh, PyVista, meshio and Open3D: filled, repaired, restored and faired, with their values kept."""
 
 import importlib
 import json
@@ -18,7 +18,7 @@ def colours(sphere):
     return np.full((len(sphere[0]), 4), (200, 30, 10, 255), np.uint8)
 
 
-def test_trimesh(sphere, filled, colours):
+def test_a_trimesh_mesh_is_filled(sphere, filled, colours):
     trimesh = pytest.importorskip("trimesh")
     mesh = trimesh.Trimesh(*sphere, process=False, vertex_attributes={"heat": sphere[0][:, 2]}, metadata={"name": "ball"})
     done = isomend.fill_mesh(mesh)
@@ -37,7 +37,7 @@ def test_trimesh(sphere, filled, colours):
     assert isomend.fill_mesh(textured).visual.uv[: len(uv)].tobytes() == uv.tobytes()
 
 
-def test_pyvista(sphere, filled):
+def test_a_pyvista_mesh_is_filled(sphere, filled):
     pyvista = pytest.importorskip("pyvista")
     mesh = pyvista.PolyData.from_regular_faces(sphere[0].astype(np.float32), sphere[1])
     mesh.point_data["heat"] = sphere[0][:, 2]
@@ -58,11 +58,11 @@ def test_pyvista(sphere, filled):
         isomend.fill_mesh(pyvista.PolyData())
 
 
-def test_the_accessor_of_pyvista(sphere, filled):
+def test_the_pyvista_accessor_fills_restores_and_fairs(sphere, filled):
     pyvista = pytest.importorskip("pyvista")
     if not hasattr(pyvista, "register_dataset_accessor"):
         pytest.skip("this pyvista has no accessors")
-    # pyvista finds it by itself where the package is installed, not merely in the path.
+    # PyVista finds the accessor by itself if the package is installed; on the path alone it must be imported.
     if not entry_points(group="pyvista.accessors", name="isomend"):
         importlib.import_module("isomend._pyvista")
     mesh = pyvista.PolyData.from_regular_faces(*sphere)
@@ -74,7 +74,7 @@ def test_the_accessor_of_pyvista(sphere, filled):
     assert done.isomend.fair(strength=0.2).n_cells > 0
 
 
-def test_meshio(sphere, filled):
+def test_a_meshio_mesh_is_filled(sphere, filled):
     meshio = pytest.importorskip("meshio")
     vertices, faces = sphere
     blocks = [("triangle", faces[:100]), ("triangle", faces[100:])]
@@ -111,8 +111,8 @@ assert isomend.fair_mesh(closed, strength=0.3).is_watertight()
 """
 
 
-def test_open3d(tmp_path):
-    """In a process of its own: its libraries do not go with those of others everywhere."""
+def test_an_open3d_mesh_is_filled_repaired_restored_and_faired(tmp_path):
+    """In a separate process, because its libraries conflict with others on some systems."""
     there = subprocess.run([sys.executable, "-c", "import open3d"], capture_output=True, text=True)
     if there.returncode:
         pytest.skip(f"open3d cannot be imported: {there.stderr.strip().splitlines()[-1:]}")
@@ -121,12 +121,12 @@ def test_open3d(tmp_path):
     assert done.returncode == 0, done.stderr
 
 
-def test_what_is_no_mesh_is_refused():
+def test_objects_that_are_no_mesh_are_refused():
     with pytest.raises(TypeError, match=r"builtins.dict is no mesh of trimesh"):
         isomend.fill_mesh({})
 
 
-def test_pyvista_meshes_of_several_kinds_of_cells(sphere):
+def test_pyvista_cells_are_triangulated_and_unstructured_grids_refused(sphere):
     pyvista = pytest.importorskip("pyvista")
     mixed = pyvista.Plane(i_resolution=8, j_resolution=8).clip(normal=(1, 0.3, 0), origin=(0.01, 0, 0))
     if isinstance(mixed, pyvista.PolyData):
@@ -139,7 +139,7 @@ def test_pyvista_meshes_of_several_kinds_of_cells(sphere):
 
 
 def pierced():
-    """A ball with a hole and faces turned over, and a small ball that pierces it: faces of both, and which ball each is of."""
+    """A ball with a hole and turned faces, pierced by a small ball: vertices, faces, and whether each face is of the small ball."""
     vertices, faces = shapes.open_sphere(around=24, latitudes=12, top=2)
     small, of_small = shapes.closed_sphere()
     turned = faces.copy()
@@ -148,7 +148,7 @@ def pierced():
     return np.vstack([vertices, 0.3 * small + (0.0, 0.0, -1.0)]), every, np.arange(len(every)) >= len(faces)
 
 
-def test_all_works_on_trimesh():
+def test_repair_restore_and_fair_keep_the_data_of_trimesh():
     trimesh = pytest.importorskip("trimesh")
     vertices, faces, _ = pierced()
     mesh = trimesh.Trimesh(vertices, faces, process=False, vertex_attributes={"heat": vertices[:, 2]}, metadata={"name": "ball"})
@@ -164,7 +164,7 @@ def test_all_works_on_trimesh():
     assert json.loads(restored.metadata["isomend_report"])["command"] == "restore"
     part = isomend.fair_mesh(ball, mark, strength=0.3)
     assert part.is_watertight and (part.visual.vertex_colors == 77).all()
-    # As a whole it is replaced, and nothing tells the colours of what is new.
+    # Fairing the whole mesh replaces all faces, so that no colours are known.
     whole, report = isomend.fair_mesh(ball, strength=0.3, return_report=True)
     assert whole.is_watertight and report["command"] == "fair" and whole.face_attributes["isomend_patch"].all()
     with pytest.raises(isomend.EmptyMaskError):
@@ -174,7 +174,7 @@ def test_all_works_on_trimesh():
     assert isomend.compare(ball, restored).a_to_b.max < 0.01
 
 
-def test_all_works_on_pyvista(sphere):
+def test_repair_restore_and_fair_work_on_pyvista(sphere):
     pyvista = pytest.importorskip("pyvista")
     vertices, faces, _ = pierced()
     mesh = pyvista.PolyData.from_regular_faces(vertices, faces)
@@ -193,8 +193,8 @@ def test_all_works_on_pyvista(sphere):
         assert not mesh.isomend.check() and mesh.isomend.repair().isomend.check().sound
 
 
-def test_all_works_on_meshio():
-    """Blocks of cells stay, though a repair takes some out and turns others."""
+def test_repair_restore_and_fair_keep_the_blocks_of_meshio():
+    """Blocks of cells are kept, although a repair removes and turns cells."""
     meshio = pytest.importorskip("meshio")
     vertices, faces, small = pierced()
     blocks = [("triangle", faces[~small]), ("triangle", faces[small])]

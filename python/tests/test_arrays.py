@@ -1,4 +1,4 @@
-"""Fills, restorations and fairings of arrays."""
+"""Fills, restorations and fairings of meshes given as arrays."""
 
 import json
 import subprocess
@@ -10,7 +10,7 @@ import shapes
 import isomend
 
 
-def test_a_fill_keeps_what_is_there_and_continues_the_sphere(sphere, filled):
+def test_a_fill_keeps_the_input_and_continues_the_sphere(sphere, filled):
     vertices, faces = sphere
     assert filled.vertices.dtype == np.float64 and filled.faces.dtype == np.int64
     assert filled.vertices[: len(vertices)].tobytes() == vertices.tobytes()
@@ -26,15 +26,15 @@ def test_a_fill_keeps_what_is_there_and_continues_the_sphere(sphere, filled):
     assert np.nanmax(filled.sigma) > 0
 
 
-def test_the_bytes_are_those_of_the_command_line(tmp_path, sphere, filled, program):
-    """OBJ holds 64-bit floats exactly."""
+def test_a_fill_writes_the_bytes_of_the_command_line(tmp_path, sphere, filled, program):
+    """As OBJ, which holds 64-bit floats exactly."""
     isomend.Model(*sphere).write(tmp_path / "in.obj")
     subprocess.run([program, "fill", "in.obj", "-o", "out.obj", "-q", "--json", "out.json"], cwd=tmp_path, check=True)
     filled.write(tmp_path / "own.obj")
     assert (tmp_path / "own.obj").read_bytes() == (tmp_path / "out.obj").read_bytes()
-    told = json.loads((tmp_path / "out.json").read_text())
+    theirs = json.loads((tmp_path / "out.json").read_text())
     timeless = lambda report: {k: v for k, v in report.items() if k not in ("input", "output", "seconds", "regions")}  # noqa: E731
-    assert timeless(told) == timeless(filled.report)
+    assert timeless(theirs) == timeless(filled.report)
     again = isomend.read(tmp_path / "out.obj")
     assert again.vertices.tobytes() == filled.vertices.tobytes()
     assert np.array_equal(again.faces, filled.faces)
@@ -42,7 +42,7 @@ def test_the_bytes_are_those_of_the_command_line(tmp_path, sphere, filled, progr
 
 @pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64, np.longdouble])
 @pytest.mark.parametrize("index", [np.uint8, np.int16, np.uint32, np.int64, np.uint64, np.float64])
-def test_any_numbers_do(dtype, index):
+def test_arrays_of_any_number_type_are_accepted(dtype, index):
     vertices, faces = shapes.open_sphere(around=12, latitudes=8, top=2)
     vertices = vertices.astype(dtype)
     done = isomend.fill(vertices, faces.astype(index))
@@ -50,7 +50,7 @@ def test_any_numbers_do(dtype, index):
     assert shapes.is_closed(done.faces)
 
 
-def test_whole_numbers_views_and_lists_are_meshes_too():
+def test_integer_arrays_views_and_lists_are_accepted():
     vertices, faces = shapes.open_sphere(around=12, latitudes=8, top=2)
     whole = np.round(vertices * 1000).astype(np.int32)
     reference = isomend.fill(whole.astype(float), faces)
@@ -59,7 +59,7 @@ def test_whole_numbers_views_and_lists_are_meshes_too():
         assert done.vertices.tobytes() == reference.vertices.tobytes()
 
 
-def test_one_inspection_serves_many_fills():
+def test_one_inspection_is_used_for_several_fills():
     vertices, faces = shapes.open_ends()
     found = isomend.inspect(vertices, faces)
     assert [hole.edges for hole in found.holes] == [48, 48]
@@ -80,7 +80,7 @@ def test_the_result_does_not_depend_on_the_threads(sphere, filled):
         assert isomend.fill(*sphere, threads=threads).vertices.tobytes() == filled.vertices.tobytes()
 
 
-def test_all_parameters_of_the_library_are_there(sphere):
+def test_parameters_of_the_library_are_keywords(sphere):
     done = isomend.fill(
         *sphere, holes=(1,), voxel=0.08, finish="none", energy="willmore", variant="II", steps=30, edge_ratio=1.5
     )
@@ -138,14 +138,14 @@ def test_a_region_is_faired():
     assert np.linalg.norm(new, axis=1).std() < 0.006
 
 
-def test_distances_are_those_of_a_ball():
+def test_signed_distances_to_a_ball_are_accurate():
     vertices, faces = shapes.closed_sphere()
     points = np.random.default_rng(2).uniform(-2, 2, (200, 3))
     truth = np.linalg.norm(points, axis=1) - 1
     assert np.abs(isomend.signed_distance(points, vertices, faces) - truth).max() < 0.01
 
 
-def test_regions_can_be_worked_on_elsewhere():
+def test_regions_can_be_solved_elsewhere():
     found = isomend.inspect(*shapes.open_ends())
     tasks = []
     found.each_task(tasks.append, voxel=0.08)
@@ -185,14 +185,14 @@ def test_values_are_continued_on_patches(sphere):
     assert done.cell_data["axis"].shape == (len(done.faces), 2, 2)
 
 
-def test_a_mended_mesh_is_mended_again():
+def test_a_result_can_be_filled_again():
     first = isomend.fill(*shapes.open_ends(), holes=[1])
     second = first.model().fill()
     assert shapes.is_closed(second.faces)
     assert second.vertices[: len(first.vertices)].tobytes() == first.vertices.tobytes()
 
 
-def test_whole_numbers_of_0_and_1_are_no_mask(sphere):
+def test_integers_of_0_and_1_are_refused_as_a_mask(sphere):
     vertices, faces = shapes.closed_sphere()
     mark = vertices[faces].mean(axis=1)[:, 2] > 0.9
     for wrong in (mark.astype(np.uint8), mark.astype(int), np.zeros(len(faces), int)):
@@ -203,11 +203,11 @@ def test_whole_numbers_of_0_and_1_are_no_mask(sphere):
     by_marks = isomend.restore(vertices, faces, mark)
     by_numbers = isomend.restore(vertices, faces, np.flatnonzero(mark))
     assert by_marks.faces.tobytes() == by_numbers.faces.tobytes()
-    # Faces without which there would be no clean rim go too.
+    # Further faces are removed to get a manifold rim.
     assert by_marks.report["removed_faces"] >= mark.sum()
 
 
-def test_results_are_pickled_and_unpacked(sphere, filled):
+def test_results_can_be_pickled_and_unpacked(sphere, filled):
     import pickle
 
     vertices, faces = filled

@@ -1,4 +1,4 @@
-"""The benchmark: what it measures of isomend is what the README says, its own distances are right, solids have sharp edges."""
+"""The benchmark: it reproduces the README's figures, measures distances correctly, and handles programs and cases that fail."""
 
 import json
 import re
@@ -15,12 +15,12 @@ from isomend.bench import cases, score, surfaces
 
 
 def of_the_readme():
-    """isomend's distances in the README's table, by the names of the holes."""
+    """isomend's distances in per mille from the README's table, by the names of the holes."""
     rows = re.findall(r"^\| ([^|]+) \| \**([0-9.]+) ‰\**, [^|]* \|", (ROOT / "README.md").read_text(), re.M)
     return {name: float(value) for name, value in rows}
 
 
-def test_it_reproduces_the_figures_of_the_readme(tmp_path, capsys):
+def test_the_benchmark_reproduces_the_figures_of_the_readme(tmp_path, capsys):
     expected = of_the_readme()
     assert len(expected) == 6
     pattern = "^sphere 60°$|^sphere 60°, (noise 3 %|ragged)$|^torus, outer, fine$"
@@ -28,18 +28,18 @@ def test_it_reproduces_the_figures_of_the_readme(tmp_path, capsys):
     rows = json.loads((tmp_path / "bench.json").read_text())["exact"]
     assert len(rows) == 4
     for row in rows:
-        # Half of the last digit of the README, and 1 %.
+        # Within 1 % or half a unit of the README's last digit.
         assert row["scores"]["isomend"]["rms"] == pytest.approx(expected[row["case"]], rel=0.01, abs=0.005)
         assert 0 < np.mean(row["below"][0]) <= np.mean(row["below"][1]) <= 1
     page = (tmp_path / "bench.md").read_text()
     assert "| sphere 60° | **0." in page and "nearer than 2 σ" in page and page in capsys.readouterr().out
 
 
-def test_distances_and_marks_of_a_patch_that_is_known():
+def test_the_score_of_an_exact_patch_is_correct():
     case = next(cases.cases("^sphere 30°$", score.Reference))
     v, f, gone = case.whole
     own = score.score(case, v, f, gone)
-    # Triangles of edge e lie up to e²/6 below the unit sphere.
+    # Triangles of edge e are up to e²/6 below the unit sphere.
     edge = np.linalg.norm(v[f[gone]] - v[np.roll(f[gone], 1, axis=1)], axis=2).max()
     assert 0 < own["rms"] < 1e3 * edge**2 / 6 / case.diameter and own["faces"] == gone.sum()
     patch, closed = score.marked(case, v, f)
@@ -58,7 +58,7 @@ def test_solids_are_closed_and_their_holes_are_filled():
     assert score.score(edge, mended.vertices, mended.faces, mended.is_patch)["rms"] < 1
 
 
-def test_a_program_that_fails_or_is_not_there_leaves_a_dash(monkeypatch, capsys):
+def test_a_program_that_fails_or_is_not_installed_gets_a_dash(monkeypatch, capsys):
     def fails(case, aim):
         raise RuntimeError("no")
 
@@ -74,7 +74,7 @@ def sphere():
     return next(cases.cases("^sphere 30°$", score.Reference))
 
 
-def test_a_case_that_isomend_fails_leaves_a_dash_and_the_others_are_written(monkeypatch, tmp_path, capsys):
+def test_a_case_on_which_isomend_fails_gets_a_dash_and_the_others_are_written(monkeypatch, tmp_path, capsys):
     filled, seen = bench.filled, []
 
     def fails_at_first(case):
@@ -93,7 +93,7 @@ def test_a_case_that_isomend_fails_leaves_a_dash_and_the_others_are_written(monk
     assert "| sphere 30° | – |" in out.out and "isomend failed: no" in out.err and "sphere 30°: –" in out.err
 
 
-def test_holes_left_open_are_dashes_for_isomend_and_others_alike(monkeypatch, sphere):
+def test_holes_left_open_get_no_score_for_isomend_and_others(monkeypatch, sphere):
     patch = np.zeros(len(sphere.f), bool)
     left = SimpleNamespace(vertices=sphere.v, faces=sphere.f, is_patch=patch, sigma=np.zeros(len(sphere.v)), report={"seconds": 0.0})
     monkeypatch.setattr(bench, "filled", lambda case: left)
@@ -101,9 +101,9 @@ def test_holes_left_open_are_dashes_for_isomend_and_others_alike(monkeypatch, sp
     assert bench.measured(sphere, ["other"])["scores"] == {}
 
 
-def test_the_hole_that_was_cut_is_tested_alone_in_meshes_with_others(sphere):
+def test_only_the_hole_that_was_cut_is_scored(sphere):
     v, f, gone = sphere.whole
-    # Another hole, far from the cut: one face that the whole mesh lacks too.
+    # Another hole far from the cut: one face is missing, also from the whole mesh.
     far = np.flatnonzero(~gone)[np.argmin(v[f[~gone]].mean(axis=1) @ v[f[gone]].reshape(-1, 3).mean(axis=0))]
     rest = np.arange(len(f)) != far
     sphere.whole = v, f[rest], gone[rest]

@@ -1,4 +1,4 @@
-"""The nodes for ComfyUI against the plain interface: the same meshes, batches, values of vertices, textures."""
+"""The nodes for ComfyUI give the same meshes as the Python functions: batches, values of vertices, textures."""
 
 import sys
 from pathlib import Path
@@ -14,7 +14,7 @@ comfyui = pytest.importorskip("comfyui")
 
 
 class Tensor:
-    """As much of a tensor as the nodes use."""
+    """The part of a tensor's interface that the nodes use."""
 
     def __init__(self, values, dtype=None):
         self.values = np.asarray(values, dtype)
@@ -32,7 +32,7 @@ class Tensor:
 
 
 class Mesh:
-    """ComfyUI's mesh: vertices (batch, n, 3), faces (batch, m, 3), and more that may be there."""
+    """ComfyUI's mesh: vertices (batch, n, 3), faces (batch, m, 3), and optional attributes."""
 
     def __init__(self, vertices, faces, **more):
         self.vertices, self.faces = vertices, faces
@@ -41,7 +41,7 @@ class Mesh:
 
 
 def tensors():
-    """Tensors of the test, and torch's where it is installed."""
+    """Functions that make tensors: of the test, and of torch if it is installed."""
     kinds = [lambda values: Tensor(values)]
     try:
         import torch
@@ -62,7 +62,7 @@ def arrays(mesh, i):
 
 
 @pytest.mark.parametrize("make", tensors())
-def test_fill_is_the_plain_one_with_values_and_textures(make):
+def test_the_fill_node_equals_the_function_with_values_and_textures(make):
     vertices, faces = shapes.open_sphere(dtype=np.float32)
     uvs, texture = vertices[:, :2] * 0.5 + 0.5, object()
     mesh = batch(make, (vertices, faces), uvs=make(uvs[None].copy()), normals=make(vertices[None].copy()), texture=texture)
@@ -78,7 +78,7 @@ def test_fill_is_the_plain_one_with_values_and_textures(make):
 
 
 @pytest.mark.parametrize("make", tensors())
-def test_batches_of_meshes_that_end_with_different_sizes(make):
+def test_batches_of_meshes_with_different_sizes_are_filled(make):
     first, second = shapes.open_sphere(top=3), shapes.open_sphere(top=6)
     n, m = [[len(part[k]) for part in (first, second)] for k in (0, 1)]
     vertices, faces = np.zeros((2, max(n), 3), np.float32), np.zeros((2, max(m), 3), np.int64)
@@ -95,7 +95,7 @@ def test_batches_of_meshes_that_end_with_different_sizes(make):
 
 
 @pytest.mark.parametrize("make", tensors())
-def test_check_and_repair(make):
+def test_the_check_and_repair_nodes_equal_the_functions(make):
     vertices, faces = shapes.open_sphere(dtype=np.float32)
     mesh = batch(make, (vertices, faces[:, ::-1]))
     before = comfyui.nodes.IsomendCheck().check(mesh)
@@ -109,7 +109,7 @@ def test_check_and_repair(make):
     assert comfyui.nodes.IsomendCheck().check(out)["result"][0]
 
 
-def test_the_nodes_are_declared_as_comfyui_asks():
+def test_the_nodes_are_declared_as_comfyui_requires():
     assert set(comfyui.NODE_CLASS_MAPPINGS) == set(comfyui.NODE_DISPLAY_NAME_MAPPINGS)
     for node in comfyui.NODE_CLASS_MAPPINGS.values():
         names = node.INPUT_TYPES()["required"]
@@ -118,7 +118,7 @@ def test_the_nodes_are_declared_as_comfyui_asks():
         assert len(node.RETURN_TYPES) == len(node.RETURN_NAMES)
 
 
-def test_progress_and_interruption_are_comfyuis(monkeypatch):
+def test_progress_and_interruption_go_through_comfyui(monkeypatch):
     from types import ModuleType, SimpleNamespace
 
     shown = []

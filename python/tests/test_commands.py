@@ -1,4 +1,4 @@
-"""check, repair, compare, convert, sdf and surface: what the commands do, on arrays."""
+"""check, repair, compare, convert, sdf and surface on arrays give the results of the commands."""
 
 import json
 import subprocess
@@ -10,20 +10,20 @@ import shapes
 import isomend
 
 
-def told(program, folder, *words):
-    """The report of a command as JSON; its exit code may be 3."""
+def report_of(program, folder, *words):
+    """The JSON report of a command; its exit code may be 3."""
     done = subprocess.run([program, *map(str, words), "-q", "--json", "-"], cwd=folder, capture_output=True, text=True)
     assert done.returncode in (0, 3), done.stderr
     return json.loads(done.stdout)
 
 
 def of_files(report, *timed):
-    """A report without what only files have, and without times."""
+    """A report without the entries of files and without the times."""
     return {name: value for name, value in report.items() if name not in ("input", "output", "first", "second", *timed)}
 
 
 def damaged():
-    """A ball with a hole, a face twice, faces turned over, and a small ball that pierces it."""
+    """A ball with a hole, a duplicate face and turned faces, and a small ball that pierces it."""
     vertices, faces = shapes.open_sphere(around=24, latitudes=12, top=2)
     small, of_small = shapes.closed_sphere()
     turned = faces.copy()
@@ -32,11 +32,11 @@ def damaged():
     return np.vstack([vertices, small]), np.vstack([turned, faces[100:101], of_small + len(vertices)])
 
 
-def test_a_verdict_is_that_of_the_command_line(tmp_path, program):
+def test_the_command_line_gives_the_same_verdict(tmp_path, program):
     vertices, faces = damaged()
     verdict = isomend.check(vertices, faces, thin=0.05, debris=0.2)
     isomend.Model(vertices, faces).write(tmp_path / "a.obj")
-    report = told(program, tmp_path, "check", "a.obj", "--thin", 0.05, "--debris", 0.2)
+    report = report_of(program, tmp_path, "check", "a.obj", "--thin", 0.05, "--debris", 0.2)
     assert of_files(verdict.report) == of_files(report)
     assert not verdict and not verdict.sound and verdict.reasons == report["reasons"]
     assert not verdict.watertight and not verdict.closed and not verdict.oriented and verdict.manifold == report["manifold"]
@@ -47,7 +47,7 @@ def test_a_verdict_is_that_of_the_command_line(tmp_path, program):
         assert own.faces[:1000].tolist() == defect["faces"] and own.places[:1000].tolist() == defect["places"]
     printed = subprocess.run([program, "check", "a.obj", "--thin", "0.05", "--debris", "0.2"], cwd=tmp_path, capture_output=True, text=True)
     assert str(verdict) + "\n" == printed.stdout and verdict.reasons[0] in repr(verdict)
-    # All faces are there, not only the thousand of the report.
+    # All faces are listed, not only the thousand of the report.
     assert len(isomend.check(*shapes.closed_sphere(), thin=3).defects["thin"].faces) == len(shapes.closed_sphere()[1]) > 1000
 
 
@@ -57,18 +57,18 @@ def test_a_ball_is_sound():
     assert isomend.Model(*shapes.closed_sphere()).check(threads=1).report == verdict.report
 
 
-def test_a_repair_is_that_of_the_command_line(tmp_path, program):
+def test_the_command_line_gives_the_same_repair(tmp_path, program):
     vertices, faces = damaged()
     done = isomend.repair(vertices, faces)
     assert done.complete and isomend.check(done.vertices, done.faces).sound and shapes.is_closed(done.faces)
     assert not done.report["before"]["sound"] and done.report["after"]["sound"] and done.report["command"] == "repair"
     assert done.report["steps"]["duplicate_faces"] == 1 and done.report["steps"]["crossing_passes"]
     isomend.Model(vertices, faces).write(tmp_path / "a.obj")
-    report = told(program, tmp_path, "repair", "a.obj", "-o", "theirs.obj")
+    report = report_of(program, tmp_path, "repair", "a.obj", "-o", "theirs.obj")
     done.write(tmp_path / "own.obj")
     assert (tmp_path / "own.obj").read_bytes() == (tmp_path / "theirs.obj").read_bytes()
     assert of_files(done.report, "seconds", "regions") == of_files(report, "seconds", "regions")
-    # What is kept stays bit for bit, and what is new comes after it.
+    # Kept faces come first, and the patches after them.
     assert done.kept_faces.shape == (len(faces),) and done.is_patch.sum() > 0
     assert not done.is_patch[: done.kept_faces.sum()].any()
     filled = isomend.fill(vertices, faces, repair=True)
@@ -91,13 +91,13 @@ def test_a_repair_is_that_of_the_command_line(tmp_path, program):
     ],
     ids=lambda value: "-".join(value) if isinstance(value, dict) else "",
 )
-def test_the_options_of_a_repair_are_those_of_the_command_line(tmp_path, program, options, words):
+def test_the_command_line_gives_the_same_repair_for_each_option(tmp_path, program, options, words):
     vertices, faces = damaged()
     inner, of_inner = shapes.closed_sphere()
     vertices = np.vstack([vertices, 0.1 * inner, [(9.0, 9.0, 9.0)]])
     faces = np.vstack([faces, of_inner + len(vertices) - len(inner) - 1])
     isomend.Model(vertices, faces).write(tmp_path / "a.obj")
-    report = told(program, tmp_path, "repair", "a.obj", "-o", "theirs.obj", *words)
+    report = report_of(program, tmp_path, "repair", "a.obj", "-o", "theirs.obj", *words)
     done, plain = isomend.repair(vertices, faces, **options), isomend.repair(vertices, faces)
     done.write(tmp_path / "own.obj")
     assert (tmp_path / "own.obj").read_bytes() == (tmp_path / "theirs.obj").read_bytes()
@@ -106,7 +106,7 @@ def test_the_options_of_a_repair_are_those_of_the_command_line(tmp_path, program
         assert plain.report["steps"] != done.report["steps"] or plain.vertices.tobytes() != done.vertices.tobytes()
 
 
-def test_an_incomplete_repair_says_why(caplog):
+def test_an_incomplete_repair_gives_the_reason(caplog):
     vertices, faces = shapes.open_sphere()
     with caplog.at_level("WARNING", logger="isomend"):
         loose = isomend.repair(vertices, faces, keep_holes=True)
@@ -128,7 +128,7 @@ def test_an_incomplete_repair_says_why(caplog):
         ({"threads": 0}, "threads must be a whole number from 1"),
     ],
 )
-def test_options_of_a_repair_that_make_no_sense_are_refused(sphere, options, what):
+def test_invalid_options_of_a_repair_are_refused(sphere, options, what):
     with pytest.raises(isomend.ParameterError, match=what):
         isomend.repair(*sphere, **options)
     if "voxel" in options:
@@ -147,10 +147,10 @@ def test_a_repair_continues_values_and_can_be_stopped():
         isomend.repair(*shapes.open_sphere(around=256, latitudes=128, top=50), progress=lambda *_: False)
 
 
-def test_a_comparison_is_that_of_the_command_line(tmp_path, program, sphere, filled):
+def test_the_command_line_gives_the_same_comparison(tmp_path, program, sphere, filled):
     isomend.Model(*sphere).write(tmp_path / "a.obj")
     filled.write(tmp_path / "b.obj")
-    report = told(program, tmp_path, "compare", "a.obj", "b.obj", "--samples", 5000)
+    report = report_of(program, tmp_path, "compare", "a.obj", "b.obj", "--samples", 5000)
     done = isomend.compare(sphere, filled, samples=5000)
     assert of_files(done.report) == of_files(report)
     assert done.report["first"] == {"vertices": len(sphere[0]), "faces": len(sphere[1])}
@@ -170,7 +170,7 @@ def test_a_comparison_is_that_of_the_command_line(tmp_path, program, sphere, fil
 
 
 @pytest.mark.parametrize("kind", ["obj", "ply", "stl", "glb", "vtk", "vtp"])
-def test_a_converted_file_is_that_of_the_command_line(tmp_path, program, kind, sphere):
+def test_the_command_line_converts_to_the_same_bytes(tmp_path, program, kind, sphere):
     isomend.Model(*sphere, point_data={"heat": sphere[0][:, 2]}).write(tmp_path / "a.vtp")
     command = [program, "convert", "a.vtp", "-o", f"theirs.{kind}"]
     done = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True)
@@ -180,7 +180,7 @@ def test_a_converted_file_is_that_of_the_command_line(tmp_path, program, kind, s
     assert all(note in done.stderr for note in notes)
 
 
-def test_formats_of_a_conversion_are_named(tmp_path, sphere):
+def test_a_conversion_takes_formats_by_name(tmp_path, sphere):
     isomend.Model(*sphere).write(tmp_path / "a.ply")
     isomend.convert((tmp_path / "a.ply").read_bytes(), tmp_path / "b.data", from_="ply", to="stl", ascii=True)
     assert (tmp_path / "b.data").read_bytes().startswith(b"solid")
@@ -192,7 +192,7 @@ def test_formats_of_a_conversion_are_named(tmp_path, sphere):
         isomend.convert(tmp_path / "a.ply", tmp_path / "c.glb", ascii=True)
 
 
-def test_a_volume_is_that_of_the_command_line(tmp_path, program):
+def test_the_command_line_gives_the_same_volume(tmp_path, program):
     vertices, faces = shapes.open_sphere(around=12, latitudes=8, top=2)
     sphere = vertices * (1.0, 0.2, 0.2), faces
     isomend.Model(*sphere).write(tmp_path / "a.obj")
@@ -201,7 +201,7 @@ def test_a_volume_is_that_of_the_command_line(tmp_path, program):
         ({"voxel": 0.05, "band": 0.1}, ["--voxel", "0.05", "--band", "0.1"]),
         ({"voxel": 0.05, "band": "full"}, ["--voxel", "0.05", "--band", "full", "--f64"]),
     ):
-        report = told(program, tmp_path, "sdf", "a.obj", "-o", "theirs.vti", *words)
+        report = report_of(program, tmp_path, "sdf", "a.obj", "-o", "theirs.vti", *words)
         volume = isomend.sdf(*sphere, **options)
         volume.write(tmp_path / "own.vti", f64="--f64" in words)
         assert (tmp_path / "own.vti").read_bytes() == (tmp_path / "theirs.vti").read_bytes()
@@ -211,7 +211,7 @@ def test_a_volume_is_that_of_the_command_line(tmp_path, program):
         assert list(volume.dims) == report["dims"] and volume.spacing == (report["voxel"],) * 3
 
 
-def test_the_values_of_a_volume_are_where_they_say():
+def test_the_values_of_a_volume_are_distances_at_its_nodes():
     vertices, faces = shapes.closed_sphere()
     vertices = vertices * (1.0, 0.8, 0.6) + (5.0, 0.0, 0.0)
     volume = isomend.sdf(vertices, faces, voxel=0.1, threads=1)
@@ -222,11 +222,11 @@ def test_the_values_of_a_volume_are_where_they_say():
     assert np.abs(volume.values - distances).max() < 1e-12
 
 
-def test_a_surface_is_that_of_the_command_line(tmp_path, program, sphere):
+def test_the_command_line_gives_the_same_surface(tmp_path, program, sphere):
     volume = isomend.sdf(*sphere, voxel=0.1)
     volume.write(tmp_path / "a.vti", f64=True)
     for options, words in (({}, []), ({"level": 0.1, "close": True}, ["--level", "0.1", "--close"])):
-        report = told(program, tmp_path, "surface", "a.vti", "-o", "theirs.obj", *words)
+        report = report_of(program, tmp_path, "surface", "a.vti", "-o", "theirs.obj", *words)
         model = isomend.surface(volume, **options)
         model.write(tmp_path / "own.obj")
         own, theirs = model, isomend.read(tmp_path / "theirs.obj")
@@ -279,12 +279,12 @@ def test_volumes_are_arrays_and_files(tmp_path):
         (lambda s: isomend.read_volume(b"nonsense"), isomend.FileError, "VTI"),
     ],
 )
-def test_what_makes_no_sense_is_refused(sphere, call, error, what):
+def test_invalid_input_is_refused(sphere, call, error, what):
     with pytest.raises(error, match=what):
         call(sphere)
 
 
-def test_regions_are_those_of_a_fill_without_a_repair():
+def test_regions_of_a_fill_exclude_a_repair():
     found = isomend.inspect(*damaged())
     for ask in (
         lambda: found.region_count(repair=True),

@@ -1,4 +1,4 @@
-"""What is handed on beside a mended mesh."""
+"""Data delivered with a result: the missing piece, patches alone, marks, units, tolerances, hashes."""
 
 import subprocess
 
@@ -11,7 +11,7 @@ import isomend
 RED = {"colours": [{"rgb": [1, 0, 0], "tolerance": 0.1}], "grow": 0.05}
 
 
-def test_piece_patches_and_report_are_those_of_the_command_line(tmp_path, program):
+def test_the_command_line_writes_the_same_piece_patches_and_report(tmp_path, program):
     words = ["--colour", "ff0000", "--grow", "0.05", "--mark", "hatch", "--unit", "mm", "--tolerance", "0.5"]
     files = ["-o", "whole.ply", "--piece", "piece.stl", "--patches", "added.ply"]
     subprocess.run([program, "restore", DATA / "painted.ply", *files, *words, "-q"], cwd=tmp_path, check=True)
@@ -35,7 +35,7 @@ def test_piece_patches_and_report_are_those_of_the_command_line(tmp_path, progra
     assert np.nanmax(added.point_data["isomend_sigma"]) > 0
 
 
-def test_what_makes_no_sense_is_refused():
+def test_invalid_options_are_refused():
     filled = isomend.read(DATA / "sphere.ply").fill()
     for wrong in ({"unit": "parsec"}, {"mark": "red"}, {"tolerance": -1.0}, {"piece": "piece.stl"}):
         with pytest.raises(isomend.ParameterError):

@@ -1,4 +1,4 @@
-"""What is refused, stopped and told."""
+"""Invalid input and parameters, progress, cancellation, threads and logging."""
 
 import logging
 import os
@@ -36,7 +36,7 @@ TRIANGLE = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
         ([[0, 0, 1e300], [1, 0, 0], [0, 1, 0]], TRIANGLE[1], "too large"),
     ],
 )
-def test_what_is_no_mesh_is_refused(vertices, faces, what):
+def test_invalid_meshes_are_refused(vertices, faces, what):
     with pytest.raises(isomend.MeshError, match=what):
         isomend.fill(vertices, faces)
     with pytest.raises(ValueError, match=what):
@@ -66,7 +66,7 @@ def test_what_is_no_mesh_is_refused(vertices, faces, what):
         ({"max_diameter": np.inf}, isomend.ParameterError, "leave out what has no bound"),
     ],
 )
-def test_parameters_that_make_no_sense_are_refused(sphere, options, error, what):
+def test_invalid_parameters_are_refused(sphere, options, error, what):
     with pytest.raises(error, match=what) as caught:
         isomend.fill(*sphere, **options)
     assert isinstance(caught.value, isomend.IsomendError)
@@ -114,37 +114,37 @@ def test_files_that_cannot_be_read_or_written_are_named(tmp_path, filled):
 
 
 def test_strict_raises_with_the_result():
-    # A fan that is folded on itself: no steady surface continues it.
+    # A zigzag rim: no converged surface continues it.
     vertices, faces = shapes.open_sphere(around=24, latitudes=12, top=3)
     torn = vertices.copy()
     rim = isomend.inspect(vertices, faces).holes[0].rim
     torn[rim[::2], 2] -= 1.5
     loose = isomend.fill(torn, faces)
     if loose.flawless:
-        pytest.fail("the hole is no longer a bad one; take a worse")
+        pytest.fail("the fill of this hole is flawless now: use a worse hole")
     with pytest.raises(isomend.StrictError, match="steady") as caught:
         isomend.fill(torn, faces, strict=True)
     assert caught.value.result.faces.tobytes() == loose.faces.tobytes()
 
 
 def large_sphere():
-    """One whose fill takes seconds."""
+    """A sphere with a hole whose fill takes seconds."""
     return shapes.open_sphere(around=256, latitudes=128, top=50)
 
 
-def test_progress_is_told_at_most_20_times_a_second():
-    told = []
+def test_progress_is_reported_at_most_20_times_a_second():
+    calls = []
     begun = time.perf_counter()
-    isomend.fill(*large_sphere(), threads=1, progress=lambda *state: told.append((time.perf_counter(), state)))
+    isomend.fill(*large_sphere(), threads=1, progress=lambda *state: calls.append((time.perf_counter(), state)))
     seconds = time.perf_counter() - begun
-    assert 1 <= len(told) <= 20 * seconds + 1
-    parts = [state[0] for _, state in told]
+    assert 1 <= len(calls) <= 20 * seconds + 1
+    parts = [state[0] for _, state in calls]
     assert parts == sorted(parts) and parts[-1] == 1.0
-    assert told[-1][1][1:] == (1, 1)
-    assert all(b - a > 0.04 for (a, _), (b, _) in zip(told[:-2], told[1:-1]))
+    assert calls[-1][1][1:] == (1, 1)
+    assert all(b - a > 0.04 for (a, _), (b, _) in zip(calls[:-2], calls[1:-1]))
 
 
-def test_progress_may_cancel_and_its_exceptions_come_out():
+def test_progress_may_cancel_and_its_exceptions_are_raised():
     begun = time.perf_counter()
     with pytest.raises(isomend.Cancelled):
         isomend.fill(*large_sphere(), progress=lambda *_: False)
@@ -165,7 +165,7 @@ def test_ctrl_c_ends_a_fill_within_half_a_second():
         sent.append(time.perf_counter())
         os.kill(os.getpid(), signal.SIGINT)
 
-    # A process that was started in the background may have been told to take no notice of Ctrl-C.
+    # A process started in the background may ignore SIGINT; the default handler is set for the test.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     timer = threading.Timer(0.3, interrupt)
     timer.start()
@@ -178,7 +178,7 @@ def test_ctrl_c_ends_a_fill_within_half_a_second():
     assert time.perf_counter() - sent[0] < 0.5
 
 
-def test_other_threads_run_meanwhile():
+def test_other_threads_run_during_a_fill():
     counted = 0
     done = threading.Event()
 
@@ -209,7 +209,7 @@ def fill_bytes(vertices, faces):
     return isomend.fill(vertices, faces).vertices.tobytes()
 
 
-def test_the_log_is_pythons(sphere, caplog):
+def test_messages_go_to_the_log_of_python(sphere, caplog):
     with caplog.at_level(logging.DEBUG, logger="isomend"):
         isomend.fill(*sphere)
     assert any(record.name == "isomend" and record.levelno == logging.DEBUG for record in caplog.records)
@@ -219,8 +219,8 @@ def test_the_log_is_pythons(sphere, caplog):
     assert not caplog.records
 
 
-def test_the_import_is_quick():
-    """In CPU time, since other programs may run."""
+def test_the_import_takes_less_than_a_tenth_of_a_second():
+    """In CPU time, because other programs may be running."""
     code = "import time; begun = time.process_time(); import isomend; print(time.process_time() - begun)"
     seconds = [float(subprocess.check_output([sys.executable, "-c", code])) for _ in range(5)]
     assert min(seconds) < 0.1, seconds

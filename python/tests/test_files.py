@@ -1,4 +1,4 @@
-"""Files: the same bytes as the command line's."""
+"""Files that are filled, restored, faired and copied: the same bytes as from the command line."""
 
 import subprocess
 
@@ -12,7 +12,7 @@ import isomend
 
 @pytest.mark.parametrize("kind", ["obj", "ply", "stl", "gltf", "glb", "vtk", "vtp", "off", "3mf"])
 @pytest.mark.parametrize("name", ["sphere.ply", "sheet.obj"])
-def test_a_filled_file_is_that_of_the_command_line(tmp_path, program, name, kind):
+def test_the_command_line_fills_files_to_the_same_bytes(tmp_path, program, name, kind):
     theirs, own = tmp_path / "theirs", tmp_path / "own"
     theirs.mkdir(), own.mkdir()
     subprocess.run([program, "fill", DATA / name, "-o", theirs / f"a.{kind}", "-q"], check=True)
@@ -24,7 +24,7 @@ def test_a_filled_file_is_that_of_the_command_line(tmp_path, program, name, kind
 
 
 @pytest.mark.parametrize("kind", ["ply", "glb"])
-def test_a_fill_of_glb_goes_through_whole(tmp_path, program, kind):
+def test_the_command_line_fills_glb_files_to_the_same_bytes(tmp_path, program, kind):
     run = lambda *words: subprocess.run([program, *words, "-q"], cwd=tmp_path, check=True)  # noqa: E731
     run("fill", str(DATA / "sheet.obj"), "-o", "first.glb", "--max-diameter", "0.001")
     run("fill", "first.glb", "-o", f"theirs.{kind}", "--holes", "1")
@@ -33,15 +33,15 @@ def test_a_fill_of_glb_goes_through_whole(tmp_path, program, kind):
 
 
 @pytest.mark.parametrize("name", ["painted.ply"])
-def test_a_restored_file_is_that_of_the_command_line(tmp_path, program, name):
+def test_the_command_line_restores_files_to_the_same_bytes(tmp_path, program, name):
     words = [program, "restore", DATA / name, "-o", tmp_path / "theirs.ply", "--colour", "ff0000", "--grow", "0.2", "-q"]
     subprocess.run(words, check=True)
     mask = {"colours": [{"rgb": [1, 0, 0], "tolerance": 0.1}], "grow": 0.2}
     model = isomend.read(DATA / name)
     restored = model.restore(mask)
-    told = restored.report["marked_faces"], restored.report["removed_faces"]
+    marked, removed = restored.report["marked_faces"], restored.report["removed_faces"]
     theirs = isomend.read(tmp_path / "theirs.ply")
-    assert told[1] >= told[0] > 0
+    assert removed >= marked > 0
     restored.write(tmp_path / "own.ply")
     assert (tmp_path / "own.ply").read_bytes() == (tmp_path / "theirs.ply").read_bytes()
     assert np.array_equal(theirs.faces, restored.faces)
@@ -56,14 +56,14 @@ def test_a_restored_glb_keeps_its_document(tmp_path, program):
     assert (tmp_path / "own.glb").read_bytes() == (tmp_path / "theirs.glb").read_bytes()
 
 
-def test_a_faired_file_is_that_of_the_command_line(tmp_path, program):
+def test_the_command_line_fairs_files_to_the_same_bytes(tmp_path, program):
     words = [program, "fair", DATA / "sphere.ply", "-o", tmp_path / "theirs.ply", "--ball", "0,0,-1,0.6", "--strength", "0.5", "-q"]
     subprocess.run(words, check=True)
     isomend.read(DATA / "sphere.ply").fair({"balls": [[[0, 0, -1], 0.6]]}, strength=0.5).write(tmp_path / "own.ply")
     assert (tmp_path / "own.ply").read_bytes() == (tmp_path / "theirs.ply").read_bytes()
 
 
-def test_a_file_is_read_and_written_as_it_is(tmp_path):
+def test_a_file_is_read_and_written_unchanged(tmp_path):
     for name in ("scan.ply", "sheet.obj"):
         model = isomend.read(DATA / name)
         assert isomend.read((DATA / name).read_bytes(), format=name[-3:]).vertices.tobytes() == model.vertices.tobytes()
@@ -73,7 +73,7 @@ def test_a_file_is_read_and_written_as_it_is(tmp_path):
     assert "sheet" not in repr(model) and "vertices" in repr(model)
 
 
-def test_a_file_brings_its_values(tmp_path):
+def test_values_of_a_file_are_arrays_of_the_model(tmp_path):
     model = isomend.read(DATA / "painted.ply")
     colours = [values for values in model.point_data.values() if values.dtype == np.uint8]
     assert colours and len(colours[0]) == len(model.vertices)

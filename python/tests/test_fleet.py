@@ -1,4 +1,4 @@
-"""Fleets on a local Ray: what is killed, hangs or needs too much hurts one mesh, and nothing is lost or done twice."""
+"""Fleets on a local Ray: a failure, a hang or too much memory affects one mesh only, and no mesh is lost or done twice."""
 
 import csv
 import json
@@ -25,7 +25,7 @@ from isomend.fleet._manifest import line_of, row_of, rows  # noqa: E402
 
 @pytest.fixture(scope="module")
 def local():
-    """A Ray of two workers for all tests."""
+    """A local Ray with two workers, shared by all tests."""
     ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False, logging_level="ERROR")
     yield
     ray.shutdown()
@@ -33,7 +33,7 @@ def local():
 
 @pytest.fixture
 def scans(tmp_path):
-    """A folder of eight meshes, two in a folder of their own."""
+    """A folder of eight meshes, two of them in a subfolder."""
     folder = tmp_path / "scans"
     (folder / "deep").mkdir(parents=True)
     for number in range(8):
@@ -44,7 +44,7 @@ def scans(tmp_path):
 
 
 def slow(folder, count):
-    """Meshes that take two seconds or more each, so that whoever looks once a second meets their work."""
+    """Meshes that take at least two seconds each, so that a check once a second sees them in work."""
     folder.mkdir()
     for number in range(count):
         isomend.Model(*shapes.open_sphere(around=240 + number, latitudes=120, top=48)).write(folder / f"{number:02}.ply")
@@ -56,7 +56,7 @@ def manifest(output):
 
 
 def children(output, mesh=""):
-    """Processes that work on meshes of an output folder, or on one, and their parents."""
+    """Processes that work on the meshes of an output folder, or on one mesh: process number to its parent's number."""
     found = {}
     for process in Path("/proc").glob("[0-9]*"):
         try:
@@ -71,13 +71,13 @@ def children(output, mesh=""):
 def wait_until(holds, seconds=60):
     end = time.monotonic() + seconds
     while not (value := holds()):
-        assert time.monotonic() < end, "waited in vain"
+        assert time.monotonic() < end, f"the condition did not hold within {seconds} s"
         time.sleep(0.02)
     return value
 
 
 def check_whole(inputs, output, program, tmp_path):
-    """Every result is there, is that of the command line, and no other file is left."""
+    """Asserts that every result exists, that the first two equal the command line's, and that no temporary file is left."""
     results = sorted(p.relative_to(output) for p in output.rglob("*.ply"))
     assert results == sorted(p.relative_to(inputs) for p in inputs.rglob("*.ply"))
     for name in results[:2]:
@@ -86,7 +86,7 @@ def check_whole(inputs, output, program, tmp_path):
     assert sorted(p.name for p in (output / ".fleet").iterdir()) == ["lock", "manifest.jsonl"]
 
 
-def test_a_line_that_was_torn_or_changed_is_none():
+def test_incomplete_and_changed_manifest_lines_are_ignored():
     line = line_of({"input": "ä \"1\".ply", "size": 3}).encode()
     assert row_of(line) == {"input": "ä \"1\".ply", "size": 3}
     for length in range(len(line)):
@@ -94,18 +94,18 @@ def test_a_line_that_was_torn_or_changed_is_none():
     assert row_of(line.replace(b"3", b"4")) is None
 
 
-def test_many_meshes_once(local, scans, tmp_path, program):
-    output, told = tmp_path / "out", []
-    state = fleet.run([scans], output, progress=lambda state: told.append(state.done), max_diameter=5)
-    assert state.outcomes == {"done": 8} and told[-1] == 8
+def test_each_mesh_of_a_fleet_is_done_once(local, scans, tmp_path, program):
+    output, counts = tmp_path / "out", []
+    state = fleet.run([scans], output, progress=lambda state: counts.append(state.done), max_diameter=5)
+    assert state.outcomes == {"done": 8} and counts[-1] == 8
     check_whole(scans, output, program, tmp_path)
     before = {path: path.stat().st_mtime_ns for path in output.rglob("*.ply")}
-    # A line is torn, and half of another one stands behind it: that mesh was in flight when the machine died.
+    # The last line of the manifest is cut off, as if the machine had died while it was written.
     path = output / ".fleet" / "manifest.jsonl"
     lines = path.read_bytes().splitlines(keepends=True)
     torn = json.loads(lines[-1])["output"]
     path.write_bytes(b"".join(lines[:-1]) + lines[-1][:40])
-    # One file is another one with the same content, one result is gone, one mesh is new.
+    # One input has a new time and the same content, one result is missing, and one mesh is new.
     names = [json.loads(line)["output"] for line in lines[:-1]]
     os.utime(scans / names[0])
     (output / names[1]).unlink()
@@ -121,11 +121,11 @@ def test_many_meshes_once(local, scans, tmp_path, program):
     assert all(float(row["seconds"]) > 0 and 5e6 < int(row["memory"]) < 1e9 for row in table)
     parquet = pytest.importorskip("pyarrow.parquet").read_table(output / "summary.parquet")
     assert parquet.num_rows == 9 and parquet["filled"].to_pylist() == [1] * 9
-    # Other options are other results.
+    # Other options give other results, so that all meshes are done again.
     assert fleet.run([scans], output, max_diameter=0.001).outcomes == {"done": 9}
 
 
-def test_one_bad_mesh_hurts_itself_only(local, scans, tmp_path):
+def test_a_bad_mesh_does_not_affect_others(local, scans, tmp_path):
     (scans / "bad.ply").write_text("ply\nnonsense")
     isomend.Model(*shapes.open_sphere(around=160, latitudes=80, top=32)).write(scans / "hangs.ply")
     vertices, faces = shapes.open_sphere(around=16, latitudes=8, top=1)
@@ -135,7 +135,7 @@ def test_one_bad_mesh_hurts_itself_only(local, scans, tmp_path):
     output, done = tmp_path / "out", threading.Event()
 
     def stop():
-        """Stops the process of one mesh, which hangs from then on."""
+        """Stops the process of one mesh, so that it hangs."""
         while not done.is_set():
             for child in children(output, "hangs.ply"):
                 os.kill(child, signal.SIGSTOP)
@@ -162,7 +162,7 @@ def test_one_bad_mesh_hurts_itself_only(local, scans, tmp_path):
     assert again.earlier == 8 and again.outcomes == {"failed": 1, "done": 1}
 
 
-def test_a_worker_is_killed(local, tmp_path, program):
+def test_no_mesh_is_lost_if_a_worker_is_killed(local, tmp_path, program):
     inputs, output = slow(tmp_path / "slow", 5), tmp_path / "out"
     killed = []
 
@@ -179,7 +179,7 @@ def test_a_worker_is_killed(local, tmp_path, program):
     check_whole(inputs, output, program, tmp_path)
 
 
-def test_the_driver_is_killed(local, tmp_path, program):
+def test_no_mesh_is_lost_if_the_driver_is_killed(local, tmp_path, program):
     inputs, output = slow(tmp_path / "slow", 6), tmp_path / "out"
     words = [sys.executable, "-m", "isomend.fleet", str(inputs), "-o", str(output), "--workers", "2"]
     driver = subprocess.Popen(words, stderr=subprocess.PIPE, start_new_session=True)
@@ -198,14 +198,14 @@ def test_the_driver_is_killed(local, tmp_path, program):
     check_whole(inputs, output, program, tmp_path)
 
 
-def test_one_mesh_over_many_workers(local):
+def test_the_regions_of_one_mesh_are_filled_by_many_workers(local):
     model = isomend.Model(*shapes.open_ends())
     alone = model.fill(voxel=0.07)
     shared = fleet.fill_regions(model, voxel=0.07)
     assert shared.to_bytes("ply") == alone.to_bytes("ply")
 
 
-def test_what_makes_no_sense_is_refused(local, scans, tmp_path):
+def test_invalid_options_and_inputs_are_refused(local, scans, tmp_path):
     for options, what in (
         ({"arguments": ["--voxe", "1"]}, "--voxe"),
         ({"edge_ratio": 100}, "edge-ratio"),

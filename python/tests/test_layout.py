@@ -1,4 +1,4 @@
-"""How the source of the package is laid out: no two files use each other, directly or through others."""
+"""The structure of the package's source: no files import each other, directly or through others."""
 
 import ast
 import pathlib
@@ -9,32 +9,32 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 
 
-def python_arrows(folder):
-    """Which modules each module of the package imports, for type checking as well."""
+def python_imports(folder):
+    """The modules of the package that each module imports, including imports for type checking."""
     paths = [*sorted(folder.rglob("*.py")), *sorted(folder.rglob("*.pyi"))]
     names = {".".join(path.relative_to(folder).with_suffix("").parts): path for path in paths}
-    arrows = {}
+    imports = {}
     for name, path in names.items():
         found = set()
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "isomend":
                 inner = node.module.split(".")[1:]
                 found |= {".".join([*inner, alias.name]) for alias in node.names} | {".".join(inner)}
-        arrows[name] = {target for target in found if target in names and target != name}
-    return arrows
+        imports[name] = {target for target in found if target in names and target != name}
+    return imports
 
 
-def rust_arrows(folder):
+def rust_imports(folder):
     names = {path.stem: path for path in sorted(folder.glob("*.rs"))}
     return {name: set(re.findall(r"\bcrate::(\w+)", path.read_text())) & set(names) for name, path in names.items()}
 
 
-def in_circles(arrows):
-    """What stays when files that use no other are taken away, again and again, and then those that none uses."""
-    left = set(arrows)
+def in_cycles(imports):
+    """The files in cycles: files that import none of the rest, or are imported by none, are removed until nothing changes."""
+    left = set(imports)
     while True:
-        ends = {name for name in left if not arrows[name] & left}
-        begins = {name for name in left if not any(name in arrows[other] for other in left)}
+        ends = {name for name in left if not imports[name] & left}
+        begins = {name for name in left if not any(name in imports[other] for other in left)}
         if not ends | begins:
             return left
         left -= ends | begins
@@ -42,12 +42,12 @@ def in_circles(arrows):
 
 @pytest.mark.parametrize(
     ("read", "folder", "least"),
-    [(python_arrows, "isomend", 15), (rust_arrows, "src", 15)],
+    [(python_imports, "isomend", 15), (rust_imports, "src", 15)],
     ids=["python", "rust"],
 )
-def test_no_files_use_each_other_in_a_circle(read, folder, least):
+def test_no_files_import_each_other_in_a_cycle(read, folder, least):
     if not (ROOT / folder).is_dir():
         pytest.fail(f"{ROOT / folder} is not there")
-    arrows = read(ROOT / folder)
-    assert sum(map(len, arrows.values())) >= least
-    assert in_circles(arrows) == set()
+    imports = read(ROOT / folder)
+    assert sum(map(len, imports.values())) >= least
+    assert in_cycles(imports) == set()

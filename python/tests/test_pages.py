@@ -1,4 +1,4 @@
-"""The recipes of the pages run."""
+"""The code and commands in the documentation pages run."""
 
 import re
 import shlex
@@ -18,7 +18,7 @@ def desk(tmp_path):
     return tmp_path
 
 
-def test_the_recipes_of_python(tmp_path, monkeypatch):
+def test_the_code_of_the_python_page_runs(tmp_path, monkeypatch):
     pytest.importorskip("meshio")
     monkeypatch.chdir(desk(tmp_path))
     recipes, names = blocks("python.md", "python"), {}
@@ -29,7 +29,7 @@ def test_the_recipes_of_python(tmp_path, monkeypatch):
     assert all((tmp_path / name).exists() for name in files)
 
 
-def test_the_commands_of_fleets(tmp_path):
+def test_the_commands_of_the_fleets_page_run(tmp_path):
     pytest.importorskip("ray", reason="Ray is not installed: pip install 'isomend[fleet]'")
     lines = [line.split("  #")[0].strip() for block in blocks("fleets.md", "sh") for line in block.splitlines()]
     commands = [shlex.split(line) for line in lines if line.startswith("python -m isomend.fleet") and "ray://" not in line]
@@ -41,7 +41,7 @@ def test_the_commands_of_fleets(tmp_path):
     assert (tmp_path / "mended" / "summary.csv").exists()
 
 
-def test_the_recipes_of_fleets(tmp_path, monkeypatch):
+def test_the_code_of_the_fleets_page_runs(tmp_path, monkeypatch):
     pytest.importorskip("ray", reason="Ray is not installed: pip install 'isomend[fleet]'")
     monkeypatch.chdir(desk(tmp_path))
     for recipe in blocks("fleets.md", "python"):

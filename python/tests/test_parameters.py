@@ -1,4 +1,4 @@
-"""The keywords of functions against the library's tables of parameters."""
+"""The keywords of functions against the library's parameter tables."""
 
 import inspect
 import json
@@ -10,18 +10,18 @@ import isomend
 from isomend import _isomend, _options
 
 TABLES = json.loads(_isomend.parameters())
-# Keywords that say how a call is run, and what a mesh carries.
+# Keywords that are in no table: the mesh and its data, and how a call is run.
 OTHERS = {"vertices", "faces", "mark", "a", "b", "threads", "progress", "strict", "point_data", "cell_data", "options"}
 KEYWORDS = {"fill": _options.FillOptions, "repair": _options.RepairOptions, "restore": _options.RestoreOptions, "fair": _options.FairOptions}
 
 
 def words(text):
-    """A text without its line ends and quotes of code."""
+    """A text without line ends and backquotes."""
     return re.sub(r"\s+", " ", text.replace("`", ""))
 
 
 def default(row):
-    """The default of a keyword."""
+    """The default of a keyword from its row in the table."""
     if row["kind"] == "flag":
         return False
     if row["kind"] in ("holes", "groups", "pairs"):
@@ -32,7 +32,7 @@ def default(row):
 
 
 @pytest.mark.parametrize("command", TABLES)
-def test_keywords_and_their_defaults_are_those_of_the_tables(command):
+def test_keywords_and_their_defaults_equal_the_tables(command):
     rows = {row["name"]: row for row in TABLES[command]}
     keywords = inspect.signature(getattr(isomend, command)).parameters
     named = {name: keyword.default for name, keyword in keywords.items() if name not in OTHERS}
@@ -47,7 +47,7 @@ def test_keywords_and_their_defaults_are_those_of_the_tables(command):
 def test_documentation_has_the_sentences_of_the_tables(command):
     documented = words(getattr(isomend, command).__doc__)
     for row in TABLES[command]:
-        # Those that work as in a fill are named only.
+        # Parameters that work as in a fill are listed by name only.
         as_fill = row["path"][:1] == ["fill"] and row["name"] != "max_diameter"
         if as_fill or command in ("restore", "fair"):
             assert row["name"] in documented or "those of :func:fill" in documented, row["name"]
@@ -59,7 +59,7 @@ def test_documentation_has_the_sentences_of_the_tables(command):
 
 
 @pytest.mark.parametrize(("command", "row"), [(command, row) for command in TABLES for row in TABLES[command]])
-def test_what_keeps_no_bounds_is_refused(sphere, command, row):
+def test_values_out_of_bounds_are_refused(sphere, command, row):
     run = getattr(isomend.Model(*sphere), command, None) or (lambda **options: isomend.compare(sphere, sphere, **options))
     arguments = ([0],) if command in ("restore", "fair") else ()
     wrong = {"choice": ["none of them"], "flag": [1], "holes": [1], "groups": [[[0.5]]], "pairs": [[[0.5, 1]], [[1]], [[2, 2]]]}.get(row["kind"], ["a word"])

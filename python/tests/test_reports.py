@@ -1,4 +1,4 @@
-"""Pages, pictures, what notebooks show, and results that are sent."""
+"""Report pages, pictures, the display in notebooks, and pickled results."""
 
 import base64
 import pickle
@@ -22,13 +22,13 @@ def shown(result):
 
 
 def timeless(page):
-    """A page without its command line, its output and its times."""
+    """A page without the command line, the output's name and the times."""
     page = re.sub(r'<pre id="command-line">.*?</pre>', "", page, flags=re.S)
     page = re.sub(r"<dt>(output|seconds)</dt><dd>.*?</dd>", "", page)
     return re.sub(r"<td>[\d.]+</td></tr>", "", page)
 
 
-def test_pictures_and_pages_are_those_of_the_command_line(tmp_path, program):
+def test_the_command_line_draws_the_same_pictures_and_pages(tmp_path, program):
     drawn = ["--report", "theirs.html", "--picture", "theirs.png", "-q"]
     scan = DATA / "island.ply"
     for command, made in (("inspect", lambda model: model.inspect()), ("check", lambda model: model.check())):
@@ -49,12 +49,12 @@ def test_results_are_drawn_as_they_are_written(tmp_path, command):
     page = (tmp_path / "a.html").read_text()
     assert f"isomend.{command}(…)" in page and str(tmp_path / "a.ply") in page
     assert f"isomend.{command}(…)" in done.page() and "in memory" in done.page()
-    # New vertices of a file of 32-bit floats are rounded: nothing else differs, and no pixel that one could see.
+    # The written mesh has new vertices rounded to 32-bit floats, which changes the picture hardly at all.
     written = (tmp_path / "a.png").read_bytes()
     assert written.startswith(PNG) and abs(len(shown(done)) - len(written)) < 2000
 
 
-def test_the_picture_of_a_fill_is_that_of_the_command_line(tmp_path, program, sphere, filled):
+def test_the_command_line_draws_the_same_picture_of_a_fill(tmp_path, program, sphere, filled):
     isomend.Model(*sphere).write(tmp_path / "a.obj")
     words = ["fill", "a.obj", "-o", "b.obj", "--picture", "theirs.png", "--report", "theirs.html", "-q"]
     subprocess.run([program, *words], cwd=tmp_path, check=True)
@@ -63,8 +63,8 @@ def test_the_picture_of_a_fill_is_that_of_the_command_line(tmp_path, program, sp
     assert (tmp_path / "own.png").read_bytes() == (tmp_path / "theirs.png").read_bytes()
 
 
-def test_a_restored_region_is_drawn_with_what_was_there():
-    """The left panel shows the dent, which is not in the result."""
+def test_a_restored_region_is_drawn_with_the_damage_before():
+    """The left panel shows the dent, which the result does not have."""
     vertices, faces = shapes.closed_sphere()
     dented = vertices.copy()
     dented[vertices[:, 2] > 0.9] *= 0.5
@@ -93,7 +93,7 @@ def test_files_of_pages_and_pictures_are_checked(tmp_path, filled):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in.ply"]
 
 
-def test_what_cannot_be_drawn_is_shown_as_text(sphere, monkeypatch):
+def test_notebooks_show_text_if_drawing_fails(sphere, monkeypatch):
     found = isomend.inspect(*sphere)
 
     def fails(self):
@@ -108,7 +108,7 @@ def textured(folder):
     vertices, faces = shapes.open_sphere(around=24, latitudes=12, top=3)
     corners = vertices[faces].reshape(-1, 3)
     angles = np.arctan2(corners[:, 1], corners[:, 0]).reshape(-1, 3)
-    # Faces at the seam have their own coordinates, beyond half a turn.
+    # Faces across the seam get coordinates beyond half a turn.
     angles[(np.ptp(angles, axis=1) > np.pi)[:, None] & (angles < 0)] += 2 * np.pi
     uv = np.column_stack([angles.ravel() / (2 * np.pi), corners[:, 2]])
     lines = ["mtllib a.mtl", *(f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()), *(f"vt {u!r} {v!r}" for u, v in uv.tolist())]
@@ -123,8 +123,8 @@ def textured(folder):
 
 @pytest.mark.parametrize("name", ["a.obj", "painted.ply"])
 @pytest.mark.parametrize("kind", ["obj", "ply", "glb", "vtp"])
-def test_a_pickled_result_is_whole(tmp_path, name, kind):
-    """Texture coordinates of corners, materials, expected errors and marks of patches among the rest."""
+def test_a_pickled_result_is_complete(tmp_path, name, kind):
+    """Including texture coordinates of corners, materials, expected errors and marks of patches."""
     done = isomend.read(textured(tmp_path) if name == "a.obj" else DATA / name).fill()
     sent = pickle.loads(pickle.dumps(done))
     assert sent.to_bytes(kind) == done.to_bytes(kind)
@@ -152,7 +152,7 @@ def test_a_pickled_glb_keeps_its_document(tmp_path):
     assert pickle.loads(pickle.dumps(done)).to_bytes("glb") == done.to_bytes("glb")
 
 
-def test_all_that_comes_out_can_be_pickled(sphere):
+def test_all_results_can_be_pickled(sphere):
     vertices, faces = sphere
     data = {"grid": np.ones((len(vertices), 2, 2), np.float32), "on": np.ones(len(vertices), bool)}
     model = isomend.Model(vertices, faces, point_data=data)
@@ -172,7 +172,7 @@ def test_all_that_comes_out_can_be_pickled(sphere):
     assert pickle.loads(pickle.dumps(compared)) == compared
 
 
-def test_bytes_that_are_no_result_are_refused():
+def test_bytes_of_no_result_are_refused():
     from isomend._isomend import Mended, Model
 
     for kind in (Mended, Model):

@@ -1,4 +1,4 @@
-"""The source package that ``maturin sdist`` makes."""
+"""The source package that ``maturin sdist`` makes can be built by pip."""
 
 import pathlib
 import subprocess
@@ -13,8 +13,8 @@ def maturin(*arguments, folder):
     assert done.returncode == 0, done.stderr
 
 
-def test_pip_can_take_its_metadata(tmp_path):
-    # The workspace in it has fewer members than the one that the lock file is of.
+def test_pip_can_read_the_metadata_of_the_source_package(tmp_path):
+    # The workspace in the package has fewer members than the workspace of the lock file.
     maturin("sdist", "--out", str(tmp_path), folder=ROOT)
     (package,) = tmp_path.glob("*.tar.gz")
     with tarfile.open(package) as archive:

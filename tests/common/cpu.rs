@@ -10,7 +10,12 @@ pub fn this_thread() -> PathBuf {
 
 /// CPU time of a thread, in seconds.
 pub fn cpu(thread: &Path) -> f64 {
-    let told = fs::read_to_string(thread.join("schedstat")).unwrap();
-    let nanoseconds: f64 = told.split_whitespace().next().unwrap().parse().unwrap();
+    let statistics = fs::read_to_string(thread.join("schedstat")).unwrap();
+    let nanoseconds: f64 = statistics
+        .split_whitespace()
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap();
     1e-9 * nanoseconds
 }

@@ -1,4 +1,4 @@
-//! A folder with a mesh in it, in which isomend runs.
+//! Test helper: a temporary folder with a mesh, in which the program runs.
 #![allow(dead_code)] // Each test file uses some of it.
 
 use std::fs;
@@ -14,7 +14,7 @@ use tempfile::TempDir;
 
 use crate::shapes::{cut, polar, sphere};
 
-/// A folder with a mesh in it, and isomend run there.
+/// A temporary folder with a mesh, in which the program runs.
 pub struct Desk(pub TempDir);
 
 impl Desk {
@@ -72,7 +72,7 @@ pub fn bytes(mesh: &Mesh, format: Format) -> Vec<u8> {
     to_bytes(mesh, format, &options).unwrap().bytes
 }
 
-/// A sphere with two holes, its coordinates 32-bit floats.
+/// A sphere with two holes; its coordinates are exact in 32-bit floats.
 pub fn ball() -> Mesh {
     let mut mesh = cut(&sphere(8), |p| {
         polar(p) < 35.0 || p.distance(DVec3::X) < 0.35
@@ -92,7 +92,7 @@ pub fn assert_code(output: &Output, code: i32) {
     assert_eq!(output.status.code(), Some(code), "{}", text(&output.stderr));
 }
 
-/// Refused as wrong usage, with one line that holds all the words, and nothing on standard output.
+/// Asserts exit code 2 (wrong usage), one line on standard error that contains all the words, and an empty standard output.
 #[track_caller]
 pub fn assert_usage(output: &Output, words: &[&str]) {
     assert_code(output, 2);

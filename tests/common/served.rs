@@ -1,4 +1,4 @@
-//! `isomend view` run on a desk, and a client that asks it.
+//! Test helper: the server of `isomend view` in a temporary folder, and an HTTP client.
 #![allow(dead_code)] // Each test file uses some of it.
 
 use std::io::{BufRead, BufReader, Read, Write};
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::desk::Desk;
 
-/// Longest time that anything may take on a machine that is busy with other tests.
+/// Upper bound of any wait, on a machine that is busy with other tests.
 const LONG: Duration = Duration::from_secs(120);
 
 /// A server that runs until it is dropped.
@@ -22,7 +22,7 @@ pub struct Served<'d> {
     pub token: String,
 }
 
-/// An answer.
+/// An HTTP answer.
 #[derive(Debug)]
 pub struct Answer {
     pub status: u16,
@@ -39,7 +39,7 @@ impl Answer {
 }
 
 impl<'d> Served<'d> {
-    /// Serves a file of the desk.
+    /// Starts the server on a file of the desk.
     pub fn new(desk: &'d Desk, arguments: &[&str]) -> Self {
         let mut child = Command::new(assert_cmd::cargo::cargo_bin("isomend"))
             .current_dir(desk.0.path())
@@ -71,7 +71,7 @@ impl<'d> Served<'d> {
         format!("127.0.0.1:{}", self.port)
     }
 
-    /// Sends bytes and reads all that comes back.
+    /// Sends bytes and reads the whole answer.
     pub fn raw(&self, request: &[u8]) -> Answer {
         let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
         stream.set_read_timeout(Some(LONG)).unwrap();
@@ -89,7 +89,7 @@ impl<'d> Served<'d> {
         }
     }
 
-    /// A request with the headers that are given beside those of its length.
+    /// Sends a request with the given headers, `Connection` and `Content-Length`.
     pub fn ask(&self, method: &str, path: &str, headers: &[(&str, &str)], body: &[u8]) -> Answer {
         let mut text = format!("{method} {path} HTTP/1.1\r\nConnection: close\r\n");
         for (name, value) in headers {
@@ -99,7 +99,7 @@ impl<'d> Served<'d> {
         self.raw(&[text.as_bytes(), body].concat())
     }
 
-    /// What the page asks for.
+    /// Sends a GET request as the page does.
     pub fn get(&self, path: &str) -> Answer {
         let path = format!("/{}/{path}", self.token);
         self.ask("GET", &path, &[("Host", &self.host())], b"")
@@ -127,7 +127,7 @@ impl<'d> Served<'d> {
         answer.json()
     }
 
-    /// Waits until something holds of the state.
+    /// Waits until a condition on the state holds.
     #[track_caller]
     pub fn wait(&self, holds: impl Fn(&Value) -> bool) -> Value {
         let begun = Instant::now();
@@ -141,7 +141,7 @@ impl<'d> Served<'d> {
         }
     }
 
-    /// Makes a step and waits for it; returns the state, whose current mesh must be another one.
+    /// Makes a step and waits for its end; returns the state, whose current mesh must have changed.
     #[track_caller]
     pub fn step(&self, step: &Value) -> Value {
         let before = self.state()["current"].clone();
@@ -165,10 +165,10 @@ impl<'d> Served<'d> {
         assert_eq!(answer.status, 200);
         let length = u32::from_le_bytes(answer.body[..4].try_into().unwrap()) as usize;
         let header: Value = serde_json::from_slice(&answer.body[4..4 + length]).unwrap();
-        let (told, body) = (header.clone(), answer.body[4 + length..].to_vec());
+        let (layout, body) = (header.clone(), answer.body[4 + length..].to_vec());
         let array = move |name: &str| {
             let mut at = 0usize;
-            for array in told["arrays"].as_array().unwrap() {
+            for array in layout["arrays"].as_array().unwrap() {
                 let size = match array["type"].as_str().unwrap() {
                     "u8" => 1,
                     "u16" => 2,
@@ -182,12 +182,12 @@ impl<'d> Served<'d> {
                 }
                 at += bytes.next_multiple_of(4);
             }
-            panic!("no array {name} in {told}");
+            panic!("no array {name} in {layout}");
         };
         (header, array)
     }
 
-    /// Sends a signal, waits for the end and returns the exit code and what was said.
+    /// Sends a signal, waits for the end, and returns the exit code and the text on standard error.
     #[cfg(unix)]
     pub fn signalled(mut self, signal: &str) -> (Option<i32>, String) {
         let id = self.child.id().to_string();
@@ -213,7 +213,7 @@ impl Drop for Served<'_> {
     }
 }
 
-/// The faces of the current mesh in a ball, as ranges.
+/// The faces of the current mesh whose corners are all in a ball, as ranges.
 pub fn in_ball(served: &Served, centre: [f32; 3], radius: f32) -> Value {
     let current = served.state()["current"].as_u64().unwrap();
     let (header, array) = served.arrays(&format!("api/mesh/{current}"));

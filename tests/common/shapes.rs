@@ -1,4 +1,4 @@
-//! Families of meshes with holes whose exact surface is known, and what must hold of every fill.
+//! Test meshes with known exact surfaces, and measurements of meshes: topology, volume, distances.
 #![allow(dead_code)] // Each test file uses some of it.
 
 use std::collections::HashMap;
@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DMat3, DVec3};
 use isomend::Mesh;
 
-/// Numbers that look random, the same each time.
+/// Pseudo-random numbers, the same in every run.
 pub struct Noise(pub u64);
 
 impl Noise {
@@ -26,19 +26,19 @@ impl Noise {
     }
 }
 
-/// Turns shapes against the axes, so that no lattice is aligned with them.
+/// A rotation after which shapes are aligned with no axis of a lattice.
 pub fn turn() -> DMat3 {
     DMat3::from_axis_angle(DVec3::new(3.0, -5.0, 8.0).normalize(), 0.65)
 }
 
-/// The mesh turned.
+/// The mesh rotated by [`turn`].
 pub fn turned(mut mesh: Mesh) -> Mesh {
     let turn = turn();
     mesh.positions.iter_mut().for_each(|p| *p = turn * *p);
     mesh
 }
 
-/// The mesh without some faces, chosen by their centre, and without the vertices that no face uses then.
+/// The mesh without the faces whose centroid is chosen, and without the vertices that become unused.
 pub fn cut(mesh: &Mesh, removed: impl Fn(DVec3) -> bool) -> Mesh {
     let mut out = Mesh::default();
     let mut number = HashMap::new();
@@ -57,7 +57,7 @@ pub fn cut(mesh: &Mesh, removed: impl Fn(DVec3) -> bool) -> Mesh {
     out
 }
 
-/// The unit sphere: an icosahedron, each of its edges cut in `n`.
+/// The unit sphere: an icosahedron with each edge divided into `n`.
 pub fn sphere(n: u32) -> Mesh {
     let g = (1.0 + 5f64.sqrt()) / 2.0;
     let mut corners = Vec::new();
@@ -141,7 +141,7 @@ pub fn torus_distance(p: DVec3) -> f64 {
     (p.x.hypot(p.y) - BIG).hypot(p.z) - 1.0
 }
 
-/// A dumb-bell: a catenoid of waist 1 that meets a ball at each end, its neck missing between two rims.
+/// A dumb-bell: a catenoid of waist 1 with a ball at each end; its neck is missing between two rims.
 pub fn catenoid_neck(spacing: f64) -> Mesh {
     let (neck, join) = (0.55f64, 0.8f64);
     let ball = join.cosh() * join.cosh();
@@ -220,7 +220,7 @@ pub fn catenoid_distance(p: DVec3) -> f64 {
 /// Half the height of [`slab`].
 pub const HALF: f64 = 0.5;
 
-/// A box of 2 by 2 by 1, its edges cut into pieces of length `1 / n`.
+/// A box of 2 by 2 by 1, its edges divided into lengths of `1 / n`.
 pub fn slab(n: u32) -> Mesh {
     let mut mesh = Mesh::default();
     let mut number = HashMap::new();
@@ -256,7 +256,7 @@ pub fn slab(n: u32) -> Mesh {
     mesh
 }
 
-/// A flat open sheet of 2 by 2 with edges cut in `n`.
+/// A flat open sheet of 2 by 2 with its sides divided into `n`.
 pub fn sheet(n: u32) -> Mesh {
     let mut mesh = Mesh::default();
     for i in 0..=n {
@@ -279,7 +279,7 @@ pub fn polar(p: DVec3) -> f64 {
     (p.z / p.length()).acos().to_degrees()
 }
 
-/// Number of directed edges whose opposite is not there exactly once, and the Euler number.
+/// Number of directed edges whose opposite edge does not exist exactly once, and the Euler number, in which a boundary edge counts half.
 pub fn topology(mesh: &Mesh) -> (usize, i64) {
     let mut directed: HashMap<(u32, u32), usize> = HashMap::new();
     for f in &mesh.faces {
@@ -332,7 +332,7 @@ pub fn bits(positions: &[DVec3]) -> Vec<[u64; 3]> {
         .collect()
 }
 
-/// A flat sheet with a square hole both diagonals of which are already edges of closed tetrahedra.
+/// A flat sheet with a square hole; both diagonals of the hole are already edges of closed tetrahedra.
 pub fn unfillable() -> Mesh {
     let mut mesh = Mesh::default();
     let corner = |r: f64, k: usize| [[r, r, 0.0], [-r, r, 0.0], [-r, -r, 0.0], [r, -r, 0.0]][k];
@@ -379,7 +379,7 @@ pub fn volume(mesh: &Mesh) -> f64 {
     corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
 }
 
-/// The surface of a cube from 0 to `n` along each axis: squares of size 1, each cut in two.
+/// The surface of a cube from 0 to `n` along each axis: squares of size 1, each divided into two triangles.
 pub fn cube(n: i32) -> Mesh {
     let mut mesh = Mesh::default();
     let mut number = HashMap::new();
@@ -405,7 +405,7 @@ pub fn cube(n: i32) -> Mesh {
     mesh
 }
 
-/// A cube with a hole across one of its edges, at which the edge ends twice, and a hole over the opposite corner, at which three end.
+/// A cube with two holes: one across an edge, with two crease ends, and one at the opposite corner, with three.
 pub fn open_cube() -> Mesh {
     let holes = [
         (DVec3::new(6.0, 0.0, 12.0), 3.2),
@@ -416,7 +416,7 @@ pub fn open_cube() -> Mesh {
     })
 }
 
-/// The same with a small tetrahedron where the edge was: sides that are continued to it intersect that.
+/// The open cube with a small tetrahedron in place of the missing edge: continued sides intersect it.
 pub fn blocked_cube() -> Mesh {
     let corners =
         [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]].map(|p| DVec3::from_array(p.map(f64::from)));

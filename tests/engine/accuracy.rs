@@ -1,10 +1,10 @@
-//! Patches lie near the exact surface also in thin walls and on noisy meshes.
+//! Patches are near the exact surface in thin walls and on noisy meshes too.
 
 use crate::shapes::{cut, sphere};
 use glam::DVec3;
 use isomend::{FillParams, Mesh, fill};
 
-/// A pseudo-random number from a normal distribution.
+/// A pseudo-random number from the standard normal distribution.
 fn normal(i: usize) -> f64 {
     let uniform = |salt: f64| {
         let x = (i as f64 * 12.9898 + salt).sin() * 43_758.545_3;
@@ -23,8 +23,8 @@ fn rms_of_patch(mesh: &Mesh, distance: impl Fn(DVec3) -> f64) -> f64 {
     (squares / new.len() as f64).sqrt()
 }
 
-/// The level set bulges over a hole in a wall that is thin beside the hole's diameter. Its patch has a far higher energy than the
-/// surface that continues the wall, which the finish must reach.
+/// If the wall is thin relative to the hole's diameter, the level set bulges. Its patch has a far higher energy than the surface that
+/// continues the wall; the finish must reach this surface.
 #[test]
 fn holes_in_thin_walls_are_filled_to_the_wall() {
     for (radius, part) in [
@@ -49,7 +49,7 @@ fn holes_in_thin_walls_are_filled_to_the_wall() {
     }
 }
 
-/// The vertices that are known are noisy; a patch that follows their noise is farther from the sphere than one that does not.
+/// The known vertices are noisy; a patch that follows their noise is farther from the sphere than a patch that does not.
 #[test]
 fn patches_of_noisy_spheres_do_not_follow_the_noise() {
     let edge = 1.05 / 16.0;

@@ -1,4 +1,4 @@
-//! What files hold beside the shape goes through `isomend fill`: kept where it was, continued over the patch.
+//! `isomend fill` keeps attributes, materials, groups and glTF documents of files, and continues attributes over patches.
 
 use std::fmt::Write;
 use std::fs;
@@ -16,7 +16,7 @@ use tempfile::TempDir;
 
 use crate::shapes::{self, cut, polar, sphere};
 
-/// A folder in which isomend runs.
+/// A temporary folder in which the program runs.
 struct Desk(TempDir);
 
 impl Desk {
@@ -28,7 +28,7 @@ impl Desk {
         self.0.path().join(name)
     }
 
-    /// Fills a file; returns what was said.
+    /// Fills a file; returns the text on standard error.
     fn fill(&self, input: &str, output: &str) -> String {
         let mut command = Command::cargo_bin("isomend").unwrap();
         command.current_dir(self.0.path());
@@ -46,7 +46,7 @@ impl Desk {
     }
 }
 
-/// A unit sphere without its top, with coordinates that 32-bit floats hold.
+/// A unit sphere without its top; its coordinates are exact in 32-bit floats.
 fn bowl() -> Mesh {
     let mut mesh = cut(&sphere(8), |p| polar(p) < 35.0);
     for p in &mut mesh.positions {
@@ -97,7 +97,7 @@ fn save(desk: &Desk, name: &str, format: Format, mesh: &Mesh, attributes: &Attri
     fs::write(desk.path(name), written.bytes).unwrap();
 }
 
-/// All values of the patch are what the surface's own continue to.
+/// Colours, normals and texture coordinates of the patch follow the functions of the position that the input has.
 fn assert_continued(loaded: &Loaded, before: usize) {
     let vertex = |role| loaded.attributes.vertex_role(role).unwrap();
     let (colour, normal, uv) = (
@@ -129,7 +129,7 @@ fn assert_continued(loaded: &Loaded, before: usize) {
 }
 
 #[test]
-fn properties_of_a_ply_file_survive() {
+fn a_fill_keeps_the_properties_of_a_ply_file() {
     let desk = Desk::new();
     let mesh = bowl();
     save(&desk, "in.ply", Format::Ply, &mesh, &dressed(&mesh));
@@ -146,19 +146,19 @@ fn properties_of_a_ply_file_survive() {
         assert_eq!((&a.fields, a.scalar), (&b.fields, b.scalar));
         assert_eq!(a.values, b.values[..n * a.components], "{}", a.name);
     }
-    // Beside those of the file, the expected errors of the patch's vertices.
+    // The fifth attribute is the expected error of the patch's vertices; the others come from the file.
     assert_eq!(after.attributes.vertex.len(), 5);
-    let told = &after.attributes.vertex[4];
-    assert_eq!(told.name, "isomend_sigma");
-    assert!(told.values[..n].iter().all(|s| *s == 0.0));
-    assert!(told.values[n..].iter().all(|s| *s > 0.0));
+    let expected = &after.attributes.vertex[4];
+    assert_eq!(expected.name, "isomend_sigma");
+    assert!(expected.values[..n].iter().all(|s| *s == 0.0));
+    assert!(expected.values[n..].iter().all(|s| *s > 0.0));
     assert_continued(&after, n);
     let scan = &after.attributes.vertex[3].values;
     assert!(scan.iter().all(|s| *s == -1.0 || *s == 7.0));
     for f in 0..after.mesh.faces.len() {
         assert_eq!(after.attributes.is_patch(f), f >= m);
     }
-    // The same through GLB and back, where colours and coordinates become what glTF has.
+    // The same through GLB and back; colours and texture coordinates take the types of glTF.
     desk.fill("in.ply", "out.glb");
     let glb = desk.read("out.glb");
     assert_eq!(glb.mesh.faces[..m], mesh.faces);
@@ -172,7 +172,7 @@ fn properties_of_a_ply_file_survive() {
 }
 
 #[test]
-fn arrays_of_vtk_files_survive() {
+fn a_fill_keeps_the_arrays_of_vtk_files() {
     let desk = Desk::new();
     let mesh = bowl();
     let mut attributes = dressed(&mesh);
@@ -216,7 +216,7 @@ fn arrays_of_vtk_files_survive() {
                 .iter()
                 .all(|v| (0.0..3.0).contains(v) && v.fract() == 0.0)
         );
-        // Restore keeps what it does not cut out; a second run keeps the marks of the first.
+        // Restore keeps attributes of faces that it does not cut out; a second run keeps the patch marks of the first.
         let mut command = Command::cargo_bin("isomend").unwrap();
         let mask = [
             "restore",
@@ -293,7 +293,7 @@ fn lines<'a>(text: &'a str, word: &str) -> Vec<&'a str> {
 }
 
 #[test]
-fn the_look_of_materials_goes_from_obj_to_gltf() {
+fn colours_and_textures_of_materials_go_from_obj_to_gltf() {
     let desk = Desk::new();
     let mesh = bowl();
     fs::write(desk.path("in.obj"), obj(&mesh, -0.8)).unwrap();
@@ -319,7 +319,7 @@ fn the_look_of_materials_goes_from_obj_to_gltf() {
         .unwrap();
     assert_eq!(patch["material"], 1);
     assert!(patch["attributes"]["TEXCOORD_0"].is_u64());
-    // Files outside the folder are not looked at, and without them the names are left.
+    // Material files outside the folder are not read; only the names of the materials are kept.
     fs::create_dir(desk.path("inner")).unwrap();
     let text = obj(&mesh, -0.8).replace("bowl.mtl", "../bowl.mtl");
     fs::write(desk.path("inner/in.obj"), text).unwrap();
@@ -334,7 +334,7 @@ fn the_look_of_materials_goes_from_obj_to_gltf() {
 }
 
 #[test]
-fn materials_groups_and_charts_of_an_obj_file_survive() {
+fn a_fill_keeps_materials_groups_and_charts_of_an_obj_file() {
     let desk = Desk::new();
     let mesh = bowl();
     for (seam, single) in [(-0.8, true), (0.1, false)] {
@@ -366,7 +366,7 @@ fn materials_groups_and_charts_of_an_obj_file_survive() {
         ];
         assert_eq!(lines(&after, "usemtl"), wanted.concat());
         assert_eq!(lines(&after, "g"), ["g left", "g right", "g isomend_patch"]);
-        // A material that is new has a file that describes it; one that is there stays as it is.
+        // A new material gets a file that describes it; an existing file stays unchanged.
         let library = desk.path("isomend_patch.mtl");
         let named = lines(&after, "mtllib").contains(&"mtllib isomend_patch.mtl");
         assert_eq!((named, library.exists()), (!single, !single));
@@ -429,7 +429,7 @@ fn chunks(bytes: &[u8]) -> (Value, Vec<u8>) {
 }
 
 #[test]
-fn the_document_of_a_gltf_file_survives() {
+fn a_fill_keeps_the_document_of_a_gltf_file() {
     let desk = Desk::new();
     let mesh = bowl();
     let root = document(&desk, &mesh);
@@ -463,7 +463,7 @@ fn the_document_of_a_gltf_file_survives() {
     )
     .unwrap();
     assert!(uri.len() / 4 * 3 <= data.len());
-    // Nodes keep all they had, and have one more child each.
+    // Nodes keep all their properties and get one more child each.
     assert_eq!(after["nodes"][0], root["nodes"][0]);
     for (node, child) in [(1, 3), (2, 4)] {
         let mut bare = after["nodes"][node].clone();
@@ -487,7 +487,7 @@ fn the_document_of_a_gltf_file_survives() {
         );
         assert_rim_is_exact(&after, &data, primitive, &mesh);
     }
-    // The scene is closed, and the marks come back.
+    // The scene is closed, and the patch marks are read back.
     let loaded = desk.read("out.glb");
     assert_eq!(
         shapes::topology(&isomend::internals::mesh::welded(&loaded.mesh).0).0,
@@ -499,7 +499,7 @@ fn the_document_of_a_gltf_file_survives() {
     assert_eq!(marked, loaded.mesh.faces.len() - model.mesh.faces.len());
 }
 
-/// The patch's vertices at its rim have, in the node's own coordinates, exactly the positions of the mesh's.
+/// In the node's coordinates, the patch's rim vertices have exactly the positions of the mesh's vertices.
 fn assert_rim_is_exact(root: &Value, data: &[u8], primitive: &Value, mesh: &Mesh) {
     let accessor =
         &root["accessors"][primitive["attributes"]["POSITION"].as_u64().unwrap() as usize];
@@ -543,7 +543,7 @@ fn a_second_fill_keeps_the_first_ones_patches() {
 }
 
 #[test]
-fn faces_taken_out_of_a_document_are_gone_where_they_were_only() {
+fn faces_removed_from_one_node_stay_in_other_nodes_with_the_same_mesh() {
     let desk = Desk::new();
     let mesh = bowl();
     let root = document(&desk, &mesh);
@@ -551,7 +551,7 @@ fn faces_taken_out_of_a_document_are_gone_where_they_were_only() {
     let loaded = read_bytes(&bytes, Format::Gltf, &no_side_files).unwrap();
     let m = mesh.faces.len();
     assert_eq!(loaded.mesh.faces.len(), 2 * m);
-    // A third of the second node's faces, all of them, and none.
+    // Removes a third of the second node's faces, then all of them, then none.
     let marks: [fn(usize, usize) -> bool; 3] =
         [|f, m| f < m || f % 3 > 0, |f, m| f < m, |_, _| true];
     for (round, mark) in marks.into_iter().enumerate() {
@@ -583,7 +583,7 @@ fn faces_taken_out_of_a_document_are_gone_where_they_were_only() {
 }
 
 #[test]
-fn values_without_a_name_get_one_where_a_format_needs_it() {
+fn attributes_without_a_name_are_kept_by_formats_that_need_one() {
     let vtp = r#"<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian"><PolyData>
         <Piece NumberOfPoints="3" NumberOfPolys="1">
         <PointData><DataArray type="Float64" Name="" format="ascii">1 2 3</DataArray></PointData>

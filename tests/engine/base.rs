@@ -1,4 +1,4 @@
-//! Flat bases under open sheets, with walls down from their borders.
+//! Flat bases under open sheets (`flat_base`), with walls from the outer border down to the base.
 
 use glam::DVec3;
 use isomend::{
@@ -15,7 +15,7 @@ fn height(x: f64, y: f64) -> f64 {
     1.5 * (0.4 * x).sin() * (0.3 * y).cos() + 0.05 * x
 }
 
-/// The terrain over a square, with a hole in it, turned such that `up` is above.
+/// The terrain over a square, with or without a hole; `up` turns it into another direction.
 fn terrain(up: fn(DVec3) -> DVec3, hole: bool) -> Mesh {
     let count = SIZE + 1;
     let at = |i: u32, j: u32| {
@@ -43,7 +43,7 @@ fn between(mesh: &Mesh, level: f64) -> f64 {
 }
 
 #[test]
-fn a_terrain_stands_on_its_base() {
+fn a_terrain_is_closed_by_a_base_at_the_given_offset() {
     let mesh = terrain(|p| p, false);
     let lowest = mesh
         .positions
@@ -68,7 +68,7 @@ fn a_terrain_stands_on_its_base() {
         assert!(filled.mesh.positions[count..].iter().all(|p| p.z == level));
         match offset {
             Some(length) => assert!((level - (lowest - length)).abs() < 1e-12),
-            // The mean edge of the border, which goes up and down.
+            // The mean edge length of the border: above 1, because the border rises and falls.
             None => assert!((1.0..1.2).contains(&(lowest - level)), "{level}"),
         }
         let expected = between(&mesh, level);
@@ -77,7 +77,7 @@ fn a_terrain_stands_on_its_base() {
 }
 
 #[test]
-fn walls_go_away_from_the_surface_along_any_axis() {
+fn a_base_along_any_axis_encloses_the_same_volume() {
     let turns: [fn(DVec3) -> DVec3; 3] = [
         |p| p,
         |p| DVec3::new(p.z, p.x, p.y),
@@ -86,7 +86,7 @@ fn walls_go_away_from_the_surface_along_any_axis() {
     let params = FillParams::new().with_flat_base(true).with_base_offset(2.0);
     let volumes = turns.map(|up| {
         let filled = fill(&terrain(up, true), &params).unwrap();
-        // The hole inside is filled as usual.
+        // The inner hole is filled as usual.
         assert_eq!(topology(&filled.mesh), (0, 2));
         assert_eq!(filled.report.tally().bases, 1);
         assert_eq!(filled.report.tally().filled, 1);
@@ -123,8 +123,8 @@ fn tasks_plans_and_repairs_make_the_same_base() {
 }
 
 #[test]
-fn where_no_base_fits_the_border_stays_open() {
-    // The base at the lowest place touches it, which is inside the terrain.
+fn the_border_stays_open_if_no_base_fits() {
+    // With the offset 0, the base touches the terrain at its lowest vertex, which is not on the border.
     let params = FillParams::new().with_flat_base(true).with_base_offset(0.0);
     let mesh = terrain(|p| p, false);
     let touching = fill(&mesh, &params).unwrap();
@@ -132,7 +132,7 @@ fn where_no_base_fits_the_border_stays_open() {
     assert!(matches!(text, HoleOutcome::Failed(_)), "{text:?}");
     assert!(format!("{text:?}").contains("base_offset"));
     assert_eq!(touching.mesh, mesh);
-    // A border that crosses itself from above.
+    // A border that intersects itself in the view from above.
     let overhang = terrain(
         |p| DVec3::new(p.x + 2.5 * p.z * (p.y - 12.0), p.y, p.z),
         false,
@@ -142,7 +142,7 @@ fn where_no_base_fits_the_border_stays_open() {
         left.report.holes[0].outcome,
         HoleOutcome::Failed(_)
     ));
-    // An offset without a base, and a base of level sets, make no sense.
+    // An offset without a base and a negative offset are refused.
     let alone = FillParams::new().with_base_offset(1.0);
     assert!(alone.check().unwrap_err().to_string().contains("flat_base"));
     let negative = FillParams::new()

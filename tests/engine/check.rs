@@ -1,4 +1,4 @@
-//! `isomend check`: one verdict, with every defect told where it is.
+//! `isomend check`: one verdict, and every defect with its count and place.
 
 use crate::desk::{Desk, assert_code, text};
 use crate::shapes::{Noise, cut, joined, moved, polar, sphere, torus, turned};
@@ -11,7 +11,7 @@ fn verdict(mesh: &Mesh) -> Verdict {
     inspect(mesh).unwrap().check(&CheckParams::default())
 }
 
-/// The kinds of defects that there are, with their counts.
+/// The defects of a mesh by kind, with their counts.
 fn counts(mesh: &Mesh) -> Vec<(DefectKind, usize)> {
     let verdict = verdict(mesh);
     verdict.defects.iter().map(|d| (d.kind, d.count)).collect()
@@ -34,7 +34,7 @@ fn good_meshes_have_no_defect() {
 }
 
 #[test]
-fn each_defect_is_told_with_its_number_and_place() {
+fn each_defect_is_reported_with_its_count_and_place() {
     let ball = turned(sphere(6));
     let top = |p: DVec3| polar(p) < 30.0;
     let open = cut(&ball, top);
@@ -74,8 +74,8 @@ fn each_defect_is_told_with_its_number_and_place() {
 }
 
 #[test]
-fn surfaces_that_meet_in_a_vertex_are_told() {
-    // Two tetrahedra with a common corner.
+fn surfaces_that_touch_in_a_vertex_are_reported() {
+    // Two tetrahedra with a common vertex.
     let p = DVec3::new;
     let mesh = Mesh::new(
         vec![
@@ -118,8 +118,8 @@ fn components_are_measured_and_nested() {
 }
 
 #[test]
-fn thin_parts_are_those_below_the_length() {
-    // A slab of thickness 0.1.
+fn parts_thinner_than_the_given_length_are_reported() {
+    // A flattened ball, at most 0.1 thick.
     let slab = moved(&sphere(12), 1.0, DVec3::ZERO);
     let slab = Mesh::new(
         slab.positions
@@ -189,7 +189,7 @@ fn the_picture_and_the_page_mark_the_places() {
 }
 
 #[test]
-fn what_cannot_be_measured_is_refused() {
+fn invalid_coordinates_and_lengths_are_refused() {
     let desk = Desk::new();
     desk.text("nan.obj", "v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n");
     let done = desk.run(&["check", "nan.obj"]);
@@ -199,20 +199,20 @@ fn what_cannot_be_measured_is_refused() {
 }
 
 #[test]
-fn thousands_of_faces_in_one_place_are_checked_in_time() {
+fn coincident_faces_are_checked_in_time() {
     let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
     let mesh = Mesh::new(corners.to_vec(), vec![[0, 1, 2]; 60_000]);
     let begun = std::time::Instant::now();
     assert!(!verdict(&mesh).is_sound());
-    // It took a minute when each face was held against each.
+    // Comparing each face with every other face took a minute.
     assert!(begun.elapsed().as_secs() < 20);
 }
 
-/// 21 times the time for eight times the triangles was measured: ever more of the border lies near each edge. 64 times would be quadratic,
-/// as it was where each end of an edge was compared with all border vertices within a tenth of the edge.
+/// Measured: 21 times the time for eight times the triangles, because more boundary edges are near each edge. Quadratic growth would be 64
+/// times; it was measured when each end of an edge was compared with all boundary vertices within a tenth of the edge.
 #[test]
 #[cfg(target_os = "linux")]
-fn long_triangles_at_random_places_are_checked_in_time_that_grows_with_their_number() {
+fn the_check_of_long_random_triangles_takes_less_than_quadratic_time() {
     use crate::cpu::{cpu, this_thread};
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let pool = pool.unwrap();

@@ -1,13 +1,13 @@
-//! The fill of exact surfaces: bounds on the error, and second order.
+//! Level-set fills of exact surfaces: error bounds and second-order convergence.
 
 use isomend::internals::flow::{Energy, FlowSettings, Variant};
 use isomend::study::experiments::{PatchError, fill_shape, patch_error};
 use isomend::study::shapes::ExactShape;
 
-/// Iterations of the preconditioned solve of one step, at any resolution.
+/// Upper bound of the iterations of the preconditioned solver in one step, at any resolution.
 const MOST_ITERATIONS: usize = 6;
 
-/// The error at `16 · 2^refinements` voxels across the unknown ball.
+/// The error of a fill with `16 · 2^refinements` voxels across the unknown ball.
 fn errors(shape: &ExactShape, refinements: usize) -> PatchError {
     let solved = fill_shape(shape, refinements, FlowSettings::default(), &|| true);
     assert!(solved.converged(), "{}", shape.name);
@@ -24,8 +24,8 @@ fn a_plane_is_filled_exactly() {
     assert!(errors(&ExactShape::plane(), 0).largest < 1e-6);
 }
 
-/// The largest error at 32 voxels across stays below 1.56e-4 of the diameter for a cap of 60 degrees and below 4.5e-4 for
-/// one of 90 degrees.
+/// With 32 voxels across, the largest error is below 1.56e-4 of the diameter for a cap of 60 degrees and below 4.5e-4 for a
+/// cap of 90 degrees.
 #[test]
 fn sphere_caps_are_within_bounds() {
     for (degrees, bound) in [(60.0f64, 1.56e-4), (90.0, 4.5e-4)] {
@@ -55,9 +55,9 @@ fn the_catenoid_and_the_inner_torus_converge_at_second_order() {
     }
 }
 
-/// A cyclide is a Möbius image of the Clifford torus, and so as critical.
+/// A cyclide is a Möbius image of the Clifford torus, and therefore also a critical point of the Willmore energy.
 #[test]
-fn a_cyclide_is_continued() {
+fn a_cyclide_is_continued_within_bounds() {
     let (coarse, fine) = (
         errors(&ExactShape::cyclide(), 0),
         errors(&ExactShape::cyclide(), 1),
@@ -70,7 +70,7 @@ fn a_cyclide_is_continued() {
 }
 
 #[test]
-fn all_variants_end_in_the_same_surface() {
+fn all_variants_converge_to_the_same_energy() {
     let shape = ExactShape::clifford_torus("outer torus", 1.0, true);
     let ends: Vec<f64> = [Variant::I, Variant::II, Variant::GaussNewton]
         .into_iter()
@@ -90,8 +90,8 @@ fn all_variants_end_in_the_same_surface() {
     }
 }
 
-/// Surfaces that the Willmore energy cannot continue: within 1.2 times 3.8e-4 and 11e-4 of the diameter at 32 voxels across,
-/// and at least ten times closer than Willmore's.
+/// The Willmore energy cannot continue cylinders and ellipsoids. With 32 voxels across, the energy of curvature variation is
+/// within 1.2 times 3.8e-4 and 11e-4 of the diameter, at least ten times closer than the Willmore energy.
 #[test]
 fn the_variation_of_curvature_continues_cylinders_and_ellipsoids() {
     let flow = FlowSettings {

@@ -1,4 +1,4 @@
-//! Sharp edges that end at rims: found and numbered, continued or said not to be, and asked for by hand.
+//! Sharp edges (creases) that end at rims: detection, numbering, continuation over holes, and pairs of ends chosen by the caller.
 
 use glam::DVec3;
 use isomend::{
@@ -12,7 +12,7 @@ fn asked(pairs: &[[usize; 2]]) -> FillParams {
     FillParams::new().with_creases(pairs.iter().copied())
 }
 
-/// The number of the hole across an edge of the cube: two edges end there.
+/// The hole across an edge of the cube: its number and the numbers of the two crease ends there.
 fn across_edge(found: &Inspection) -> (usize, [usize; 2]) {
     let ends = found.crease_ends(&Control::new()).unwrap();
     let of = |hole: usize| {
@@ -35,7 +35,7 @@ fn ends_of_edges_are_numbered_over_all_holes() {
         assert!((end.angle - 90.0).abs() < 1e-6, "{}", end.angle);
         let hole = &found.holes[end.hole.get() - 1];
         assert!(hole.rim.contains(&end.vertex));
-        // Two coordinates of a point on an edge are those of sides.
+        // A point on an edge of the cube has two coordinates that are 0 or 12.
         let on_sides = end.position.to_array().map(|x| x == 0.0 || x == 12.0);
         assert_eq!(on_sides.iter().filter(|on| **on).count(), 2);
     }
@@ -50,14 +50,14 @@ fn ends_of_edges_are_numbered_over_all_holes() {
     cancel.cancel();
     let stopped = found.crease_ends(&Control::new().cancel(&cancel));
     assert!(matches!(stopped, Err(FillError::Cancelled)));
-    // Smooth shapes have none.
+    // Smooth shapes have no crease ends.
     let ball = cut(&sphere(10), |p| p.z > 0.8 || p.distance(DVec3::X) < 0.4);
     let ball = Inspection::new(&ball).unwrap();
     assert_eq!(ball.crease_ends(&Control::new()).unwrap(), []);
 }
 
 #[test]
-fn edges_that_are_not_continued_are_said() {
+fn sharp_edges_that_are_not_continued_are_reported() {
     let open = fill(&turned(open_cube()), &FillParams::default()).unwrap();
     for region in &open.report.regions {
         assert_eq!(region.closed_by, Some(ClosedBy::Sides));
@@ -79,7 +79,7 @@ fn edges_that_are_not_continued_are_said() {
     assert!(matches!(lost.not_continued, Some(NotContinued::Intersects(n)) if n > 0));
     assert!(!blocked.report.flawless());
     assert!(!blocked.report.incomplete());
-    // Without being looked for they are not missed.
+    // With `sharp` off, sharp edges are not searched for and not reported as missing.
     let smooth = fill(&mesh, &FillParams::new().with_sharp(Sharp::Off)).unwrap();
     let is_seen = |r: &isomend::RegionReport| r.crease_ends > 0 || r.not_continued.is_some();
     assert!(!smooth.report.regions.iter().any(is_seen));
@@ -87,7 +87,7 @@ fn edges_that_are_not_continued_are_said() {
 }
 
 #[test]
-fn an_edge_is_continued_between_two_ends_that_are_named() {
+fn an_edge_is_continued_between_two_ends_given_by_number() {
     let mesh = open_cube();
     let found = Inspection::new(&mesh).unwrap();
     let (hole, pair) = across_edge(&found);
@@ -101,7 +101,7 @@ fn an_edge_is_continued_between_two_ends_that_are_named() {
         assert_eq!(filled.mesh, own.mesh);
         assert_eq!(topology(&filled.mesh), (0, 2));
     }
-    // What intersects something is not taken even so, and the reason is said.
+    // A pair chosen by the caller is also rejected if its sides intersect other faces, and the cause is reported.
     let blocked = Inspection::new(blocked_cube()).unwrap();
     let (hole, pair) = across_edge(&blocked);
     let filled = blocked.fill(&asked(&[pair]), &Control::new()).unwrap();
@@ -114,7 +114,7 @@ fn an_edge_is_continued_between_two_ends_that_are_named() {
 }
 
 #[test]
-fn pairs_that_make_no_sense_are_refused_before_anything_is_filled() {
+fn invalid_pairs_of_ends_are_refused_before_the_fill() {
     let mesh = open_cube();
     let found = Inspection::new(&mesh).unwrap();
     let (hole, pair) = across_edge(&found);
@@ -135,7 +135,7 @@ fn pairs_that_make_no_sense_are_refused_before_anything_is_filled() {
 }
 
 #[test]
-fn tasks_and_repairs_continue_what_is_asked_for() {
+fn tasks_and_repairs_continue_the_given_pairs() {
     let mesh = open_cube();
     let found = Inspection::new(&mesh).unwrap();
     let (hole, pair) = across_edge(&found);
@@ -145,7 +145,7 @@ fn tasks_and_repairs_continue_what_is_asked_for() {
     let patches = regions.tasks().map(|task| task.solve(&Control::new()));
     let patches = patches.collect::<Result<_, _>>().unwrap();
     assert_eq!(regions.assemble(patches).unwrap().mesh, whole.mesh);
-    // A repair that takes faces and vertices out of the front gives vertices, holes and ends other numbers.
+    // The repair removes the first face and its vertices, which changes the numbers of vertices, holes and ends.
     let mut dirty = Mesh::new(vec![DVec3::splat(3.0); 3], vec![[0, 1, 2]]);
     dirty.positions.extend(&mesh.positions);
     dirty
@@ -161,14 +161,14 @@ fn tasks_and_repairs_continue_what_is_asked_for() {
 }
 
 #[test]
-fn a_flat_side_has_no_edges_that_end() {
+fn a_hole_in_a_flat_side_has_no_crease_ends() {
     let mesh = cut(&cube(12), |p| p.distance(DVec3::new(6.0, 6.0, 12.0)) < 2.5);
     let filled = fill(&mesh, &FillParams::default()).unwrap();
     let region = &filled.report.regions[0];
     assert_eq!((region.crease_ends, &region.not_continued), (0, &None));
 }
 
-/// The cube with a dent in the middle of an edge.
+/// A cube with a dent at the middle of an edge.
 fn dented_cube(centre: DVec3) -> Mesh {
     let mut mesh = cube(12);
     for p in &mut mesh.positions {
@@ -181,7 +181,7 @@ fn dented_cube(centre: DVec3) -> Mesh {
 }
 
 #[test]
-fn restoring_damage_gives_the_edge_back() {
+fn restoring_a_dent_restores_the_sharp_edge() {
     let (centre, radius) = (DVec3::new(6.0, 0.0, 12.0), 3.2);
     let mesh = dented_cube(centre);
     let mask = Mask {
@@ -196,9 +196,9 @@ fn restoring_damage_gives_the_edge_back() {
 }
 
 #[test]
-fn repairs_continue_edges_beside_what_they_cut_out() {
+fn repairs_continue_sharp_edges_after_removing_faces() {
     let mut mesh = open_cube();
-    // Duplicate faces, one of them turned over.
+    // Two duplicates of a face, one of them turned.
     let [a, b, c] = mesh.faces[40];
     mesh.faces.extend([[a, b, c], [b, a, c]]);
     let whole = repair(

@@ -1,11 +1,11 @@
-//! Energies of the caller's own.
+//! Fills with a bending energy that the caller defines (`fill_with`).
 
 use glam::DVec3;
 use isomend::{BendingEnergy, Control, Density, Energy, FillParams, fill, inspect};
 
 use crate::shapes::{cut, polar, sphere, topology};
 
-/// An energy whose density is no number.
+/// An energy whose density is not a number.
 struct Broken;
 
 impl BendingEnergy for Broken {
@@ -39,10 +39,10 @@ fn mean_radius(target: f64) -> f64 {
     patch.iter().map(|p| p.length()).sum::<f64>() / patch.len() as f64
 }
 
-/// The first variation of ½∫(h − h₀)² at the unit sphere, for which h = 2, is `∫ c (c − 2) v` with c = 2 − h₀ for a move v outward: with the
-/// targets 0 and 2 the sphere is a steady state, with those between the patch is fuller, with all others flatter.
+/// At the unit sphere, where h = 2, the first variation of ½∫(h − h₀)² is `∫ c (c − 2) v` with c = 2 − h₀, for a displacement v outward.
+/// The sphere is a steady state for the targets 0 and 2; targets between them make the patch bulge more, all others less.
 #[test]
-fn a_patch_leaves_the_sphere_to_the_side_that_the_first_variation_tells() {
+fn a_patch_leaves_the_sphere_to_the_side_that_the_first_variation_predicts() {
     let [same, willmore] = [2.0, 0.0].map(mean_radius);
     assert!((same - 1.0).abs() < 5e-4, "{same}");
     assert!((willmore - 1.0).abs() < 5e-4, "{willmore}");
@@ -55,7 +55,7 @@ fn a_patch_leaves_the_sphere_to_the_side_that_the_first_variation_tells() {
 }
 
 #[test]
-fn an_energy_that_is_no_number_leaves_the_hole_to_the_willmore_energy() {
+fn the_willmore_energy_replaces_an_energy_that_is_not_a_number() {
     let mesh = cut(&sphere(10), |p| polar(p) < 40.0);
     let found = inspect(&mesh).unwrap();
     let filled = found
@@ -66,7 +66,7 @@ fn an_energy_that_is_no_number_leaves_the_hole_to_the_willmore_energy() {
 }
 
 #[test]
-fn parameters_cannot_ask_for_an_energy_that_is_not_there() {
+fn parameters_cannot_select_an_own_energy_without_its_definition() {
     let mesh = cut(&sphere(10), |p| polar(p) < 40.0);
     let error = fill(&mesh, &FillParams::new().with_energy(Energy::Own)).unwrap_err();
     assert!(error.to_string().contains("fill_with"), "{error}");

@@ -1,4 +1,4 @@
-//! The programs of `examples/` do what they say.
+//! The programs in `examples/` run and give accurate results.
 #![allow(dead_code)] // Their `main` functions are not called here.
 
 #[path = "../../examples/choose_holes.rs"]
@@ -26,7 +26,7 @@ fn a_ball_without_its_top_is_filled_to_the_sphere() {
 }
 
 #[test]
-fn an_energy_of_the_callers_own_continues_a_tube_that_the_willmore_energy_does_not() {
+fn an_own_energy_continues_a_tube_that_the_willmore_energy_does_not() {
     let [willmore, own] = own_energy::run().unwrap();
     assert!(
         willmore > 0.005 && own < 0.2 * willmore,

@@ -1,4 +1,4 @@
-//! `isomend fair`: noise goes, form stays, and so does all that is not marked.
+//! `isomend fair` removes noise, keeps the shape, and leaves unmarked faces unchanged.
 
 use std::process::Output;
 
@@ -12,7 +12,7 @@ use isomend::{Mask, Selector};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A number from a normal distribution that looks like chance.
+/// A pseudo-random number from the standard normal distribution.
 fn chance(i: usize, axis: usize) -> f64 {
     let uniform = |salt: f64| {
         let x = ((3 * i + axis) as f64 * 12.9898 + salt).sin() * 43_758.545_3;
@@ -22,7 +22,7 @@ fn chance(i: usize, axis: usize) -> f64 {
     (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
 }
 
-/// The mesh with noise of a given root mean square along its normals.
+/// The mesh with noise along its normals, of root mean square `noise`.
 fn noisy(mesh: &Mesh, noise: f64, normal: impl Fn(DVec3) -> DVec3) -> Mesh {
     let mut mesh = mesh.clone();
     for (i, p) in mesh.positions.iter_mut().enumerate() {
@@ -99,7 +99,7 @@ fn noise_on_a_sphere_and_a_clifford_torus_falls_to_less_than_half() {
 }
 
 #[test]
-fn a_sphere_stays_and_strength_is_a_time() {
+fn a_sphere_keeps_its_shape_and_strength_converts_to_time() {
     let mesh = shapes::sphere(10);
     let length = 1.2;
     let by_strength = fair(&mesh, None, &strength(length)).expect("a faired mesh");
@@ -123,7 +123,7 @@ fn ball(mesh: &Mesh, centre: DVec3, radius: f64) -> Vec<bool> {
 }
 
 #[test]
-fn a_marked_region_loses_its_noise_and_all_else_stays() {
+fn fairing_a_marked_region_halves_its_noise_and_keeps_the_rest() {
     let centre = DVec3::new(0.3, 0.4, 0.5).normalize();
     let clean = shapes::sphere(16);
     let mut mesh = noisy(&clean, 0.01, DVec3::normalize);
@@ -154,7 +154,7 @@ fn a_marked_region_loses_its_noise_and_all_else_stays() {
 }
 
 #[test]
-fn a_band_round_a_tube_stays_a_tube() {
+fn a_faired_band_round_a_tube_keeps_its_topology() {
     let mesh = noisy(&shapes::torus(90, 60), 0.005, torus_normal);
     let marked: Vec<bool> = mesh
         .faces
@@ -171,7 +171,7 @@ fn a_band_round_a_tube_stays_a_tube() {
 }
 
 #[test]
-fn an_open_mesh_keeps_its_borders() {
+fn fairing_an_open_mesh_keeps_its_boundary_loop() {
     let mesh = noisy(&shapes::sphere(16), 0.01, DVec3::normalize);
     let mesh = shapes::cut(&mesh, |p| p.z < -0.75);
     let faired = fair(&mesh, None, &strength(0.5)).expect("a faired mesh");
@@ -190,8 +190,8 @@ fn an_open_mesh_keeps_its_borders() {
 }
 
 #[test]
-fn a_thin_part_over_a_border_evolves_too() {
-    // Over the strip round its hole the lens is nearer to that strip than to where it begins to evolve.
+fn a_thin_wall_opposite_a_boundary_loop_is_faired() {
+    // Opposite the fixed strip round the hole, the lens is nearer to this strip than to any face that evolves.
     let mut lens = shapes::sphere(20);
     lens.positions.iter_mut().for_each(|p| p.z *= 0.25);
     let mesh = shapes::cut(&lens, |p| p.z < 0.0 && DVec2::new(p.x, p.y).length() < 0.25);
@@ -212,7 +212,7 @@ fn a_thin_part_over_a_border_evolves_too() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused() {
+fn invalid_masks_voxels_and_strengths_are_refused() {
     let mesh = shapes::sphere(6);
     let none = vec![false; mesh.faces.len()];
     let error = fair(&mesh, Some(&none), &FairParams::default()).unwrap_err();

@@ -1,4 +1,4 @@
-//! Inputs that once made a fill slow, endless or dishonest: each is to be accounted for, and soon.
+//! Inputs on which a fill was once slow, endless or wrongly reported: each must end in time with a correct report.
 
 use std::time::{Duration, Instant};
 
@@ -9,7 +9,7 @@ use isomend::ChainReason;
 use isomend::io::Format;
 use isomend::{FillParams, HoleOutcome, Mesh, fill, inspect};
 
-/// Far more than these fills take, and far less than they took.
+/// Upper bound of the run time: far more than these fills take, and far less than they once took.
 const SOON: Duration = Duration::from_secs(20);
 
 fn soup(count: u32) -> Mesh {
@@ -31,7 +31,7 @@ fn soup(count: u32) -> Mesh {
 }
 
 #[test]
-fn loose_triangles_are_told_from_holes_in_time() {
+fn loose_triangles_are_distinguished_from_holes_in_time() {
     let begun = Instant::now();
     let filled = fill(&soup(20_000), &FillParams::default()).unwrap();
     assert!(begun.elapsed() < SOON, "{:?}", begun.elapsed());
@@ -40,13 +40,13 @@ fn loose_triangles_are_told_from_holes_in_time() {
 }
 
 #[test]
-fn coincident_faces_without_holes_need_no_hierarchy() {
+fn coincident_faces_are_handled_in_time() {
     let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
     let mut mesh = Mesh::new(corners.to_vec(), vec![[0, 1, 2]; 60_000]);
     let begun = Instant::now();
     let filled = fill(&mesh, &FillParams::default()).unwrap();
     assert_eq!(filled.mesh, mesh);
-    // With a hole beside them there is one.
+    // With a hole in the mesh, a hierarchy is built.
     let base = mesh.positions.len() as u32;
     let holed = cut(&sphere(8), |p| polar(p) < 35.0);
     mesh.positions
@@ -59,7 +59,7 @@ fn coincident_faces_without_holes_need_no_hierarchy() {
 }
 
 #[test]
-fn a_mesh_that_is_inside_out_gets_the_mirror_image_of_its_fill() {
+fn an_inside_out_mesh_gets_the_mirror_image_of_the_fill() {
     let mesh = cut(&sphere(12), |p| polar(p) < 40.0);
     let turned = Mesh::new(
         mesh.positions.clone(),
@@ -72,7 +72,7 @@ fn a_mesh_that_is_inside_out_gets_the_mirror_image_of_its_fill() {
     for new in &inverse.mesh.positions[mesh.positions.len()..] {
         assert!((new.length() - 1.0).abs() < 0.01, "{new}");
     }
-    // The patch is turned as its surroundings are.
+    // The patch has the orientation of its surroundings.
     let volume = |m: &Mesh| -> f64 {
         let six = |f: &[u32; 3]| {
             let [a, b, c] = f.map(|v| m.positions[v as usize]);
@@ -85,8 +85,8 @@ fn a_mesh_that_is_inside_out_gets_the_mirror_image_of_its_fill() {
 }
 
 #[test]
-fn files_whose_bytes_are_shifted_end_in_time() {
-    // Floats out of shifted bytes are spikes of any length.
+fn files_with_shifted_bytes_are_filled_in_time() {
+    // Floats read from shifted bytes give spikes of any length.
     let stl = bytes(&ball(), Format::Stl);
     for place in [384, 391, 400, 413, 434, 521, 1034, 2222] {
         let mut shifted = stl.clone();
@@ -104,7 +104,7 @@ fn files_whose_bytes_are_shifted_end_in_time() {
     }
 }
 
-/// A band of squares with half a turn in it.
+/// A Möbius band of `n` squares.
 fn moebius(n: u32) -> Mesh {
     let mut mesh = Mesh::default();
     for i in 0..n {
@@ -124,7 +124,7 @@ fn moebius(n: u32) -> Mesh {
 }
 
 #[test]
-fn a_one_sided_surface_has_chains_that_do_not_close() {
+fn boundary_chains_of_a_one_sided_surface_do_not_close() {
     let band = moebius(40);
     let found = inspect(&band).unwrap();
     assert!(!found.open_chains.is_empty());
@@ -149,7 +149,7 @@ fn a_one_sided_surface_has_chains_that_do_not_close() {
 }
 
 #[test]
-fn faces_that_are_there_twice_are_the_reason_of_a_chain() {
+fn a_duplicate_face_is_reported_as_the_reason_of_an_open_chain() {
     let mut mesh = cut(&sphere(6), |p| polar(p) < 50.0);
     let rim = inspect(&mesh).unwrap().holes[0].rim.clone();
     let edge = [rim[0], rim[1]];
@@ -172,7 +172,7 @@ fn faces_that_are_there_twice_are_the_reason_of_a_chain() {
 }
 
 #[test]
-fn meshes_that_cannot_be_measured_are_refused_by_the_library_too() {
+fn meshes_too_large_or_too_small_to_measure_are_refused() {
     for (scale, words) in [
         (1e80, "too large to measure"),
         (1e-168, "too small to measure"),
@@ -186,7 +186,7 @@ fn meshes_that_cannot_be_measured_are_refused_by_the_library_too() {
 
 #[test]
 fn small_rims_far_apart_share_a_lattice_that_fits() {
-    // Two small spheres with a hole each, far apart, that are to be bridged.
+    // Two small spheres far apart, each with a hole; a bridge joins the holes.
     let small = cut(&sphere(6), |p| polar(p) < 40.0);
     let mut mesh = Mesh::default();
     for away in [0.0, 1e9] {

@@ -1,4 +1,4 @@
-//! Flat caps where they are asked for, and the remark on surfaces that are continued far beyond their rims.
+//! Planar caps on request (`flat`), and the remark on patches that rise far above their rims.
 
 use crate::desk::{Desk, assert_code, text};
 use crate::shapes::{bits, cut, polar, sphere, topology};
@@ -6,7 +6,7 @@ use glam::DVec3;
 use isomend::io::Format;
 use isomend::{FillParams, HoleOutcome, HolePlan, Inspection, Mesh, fill};
 
-/// Half a ball: the rest of its surface rises by half its diameter.
+/// Half a ball: the sphere that continues it rises above the rim by half the diameter.
 fn half() -> Mesh {
     cut(&sphere(14), |p| polar(p) < 90.0)
 }
@@ -16,7 +16,7 @@ fn flat(holes: &[usize]) -> FillParams {
 }
 
 #[test]
-fn a_flat_cap_lies_in_the_plane_of_its_rim() {
+fn a_flat_cap_is_in_the_plane_of_its_rim() {
     let mesh = half();
     let filled = fill(&mesh, &flat(&[1])).unwrap();
     assert_eq!(topology(&filled.mesh), (0, 2));
@@ -36,7 +36,7 @@ fn a_flat_cap_lies_in_the_plane_of_its_rim() {
     let region = &filled.report.regions[0];
     assert!(region.rise.unwrap() < 1e-9 && !region.balloons());
     assert_eq!(region.intersecting_faces, 0);
-    // As dense as the mesh.
+    // The mean face area is similar to the mesh's.
     let area = |mesh: &Mesh, faces: &[[u32; 3]]| {
         let of = |f: &[u32; 3]| {
             let [a, b, c] = f.map(|v| mesh.positions[v as usize]);
@@ -52,7 +52,7 @@ fn a_flat_cap_lies_in_the_plane_of_its_rim() {
 }
 
 #[test]
-fn the_surface_goes_on_without_it_which_is_said() {
+fn a_patch_that_rises_far_above_its_rim_is_reported() {
     let filled = fill(&half(), &FillParams::default()).unwrap();
     let region = &filled.report.regions[0];
     let rise = region.rise.unwrap();
@@ -63,7 +63,7 @@ fn the_surface_goes_on_without_it_which_is_said() {
 }
 
 #[test]
-fn a_flat_cap_does_not_depend_on_its_neighbours_and_is_planned() {
+fn a_flat_cap_does_not_depend_on_other_holes_and_is_in_the_plan() {
     let two = cut(&sphere(14), |p| polar(p) < 40.0 || polar(p) > 150.0);
     let both = fill(&two, &flat(&[1, 2])).unwrap();
     let mixed = fill(&two, &flat(&[1]).with_holes([2])).unwrap();
@@ -90,7 +90,7 @@ fn a_flat_cap_does_not_depend_on_its_neighbours_and_is_planned() {
 }
 
 #[test]
-fn the_command_line_names_the_option_and_refuses_what_cannot_be() {
+fn the_command_line_suggests_flat_caps_and_refuses_invalid_ones() {
     let desk = Desk::new();
     desk.save("half.ply", &half(), Format::Ply);
     let done = desk.run(&["fill", "half.ply", "-o", "round.ply"]);

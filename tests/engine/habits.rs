@@ -1,4 +1,4 @@
-//! Files of options, trial runs, colours.
+//! The command line's option files (`--config`), dry runs, and colours in terminals.
 
 use std::fs;
 
@@ -16,7 +16,7 @@ fn outcomes(report: &Value) -> Vec<&str> {
 }
 
 #[test]
-fn a_file_of_options_fills_in_what_the_command_line_does_not_say() {
+fn an_option_file_sets_options_that_the_command_line_omits() {
     let desk = Desk::new();
     let options = "voxel = 0.08\nquiet = true\ncolour = 'ff0000'\n\n[fill]\nholes = [2]\n\n[restore]\nvoxel = 0.5\n";
     desk.text("options.toml", options);
@@ -28,7 +28,7 @@ fn a_file_of_options_fills_in_what_the_command_line_does_not_say() {
     let report = desk.json("report.json");
     assert_eq!(outcomes(&report), ["left", "filled"]);
     assert_eq!(report["regions"][0]["voxel"], 0.08);
-    // The command line goes before the file, and -v before its quiet, which it does not go with.
+    // Options of the command line override the file; `-v` overrides `quiet`, which it excludes.
     let done = desk.run(&[&with_file[..], &["--holes=1", "--voxel", "0.1", "-v"]].concat());
     assert_code(&done, 0);
     assert!(text(&done.stderr).contains("options from options.toml"));
@@ -38,7 +38,7 @@ fn a_file_of_options_fills_in_what_the_command_line_does_not_say() {
 }
 
 #[test]
-fn paths_and_lists_in_a_file_of_options_are_taken_as_meant() {
+fn an_option_file_may_hold_paths_and_lists() {
     let desk = Desk::new();
     fs::create_dir(desk.path("sub")).unwrap();
     let options = "[restore]\noutput = 'out.ply'\njson = 'r.json'\nball = [[0, 0, -1, 0.3], [0, -1.0, 0, 3e-1]]\n\
@@ -53,7 +53,7 @@ fn paths_and_lists_in_a_file_of_options_are_taken_as_meant() {
         desk.json("sub/r.json")["regions"].as_array().unwrap().len(),
         2
     );
-    // What is given on the command line takes the place of a whole list.
+    // A list on the command line replaces the whole list of the file.
     let done = desk.run(&[
         "restore",
         "ball.ply",
@@ -72,7 +72,7 @@ fn paths_and_lists_in_a_file_of_options_are_taken_as_meant() {
 }
 
 #[test]
-fn mistakes_in_a_file_of_options_are_named_with_their_line() {
+fn mistakes_in_an_option_file_are_reported_with_their_line() {
     let desk = Desk::new();
     for (options, words) in [
         (
@@ -112,7 +112,7 @@ fn mistakes_in_a_file_of_options_are_named_with_their_line() {
 }
 
 #[test]
-fn a_trial_run_says_what_would_be_filled_and_writes_nothing() {
+fn a_dry_run_reports_what_would_be_filled_and_writes_nothing() {
     let desk = Desk::new();
     let done = desk.run(&["fill", "ball.ply", "--dry-run", "--max-diameter", "0.9"]);
     assert_code(&done, 0);
@@ -141,7 +141,7 @@ fn a_trial_run_says_what_would_be_filled_and_writes_nothing() {
     assert_eq!(plan["dry_run"], true);
     assert_eq!(outcomes(&plan), ["would_be_filled", "left"]);
     assert_eq!(desk.files(), ["ball.ply"]);
-    // What is done is what was said.
+    // The run does what the dry run reported.
     let fill = [
         "fill",
         "ball.ply",
@@ -166,7 +166,7 @@ fn a_trial_run_says_what_would_be_filled_and_writes_nothing() {
 }
 
 #[test]
-fn a_trial_run_of_restore_says_what_would_be_cut_out() {
+fn a_dry_run_of_restore_reports_what_would_be_cut_out() {
     let desk = Desk::new();
     let mask = [
         "restore",
@@ -210,7 +210,7 @@ fn a_trial_run_of_restore_says_what_would_be_cut_out() {
 }
 
 #[test]
-fn colours_are_for_terminals_and_follow_the_environment() {
+fn output_is_coloured_in_terminals_only_unless_the_environment_says_otherwise() {
     let desk = Desk::new();
     let table = |environment: &[(&str, &str)]| {
         let mut command = desk.command(&["inspect", "ball.ply"]);
@@ -224,7 +224,7 @@ fn colours_are_for_terminals_and_follow_the_environment() {
     assert_eq!(table(&[("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")]), plain);
     assert_eq!(table(&[("CLICOLOR_FORCE", "")]), plain);
     assert_eq!(table(&[("CLICOLOR", "0")]), plain);
-    // JSON and meshes are never coloured, errors are.
+    // JSON and meshes are never coloured; errors are.
     let mut command = desk.command(&["inspect", "none.ply", "--json", "-"]);
     let done = command.env("CLICOLOR_FORCE", "1").output().unwrap();
     assert!(done.stderr.starts_with(b"\x1b["), "{}", text(&done.stderr));

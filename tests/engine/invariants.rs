@@ -1,4 +1,4 @@
-//! What must hold of every fill, over families of shapes whose exact surface is known.
+//! Invariants of fills on shapes with known exact surfaces: kept input, topology, face quality and error bounds.
 
 use std::f64::consts::PI;
 
@@ -11,9 +11,9 @@ use isomend::{
 
 use crate::shapes::{self, bits, cut, polar, topology, turn, turned};
 
-/// Fills all holes and checks all that must hold of any result.
+/// Fills all holes and checks the invariants of every result.
 fn fill_all(mesh: &Mesh, euler: i64) -> Filled {
-    // The level set alone: the finish has tests of its own, and other errors on coarse triangles.
+    // Without the finish: it has its own tests, and other errors on coarse triangles.
     let mut params = FillParams::default();
     params.finish = Finish::None;
     let filled = fill(mesh, &params).unwrap();
@@ -46,8 +46,8 @@ fn assert_kept(mesh: &Mesh, filled: &Mesh) {
     assert_eq!(filled.faces[..mesh.faces.len()], mesh.faces);
 }
 
-/// Distance of the patch to the exact surface, root mean square over points on its faces, over the hole's diameter, in
-/// per mille. It includes that facets are flat.
+/// Root mean square distance of points on the patch's faces to the exact surface, in per mille of the hole's diameter. It
+/// includes the error of flat faces.
 fn error(mesh: &Mesh, filled: &Filled, distance: impl Fn(DVec3) -> f64) -> f64 {
     let back = turn().transpose();
     let (mut sum, mut area) = (0.0, 0.0);
@@ -78,28 +78,28 @@ fn assert_sphere(mesh: &Mesh, bound: f64) {
 }
 
 #[test]
-fn sphere_cap_of_30_degrees() {
+fn a_sphere_cap_of_30_degrees_is_filled_accurately() {
     assert_sphere(&cut(&shapes::sphere(14), |p| polar(p) < 30.0), 0.55);
 }
 
 #[test]
-fn sphere_cap_of_60_degrees() {
+fn a_sphere_cap_of_60_degrees_is_filled_accurately() {
     assert_sphere(&cut(&shapes::sphere(14), |p| polar(p) < 60.0), 0.55);
 }
 
 #[test]
-fn sphere_cap_of_90_degrees() {
+fn a_sphere_cap_of_90_degrees_is_filled_accurately() {
     assert_sphere(&cut(&shapes::sphere(14), |p| polar(p) < 90.0), 0.75);
 }
 
 #[test]
-fn island_in_a_hole() {
+fn a_hole_with_an_island_is_filled_accurately() {
     let mesh = cut(&shapes::sphere(16), |p| (20.0..55.0).contains(&polar(p)));
     assert_sphere(&mesh, 0.26);
 }
 
 #[test]
-fn torus_outer_side() {
+fn a_hole_on_the_outer_side_of_a_torus_is_filled_accurately() {
     let at = DVec3::X * (shapes::BIG + 1.0);
     let mesh = turned(cut(&shapes::torus(64, 46), |p| p.distance(at) < 0.8));
     let filled = fill_all(&mesh, 0);
@@ -107,7 +107,7 @@ fn torus_outer_side() {
 }
 
 #[test]
-fn torus_inner_side() {
+fn a_hole_on_the_inner_side_of_a_torus_is_filled_accurately() {
     let at = DVec3::X * (shapes::BIG - 1.0);
     let mesh = turned(cut(&shapes::torus(80, 56), |p| p.distance(at) < 0.35));
     let filled = fill_all(&mesh, 0);
@@ -115,7 +115,7 @@ fn torus_inner_side() {
 }
 
 #[test]
-fn catenoid_neck_between_two_rims() {
+fn the_neck_of_a_catenoid_between_two_rims_is_filled_as_one_region() {
     let mesh = turned(shapes::catenoid_neck(0.16));
     assert_eq!(inspect(&mesh).unwrap().topology.component_faces.len(), 2);
     let filled = fill_all(&mesh, 2);
@@ -128,7 +128,7 @@ fn catenoid_neck_between_two_rims() {
 }
 
 #[test]
-fn flat_side_of_a_box() {
+fn a_hole_in_the_flat_side_of_a_box_is_filled_flat() {
     let mesh = cut(&shapes::slab(9), |p| {
         p.z > shapes::HALF - 1e-9 && p.truncate().length() < 0.4
     });
@@ -138,7 +138,7 @@ fn flat_side_of_a_box() {
 }
 
 #[test]
-fn far_from_the_origin_and_at_other_scales() {
+fn fills_far_from_the_origin_and_at_other_scales_have_as_many_faces() {
     let near = turned(cut(&shapes::sphere(10), |p| polar(p) < 50.0));
     let reference = fill_all(&near, 2).mesh.faces.len();
     for (scale, offset) in [(1e-3, DVec3::ZERO), (1e4, DVec3::new(3e5, -2e6, 5e5))] {
@@ -153,7 +153,7 @@ fn far_from_the_origin_and_at_other_scales() {
 }
 
 #[test]
-fn the_outer_border_of_a_sheet_is_left_unless_it_is_named() {
+fn the_outer_border_of_a_sheet_stays_open_by_default() {
     let mesh = cut(&shapes::sheet(24), |p| {
         p.distance(DVec3::new(0.2, 0.1, 0.0)) < 0.3
     });
@@ -170,7 +170,7 @@ fn the_outer_border_of_a_sheet_is_left_unless_it_is_named() {
 }
 
 #[test]
-fn a_closed_mesh_comes_back_as_it_is() {
+fn a_fill_of_a_closed_mesh_changes_nothing() {
     let mesh = shapes::sphere(6);
     let filled = fill(&mesh, &FillParams::default()).unwrap();
     assert_eq!(filled.mesh, mesh);
@@ -247,9 +247,9 @@ fn the_seam_of_a_bumpy_sphere_is_no_sharper_than_its_bumps() {
 }
 
 #[test]
-fn patches_of_holes_that_touch_twice_have_no_edge_in_common() {
-    // A ring of triangles without two of them: its upper and its lower border touch at two vertices, so that it has two
-    // borders that go round by both. They face each other and are filled together.
+fn patches_of_holes_that_touch_twice_share_no_edge() {
+    // A ring of triangles without two of them: its upper and lower boundary touch at two vertices, and both boundary loops
+    // pass through both vertices. The loops face each other and are filled together.
     let around = 8u32;
     let mut mesh = Mesh::default();
     for z in [0.0, 0.5625] {
@@ -267,7 +267,7 @@ fn patches_of_holes_that_touch_twice_have_no_edge_in_common() {
             mesh.faces.push([b, b + around, a + around]);
         }
     }
-    // A voxel so coarse that no level set reaches the rims, which are triangulated then.
+    // The voxel is too coarse for a level set to reach the rims, so they are triangulated.
     let mut params = FillParams::default();
     params.voxel = VoxelSize::Length(0.69);
     let filled = fill(&mesh, &params).unwrap();

@@ -1,4 +1,4 @@
-//! The file-to-file job as a library does what the command line does.
+//! Jobs of the library (`isomend::job`), from file to file or in memory: the same results as the command line.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ fn params() -> FillParams {
     params
 }
 
-/// A document without what differs from run to run.
+/// A document without the run times.
 fn timeless(mut document: Value) -> Value {
     document["seconds"] = Value::Null;
     for region in document["regions"].as_array_mut().into_iter().flatten() {
@@ -37,10 +37,10 @@ fn timeless(mut document: Value) -> Value {
 }
 
 #[test]
-fn a_job_writes_and_tells_what_the_command_line_does() {
+fn a_job_writes_the_mesh_and_document_of_the_command_line() {
     let desk = Desk::new();
     desk.save("ball.ply", &ball(), Format::Ply);
-    let voxel = ["--voxel", "0.1", "-q", "--json", "told.json"];
+    let voxel = ["--voxel", "0.1", "-q", "--json", "cli.json"];
     let args = [&["fill", "ball.ply", "-o", "cli.ply"][..], &voxel].concat();
     assert!(desk.run(&args).status.success());
     let spec = JobSpec::new(
@@ -49,23 +49,23 @@ fn a_job_writes_and_tells_what_the_command_line_does() {
         Work::Fill(params()),
     );
     let spec = spec.unwrap();
-    // As it would come to another machine.
+    // Round trip through JSON, as if sent to another machine.
     let spec: JobSpec = serde_json::from_str(&serde_json::to_string(&spec).unwrap()).unwrap();
     let result = run(&spec, &Control::new()).unwrap();
     let bytes = |name| std::fs::read(desk.path(name)).unwrap();
     assert_eq!(bytes("job.ply"), bytes("cli.ply"));
-    let mut told = timeless(desk.json("told.json"));
+    let mut wanted = timeless(desk.json("cli.json"));
     let mut own = timeless(serde_json::to_value(result.document()).unwrap());
-    for document in [&mut told, &mut own] {
+    for document in [&mut wanted, &mut own] {
         document["input"]["path"] = Value::Null;
         document["output"]["path"] = Value::Null;
     }
-    assert_eq!(own, told);
+    assert_eq!(own, wanted);
     assert!(result.complete() && result.report.flawless());
 }
 
 #[test]
-fn bytes_go_in_and_out() {
+fn jobs_read_and_write_bytes_in_memory() {
     let mesh = ball();
     let written = to_bytes(&mesh, Format::Ply, &WriteOptions::default()).unwrap();
     let mut spec = JobSpec::plan(Source::bytes("upload", written.bytes), Work::Fill(params()));
@@ -93,7 +93,7 @@ fn bytes_go_in_and_out() {
 }
 
 #[test]
-fn regions_are_marked_in_words() {
+fn a_mask_specification_marks_a_region() {
     let desk = Desk::new();
     desk.save("ball.ply", &shapes::sphere(8), Format::Ply);
     let mut mask = MaskSpec {
@@ -127,7 +127,7 @@ fn regions_are_marked_in_words() {
 }
 
 #[test]
-fn what_would_overwrite_another_file_is_refused_before_any_work() {
+fn invalid_output_paths_are_refused_before_the_fill() {
     let desk = Desk::new();
     desk.save("ball.ply", &ball(), Format::Ply);
     let work = Work::Fill(params());
@@ -149,7 +149,7 @@ fn what_would_overwrite_another_file_is_refused_before_any_work() {
 }
 
 #[test]
-fn a_mended_mesh_is_kept_and_written_several_times() {
+fn a_result_can_be_written_several_times() {
     let desk = Desk::new();
     desk.save("ball.ply", &ball(), Format::Ply);
     let written = |name: &str| {
@@ -160,7 +160,7 @@ fn a_mended_mesh_is_kept_and_written_several_times() {
     let nowhere = JobSpec::plan(desk.path("ball.ply"), Work::Fill(params()));
     let loaded = read_path(&desk.path("ball.ply"), None).unwrap();
     let found = isomend::Inspection::new(&loaded.mesh).unwrap();
-    // The mesh was read and inspected before.
+    // The mesh is already read and inspected.
     let read = nowhere.with(loaded.clone());
     let mended = read.mend_found(&found, &Control::new()).unwrap();
     let mended = mended.into_owned();
@@ -171,7 +171,7 @@ fn a_mended_mesh_is_kept_and_written_several_times() {
         let name = format!("file.{}", format.extension());
         assert!(result.bytes == written(&name), "{format}");
     }
-    // What it tells without being written is what the file's document tells, but for the paths.
+    // The document of a result that was not written has the path "-" and the sizes of the mesh.
     let document = serde_json::to_value(mended.document()).unwrap();
     assert_eq!(document["output"]["path"], "-");
     assert_eq!(
@@ -188,7 +188,7 @@ fn a_mended_mesh_is_kept_and_written_several_times() {
 }
 
 #[test]
-fn a_mesh_that_is_there_is_shared_and_not_copied() {
+fn a_mesh_in_memory_is_shared_and_not_copied() {
     let loaded = Arc::new(Loaded {
         mesh: ball(),
         format: Format::Ply,
@@ -205,7 +205,7 @@ fn a_mesh_that_is_there_is_shared_and_not_copied() {
     }
 }
 
-/// Notes what it is told.
+/// Records the calls of a batch.
 #[derive(Default)]
 struct Noted(Vec<String>);
 
@@ -256,7 +256,7 @@ fn a_batch_goes_on_after_a_failure_and_has_one_document() {
     assert_eq!(documents[1]["error"], noted.0[3].as_str());
     assert_eq!(noted.0[1], "1 holes");
     assert!(desk.path("all/a.ply").exists() && !desk.path("all/b.ply").exists());
-    // A plan of both says what would be done, and no more.
+    // A plan of the first file: its document has no run times and no output.
     batch.plan = true;
     batch.sources.remove(1);
     let planned = batch.run(&mut (), &Control::new()).unwrap();

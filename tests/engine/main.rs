@@ -1,5 +1,5 @@
-//! What the library does: what must hold of every mesh that is filled, restored, faired, repaired or measured.
-#![allow(clippy::unwrap_used, clippy::too_many_lines)] // A test that cannot go on fails; long ones tell one story.
+//! Tests of the library: filling, restoring, fairing, repairing, checking and measuring meshes.
+#![allow(clippy::unwrap_used, clippy::too_many_lines)] // An unwrap that fails is a failed test; long tests follow one scenario.
 
 #[cfg(target_os = "linux")]
 #[path = "../common/cpu.rs"]

@@ -1,4 +1,4 @@
-//! `isomend inspect` shows what a mask marks.
+//! `isomend inspect` with a mask: which faces masks mark, and which masks are refused.
 
 use std::fs;
 use std::process::Output;
@@ -48,7 +48,7 @@ impl Desk {
 }
 
 #[test]
-fn places_files_and_lists_add_up() {
+fn boxes_balls_face_lists_and_mask_meshes_add_up() {
     let desk = Desk::new();
     let all = shapes::sphere(8).faces.len() as u64;
     assert_eq!(desk.mask(&[]), Value::Null);
@@ -76,7 +76,7 @@ fn places_files_and_lists_add_up() {
         desk.mask(&["--faces", "some.txt", "--faces", "some.json"])["faces"],
         4
     );
-    // A closed mesh: the ball marks itself, since centroids of faces lie inside the sphere through their corners.
+    // A closed mesh as the mask marks faces with their centroid inside: the ball scaled by 1.1 marks all of them.
     let mut large = shapes::sphere(8);
     large.positions.iter_mut().for_each(|p| *p *= 1.1);
     write_path(
@@ -95,7 +95,7 @@ fn places_files_and_lists_add_up() {
 }
 
 #[test]
-fn paint_and_materials_are_found_in_the_file() {
+fn masks_select_faces_by_colour_and_material() {
     let desk = Desk::new();
     let mut text = String::new();
     for i in 0..4 {
@@ -117,7 +117,7 @@ fn paint_and_materials_are_found_in_the_file() {
 }
 
 #[test]
-fn wrong_masks_are_refused() {
+fn invalid_masks_are_refused() {
     let desk = Desk::new();
     desk.refused(&["--box", "1,2,3"], 2, "6 numbers");
     desk.refused(&["--ball", "0,0,0,nan"], 2, "4 numbers");

@@ -1,4 +1,4 @@
-//! What the command line says of a run's end: outcomes counted apart, and exit codes.
+//! The command line's summary of a run: the count of each outcome, and exit codes.
 
 use crate::desk::{Desk, assert_code, text};
 use crate::shapes::{cut, polar, sphere};
@@ -6,8 +6,8 @@ use glam::DVec3;
 use isomend::io::Format;
 use isomend::{FillParams, Mesh};
 
-/// A sphere whose wide hole has a rim that crosses itself, so that only triangles between its vertices close it.
-fn hopeless() -> Mesh {
+/// A sphere with a wide hole whose rim is a zigzag: only triangles between the rim's vertices close it.
+fn zigzag_rim() -> Mesh {
     let mut mesh = cut(&sphere(10), |p| polar(p) < 30.0);
     let rim = isomend::inspect(&mesh).unwrap().holes[0].rim.clone();
     for (i, &v) in rim.iter().enumerate() {
@@ -18,7 +18,7 @@ fn hopeless() -> Mesh {
 }
 
 #[test]
-fn the_last_line_counts_outcomes_apart() {
+fn the_last_line_counts_each_outcome() {
     let desk = Desk::new();
     let done = desk.run(&["fill", "ball.ply", "-o", "out.ply", "--keep-open", "2"]);
     assert_code(&done, 0);
@@ -30,9 +30,9 @@ fn the_last_line_counts_outcomes_apart() {
 }
 
 #[test]
-fn strict_wants_a_steady_surface_that_is_joined() {
+fn strict_fails_if_only_rim_triangles_close_a_hole() {
     let desk = Desk::new();
-    desk.save("bad.ply", &hopeless(), Format::Ply);
+    desk.save("bad.ply", &zigzag_rim(), Format::Ply);
     let arguments = ["fill", "bad.ply", "-o", "out.ply", "--json", "out.json"];
     let done = desk.run(&arguments);
     assert_code(&done, 0);
@@ -57,7 +57,7 @@ fn strict_wants_a_steady_surface_that_is_joined() {
 }
 
 #[test]
-fn a_mesh_without_holes_is_said_to_be_copied() {
+fn a_mesh_without_holes_is_reported_as_copied() {
     let desk = Desk::new();
     desk.save("closed.ply", &sphere(4), Format::Ply);
     let done = desk.run(&["fill", "closed.ply", "-o", "out.ply"]);
@@ -70,7 +70,7 @@ fn a_mesh_without_holes_is_said_to_be_copied() {
 }
 
 #[test]
-fn the_table_has_each_hole_once_and_details_come_with_v() {
+fn the_table_lists_each_hole_once_and_verbose_adds_details() {
     let desk = Desk::new();
     let done = desk.run(&["fill", "ball.ply", "-o", "out.ply"]);
     let said = text(&done.stderr);
@@ -97,8 +97,8 @@ fn the_table_has_each_hole_once_and_details_come_with_v() {
 }
 
 #[test]
-fn crossings_are_counted_in_the_positions_that_are_written() {
-    // Far from the origin 32-bit floats are an edge and a half apart, so that faces fold over each other.
+fn self_intersections_are_counted_in_the_positions_as_written() {
+    // At 2e6 neighbouring 32-bit floats are 0.125 apart, about 1.4 edges: rounding folds faces over each other.
     let desk = Desk::new();
     let mut mesh = cut(&sphere(12), |p| polar(p) < 40.0);
     for p in &mut mesh.positions {
@@ -128,7 +128,7 @@ fn obj(mesh: &Mesh) -> String {
 }
 
 #[test]
-fn the_edge_ratio_is_the_energys_unless_it_is_given() {
+fn the_default_edge_ratio_depends_on_energy_and_finish() {
     let mut params = FillParams::default();
     assert_eq!(params.edge_ratio(), 0.7);
     params.finish = isomend::Finish::None;

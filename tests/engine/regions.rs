@@ -1,4 +1,4 @@
-//! What a patch must depend on: the surroundings of its hole alone, and not on how they lie in space or which way faces turn.
+//! A patch depends on the surroundings of its hole only: not on distant parts, position, scale or orientation of the faces.
 
 use glam::{DMat3, DVec3};
 use isomend::{
@@ -8,10 +8,10 @@ use isomend::{
 
 use crate::shapes::{cut, polar, sphere, topology};
 
-/// The level set alone, and with the finish of its patch.
+/// Without and with the finish of the patch.
 const FINISHES: [Finish; 2] = [Finish::None, Finish::Auto];
 
-/// A bumpy ball: no two parts of it are alike.
+/// A bumpy ball without symmetries.
 fn bumpy(n: u32) -> Mesh {
     let mut mesh = sphere(n);
     for p in &mut mesh.positions {
@@ -20,7 +20,7 @@ fn bumpy(n: u32) -> Mesh {
     mesh
 }
 
-/// The number of the hole with its centre in a direction.
+/// The number of the hole whose centre is nearest to a direction.
 fn hole_towards(mesh: &Mesh, direction: DVec3) -> HoleId {
     let holes = inspect(mesh).unwrap().holes;
     let along = |c: DVec3| c.normalize_or_zero().dot(direction);
@@ -30,7 +30,7 @@ fn hole_towards(mesh: &Mesh, direction: DVec3) -> HoleId {
     nearest.expect("a hole").id
 }
 
-/// Fills the hole at the top, and returns the patch's vertices and what was done.
+/// Fills the hole at the top; returns the patch's vertices and the result.
 fn filled_at_top(mesh: &Mesh, finish: Finish) -> (Vec<DVec3>, Filled) {
     let mut params = FillParams::default();
     params.finish = finish;
@@ -57,7 +57,7 @@ fn apart(points: &[DVec3], other: &Mesh) -> f64 {
     points.iter().map(nearest).fold(0.0, f64::max)
 }
 
-/// The distance of a point to a triangle: to its plane where the foot lies inside, else to its sides.
+/// The distance of a point to a triangle: to its plane if the foot is inside, else to its sides.
 fn distance_to_triangle(p: DVec3, a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let normal = (b - a).cross(c - a);
     let inside = |u: DVec3, v: DVec3| normal.dot((v - u).cross(p - u)) >= 0.0;
@@ -71,13 +71,13 @@ fn distance_to_triangle(p: DVec3, a: DVec3, b: DVec3, c: DVec3) -> f64 {
     to_side(a, b).min(to_side(b, c)).min(to_side(c, a))
 }
 
-/// The faces of a patch with the vertices of the whole.
+/// The faces of a patch, as a mesh with all vertices of the result.
 fn patch_of(mesh: &Mesh, filled: &Filled) -> Mesh {
     let faces = filled.mesh.faces[mesh.faces.len()..].to_vec();
     Mesh::new(filled.mesh.positions.clone(), faces)
 }
 
-/// Asserts that two meshes get the same patch at their top, up to a part of the hole's diameter.
+/// Asserts that two meshes get the same patch at their top: up to `part` of the hole's diameter, and the energy up to 2 %.
 fn assert_same_patch(one: &Mesh, other: &Mesh, part: f64) {
     for finish in FINISHES {
         let (_, of_one) = filled_at_top(one, finish);
@@ -92,24 +92,24 @@ fn assert_same_patch(one: &Mesh, other: &Mesh, part: f64) {
 }
 
 #[test]
-fn far_parts_do_not_matter() {
+fn a_patch_does_not_depend_on_distant_parts() {
     let mesh = cut(&bumpy(14), |p| polar(p) < 25.0);
     assert_same_patch(&mesh, &cut(&mesh, |p| polar(p) > 100.0), 1e-6);
 }
 
 #[test]
-fn holes_that_stay_open_do_not_matter() {
+fn a_patch_hardly_depends_on_another_open_hole() {
     let mesh = cut(&bumpy(16), |p| polar(p) < 25.0);
     let beside = cut(&mesh, |p| (40.0..75.0).contains(&polar(p)) && p.x > 0.0);
     assert_eq!(inspect(&beside).unwrap().holes.len(), 2);
-    // The patch knows less of its surroundings there.
+    // The other hole removes a part of the surroundings, so that the patch differs slightly.
     assert_same_patch(&mesh, &beside, 0.01);
 }
 
 #[test]
-fn inside_out_it_is_the_mirror_image() {
-    // The vertices lie elsewhere on it: the faces' chords differ by about 1e-3, and over half of the ball so does what the
-    // triangles of the patch make of its finish.
+fn a_mesh_and_its_inside_out_copy_get_the_same_surface() {
+    // The patches have different vertices, so that their faces differ by about 1e-3; over half a ball the finish on these faces
+    // differs too.
     for (top, part) in [(25.0, 3e-3), (90.0, 8e-3)] {
         let mesh = cut(&bumpy(14), |p| polar(p) < top);
         let mut turned = mesh.clone();
@@ -119,7 +119,7 @@ fn inside_out_it_is_the_mirror_image() {
 }
 
 #[test]
-fn an_inner_wall_does_not_matter() {
+fn a_patch_does_not_depend_on_an_inner_wall() {
     // The wall between two nested surfaces: the winding number is 0 within the inner one.
     let mesh = cut(&bumpy(14), |p| polar(p) < 25.0);
     let mut nested = mesh.clone();
@@ -138,7 +138,7 @@ fn an_inner_wall_does_not_matter() {
 }
 
 #[test]
-fn moved_and_scaled_it_goes_along() {
+fn the_patch_of_a_moved_and_scaled_mesh_is_moved_and_scaled() {
     let mesh = cut(&bumpy(14), |p| polar(p) < 25.0);
     let scale_and_move = [
         (1e-3, DVec3::splat(1e-3)),
@@ -163,7 +163,7 @@ fn moved_and_scaled_it_goes_along() {
     }
 }
 
-/// Root mean square distance of new vertices from the unit sphere, and the mean radius less 1.
+/// Root mean square distance of new vertices from the unit sphere, and their mean radius minus 1.
 fn off_the_sphere(positions: &[DVec3]) -> (f64, f64) {
     assert!(positions.len() > 20);
     let count = positions.len() as f64;
@@ -173,8 +173,8 @@ fn off_the_sphere(positions: &[DVec3]) -> (f64, f64) {
 }
 
 #[test]
-fn most_of_a_sphere_grows_from_what_is_left() {
-    // A cap of 30 degrees says little about the sphere's radius: its normals at the rim are known to a degree.
+fn a_small_cap_is_completed_to_a_sphere() {
+    // A cap of 30 degrees determines the sphere's radius poorly: normals at its rim are known to about a degree.
     for (top, most_rms, most_mean) in [(120.0, 5e-3, 0.01), (150.0, 0.04, 0.04)] {
         let mesh = cut(&sphere(16), |p| polar(p) < top);
         for inside_out in [false, true] {
@@ -196,7 +196,7 @@ fn most_of_a_sphere_grows_from_what_is_left() {
 }
 
 #[test]
-fn octants_and_half_caps_that_are_cut_out_come_back() {
+fn octants_and_half_caps_of_a_sphere_are_restored() {
     let turn = DMat3::from_euler(glam::EulerRot::XYZ, 0.3, 0.5, 0.7);
     let masks: [&dyn Fn(DVec3) -> bool; 2] =
         [&|c| c.min_element() > 0.0, &|c| c.z > 0.5 && c.x > 0.0];

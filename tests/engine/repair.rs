@@ -1,4 +1,4 @@
-//! `isomend repair`: defects that are put into good meshes are undone, and what is no part of them stays bit for bit.
+//! `isomend repair` removes defects added to sound meshes, and keeps all other faces bit for bit.
 
 use std::collections::HashSet;
 
@@ -23,7 +23,7 @@ fn assert_sound(mesh: &Mesh) {
     assert!(verdict.is_sound(), "{}", verdict.line());
 }
 
-/// A good mesh: a ball with bumps, in general position.
+/// A sound mesh: a ball with bumps, in general position.
 fn good() -> Mesh {
     let mut mesh = turned(sphere(8));
     for p in &mut mesh.positions {
@@ -47,7 +47,7 @@ fn corners(mesh: &Mesh, face: &[u32; 3]) -> Corners {
     [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap()
 }
 
-/// The faces for which `untouched` holds must be in the result, in order, the same way round, bit for bit.
+/// The faces for which `untouched` holds must be in the result: in order, with the same orientation, bit for bit.
 #[track_caller]
 fn assert_kept(before: &Mesh, after: &Mesh, untouched: impl Fn(&[u32; 3]) -> bool) {
     let mut faces = after.faces.iter().map(|f| corners(after, f));
@@ -61,7 +61,7 @@ fn assert_kept(before: &Mesh, after: &Mesh, untouched: impl Fn(&[u32; 3]) -> boo
     }
 }
 
-/// Numbers that look random, the same each time.
+/// Pseudo-random numbers, the same in every run.
 struct Noise(u64);
 
 impl Noise {
@@ -75,7 +75,7 @@ impl Noise {
 }
 
 #[test]
-fn a_good_mesh_stays_as_it_is() {
+fn a_sound_mesh_stays_unchanged() {
     for mesh in [good(), turned(torus(24, 12))] {
         let done = repaired(&mesh, &RepairParams::default());
         assert_eq!(done.mesh, mesh);
@@ -84,7 +84,7 @@ fn a_good_mesh_stays_as_it_is() {
 }
 
 #[test]
-fn random_flips_and_duplicates_are_undone() {
+fn flipped_and_duplicate_faces_are_repaired() {
     let mesh = good();
     let mut noise = Noise(11);
     for round in 0..8 {
@@ -98,7 +98,7 @@ fn random_flips_and_duplicates_are_undone() {
             bad.faces.push([f[1], f[0], f[2]]);
         }
         let done = repaired(&bad, &RepairParams::default());
-        // Which of two copies stays, and from where a face is counted, is open: the faces must be those of the good mesh.
+        // Which of two copies stays and which corner comes first is not specified: the sets of faces must be equal.
         let all =
             |m: &Mesh| -> HashSet<Corners> { m.faces.iter().map(|f| corners(m, f)).collect() };
         assert_eq!(all(&done.mesh), all(&mesh), "round {round}");
@@ -110,7 +110,7 @@ fn random_flips_and_duplicates_are_undone() {
 }
 
 #[test]
-fn a_mesh_inside_out_is_turned_also_with_a_hole() {
+fn an_inside_out_mesh_is_turned_with_or_without_a_hole() {
     let hole = cut(&good(), |p| polar(p) < 20.0);
     for mesh in [good(), hole] {
         let faces = mesh.faces.iter().map(|f| [f[0], f[2], f[1]]).collect();
@@ -123,7 +123,7 @@ fn a_mesh_inside_out_is_turned_also_with_a_hole() {
 }
 
 #[test]
-fn bodies_glued_at_an_edge_or_a_vertex_come_apart() {
+fn cubes_that_share_an_edge_or_a_vertex_are_separated() {
     let cube = |at: DVec3| {
         let corner =
             |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
@@ -158,7 +158,7 @@ fn bodies_glued_at_an_edge_or_a_vertex_come_apart() {
 }
 
 #[test]
-fn a_fin_and_a_wall_go_and_the_rest_stays() {
+fn a_face_on_a_non_manifold_edge_is_removed_and_the_rest_stays() {
     let mesh = good();
     let mut fin = mesh.clone();
     let [a, b, _] = mesh.faces[40];
@@ -171,7 +171,7 @@ fn a_fin_and_a_wall_go_and_the_rest_stays() {
 }
 
 #[test]
-fn pierced_balls_lose_only_what_is_near() {
+fn faces_far_from_a_piercing_ball_stay_unchanged() {
     let mesh = good();
     for (at, size) in [
         (DVec3::new(0.95, 0.2, 0.1), 0.35),
@@ -188,7 +188,7 @@ fn pierced_balls_lose_only_what_is_near() {
             own && centre(&bad, f).distance(at) > reach
         };
         assert_kept(&bad, &done.mesh, far);
-        // The ball that pierced is still there, outside.
+        // The part of the piercing ball that is outside still exists.
         let tip = at + size * at.normalize();
         let nearest = |m: &Mesh| {
             m.positions
@@ -202,7 +202,7 @@ fn pierced_balls_lose_only_what_is_near() {
 }
 
 #[test]
-fn holes_and_crossings_can_be_left() {
+fn holes_and_intersecting_faces_can_be_kept() {
     let mesh = cut(&good(), |p| polar(p) < 25.0);
     let mut params = RepairParams::default();
     params.holes = false;
@@ -217,7 +217,7 @@ fn holes_and_crossings_can_be_left() {
 }
 
 #[test]
-fn each_step_has_its_switch() {
+fn each_repair_step_can_be_switched_off() {
     let mut bad = good();
     bad.faces[3].swap(1, 2);
     bad.faces.push(bad.faces[9]);
@@ -247,17 +247,17 @@ fn each_step_has_its_switch() {
 }
 
 #[test]
-fn debris_and_what_lies_inside_go_on_request() {
+fn small_and_inner_components_are_removed_on_request() {
     let ball = good();
     let inner = moved(&turned(sphere(4)), 0.3, DVec3::ZERO);
-    let crumb = moved(&turned(sphere(2)), 0.02, 2.0 * DVec3::X);
-    let bad = joined(&joined(&ball, &inner), &crumb);
+    let small = moved(&turned(sphere(2)), 0.02, 2.0 * DVec3::X);
+    let bad = joined(&joined(&ball, &inner), &small);
     assert_eq!(repaired(&bad, &RepairParams::default()).mesh, bad);
     let mut params = RepairParams::default();
     params.debris = Some(0.01);
     let done = repaired(&bad, &params);
     assert_eq!(done.mesh, joined(&ball, &inner));
-    assert_eq!(done.report.debris, [1, crumb.faces.len()]);
+    assert_eq!(done.report.debris, [1, small.faces.len()]);
     params.drop_inside = true;
     let done = repaired(&bad, &params);
     assert_eq!(done.mesh, ball);
@@ -265,9 +265,9 @@ fn debris_and_what_lies_inside_go_on_request() {
 }
 
 #[test]
-fn cracks_within_the_length_are_welded() {
+fn cracks_narrower_than_the_weld_length_are_welded() {
     let mesh = good();
-    // The upper half on vertices of its own, a little off.
+    // The upper half gets its own vertices, moved by 1e-6.
     let mut bad = mesh.clone();
     let upper = |f: &[u32; 3]| centre(&mesh, f).z > 0.0;
     let mut copy = std::collections::HashMap::new();
@@ -292,9 +292,9 @@ fn cracks_within_the_length_are_welded() {
 }
 
 #[test]
-fn faces_without_area_are_taken_into_their_neighbour() {
+fn a_face_without_area_is_removed_by_flipping_an_edge() {
     let p = DVec3::new;
-    // A tetrahedron whose edge from 0 to 1 has a vertex in its middle, on one side of it only.
+    // A tetrahedron whose edge from 0 to 1 has a vertex at its middle that only the faces on one side use.
     let mesh = Mesh::new(
         vec![
             p(0.0, 0.0, 0.0),
@@ -312,7 +312,7 @@ fn faces_without_area_are_taken_into_their_neighbour() {
             [0, 1, 4],
         ],
     );
-    // The vertex touches the face on the other side, too.
+    // Vertex 4 also touches the face [0, 2, 1]; the face [0, 1, 4] has no area.
     assert_eq!(verdict(&mesh).count(DefectKind::Degenerate), 1);
     let done = repaired(&mesh, &RepairParams::default());
     assert_sound(&done.mesh);
@@ -352,9 +352,9 @@ fn the_result_is_the_same_for_any_number_of_threads_and_a_run_can_be_stopped() {
 }
 
 #[test]
-fn the_command_repairs_tells_and_exits_by_the_verdict() {
+fn the_command_repairs_reports_and_exits_by_the_verdict() {
     let desk = Desk::new();
-    // The ball has a hole; closed ones would be united.
+    // The ball has a hole, because closed bodies would be united.
     let open = cut(&good(), |p| p.z < -0.9);
     let bad = joined(&open, &moved(&sphere(4), 0.3, DVec3::new(0.95, 0.2, 0.1)));
     desk.save("bad.ply", &bad, Format::Ply);
@@ -390,7 +390,7 @@ fn the_command_repairs_tells_and_exits_by_the_verdict() {
 }
 
 #[test]
-fn a_fill_repairs_first_where_it_is_asked_to() {
+fn fill_with_repair_first_repairs_and_keeps_the_numbers_of_holes() {
     let desk = Desk::new();
     let mut bad = desk::ball();
     bad.faces[10].swap(1, 2);
@@ -401,7 +401,7 @@ fn a_fill_repairs_first_where_it_is_asked_to() {
         0,
     );
     assert_sound(&read_path(&desk.path("out.ply"), None).unwrap().mesh);
-    // Holes are chosen by their numbers in the input.
+    // Holes are chosen by their numbers in the input, before the repair.
     let done = desk.run(&[
         "fill", "bad.ply", "-o", "one.ply", "--repair", "--holes", "2", "-q",
     ]);
@@ -422,9 +422,9 @@ fn a_fill_repairs_first_where_it_is_asked_to() {
 }
 
 #[test]
-fn attributes_live_on_with_their_vertices_and_faces() {
+fn a_repair_keeps_attributes_of_vertices_and_faces() {
     let desk = Desk::new();
-    // Two tetrahedra that touch in a vertex; one face is turned; every vertex has a colour, and every face a material.
+    // Two tetrahedra share a vertex, one face is turned, every vertex has a colour, and every face has a material.
     let text_of = "\
 v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nv 0 0 1 1 1 0\nv -1 0 0 0 1 1\nv 0 -1 0 1 0 1\nv 0 0 -1 0.5 0.5 0.5\n\
 usemtl a\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nusemtl b\nf 1 5 6\nf 1 7 5\nf 1 6 7\nf 5 6 7\n";

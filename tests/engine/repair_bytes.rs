@@ -1,4 +1,4 @@
-//! The verdict of a repair is that of the bytes which are written, in every format, and it is a yes where positions are rounded too.
+//! The verdict of a repair is the verdict on the written bytes in every format, and the mesh is sound after rounding too.
 
 use std::sync::Arc;
 
@@ -12,13 +12,13 @@ use isomend::{Control, Mesh, RepairParams, inspect};
 /// A format, and whether it is written as text.
 type Form = (Format, bool);
 
-/// Formats of 32-bit floats.
+/// Formats that hold 32-bit floats.
 const SINGLE: [Form; 3] = [
     (Format::Stl, false),
     (Format::Glb, false),
     (Format::Gltf, false),
 ];
-/// Formats of 64-bit floats, for meshes that need them.
+/// Formats that hold 64-bit floats if the mesh needs them.
 const DOUBLE: [Form; 7] = [
     (Format::Obj, false),
     (Format::Stl, true),
@@ -49,8 +49,8 @@ fn output((format, ascii): Form) -> Output {
     output
 }
 
-/// Repairs a mesh for the first of some formats and writes it in all of them: the verdict that is given must be that on the bytes,
-/// and a yes.
+/// Repairs a mesh for the first of some formats and writes it in all of them: the reported verdict must be the verdict on the
+/// written bytes, and the mesh must be sound.
 #[track_caller]
 fn assert_sound_in(name: &str, source: &Source, formats: &[Form]) {
     let mut params = RepairParams::default();
@@ -93,7 +93,7 @@ fn breakages() -> Vec<(&'static str, Mesh)> {
         }
         mesh
     };
-    // Closed bodies whose distance is less than what 32-bit floats tell apart far from the origin.
+    // Closed bodies at a distance below the spacing of 32-bit floats far from the origin.
     let touching = {
         let top = good.positions.iter().map(|p| p.x).fold(0.0, f64::max);
         joined(&good, &moved(&good, 1.0, DVec3::X * (2.0 * top + 1e-7)))
@@ -113,7 +113,7 @@ fn breakages() -> Vec<(&'static str, Mesh)> {
 }
 
 #[test]
-fn what_a_repair_calls_sound_is_so_in_the_bytes_of_every_format() {
+fn a_repaired_mesh_is_sound_in_the_bytes_of_every_format() {
     let far = DVec3::new(1000.1, 2000.2, -500.3);
     for (name, mesh) in breakages() {
         for by in [DVec3::ZERO, far] {
@@ -125,7 +125,7 @@ fn what_a_repair_calls_sound_is_so_in_the_bytes_of_every_format() {
 }
 
 #[test]
-fn patches_of_32_bit_meshes_are_judged_as_they_are_written() {
+fn the_verdict_on_32_bit_meshes_is_on_the_written_positions() {
     for (name, mesh) in breakages() {
         let mut mesh = moved(&mesh, 1.0, DVec3::new(1000.1, 2000.2, -500.3));
         for p in &mut mesh.positions {
@@ -136,13 +136,13 @@ fn patches_of_32_bit_meshes_are_judged_as_they_are_written() {
 }
 
 #[test]
-fn digits_of_text_count_also_where_the_output_is_rounded() {
+fn vertices_that_differ_by_one_decimal_are_welded_for_every_format() {
     let round = |x: f64| (x * 1e6).round() / 1e6;
     let good = moved(&ball(4), 2.5, DVec3::ZERO);
     let mut soup = Mesh::default();
     for (f, face) in good.faces.iter().enumerate() {
         let first = soup.positions.len() as u32;
-        // Corners that are one differ by a unit of the last digit, in each face another way.
+        // Copies of a vertex differ by one unit of the last decimal, in another direction for each face.
         let last = [1, 2, 4].map(|bit| if f & bit == 0 { 0.0 } else { 1e-6 });
         for v in face {
             let p = good.positions[*v as usize].to_array().map(round);
@@ -159,7 +159,7 @@ fn digits_of_text_count_also_where_the_output_is_rounded() {
 }
 
 #[test]
-fn input_positions_that_32_bit_floats_hold_stay_and_others_are_noted() {
+fn input_positions_exact_in_32_bit_floats_stay_and_rounding_is_noted() {
     let good = ball(4);
     let spec = |mesh: &Mesh| {
         let mut spec = JobSpec::plan(source(mesh), Work::Repair(RepairParams::default()));

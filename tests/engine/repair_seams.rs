@@ -1,4 +1,4 @@
-//! Borders that coincide but for rounding are welded, T-junctions are stitched, and `check` says what would close a border.
+//! Seams in a repair: boundaries that coincide up to rounding are welded, T-junctions are stitched, and `check` recommends a weld length.
 
 use crate::shapes::{cube, cut, joined, moved, sphere, turned};
 use glam::DVec3;
@@ -21,7 +21,7 @@ fn single(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// Each face on vertices of its own, those of the second half of the faces moved by `by`.
+/// Each face with its own vertices, moved by `by` of the face's number.
 fn torn(mesh: &Mesh, by: impl Fn(usize) -> DVec3) -> Mesh {
     let mut soup = Mesh::default();
     for (f, face) in mesh.faces.iter().enumerate() {
@@ -33,7 +33,7 @@ fn torn(mesh: &Mesh, by: impl Fn(usize) -> DVec3) -> Mesh {
     soup
 }
 
-/// A cube one side of which is cut twice as fine as the others.
+/// A cube with one side divided twice as finely as the others.
 fn with_t_junctions() -> Mesh {
     let coarse = cube(4);
     let top = |p: DVec3| p.x > 3.999;
@@ -82,10 +82,10 @@ fn vertices_that_differ_by_rounding_are_welded_by_default() {
 }
 
 #[test]
-fn what_is_apart_on_purpose_is_not_welded() {
+fn sheets_and_vertices_at_a_small_distance_are_not_welded() {
     let bowl = cut(&turned(sphere(4)), |p| p.z > 0.1);
     let pair = joined(&bowl, &moved(&bowl, 1.0, DVec3::Z * 1e-3));
-    // Squares of few digits, whose distances are units of their coordinates.
+    // Squares of side 1e-4 near 1: their vertices differ by one unit of the last decimal.
     let squares = moved(&cut(&cube(3), |p| p.x > 2.5), 1e-4, DVec3::ONE);
     for mesh in [pair, squares] {
         let done = repaired(&mesh);
@@ -95,11 +95,11 @@ fn what_is_apart_on_purpose_is_not_welded() {
 }
 
 #[test]
-fn the_check_names_the_length_that_closes_most_edges() {
+fn the_check_recommends_the_weld_length_that_closes_most_edges() {
     let ball = turned(sphere(6));
     let upper = cut(&ball, |p| p.z < 0.0);
     let lower = cut(&ball, |p| p.z > 0.0);
-    // What neither has is the band between; so both halves of the same cut are taken.
+    // Both halves of the ball, each with its own vertices; the lower half is moved by 2e-4.
     assert!(upper.faces.len() + lower.faces.len() <= ball.faces.len());
     let rest = {
         let centre = |f: &[u32; 3]| f.map(|v| ball.positions[v as usize].z).iter().sum::<f64>();
@@ -109,10 +109,10 @@ fn the_check_names_the_length_that_closes_most_edges() {
         };
         joined(&faces(true), &moved(&faces(false), 1.0, DVec3::X * 2e-4))
     };
-    let told = verdict(&rest);
-    let (length, edges) = told.weld.unwrap();
+    let torn = verdict(&rest);
+    let (length, edges) = torn.weld.unwrap();
     assert!((2e-4..2.2e-4).contains(&length), "{length}");
-    assert!(!told.weld_by_default && edges > 10);
+    assert!(!torn.weld_by_default && edges > 10);
     let mut params = RepairParams::default();
     params.weld = Some(length);
     let done = repair(&rest, &params, &Carried::default(), &Control::new()).unwrap();
@@ -120,7 +120,7 @@ fn the_check_names_the_length_that_closes_most_edges() {
     assert!(after.is_sound(), "{}", after.line());
     assert_eq!(done.report.lost_faces, 0);
     assert_eq!(after.components.len(), 1);
-    // A mesh with plain holes gets no advice.
+    // A mesh with ordinary holes gets no recommendation.
     assert_eq!(verdict(&upper).weld, None);
 }
 
@@ -150,7 +150,7 @@ fn t_junctions_are_counted_and_stitched_and_no_face_is_lost() {
         assert!(after.is_sound(), "{}", after.line());
         let r = &done.report;
         assert_eq!((r.lost_faces, r.stitched_junctions), (0, 16));
-        // Sixteen edges are split, and nothing else is new.
+        // Sixteen edges are split, and nothing else is added.
         assert_eq!(done.mesh.faces.len(), bad.faces.len() + 16);
         let left = bad.positions.len() - r.merged_vertices;
         assert_eq!(done.mesh.positions.len(), left);
@@ -159,8 +159,8 @@ fn t_junctions_are_counted_and_stitched_and_no_face_is_lost() {
 }
 
 #[test]
-fn edges_that_overlap_in_part_and_several_vertices_on_one_edge_are_stitched() {
-    // A strip between two others whose vertices are shifted along the common lines, one of them three times as fine.
+fn partly_overlapping_edges_and_several_vertices_on_one_edge_are_stitched() {
+    // Three strips along two common lines: the middle one is shifted by half an edge, and the last one is four times as fine.
     let row = |y: f64, step: f64, from: f64| {
         let n = ((3.0 - from) / step).round() as u32;
         let mut mesh = Mesh::default();
@@ -182,10 +182,10 @@ fn edges_that_overlap_in_part_and_several_vertices_on_one_edge_are_stitched() {
     let before = inspect(&strips).unwrap();
     let done = repaired(&strips);
     let after = inspect(&done.mesh).unwrap();
-    let pieces = |v: &Verdict| v.components.len();
+    let components = |v: &Verdict| v.components.len();
     let params = CheckParams::default();
-    assert_eq!(pieces(&before.check(&params)), 3);
+    assert_eq!(components(&before.check(&params)), 3);
     let after = after.check(&params);
-    assert_eq!((pieces(&after), after.t_junctions), (1, 0));
+    assert_eq!((components(&after), after.t_junctions), (1, 0));
     assert_eq!(done.report.lost_faces, 0);
 }

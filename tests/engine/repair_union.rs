@@ -1,4 +1,4 @@
-//! `isomend repair` on closed bodies that touch or intersect: they become one, and only faces that intersect others are split.
+//! `isomend repair` unites closed bodies that touch or intersect, and splits only faces that intersect others.
 
 use std::collections::HashSet;
 
@@ -18,7 +18,7 @@ fn verdict(mesh: &Mesh) -> Verdict {
     inspect(mesh).unwrap().check(&CheckParams::default())
 }
 
-/// A box, its sides divided along one diagonal or the other.
+/// A box with its sides divided along one diagonal or the other.
 fn block(low: [f64; 3], high: [f64; 3], other: bool) -> Mesh {
     let corner = |i: usize| {
         let at = |k: usize| if i >> k & 1 == 1 { high[k] } else { low[k] };
@@ -42,7 +42,7 @@ fn block(low: [f64; 3], high: [f64; 3], other: bool) -> Mesh {
     )
 }
 
-/// A prism over a regular polygon, on a height.
+/// A prism over a regular polygon, between two heights.
 fn post(sides: u32, radius: f64, low: f64, high: f64) -> Mesh {
     let mut mesh = Mesh::default();
     for z in [low, high] {
@@ -70,14 +70,14 @@ fn all(bodies: &[Mesh]) -> Mesh {
         .fold(Mesh::default(), |all, m| joined(&all, m))
 }
 
-/// All positions turned into no special direction.
+/// The mesh rotated so that no face is parallel to an axis.
 fn askew(mesh: &Mesh) -> Mesh {
     let mut mesh = mesh.clone();
     mesh.positions.iter_mut().for_each(|p| *p = turn() * *p);
     mesh
 }
 
-/// The same with positions that 32-bit floats hold.
+/// The mesh with positions rounded to 32-bit floats.
 fn single(mesh: &Mesh) -> Mesh {
     let mut mesh = mesh.clone();
     for p in &mut mesh.positions {
@@ -86,7 +86,7 @@ fn single(mesh: &Mesh) -> Mesh {
     mesh
 }
 
-/// Faces as their corners' positions, whichever corner comes first.
+/// Faces as the positions of their corners, independent of which corner comes first.
 fn keys(mesh: &Mesh) -> Vec<[[u64; 3]; 3]> {
     let at = bits(&mesh.positions);
     let key = |f: &[u32; 3]| {
@@ -96,8 +96,8 @@ fn keys(mesh: &Mesh) -> Vec<[[u64; 3]; 3]> {
     mesh.faces.iter().map(key).collect()
 }
 
-/// Repairs bodies, all of which touch or intersect another one; the result is one sound surface with this volume, and has no face that lies
-/// on none of the input.
+/// Repairs bodies, each of which touches or intersects another one. The result must be sound and have this volume, and each of its faces
+/// must be part of an input face.
 #[track_caller]
 fn assert_united(name: &str, bodies: &[Mesh], wanted: f64) -> Repaired {
     let bad = all(bodies);
@@ -119,7 +119,7 @@ fn assert_united(name: &str, bodies: &[Mesh], wanted: f64) -> Repaired {
 }
 
 #[test]
-fn blocks_that_touch_become_one() {
+fn blocks_that_touch_are_united() {
     let unit = |x: f64, y: f64, z: f64| block([x, y, z], [x + 1.0, y + 1.0, z + 1.0], false);
     let cube = block([0.0; 3], [1.0; 3], false);
     let slabs: Vec<Mesh> = (0..8)
@@ -192,7 +192,7 @@ fn blocks_that_touch_become_one() {
     for (name, bodies, wanted) in cases {
         assert_united(name, &bodies, wanted);
     }
-    // Where nothing meets exactly.
+    // In general position.
     let beams = [[2.0, 0.3, 0.3], [0.3, 2.0, 0.3], [0.3, 0.3, 2.0]];
     let beams = beams.map(|size| askew(&block(size.map(|x: f64| -x), size, false)));
     assert_united("askew", &beams, 3.0 * 1.44 - 2.0 * 0.216);
@@ -249,7 +249,7 @@ fn faces_that_intersect_no_other_body_stay_bit_for_bit_and_in_order() {
     let report = &done.report;
     assert_eq!(report.split_faces, crossing.len());
     assert_eq!(report.inner_faces, report.lost_faces);
-    // Outside of the other ball.
+    // Faces that are not split and outside the other ball.
     let outside = |(i, f): (usize, &[u32; 3])| {
         let centre = f.iter().map(|v| bad.positions[*v as usize]).sum::<DVec3>() / 3.0;
         let (at, size) = match i < ball.faces.len() {
@@ -271,7 +271,7 @@ fn faces_that_intersect_no_other_body_stay_bit_for_bit_and_in_order() {
         kept.faces.len() + report.inner_faces + crossing.len(),
         bad.faces.len()
     );
-    // What is new lies on the faces that were split.
+    // All vertices of a face are in the plane of its original face.
     for (face, origin) in done.mesh.faces.iter().zip(&done.origins.faces) {
         let [a, b, c] = bad.corners(origin.face);
         let normal = (b - a).cross(c - a).normalize();
@@ -282,12 +282,12 @@ fn faces_that_intersect_no_other_body_stay_bit_for_bit_and_in_order() {
     }
 }
 
-/// The volume of the two balls of the test above, less that of the lens in both.
+/// The volume of the union of the two balls of the test above: their sum minus the lens that is in both.
 fn volume_of_two() -> f64 {
     let ball = turned(sphere(8));
     let other = moved(&ball, 0.7, DVec3::new(0.9, 0.3, 0.2));
     let (d, r, s) = (DVec3::new(0.9, 0.3, 0.2).length(), 1.0, 0.7);
-    // Two balls' lens: pi (r + s - d)^2 (d^2 + 2 d (r + s) - 3 (r - s)^2) / (12 d).
+    // Volume of the lens: pi (r + s - d)^2 (d^2 + 2 d (r + s) - 3 (r - s)^2) / (12 d).
     let lens = std::f64::consts::PI
         * (r + s - d).powi(2)
         * (d * d + 2.0 * d * (r + s) - 3.0 * (r - s) * (r - s))
@@ -296,7 +296,7 @@ fn volume_of_two() -> f64 {
 }
 
 #[test]
-fn a_body_that_crosses_itself_is_united_with_itself_and_cavities_stay() {
+fn a_self_intersecting_body_is_united_with_itself_and_cavities_stay() {
     let ball = turned(sphere(6));
     let mut inner = moved(&ball, 0.5, DVec3::ZERO);
     inner.faces.iter_mut().for_each(|f| f.swap(1, 2));
@@ -327,7 +327,7 @@ fn a_body_that_crosses_itself_is_united_with_itself_and_cavities_stay() {
 }
 
 #[test]
-fn doubled_bodies_are_one_and_open_ones_are_not_united() {
+fn duplicate_bodies_become_one_and_open_ones_are_not_united() {
     let ball = turned(sphere(6));
     let done = repaired(&joined(&ball, &ball));
     assert_eq!(keys(&done.mesh), keys(&ball));
@@ -339,7 +339,7 @@ fn doubled_bodies_are_one_and_open_ones_are_not_united() {
 }
 
 #[test]
-fn numbers_in_single_precision_stay_so() {
+fn the_union_of_32_bit_positions_has_32_bit_positions() {
     let mut bad = Mesh::default();
     for i in 0..5 {
         let t = f64::from(i);
@@ -409,7 +409,7 @@ fn the_command_says_how_many_bodies_were_united() {
 }
 
 #[test]
-fn new_vertices_carry_what_the_faces_do_there() {
+fn new_vertices_get_interpolated_colours_and_texture_coordinates() {
     let desk = Desk::new();
     let bad = joined(
         &block([0.0; 3], [2.0; 3], false),
@@ -446,8 +446,8 @@ fn new_vertices_carry_what_the_faces_do_there() {
 }
 
 #[test]
-fn turned_assemblies_whose_faces_lie_on_each_other_but_for_rounding_lose_nothing() {
-    // Lows and highs in whole units, so that blocks share faces, parts of faces, edges and volume.
+fn turned_blocks_with_faces_that_coincide_up_to_rounding_keep_their_volume() {
+    // Corners at whole numbers, so that blocks share faces, parts of faces, edges and volume.
     let lows = [
         [0, 0, 0],
         [2, 0, 0],

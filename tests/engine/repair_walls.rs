@@ -1,4 +1,4 @@
-//! Walls that a repair gives open sheets: bowls and vases get caps, terrains walls; foil is a no.
+//! Open sheets in a repair: bowls and vases get planar caps, terrains get walls, and walls that are too thin are reported.
 
 use std::collections::HashSet;
 
@@ -32,7 +32,7 @@ fn assert_whole(bad: &Mesh, done: &Repaired) {
     }
 }
 
-/// A grid of `n` by `m` squares over the unit square, each cut in two.
+/// A grid of `n` by `m` squares over the unit square, each divided into two triangles.
 fn grid(n: usize, m: usize, at: impl Fn(f64, f64) -> DVec3) -> Mesh {
     let mut mesh = Mesh::default();
     for i in 0..=n {
@@ -51,7 +51,7 @@ fn grid(n: usize, m: usize, at: impl Fn(f64, f64) -> DVec3) -> Mesh {
     mesh
 }
 
-/// A vessel by the radius and height of its profile, from its bottom up.
+/// A vessel: a surface of revolution with a closed bottom; `profile` lists radius and height from the bottom up.
 fn vessel(profile: &[(f64, f64)], around: u32) -> Mesh {
     let mut mesh = Mesh::new(vec![DVec3::new(0.0, 0.0, profile[0].1)], Vec::new());
     for &(r, z) in profile {
@@ -72,7 +72,7 @@ fn vessel(profile: &[(f64, f64)], around: u32) -> Mesh {
     mesh
 }
 
-/// Part of a ball, open above, down to this angle from the bottom.
+/// The bottom of the unit sphere up to an angle from the south pole, open at the top.
 fn bowl(degrees: f64) -> Mesh {
     let at = |i: u32| degrees.to_radians() * f64::from(i) / 16.0;
     let profile: Vec<(f64, f64)> = (1..=16).map(|i| (at(i).sin(), -at(i).cos())).collect();
@@ -122,7 +122,7 @@ fn bowls_and_vases_get_flat_caps() {
 }
 
 #[test]
-fn a_terrain_gets_walls_as_thick_as_was_asked_for() {
+fn a_terrain_gets_walls_of_the_given_thickness() {
     let mesh = terrain();
     for wall in [None, Some(0.05), Some(0.2)] {
         let mut params = RepairParams::new();
@@ -145,7 +145,7 @@ fn a_terrain_gets_walls_as_thick_as_was_asked_for() {
         assert!((mean - wanted).abs() < 0.1 * wanted, "{mean} for {wanted}");
         assert!(least > 0.5 * wanted, "{least} for {wanted}");
         assert!(done.report.thin_offset_shells.is_empty());
-        // What a check measures is what the repair told.
+        // A check measures the thickness that the repair reported.
         let found = verdict(&done.mesh, Some(0.45 * wanted));
         assert!(found.is_sound(), "{}", found.line());
         let found = verdict(&done.mesh, Some(1.2 * wanted));
@@ -176,7 +176,7 @@ fn parallel_sheets_get_walls_that_fit_between_them() {
 }
 
 #[test]
-fn sheets_whose_borders_merely_come_near_each_other_get_walls_each_by_itself() {
+fn sheets_with_borders_near_each_other_get_separate_walls() {
     let sheet = |x: f64| {
         grid(6, 6, |u, v| {
             DVec3::new(x + u, v, 0.1 * (u - 0.5).powi(2) + 0.02 * (7.0 * v).sin())
@@ -194,8 +194,8 @@ fn sheets_whose_borders_merely_come_near_each_other_get_walls_each_by_itself() {
 }
 
 #[test]
-fn foil_is_a_no_that_names_its_component() {
-    // Sheets so near each other that the upper one has room for foil alone.
+fn walls_that_are_too_thin_are_reported_with_their_component() {
+    // Sheets 0.001 apart: the wall of the upper one has too little room.
     let sheet = |z: f64| grid(12, 12, |u, v| DVec3::new(u, v, z + 0.1 * (3.0 * u).sin()));
     let mesh = joined(&sheet(0.0), &sheet(0.001));
     let done = closed(&mesh, RepairParams::new());
@@ -219,7 +219,7 @@ fn foil_is_a_no_that_names_its_component() {
 }
 
 #[test]
-fn thicknesses_that_make_no_sense_are_refused() {
+fn thicknesses_that_are_not_positive_are_refused() {
     for length in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(RepairParams::new().with_wall(length).check().is_err());
         assert!(RepairParams::new().with_min_wall(length).check().is_err());
@@ -230,7 +230,7 @@ fn thicknesses_that_make_no_sense_are_refused() {
 }
 
 #[test]
-fn volumes_of_walls_are_those_of_plates() {
+fn the_wall_of_a_flat_sheet_has_the_volume_of_a_plate() {
     let mesh = grid(20, 20, |u, v| DVec3::new(u, v, 0.0));
     let done = closed(&mesh, RepairParams::new().with_wall(0.1));
     assert_whole(&mesh, &done);

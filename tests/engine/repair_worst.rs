@@ -1,4 +1,4 @@
-//! `isomend repair` on what cannot be repaired: it is never worse than it was, and the report says where it is not sound.
+//! `isomend repair` on meshes that are hard to repair: the result is never worse than the input, and the report lists all open holes.
 
 use std::collections::HashSet;
 
@@ -17,7 +17,7 @@ fn verdict(mesh: &Mesh) -> Verdict {
     inspect(mesh).unwrap().check(&CheckParams::default())
 }
 
-/// No more faces cross than did, no component of the input is gone, and every open hole is told of as one that is left or failed.
+/// No more faces intersect than before, no component of the input is lost, and the report lists every open hole as left or failed.
 #[track_caller]
 fn assert_not_worse(bad: &Mesh, done: &Repaired) {
     let (before, after) = (verdict(bad), verdict(&done.mesh));
@@ -30,9 +30,13 @@ fn assert_not_worse(bad: &Mesh, done: &Repaired) {
         .collect();
     assert_eq!(there.len(), before.components.len(), "components are lost");
     let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Left(_) | HoleOutcome::Failed(_));
-    let told = done.report.fill.holes.iter();
-    let told = told.filter(|h| is_open(&h.outcome)).count();
-    assert!(told >= after.holes, "{told} of {} are told", after.holes);
+    let listed = done.report.fill.holes.iter();
+    let listed = listed.filter(|h| is_open(&h.outcome)).count();
+    assert!(
+        listed >= after.holes,
+        "{listed} of {} are listed",
+        after.holes
+    );
     let crossing_patches = done.report.fill.regions.iter();
     assert!(
         crossing_patches
@@ -41,7 +45,7 @@ fn assert_not_worse(bad: &Mesh, done: &Repaired) {
     );
 }
 
-/// Shells that lie in each other, whose caps cross the inner ones whatever is done.
+/// Nested open shells: every cap of an outer shell intersects an inner shell.
 fn shells() -> Mesh {
     let shell = cut(&turned(sphere(4)), |p| p.z > 0.1);
     let mut all = shell.clone();
@@ -53,7 +57,7 @@ fn shells() -> Mesh {
 }
 
 #[test]
-fn shells_in_each_other_are_left_open_rather_than_crossed() {
+fn nested_shells_stay_open_if_every_cap_would_intersect_faces() {
     let bad = shells();
     for borders in [false, true] {
         let mut params = RepairParams::default();
@@ -64,7 +68,7 @@ fn shells_in_each_other_are_left_open_rather_than_crossed() {
     }
 }
 
-/// A bowl and a needle that stands through its opening, down to far below the rim.
+/// A bowl, and a needle through its opening that reaches far below the rim.
 fn bowl_with_needle() -> (Mesh, Mesh) {
     let bowl = cut(&turned(sphere(6)), |p| polar(p) < 70.0);
     let mut needle = turned(sphere(3));
@@ -83,7 +87,7 @@ fn a_hole_that_something_sticks_through_is_closed_by_an_offset_shell_round_it() 
     let after = verdict(&done.mesh);
     assert!(after.is_sound(), "{}", after.line());
     assert_eq!(after.components.len(), 2);
-    // No face of the input goes for it.
+    // No face of the input is lost.
     assert_eq!(done.mesh.faces[..bad.faces.len()], bad.faces);
     let by: Vec<_> = done
         .report
@@ -94,15 +98,15 @@ fn a_hole_that_something_sticks_through_is_closed_by_an_offset_shell_round_it() 
         .collect();
     assert!(by.contains(&Some(ClosedBy::OffsetShell)), "{by:?}");
     let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Left(_) | HoleOutcome::Failed(_));
-    let mut told = done.report.fill.holes.iter();
-    assert!(!told.any(|h| is_open(&h.outcome)));
+    let mut holes = done.report.fill.holes.iter();
+    assert!(!holes.any(|h| is_open(&h.outcome)));
 }
 
 #[test]
 fn faces_that_block_an_offset_shell_are_cut_out_first() {
     let (bowl, needle) = bowl_with_needle();
     let mut bad = joined(&bowl, &needle);
-    // Something reaches from below to next to nothing of a face at the rim.
+    // A spike from below ends 1e-9 under a face at the rim.
     let height = |f: &[u32; 3]| f.map(|v| bowl.positions[v as usize].z).iter().sum::<f64>();
     let highest = |f: &&[u32; 3], g: &&[u32; 3]| height(f).total_cmp(&height(g));
     let face = bowl.faces.iter().max_by(highest).unwrap();
@@ -118,7 +122,7 @@ fn faces_that_block_an_offset_shell_are_cut_out_first() {
     assert_eq!(verdict(&bad).count(DefectKind::SelfIntersection), 0);
     let mut params = RepairParams::default();
     params.borders = true;
-    // Thicker ones would hold all of it.
+    // A thicker shell would enclose the whole spike.
     params.wall = Some(0.01);
     let done = repaired(&bad, &params);
     assert_not_worse(&bad, &done);
@@ -129,9 +133,9 @@ fn faces_that_block_an_offset_shell_are_cut_out_first() {
 }
 
 #[test]
-fn open_sheets_whose_caps_would_cross_become_shells_and_so_do_single_faces() {
+fn open_sheets_whose_caps_would_intersect_faces_become_shells() {
     let (_, needle) = bowl_with_needle();
-    // The needle pierces no face: it stands in the sheet's own opening, and the cap of the outer border crosses it as well.
+    // The needle intersects no face: it stands in the sheet's opening, and a cap over the outer border would intersect it too.
     let bowl = cut(&turned(sphere(6)), |p| polar(p) < 50.0 || polar(p) > 140.0);
     let p = DVec3::new;
     let away = Mesh::new(
@@ -155,7 +159,7 @@ fn open_sheets_whose_caps_would_cross_become_shells_and_so_do_single_faces() {
     let after = verdict(&done.mesh);
     assert!(after.is_sound(), "{}", after.line());
     assert_eq!(after.components.len(), 4);
-    // Thin shells have no outside: they may be turned.
+    // The faces of a thin shell may be turned, because it has no preferred outside.
     let sorted = |f: &[u32; 3]| {
         let mut f = *f;
         f.sort_unstable();
@@ -164,7 +168,7 @@ fn open_sheets_whose_caps_would_cross_become_shells_and_so_do_single_faces() {
     let all = |faces: &[[u32; 3]]| faces.iter().map(sorted).collect::<Vec<_>>();
     assert_eq!(done.report.lost_faces, 0);
     assert!(all(&done.mesh.faces).starts_with(&all(&bad.faces)));
-    // Without being asked to, sheets of a face or two are left.
+    // By default, sheets of one or two faces stay open.
     let done = repaired(&bad, &RepairParams::default());
     assert!(verdict(&done.mesh).holes >= 2);
 }
@@ -182,7 +186,7 @@ fn a_spike_of_which_a_cut_would_leave_nothing_is_enclosed_by_an_offset_shell() {
         ],
         vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
     );
-    // The ball has a hole; a closed one would be united with the spike.
+    // The ball has a hole, because a closed ball would be united with the spike.
     let bad = joined(&cut(&ball, |p| p.x < -0.95), &needle);
     assert!(verdict(&bad).count(DefectKind::SelfIntersection) > 0);
     let done = repaired(&bad, &RepairParams::default());
@@ -194,7 +198,7 @@ fn a_spike_of_which_a_cut_would_leave_nothing_is_enclosed_by_an_offset_shell() {
 }
 
 #[test]
-fn a_face_that_crosses_is_not_lost_if_it_is_all_of_its_component() {
+fn an_intersecting_face_that_is_a_whole_component_is_not_lost() {
     let ball = turned(sphere(8));
     let p = DVec3::new;
     let needle = Mesh::new(
@@ -206,7 +210,7 @@ fn a_face_that_crosses_is_not_lost_if_it_is_all_of_its_component() {
 }
 
 #[test]
-fn a_face_that_hangs_on_an_open_sheet_by_one_edge_stays() {
+fn a_dangling_face_on_an_open_sheet_becomes_a_component() {
     let sheet = cut(&turned(sphere(8)), |p| polar(p) < 60.0);
     let centre = |f: &[u32; 3]| f.map(|v| sheet.positions[v as usize]).iter().sum::<DVec3>() / 3.0;
     let low = |f: &&[u32; 3]| polar(centre(f)) > 120.0;
@@ -222,14 +226,14 @@ fn a_face_that_hangs_on_an_open_sheet_by_one_edge_stays() {
     let after = verdict(&done.mesh);
     assert!(after.is_manifold(), "{}", after.line());
     assert_eq!(after.components.len(), 2);
-    // On request it goes.
+    // The option `debris` removes it.
     params.debris = Some(0.1);
     assert_eq!(repaired(&bad, &params).mesh, sheet);
 }
 
-/// A strip of triangles that hangs on the edge of a face by its first edge, its further corners by turns at the two factors of their
-/// distance from the middle of the mesh.
-fn with_scrap(mesh: &Mesh, face: usize, faces: u32, factors: [f64; 2]) -> Mesh {
+/// The mesh with a dangling strip of triangles on the first edge of a face. The two factors scale the other vertices of the strip in
+/// turns, relative to the origin.
+fn with_dangling_strip(mesh: &Mesh, face: usize, faces: u32, factors: [f64; 2]) -> Mesh {
     let mut bad = mesh.clone();
     let [a, b, c] = mesh.faces[face];
     let at = |v: u32| mesh.positions[v as usize];
@@ -249,10 +253,10 @@ fn with_scrap(mesh: &Mesh, face: usize, faces: u32, factors: [f64; 2]) -> Mesh {
 }
 
 #[test]
-fn scraps_that_cross_what_they_hang_on_go() {
+fn dangling_strips_that_intersect_their_surface_are_removed() {
     let mesh = turned(sphere(8));
     for faces in [4, 6] {
-        let bad = with_scrap(&mesh, 40, faces, [1.08, 0.92]);
+        let bad = with_dangling_strip(&mesh, 40, faces, [1.08, 0.92]);
         assert!(verdict(&bad).count(DefectKind::SelfIntersection) > 0);
         let done = repaired(&bad, &RepairParams::default());
         let after = verdict(&done.mesh);
@@ -263,11 +267,11 @@ fn scraps_that_cross_what_they_hang_on_go() {
 }
 
 #[test]
-fn a_face_that_hangs_on_a_sheet_stands_alone_where_the_sheet_gets_closed() {
+fn a_dangling_face_is_separated_from_a_sheet_that_is_closed() {
     let mesh = cut(&turned(sphere(8)), |p| polar(p) < 20.0);
     let low = |f: &[u32; 3]| f.iter().all(|v| polar(mesh.positions[*v as usize]) > 120.0);
     let face = mesh.faces.iter().position(low).unwrap();
-    let bad = with_scrap(&mesh, face, 1, [1.3, 1.0]);
+    let bad = with_dangling_strip(&mesh, face, 1, [1.3, 1.0]);
     let done = repaired(&bad, &RepairParams::default());
     let after = verdict(&done.mesh);
     assert!(after.is_sound(), "{}", after.line());
@@ -294,7 +298,7 @@ fn borders_of_small_sheets_are_closed_without_level_sets() {
     assert!(regions.len() >= 6 && regions.iter().all(|r| r.levels.is_empty()));
 }
 
-/// A square of 32 faces with waves.
+/// A wavy square of 32 faces.
 fn wavy() -> Mesh {
     let mut mesh = Mesh::default();
     for i in 0..25 {
@@ -310,7 +314,7 @@ fn wavy() -> Mesh {
 }
 
 #[test]
-fn heaps_of_shells_balls_and_triangles_never_get_worse() {
+fn random_shells_balls_and_triangles_never_get_worse() {
     for seed in 1..5 {
         let mut noise = Noise(seed * 7919);
         let mut bad = turned(sphere(4));
@@ -332,7 +336,7 @@ fn heaps_of_shells_balls_and_triangles_never_get_worse() {
     }
 }
 
-/// Squares of two triangles each, at random places in a box in which about as many meet as not.
+/// Squares of two triangles each at random places in a box, of which about half intersect others.
 #[cfg(target_os = "linux")]
 fn squares(count: usize) -> Mesh {
     let mut noise = Noise(5);
@@ -349,11 +353,11 @@ fn squares(count: usize) -> Mesh {
     all
 }
 
-/// 13 to 14 times the time for eight times the sheets were measured, of which a part is as the square of it by the nature of the thing:
-/// up to thirty sheets are cut out one by one. 64 times would be quadratic, as it was once.
+/// Measured: 13 to 14 times the time for eight times the sheets. A part of it is quadratic by design: up to thirty sheets are cut out one
+/// by one. Quadratic growth of the whole, as in an earlier version, would be 64 times.
 #[test]
 #[cfg(target_os = "linux")]
-fn many_small_sheets_are_repaired_in_time_that_grows_with_their_number() {
+fn the_repair_of_many_small_sheets_takes_less_than_quadratic_time() {
     use crate::cpu::{cpu, this_thread};
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let pool = pool.unwrap();

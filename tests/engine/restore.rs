@@ -1,4 +1,4 @@
-//! `isomend restore`: marked regions are replaced, all else stays.
+//! `isomend restore` replaces marked regions and keeps the rest of the mesh.
 
 use std::fs;
 use std::process::Output;
@@ -14,7 +14,7 @@ use isomend::{Mask, Selector};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// An exact surface, and a ball round the part of it that is damaged.
+/// A mesh of an exact surface, and a ball round the part that gets damaged.
 struct Case {
     name: &'static str,
     mesh: Mesh,
@@ -42,7 +42,7 @@ fn cases() -> Vec<Case> {
         },
         Case {
             name: "catenoid",
-            mesh: catenoid_piece(),
+            mesh: catenoid_band(),
             distance: catenoid,
             centre: DVec3::new(0.8, 0.6, 0.0),
             radius: 0.45,
@@ -51,7 +51,7 @@ fn cases() -> Vec<Case> {
 }
 
 /// The catenoid of waist 1 for |z| < 0.95.
-fn catenoid_piece() -> Mesh {
+fn catenoid_band() -> Mesh {
     let (around, up) = (80u32, 26u32);
     let mut mesh = Mesh::default();
     for j in 0..=up {
@@ -86,7 +86,7 @@ fn ball(centre: DVec3, radius: f64, mesh: &Mesh) -> Vec<bool> {
     mask.faces(mesh, &Attributes::default()).unwrap()
 }
 
-/// A number between −1 and 1 that looks like chance.
+/// A pseudo-random number between −1 and 1; `k` is the seed.
 fn chance(i: usize, k: u64) -> f64 {
     let mut x = (i as u64)
         .wrapping_mul(0x9e37_79b9_7f4a_7c15)
@@ -125,7 +125,7 @@ fn rms(case: &Case, mesh: &Mesh, first: usize) -> f64 {
     (sum / new.len() as f64).sqrt()
 }
 
-/// What is kept comes first, in order and bit for bit.
+/// Kept vertices and faces come first in the result, in order and bit for bit.
 fn assert_kept(input: &Mesh, restored: &isomend::Restored) {
     let kept = &restored.kept;
     let positions: Vec<DVec3> = (0..input.positions.len())
@@ -150,7 +150,7 @@ fn assert_kept(input: &Mesh, restored: &isomend::Restored) {
 }
 
 #[test]
-fn damage_goes_as_well_as_a_hole_is_filled() {
+fn a_restored_region_is_as_accurate_as_a_filled_hole() {
     for case in cases() {
         let marked = ball(case.centre, case.radius, &case.mesh);
         let hole = shapes::cut(&case.mesh, |p| p.distance(case.centre) <= case.radius);
@@ -170,8 +170,8 @@ fn damage_goes_as_well_as_a_hole_is_filled() {
                 "{} {kind}: {error:.3e} against {floor:.3e} of fill, seam {:.2?}",
                 case.name, region.seam_angle_mean
             );
-            // A restoration takes single faces that stick into the cut too: the holes are not quite the same, and a finish ends
-            // when steps are shorter than 3e-4 diameters.
+            // A restoration also removes single faces that stick into the cut, so that the holes differ slightly; and a finish ends
+            // when its steps are shorter than 3e-4 diameters.
             assert!(error <= 1.2 * floor + 1e-4, "{} {kind}", case.name);
             assert_eq!(report.fill.regions.len(), 1);
             let (lone, _) = shapes::topology(&restored.mesh);
@@ -189,7 +189,7 @@ fn holes_in(hole: &Mesh, case: &Case) -> Vec<HoleId> {
 }
 
 #[test]
-fn the_shape_that_is_kept_loses_its_noise_only() {
+fn keep_shape_keeps_a_bump_and_removes_noise() {
     let case = &cases()[0];
     let marked = ball(case.centre, case.radius, &case.mesh);
     let error = |kind: &str, keep_shape: f64| {
@@ -218,9 +218,9 @@ fn the_shape_that_is_kept_loses_its_noise_only() {
     assert!(half < 0.4 * before("noise") && kept < before("noise"));
 }
 
-/// Masks with holes, spikes and stray faces: what comes out is as closed and manifold as what went in.
+/// Masks with holes, spikes and stray faces: the result is as closed and manifold as the input.
 #[test]
-fn ragged_masks_leave_clean_rims() {
+fn results_of_ragged_masks_are_closed_and_manifold() {
     let mesh = shapes::sphere(14);
     for seed in 0..6 {
         let mut marked = ball(DVec3::new(0.2, -0.3, 0.9), 0.55, &mesh);
@@ -251,12 +251,12 @@ fn ragged_masks_leave_clean_rims() {
 }
 
 #[test]
-fn holes_in_the_region_are_taken_in_and_others_stay() {
+fn holes_in_the_marked_region_are_closed_and_others_stay_open() {
     let whole = shapes::sphere(16);
     let mesh = shapes::cut(&whole, |p| {
         p.z > 0.97 || p.x > 0.97 || p.distance(DVec3::new(0.0, 0.4, 0.9)) < 0.12
     });
-    // One hole inside the ball, one across its border, one elsewhere.
+    // One hole inside the ball, one across its surface, one elsewhere.
     let marked = ball(DVec3::new(0.0, 0.1, 1.0), 0.45, &mesh);
     let restored = restore(&mesh, &marked, &RestoreParams::default()).unwrap();
     assert_kept(&mesh, &restored);
@@ -271,7 +271,7 @@ fn holes_in_the_region_are_taken_in_and_others_stay() {
 }
 
 #[test]
-fn what_cannot_be_restored_is_refused() {
+fn masks_that_cannot_be_restored_are_refused() {
     let mesh = shapes::sphere(6);
     let count = mesh.faces.len();
     let params = RestoreParams::default();
@@ -332,7 +332,7 @@ impl Desk {
 }
 
 #[test]
-fn the_same_bytes_come_out_at_any_number_of_threads() {
+fn any_number_of_threads_gives_the_same_bytes() {
     let desk = Desk::new();
     let run = |out: &str, threads: &str| {
         let mask = ["--ball", "0,0,1,0.5", "--keep-shape", "0.5"];
@@ -343,7 +343,7 @@ fn the_same_bytes_come_out_at_any_number_of_threads() {
 }
 
 #[test]
-fn masks_combine_and_the_report_says_what_was_cut() {
+fn masks_combine_and_the_report_counts_removed_faces() {
     let desk = Desk::new();
     let mask = ["--ball", "0,0,1,0.3", "--box=-2,-2,-2,2,2,-0.95"];
     let arguments = ["ball.ply", "-o", "out.obj", "--json", "-", "-q"];
@@ -359,7 +359,7 @@ fn masks_combine_and_the_report_says_what_was_cut() {
 }
 
 #[test]
-fn attributes_of_what_is_kept_go_through() {
+fn attributes_are_kept_and_continued_on_patches() {
     let desk = Desk::new();
     let sphere = shapes::sphere(10);
     let mut text = String::from("mtllib skin.mtl\n");
@@ -388,7 +388,7 @@ fn attributes_of_what_is_kept_go_through() {
 }
 
 #[test]
-fn a_gltf_document_goes_through() {
+fn a_restored_glb_file_is_closed() {
     let desk = Desk::new();
     let path = desk.0.path().join("ball.glb");
     write_path(&path, &shapes::sphere(12), None, &WriteOptions::default()).unwrap();

@@ -1,4 +1,4 @@
-//! The paper's experiments at sizes that run in seconds.
+//! The experiments of the paper (`isomend study`) at sizes that run in seconds, and tests of the flow of a function on a square.
 
 use isomend::Variant;
 use isomend::internals::linalg::LinearOperator;
@@ -13,7 +13,7 @@ use isomend::study::{
 
 const VARIANTS: [Variant; 3] = [Variant::I, Variant::II, Variant::GaussNewton];
 
-/// Every claim but those on time.
+/// Asserts every claim except claims on time.
 fn assert_holds(report: &StudyReport) {
     for claim in report.claims.iter().filter(|c| c.what != "time") {
         assert!(claim.holds, "{claim:?}");
@@ -36,7 +36,7 @@ fn column(report: &StudyReport, table: usize, name: &str) -> Vec<f64> {
 }
 
 #[test]
-fn the_errors_of_the_cap_are_those_of_table_1_for_all_variants() {
+fn the_errors_of_the_cap_equal_table_1_for_all_variants() {
     let settings = Table1Settings {
         cells: vec![8, 16, 32],
         ..Table1Settings::default()
@@ -65,7 +65,7 @@ fn the_errors_of_the_cap_are_those_of_table_1_for_all_variants() {
 }
 
 #[test]
-fn the_circle_grows_as_it_should() {
+fn the_claims_on_the_growing_circle_hold() {
     let settings = CircleSettings {
         runs: vec![(64, Variant::I)],
         radii: [0.13, 0.15],
@@ -74,7 +74,7 @@ fn the_circle_grows_as_it_should() {
     let report = circle(&settings, &Silent).expect("a report");
     assert_holds(&report);
     assert!(!report.claims.is_empty());
-    // Redistanced too seldom, it loses a good part of a cell.
+    // With redistancing every 50 steps only, the circle loses a large part of a cell.
     let seldom = CircleSettings {
         interval: Some(50),
         ..settings
@@ -90,7 +90,7 @@ fn the_circle_grows_as_it_should() {
 }
 
 #[test]
-fn the_squares_get_round_and_their_energy_falls() {
+fn the_claims_on_the_merging_squares_hold_and_their_energy_falls() {
     let settings = MergeSettings {
         steps: 150,
         drawn: vec![0, 100, 150],
@@ -107,7 +107,7 @@ fn the_squares_get_round_and_their_energy_falls() {
 }
 
 #[test]
-fn level_lines_stay_at_right_angles_to_a_natural_border() {
+fn level_lines_stay_at_right_angles_to_a_natural_boundary() {
     let settings = OrthogonalSettings {
         cells: 32,
         steps: 200,
@@ -117,14 +117,14 @@ fn level_lines_stay_at_right_angles_to_a_natural_border() {
 }
 
 #[test]
-fn a_graph_becomes_the_cap() {
+fn a_graph_converges_to_the_cap() {
     let settings = CapSettings {
         cells: 16,
         reported_steps: vec![0, 700],
         ..CapSettings::default()
     };
     let report = cap(&settings, &Silent).expect("a report");
-    // On so coarse a grid the paper's quadrature of L1 shows: the very end of the way down is not monotone.
+    // On this coarse grid the error of the paper's quadrature of L1 shows: the energy is not monotone at the very end.
     let end = report.claims.iter().find(|c| c.what.contains("sphere"));
     assert!(end.is_some_and(|c| c.holds), "{:?}", report.claims);
     let energy = column(&report, 0, "energy");
@@ -146,7 +146,7 @@ fn the_graph_flow_stays_near_the_parametric_one() {
 }
 
 #[test]
-fn closed_surfaces_evolve_as_they_should() {
+fn the_claims_on_closed_surfaces_hold() {
     let settings = SurfacesSettings {
         voxels: 36,
         runs: vec![
@@ -179,7 +179,7 @@ fn closed_surfaces_evolve_as_they_should() {
             .iter()
             .any(|c| c.what.contains("linear theory") && c.holds)
     );
-    // The torus is on its way to the Clifford torus, the cube to a sphere.
+    // The torus evolves towards the Clifford torus, the cube towards a sphere.
     let ratio = column(&report, 2, "R / r");
     assert!(
         ratio[0] > 1.9 && *ratio.last().expect("a row") < 1.8,
@@ -199,7 +199,7 @@ fn wavy(cells: usize) -> (PlaneEnergy, Vec<f64>) {
 }
 
 #[test]
-fn systems_are_what_their_matrices_say_and_symmetric_but_for_variant_one() {
+fn step_systems_equal_their_matrices_and_are_symmetric_except_variant_one() {
     let (energy, phi) = wavy(10);
     let at = energy.linearise(&phi);
     let vector = |f: f64| -> Vec<f64> {
@@ -230,7 +230,7 @@ fn systems_are_what_their_matrices_say_and_symmetric_but_for_variant_one() {
     }
 }
 
-/// The three schemes are the same flow: they differ by the error in time, which is of first order.
+/// The three schemes discretise the same flow and differ by the error in time, which is of first order.
 #[test]
 fn the_variants_agree_as_the_time_step_falls() {
     let run = |variant: Variant, steps: usize| {

@@ -1,4 +1,4 @@
-//! Regions as values: written, read and worked on elsewhere, they give the same patches.
+//! Region tasks: written as JSON, solved elsewhere and assembled, they give the same patches as a fill.
 
 #[cfg(target_os = "linux")]
 use crate::cpu::{cpu, this_thread};
@@ -9,12 +9,12 @@ use isomend::{
     inspect,
 };
 
-/// A value that was written as JSON and read again.
+/// A value after a round trip through JSON.
 fn sent<T: serde::Serialize + serde::de::DeserializeOwned>(value: &T) -> T {
     serde_json::from_str(&serde_json::to_string(value).unwrap()).unwrap()
 }
 
-/// The mesh filled region by region, each from its task's written form.
+/// The mesh filled region by region, with a round trip of each task and patch through JSON.
 fn filled_in_parts(mesh: &Mesh, params: &FillParams) -> Mesh {
     let found = inspect(mesh).unwrap();
     let regions = found.regions(params).unwrap();
@@ -49,7 +49,7 @@ fn with(mesh: &mut Mesh, other: &Mesh, by: DVec3) {
         .extend(other.faces.iter().map(|f| f.map(|v| v + base)));
 }
 
-/// A ball with a large and a small round hole and one of a triangle.
+/// A ball with a large round hole, a small one, and one missing triangle.
 fn ball() -> Mesh {
     let sphere = shapes::sphere(10);
     let mut mesh = shapes::cut(&sphere, |p| p.z > 0.85 || p.distance(DVec3::X) < 0.25);
@@ -62,7 +62,7 @@ fn ball() -> Mesh {
 }
 
 #[test]
-fn regions_worked_on_elsewhere_give_the_same_bytes() {
+fn tasks_solved_elsewhere_give_the_same_bytes() {
     let mut params = FillParams::default();
     params.voxel = isomend::VoxelSize::Length(0.08);
     assert_same(&ball(), &params);
@@ -71,8 +71,8 @@ fn regions_worked_on_elsewhere_give_the_same_bytes() {
 }
 
 #[test]
-fn a_task_holds_no_more_than_what_is_near_its_region() {
-    // A second ball passes through the opening of the first, which must not know it; a third is far away.
+fn a_task_holds_only_the_surroundings_of_its_region() {
+    // A second ball reaches through the large hole of the first; a third is far away.
     let mut mesh = ball();
     with(&mut mesh, &shapes::sphere(6), DVec3::new(0.0, 0.0, 1.6));
     with(&mut mesh, &shapes::sphere(6), DVec3::new(40.0, 0.0, 0.0));
@@ -92,7 +92,7 @@ fn a_task_holds_no_more_than_what_is_near_its_region() {
     );
 }
 
-/// Bytes of the task of the only hole, of 24 edges or so, in a sphere of `20 n²` faces.
+/// Size in bytes of the task of the only hole, with about 24 edges, in a sphere of `20 n²` faces.
 fn bytes_of_task(n: u32, params: &FillParams) -> usize {
     let edge = 1.1 / f64::from(n);
     let mesh = shapes::cut(&shapes::sphere(n), |p| p.distance(DVec3::Z) < 4.0 * edge);
@@ -103,10 +103,10 @@ fn bytes_of_task(n: u32, params: &FillParams) -> usize {
 }
 
 #[test]
-fn a_task_grows_with_its_region_and_not_with_the_mesh() {
+fn the_size_of_a_task_depends_on_its_region_and_not_on_the_mesh() {
     let params = FillParams::default();
     let [small, large] = [40, 160].map(|n| bytes_of_task(n, &params));
-    // The larger sphere bends less, so that a little more of it lies within reach.
+    // The finer sphere bends less over the hole's size, so that slightly more of it is within reach.
     assert!(large < 2 * small, "{small} bytes, then {large}");
     let sphere = shapes::sphere(160);
     let found = inspect(&sphere).unwrap();
@@ -115,7 +115,7 @@ fn a_task_grows_with_its_region_and_not_with_the_mesh() {
 }
 
 #[test]
-fn a_region_that_looks_farther_than_its_task_reaches_says_so_and_is_closed_all_the_same() {
+fn a_task_that_reaches_too_little_reports_it_and_closes_the_hole() {
     // A cap of 30 degrees: the box is widened twice for the rest of the sphere.
     let cap = shapes::cut(&shapes::sphere(30), |p| p.z < 0.86);
     let mut mesh = cap.clone();
@@ -139,7 +139,7 @@ fn a_region_that_looks_farther_than_its_task_reaches_says_so_and_is_closed_all_t
 }
 
 #[test]
-fn what_is_no_task_or_no_patch_of_these_regions_is_refused() {
+fn damaged_tasks_and_missing_patches_are_refused() {
     let mesh = ball();
     let params = FillParams::default();
     let found = inspect(&mesh).unwrap();
@@ -202,7 +202,7 @@ fn one_inspection_serves_many_runs() {
 }
 
 #[test]
-fn regions_of_a_large_mesh_look_round_themselves_alone_and_give_the_same() {
+fn tasks_of_a_large_mesh_give_the_same_bytes_as_a_fill() {
     let sphere = shapes::sphere(160);
     let mesh = shapes::cut(&sphere, |p| {
         p.distance(DVec3::X) < 0.02 || p.distance(DVec3::Z) < 0.015
@@ -226,7 +226,7 @@ fn regions_of_a_large_mesh_look_round_themselves_alone_and_give_the_same() {
 }
 
 #[test]
-fn threads_beyond_the_bound_are_refused() {
+fn threads_steps_and_diameters_out_of_bounds_are_refused() {
     let many = Control::new().threads(Control::MOST_THREADS + 1);
     let mesh = ball();
     let found = inspect(&mesh).unwrap();
@@ -242,12 +242,12 @@ fn threads_beyond_the_bound_are_refused() {
     assert!(matches!(params.check(), Err(FillError::Bounds(_))));
 }
 
-/// How long a run may go on after it is cancelled, in seconds of CPU time.
+/// Upper bound of the CPU time that a run takes after it is cancelled, in seconds.
 #[cfg(target_os = "linux")]
 const MOST_AFTER: f64 = 0.05;
 
-/// Runs some work on one thread, all of it and then cancelled at moments of it that look like chance; the longest CPU time that it
-/// went on for then. What takes longer than allowed is measured again, seven times at most: a busy machine slows single runs.
+/// Runs `work` on one thread to its end, then cancels further runs at pseudo-random moments; returns the longest CPU time from a
+/// cancellation to the end. A time above the bound is measured again, at most seven times, because a busy machine slows single runs.
 #[cfg(target_os = "linux")]
 fn longest_after_cancel(moments: usize, work: &(dyn Fn(&Control) -> bool + Sync)) -> f64 {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
@@ -271,7 +271,7 @@ fn longest_after_cancel(moments: usize, work: &(dyn Fn(&Control) -> bool + Sync)
     (0..moments).map(at).fold(0.0, f64::max)
 }
 
-/// CPU time from the cancellation, `moment` CPU seconds after the start, to the end of the run; 0 where it had ended before.
+/// CPU time from the cancellation, `moment` CPU seconds after the start, to the end of the run; 0 if the run ended earlier.
 #[cfg(target_os = "linux")]
 fn after_cancel(
     pool: &rayon::ThreadPool,
@@ -295,14 +295,14 @@ fn after_cancel(
         let (done, end) = pool.install(|| (work(&control), cpu(own)));
         has_ended.store(true, Ordering::Relaxed);
         let at = *at.lock().unwrap();
-        // A run that was faster this time may have ended before.
+        // A run that was faster this time may have ended before its cancellation.
         at.filter(|_| !done).map_or(0.0, |at| end - at)
     })
 }
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_run_ends_soon_after_it_is_cancelled_whatever_it_does() {
+fn fills_and_fairings_end_soon_after_they_are_cancelled() {
     let sphere = shapes::sphere(24);
     let holed = shapes::cut(&shapes::sphere(28), |p| p.distance(DVec3::Z) < 0.7);
     let mut finer = isomend::FairParams::default();

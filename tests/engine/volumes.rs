@@ -1,4 +1,4 @@
-//! `isomend sdf` and `isomend surface`.
+//! `isomend sdf` and `isomend surface`: distance volumes of meshes, and surfaces of volumes.
 
 use std::fs;
 use std::path::PathBuf;
@@ -56,7 +56,7 @@ impl Desk {
 }
 
 #[test]
-fn a_mesh_goes_to_a_volume_and_back() {
+fn surfaces_of_a_distance_volume_are_spheres_of_the_given_level() {
     let desk = Desk::new();
     let said = desk.done(&[
         "sdf", "ball.ply", "-o", "ball.vti", "--voxel", "0.08", "--f64",
@@ -85,7 +85,7 @@ fn a_mesh_goes_to_a_volume_and_back() {
 }
 
 #[test]
-fn the_report_of_a_volume_tells_where_the_time_went() {
+fn the_report_of_a_volume_lists_the_time_of_each_part() {
     let desk = Desk::new();
     let report = |arguments: &[&str]| -> Value {
         let common = ["sdf", "ball.ply", "-o", "b.vti", "--json", "-", "-q"];
@@ -100,7 +100,7 @@ fn the_report_of_a_volume_tells_where_the_time_went() {
     assert_eq!(whole["measured"].as_u64().unwrap(), nodes(&whole));
     let banded = report(&["--voxel", "0.1", "--band", "0.2"]);
     let measured = banded["measured"].as_u64().unwrap();
-    // The volume of a shell of this thickness, in voxels.
+    // A shell from 0.2 inside to 0.2 outside the sphere has the volume of 5094 voxels.
     assert!((4000..6500).contains(&measured), "{measured}");
     for report in [whole, banded] {
         let seconds = |part: &str| report["seconds"][part].as_f64().unwrap();
@@ -119,7 +119,7 @@ fn the_report_of_a_volume_tells_where_the_time_went() {
 }
 
 #[test]
-fn a_mesh_with_a_hole_has_an_inside() {
+fn the_distance_volume_of_a_mesh_with_a_hole_has_a_closed_surface() {
     let desk = Desk::new();
     let bowl = shapes::cut(&shapes::sphere(8), |p| shapes::polar(p) < 30.0);
     write_path(
@@ -133,7 +133,7 @@ fn a_mesh_with_a_hole_has_an_inside() {
     desk.done(&["surface", "bowl.vti", "-o", "bowl.obj"]);
     let back = read_path(&desk.path("bowl.obj"), None).unwrap().mesh;
     assert_eq!(shapes::topology(&back).0, 0);
-    // All that was there is still there.
+    // All vertices of the input are near the surface.
     let bvh = Bvh::new(&back, 0..back.faces.len() as u32);
     for p in &bowl.positions {
         assert!(
@@ -144,7 +144,7 @@ fn a_mesh_with_a_hole_has_an_inside() {
 }
 
 #[test]
-fn a_field_is_closed_at_its_border_if_asked() {
+fn a_surface_is_closed_at_the_boundary_of_the_volume_on_request() {
     let desk = Desk::new();
     desk.done(&["sdf", "ball.ply", "-o", "ball.vti", "--voxel", "0.1"]);
     let mut half = read_volume_path(&desk.path("ball.vti"), None).unwrap();
@@ -158,7 +158,7 @@ fn a_field_is_closed_at_its_border_if_asked() {
     };
     assert_eq!(euler(&["--close"]), (0, 2));
     let (open, disc) = euler(&[]);
-    // Edges of the border count half in that number.
+    // `topology` counts a boundary edge half: without this, a disc has the Euler number 1.
     assert!(open > 0 && disc - open as i64 / 2 == 1, "{open} {disc}");
 }
 

@@ -1,6 +1,6 @@
-//! How the source is laid out: rooms import only what lies below them, and no files import each other in a circle. Beside it what needs
-//! a process in which nothing else saves files.
-#![allow(clippy::unwrap_used, clippy::too_many_lines)] // A test that cannot go on fails; long ones tell one story.
+//! Tests of the source's structure: modules import only from lower layers, and no files import each other in a cycle. Also tests of
+//! generated files, of words, and of saves, which need a process in which nothing else saves files.
+#![allow(clippy::unwrap_used, clippy::too_many_lines)] // An unwrap that fails is a failed test; long tests follow one scenario.
 
 mod parameters;
 mod unfinished;
@@ -10,8 +10,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The rooms of the library from the ground up: each may import those of lower rows only.
-const ROWS: [&[&str]; 14] = [
+/// The top-level modules of the library by layer, from the lowest: a module may import from lower layers only.
+const LAYERS: [&[&str]; 14] = [
     &["cancel", "setters", "parameters", "tuning"],
     &["grid", "linalg", "mesh"],
     &["spatial", "io"],
@@ -28,10 +28,10 @@ const ROWS: [&[&str]; 14] = [
     &["internals"],
 ];
 
-/// A path of modules from the crate's root.
+/// A module path from the crate's root.
 type Module = Vec<String>;
 
-/// The modules of the crate but tests, with their files and the paths that they import.
+/// The modules of the crate except tests, with their files and the paths that they import.
 struct Source {
     files: BTreeMap<Module, PathBuf>,
     imports: BTreeMap<Module, Vec<(bool, Module)>>,
@@ -56,7 +56,7 @@ impl Source {
         module.is_empty() || self.files[module].ends_with("mod.rs")
     }
 
-    /// The file in which what a path names is defined, through re-exports; none outside the crate.
+    /// The module that defines the item of a path, through re-exports; none outside the crate.
     fn definition(&self, path: &Module) -> Option<Module> {
         let depth = (0..=path.len())
             .rev()
@@ -74,8 +74,8 @@ impl Source {
         Some(module)
     }
 
-    /// The files that a file imports from; the front of a folder, which names what is in it, counts as none.
-    fn arrows(&self, module: &Module) -> BTreeSet<Module> {
+    /// The files that a file imports from; `mod.rs` files, which only re-export, do not count.
+    fn imported_files(&self, module: &Module) -> BTreeSet<Module> {
         self.imports[module]
             .iter()
             .filter(|(public, _)| !public)
@@ -105,7 +105,7 @@ fn collect(folder: &Path, at: &mut Module, files: &mut BTreeMap<Module, PathBuf>
     }
 }
 
-/// The code of a file, without comments and the tests at its end.
+/// The code of a file without comments and without the tests at its end.
 fn code(file: &Path) -> String {
     let text = fs::read_to_string(file).unwrap();
     let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
@@ -113,7 +113,7 @@ fn code(file: &Path) -> String {
     code.lines().map(line).collect::<Vec<_>>().join(" ")
 }
 
-/// The paths of the crate that `use` lines name, and whether they are passed on.
+/// The paths of the crate in `use` statements, and whether they are re-exported.
 fn imports(module: &Module, is_folder: bool, code: &str) -> Vec<(bool, Module)> {
     let mut found = Vec::new();
     for statement in code.split(';') {
@@ -189,49 +189,52 @@ fn expanded(tree: &str) -> Vec<String> {
 }
 
 #[test]
-fn arrows_between_rooms_go_down() {
+fn modules_import_from_lower_layers_only() {
     let source = Source::read();
-    let row = |room: &str| ROWS.iter().position(|row| row.contains(&room));
-    let mut arrows = 0;
+    let layer = |name: &str| LAYERS.iter().position(|layer| layer.contains(&name));
+    let mut count = 0;
     for (module, imports) in &source.imports {
-        let Some(room) = module.first() else { continue };
-        let own = row(room).unwrap_or_else(|| panic!("the room {room} stands in no row"));
+        let Some(name) = module.first() else { continue };
+        let own = layer(name).unwrap_or_else(|| panic!("the module {name} is in no layer"));
         for (_, path) in imports {
-            let Some(other) = path.first().filter(|other| *other != room) else {
+            let Some(other) = path.first().filter(|other| *other != name) else {
                 continue;
             };
-            if let Some(other_row) = row(other) {
+            if let Some(other_layer) = layer(other) {
                 assert!(
-                    other_row < own,
+                    other_layer < own,
                     "{} imports {}",
                     module.join("::"),
                     path.join("::")
                 );
-                arrows += 1;
+                count += 1;
             }
         }
     }
     assert!(
-        arrows > 100,
-        "only {arrows} imports between rooms were read"
+        count > 100,
+        "only {count} imports between modules were read"
     );
 }
 
 #[test]
-fn no_files_import_each_other_in_a_circle() {
+fn no_files_import_each_other_in_a_cycle() {
     let source = Source::read();
-    let arrows: BTreeMap<&Module, BTreeSet<Module>> =
-        source.files.keys().map(|m| (m, source.arrows(m))).collect();
-    assert!(arrows.values().map(BTreeSet::len).sum::<usize>() > 300);
-    // Files to which or from which no arrow is left are taken away until none is; circles are what stays.
-    let mut left: BTreeSet<&Module> = arrows.keys().copied().collect();
+    let imported: BTreeMap<&Module, BTreeSet<Module>> = source
+        .files
+        .keys()
+        .map(|m| (m, source.imported_files(m)))
+        .collect();
+    assert!(imported.values().map(BTreeSet::len).sum::<usize>() > 300);
+    // Files without incoming or without outgoing imports are removed repeatedly; the rest are the cycles.
+    let mut left: BTreeSet<&Module> = imported.keys().copied().collect();
     loop {
-        let ends = |m: &Module| !arrows[m].iter().any(|target| left.contains(target));
-        let begins = |m: &Module| !left.iter().any(|from| arrows[*from].contains(m));
+        let imports_none = |m: &Module| !imported[m].iter().any(|target| left.contains(target));
+        let is_not_imported = |m: &Module| !left.iter().any(|from| imported[*from].contains(m));
         let free: Vec<&Module> = left
             .iter()
             .copied()
-            .filter(|m| ends(m) || begins(m))
+            .filter(|m| imports_none(m) || is_not_imported(m))
             .collect();
         if free.is_empty() {
             break;
@@ -241,5 +244,5 @@ fn no_files_import_each_other_in_a_circle() {
         });
     }
     let names: Vec<String> = left.iter().map(|m| m.join("::")).collect();
-    assert!(names.is_empty(), "in circles: {}", names.join(", "));
+    assert!(names.is_empty(), "in cycles: {}", names.join(", "));
 }

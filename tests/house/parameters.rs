@@ -1,4 +1,4 @@
-//! The tables of parameters against the structs that hold them: fields, defaults, bounds and words.
+//! The parameter tables against the structs that hold the parameters: fields, defaults, bounds and choices.
 
 use std::collections::BTreeSet;
 
@@ -15,7 +15,7 @@ fn usual<P: Default + Serialize>() -> Value {
     serde_json::to_value(P::default()).unwrap()
 }
 
-/// A command's default parameters as JSON, and whether such JSON is read and what is wrong with it.
+/// A command's table, its default parameters as JSON, and a function that reads and checks parameters.
 struct Held {
     table: &'static Table,
     usual: Value,
@@ -69,7 +69,7 @@ fn with(params: &Value, path: &[&str], value: Value) -> Value {
     let (last, steps) = path.split_last().unwrap();
     let mut holder = &mut params;
     for step in steps {
-        // An extent is a word or an object.
+        // An extent is a string or an object.
         if holder[*step].is_string() {
             holder[*step] = json!({});
         }
@@ -80,8 +80,8 @@ fn with(params: &Value, path: &[&str], value: Value) -> Value {
 }
 
 #[test]
-fn every_field_is_in_a_table_and_every_default_is_that_of_the_table() {
-    // Those of a fill that the mask of a restoration and the repair of all holes decide.
+fn every_field_is_in_a_table_and_has_its_default() {
+    // Fields of a fill that a restoration's mask or a repair sets.
     let decided = [
         "holes",
         "keep_open",
@@ -165,7 +165,7 @@ fn numbers_out_of_bounds_are_refused_by_name() {
 }
 
 #[test]
-fn words_and_defaults_that_depend_on_others_are_the_librarys() {
+fn the_library_accepts_the_choices_and_dependent_defaults_of_the_tables() {
     for Held { table, usual, read } in held() {
         for (path, parameter) in table.entries() {
             if let Kind::Choice(choices) = parameter.kind {

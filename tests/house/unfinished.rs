@@ -1,5 +1,5 @@
-//! What is left of a file that is being saved when the process is about to end. It stands apart from other tests of files: while it
-//! keeps files from being saved, none may be saved.
+//! Temporary files of a save when the process is about to end. This test is apart from other tests of files, because it prevents all
+//! saves while it runs.
 
 use std::fs;
 use std::path::Path;
@@ -15,7 +15,7 @@ fn parts(folder: &Path) -> usize {
 }
 
 #[test]
-fn unfinished_files_are_removed_and_none_are_finished_after_that() {
+fn unfinished_files_are_removed_and_not_moved_into_place_later() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mesh.ply");
     replace_file(&path, b"old").unwrap();
@@ -38,12 +38,12 @@ fn unfinished_files_are_removed_and_none_are_finished_after_that() {
         length == 3 || length == 64 << 20,
         "{length} bytes are neither the old nor the new"
     );
-    // The saver may write on to what has no name any more, but it must not put it in place.
+    // The saver may continue to write to the removed file, but must not move it into place.
     assert!(receive.recv_timeout(Duration::from_millis(500)).is_err());
     assert_eq!(parts(folder.path()), 0);
     assert_eq!(fs::metadata(&path).unwrap().len(), length);
     drop(abandoned);
-    // What was to be moved is gone; a save that began later goes through, and the test ends it.
+    // The file to be moved is removed, so this save fails; a save that began later succeeds, and the test ends it.
     let mut ended = receive.recv_timeout(Duration::from_secs(5)).is_ok();
     while !ended {
         if parts(folder.path()) > 0 {

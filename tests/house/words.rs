@@ -72,7 +72,7 @@ fn places(text: &str, phrase: &str) -> Vec<usize> {
 }
 
 #[test]
-fn words_of_a_private_language_are_not_used() {
+fn banned_words_are_not_used() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut files = Vec::new();
     READ.iter().for_each(|path| collect(&root.join(path), &mut files));
@@ -94,7 +94,7 @@ fn words_of_a_private_language_are_not_used() {
 }
 
 #[test]
-fn phrases_are_found_across_lines_and_as_words_alone() {
+fn phrases_are_found_across_lines_and_as_whole_words() {
     let (text, starts) = joined("/// This is so\n    /// many, untold\nlet told = 1;");
     assert_eq!(places(&text, "so many").len(), 1);
     assert_eq!(places(&text, "told").len(), 1);

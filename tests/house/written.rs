@@ -1,5 +1,5 @@
-//! What is written from the tables of parameters: the tables of `docs/options.md`, and the keywords of Python's functions in
-//! `_options.py` and `_functions.py`. `RENEW=1 cargo test --test house written` writes all of them anew.
+//! Files generated from the parameter tables: the tables of `docs/options.md`, and the keywords of Python's functions in
+//! `_options.py` and `_functions.py`. `RENEW=1 cargo test --test house written` writes all of them again.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use std::path::Path;
 use isomend::internals::parameters as solve;
 use isomend::parameters::{DefaultValue, Kind, Parameter, Table};
 
-/// Puts what is made of the tables in the place of what stands there, or says that it is not the same.
+/// Asserts that a file equals its generated text; with `RENEW` set, writes the generated text.
 fn renewed(file: &str, made: impl Fn(&str) -> String) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
     let text = fs::read_to_string(&path).unwrap_or_default();
@@ -18,12 +18,12 @@ fn renewed(file: &str, made: impl Fn(&str) -> String) {
     let place = text.lines().zip(made.lines()).find(|(old, new)| old != new);
     assert!(
         std::env::var_os("RENEW").is_some() || text == made,
-        "{file} is not what the tables of parameters say, first at {place:?}; RENEW=1 cargo test --test house written \
-         writes it anew"
+        "{file} differs from the parameter tables, first at {place:?}; RENEW=1 cargo test --test house written \
+         writes it again"
     );
 }
 
-/// What cannot be given beside a parameter.
+/// A sentence on the parameter that excludes this one.
 fn excluded(parameter: &Parameter) -> String {
     match parameter.excludes {
         "" => String::new(),
@@ -31,7 +31,7 @@ fn excluded(parameter: &Parameter) -> String {
     }
 }
 
-/// A row of the table of a page.
+/// A row of an options table.
 fn row(parameter: &Parameter, table: &Table) -> String {
     let value = parameter.kind.placeholder().replace('|', "\\|");
     let option = format!("--{} {value}", parameter.option());
@@ -63,7 +63,7 @@ fn the_page_of_options_has_the_tables() {
             made += &format!(
                 "<!-- parameters of {command} -->\n\n| option | meaning | default |\n|---|---|---|\n"
             );
-            // Those of the solve stand with a fill.
+            // The solve's parameters are in the table of `fill`.
             let solve = table.solve.filter(|at| at.is_empty()).map(|_| solve::SOLVE);
             for parameter in table.own.iter().chain(solve.unwrap_or_default()) {
                 if !parameter.library_only {
@@ -79,7 +79,7 @@ fn the_page_of_options_has_the_tables() {
     });
 }
 
-/// The type of a keyword of Python.
+/// The type annotation of a Python keyword.
 fn annotation(parameter: &Parameter) -> String {
     let is_set = matches!(parameter.default, DefaultValue::Value(_));
     let optional = |name: &str| match is_set {
@@ -104,7 +104,7 @@ fn annotation(parameter: &Parameter) -> String {
 }
 
 #[test]
-fn the_keywords_of_python_are_those_of_the_tables() {
+fn the_option_classes_of_python_equal_the_tables() {
     let class = |name: &str, base: &str, about: &str, parameters: &[Parameter]| {
         let mut text =
             format!("\n\nclass {name}({base}, total=False):\n    \"\"\"{about}\"\"\"\n\n");
@@ -141,7 +141,7 @@ from isomend._params import RunOptions, Voxel
     });
 }
 
-/// The default of a keyword of Python.
+/// The default of a Python keyword.
 fn keyword_default(parameter: &Parameter) -> String {
     let text = match (parameter.kind, parameter.default) {
         (Kind::Flag(_), _) => "False",
@@ -155,7 +155,7 @@ fn keyword_default(parameter: &Parameter) -> String {
     text.to_owned()
 }
 
-/// Words in lines of at most 128 characters, behind as many spaces as are given, the later lines behind more.
+/// Wraps words in lines of at most 128 characters: the first line is indented by `first`, the others by `later` spaces.
 fn wrapped(words: &str, first: usize, later: usize) -> String {
     let mut text = " ".repeat(first);
     let mut length = first;
@@ -174,7 +174,7 @@ fn wrapped(words: &str, first: usize, later: usize) -> String {
     text + "\n"
 }
 
-/// What the documentation of a function says of a keyword.
+/// The documentation of a keyword in a Python docstring.
 fn documented(parameter: &Parameter) -> String {
     let usual = match parameter.default {
         DefaultValue::Unset | DefaultValue::Value(_) => String::new(),
@@ -185,7 +185,7 @@ fn documented(parameter: &Parameter) -> String {
     wrapped(&text.trim_end().replace('`', "``"), 8, 12)
 }
 
-/// The text with other words between the ends of two marks, the first behind a place.
+/// Replaces the lines after the first mark (searched from `place`) up to the second mark.
 fn between(text: &str, place: &str, marks: [&str; 2], new: &str) -> String {
     let from = text.find(place).unwrap();
     let begin = from + text[from..].find(marks[0]).unwrap() + marks[0].len();

@@ -1,4 +1,4 @@
-//! Other files on the page: opened, sent and downloaded.
+//! Files of the page of `isomend view`: opening, uploading and downloading.
 
 use std::fs;
 
@@ -32,17 +32,17 @@ fn another_file_is_opened_on_a_page_of_its_own() {
     assert_eq!(ask("").status, 200);
     assert_eq!(ask("api/state").json()["file"]["name"], "second.ply");
     assert_eq!(served.state()["file"]["name"], "ball.ply");
-    // The second page is guarded as the first one is.
+    // The second page is protected like the first one.
     let foreign = served.ask("GET", &page, &[("Host", "evil.example")], b"");
     assert_eq!((foreign.status, foreign.body.len()), (403, 0));
-    // The last letter of a token is "A" once in 16 times.
+    // The last letter of a token is "A" for one of 16 tokens.
     let last = if page.ends_with("A/") { 'E' } else { 'A' };
     let wrong = format!("/{}{last}/", &page[1..43]);
     assert_eq!(
         served.ask("GET", &wrong, &[("Host", &host)], b"").status,
         403
     );
-    // The two sessions know nothing of each other.
+    // The two sessions are independent.
     let undo = served.ask(
         "POST",
         &format!("{page}api/undo"),
@@ -53,7 +53,7 @@ fn another_file_is_opened_on_a_page_of_its_own() {
 }
 
 #[test]
-fn a_file_that_is_open_keeps_its_page_and_is_not_overwritten() {
+fn an_open_file_keeps_its_page_and_is_not_overwritten() {
     let desk = Desk::new();
     let ball = desk.0.path().join("ball.ply");
     fs::copy(&ball, desk.0.path().join("second.ply")).unwrap();
@@ -68,7 +68,7 @@ fn a_file_that_is_open_keeps_its_page_and_is_not_overwritten() {
     let second = open("second.ply");
     assert_ne!(second, first);
     assert_eq!(open("./second.ply"), second);
-    // Neither page writes over the input of the other.
+    // Neither page overwrites the input of the other.
     let bytes = fs::read(&ball).unwrap();
     let host = served.host();
     let headers = [("Host", &host[..]), ("Content-Type", "application/json")];
@@ -103,7 +103,7 @@ fn only_meshes_below_the_folder_are_opened() {
 }
 
 #[test]
-fn a_file_that_is_sent_takes_the_place_of_no_other() {
+fn an_uploaded_file_overwrites_no_other_file() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     let bytes = fs::read(desk.0.path().join("ball.ply")).unwrap();
@@ -115,7 +115,7 @@ fn a_file_that_is_sent_takes_the_place_of_no_other() {
     assert_eq!(send("..%2Fout.ply").status, 403);
     assert_eq!(send("script.sh").status, 422);
     assert!(!desk.0.path().join("script.sh").exists());
-    // A body that is too large is refused by its header alone.
+    // A body that is too large is refused when its header is read.
     let host = served.host();
     let large = format!(
         "POST /{}/api/send?name=large.ply HTTP/1.1\r\nHost: {host}\r\nContent-Type: application/octet-stream\r\n\
@@ -136,7 +136,7 @@ fn a_file_that_is_sent_takes_the_place_of_no_other() {
 }
 
 #[test]
-fn a_download_has_the_bytes_that_saving_writes() {
+fn a_download_has_the_bytes_of_the_saved_file() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     for extension in ["ply", "stl", "glb"] {
@@ -155,7 +155,7 @@ fn a_download_has_the_bytes_that_saving_writes() {
 }
 
 #[test]
-fn deviations_are_measured_from_a_file_below_the_folder() {
+fn deviations_are_measured_only_from_files_below_the_folder() {
     let desk = Desk::new();
     fs::create_dir(desk.0.path().join("root")).unwrap();
     let copy = desk.0.path().join("root/same.ply");

@@ -1,5 +1,5 @@
-//! The page of `isomend view`: its server, its sessions, its recipes.
-#![allow(clippy::unwrap_used, clippy::too_many_lines)] // A test that cannot go on fails; long ones tell one story.
+//! Tests of the page of `isomend view`: its server, sessions, recipes and texts.
+#![allow(clippy::unwrap_used, clippy::too_many_lines)] // An unwrap that fails is a failed test; long tests follow one scenario.
 
 #[path = "../common/desk.rs"]
 mod desk;

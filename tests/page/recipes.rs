@@ -1,4 +1,4 @@
-//! `isomend view`: the recipe of a session gives the same bytes, in formats that carry colours, textures and materials.
+//! `isomend view`: recipes of sessions give the same bytes in all formats, and values and textures are sent to the page.
 
 use std::fs;
 
@@ -12,7 +12,7 @@ fn fill(hole: usize) -> Value {
     json!({ "kind": "fill", "params": { "holes": [hole] } })
 }
 
-/// Colours, and a texture where it is wanted.
+/// Colours of vertices, and on request texture coordinates and a material with a texture.
 fn dressed(mesh: &isomend::Mesh, texture: bool) -> Attributes {
     let mut colour = Attribute::new("colour", Role::Colour, Scalar::U8, 3);
     let mut uv = Attribute::new("uv", Role::Uv(0), Scalar::F32, 2);
@@ -42,7 +42,7 @@ fn dressed(mesh: &isomend::Mesh, texture: bool) -> Attributes {
     }
 }
 
-/// A file of the desk in a format, with what it can carry.
+/// Writes the ball in a format, with colours and (for GLB) a texture; returns the file's name.
 fn input(desk: &Desk, format: Format) -> String {
     let mesh = ball();
     let attributes = dressed(&mesh, format == Format::Glb);
@@ -60,7 +60,7 @@ fn input(desk: &Desk, format: Format) -> String {
     name
 }
 
-/// Runs the recipe's shell form, with the program that is tested before all others.
+/// Runs the shell form of a recipe; the program under test comes first in `PATH`.
 #[cfg(unix)]
 fn run_shell(desk: &Desk, script: &str) {
     let program = assert_cmd::cargo::cargo_bin("isomend");
@@ -78,7 +78,7 @@ fn run_shell(desk: &Desk, script: &str) {
     );
 }
 
-/// Runs the recipe's table: each step's options as a file for `--config`.
+/// Runs the TOML form of a recipe: the options of each step become a file for `--config`.
 fn run_table(desk: &Desk, name: &str) {
     let text = fs::read_to_string(desk.path(name)).unwrap();
     let mut parts = text.split("\n[[step]]\n");
@@ -94,7 +94,7 @@ fn run_table(desk: &Desk, name: &str) {
             let line = head
                 .lines()
                 .find_map(|l| l.strip_prefix(&format!("{key} = ")));
-            // The strings and flags of the table are JSON's too.
+            // Strings and flags of the table are valid JSON.
             serde_json::from_str(line.unwrap()).unwrap()
         };
         fs::write(desk.path("options.toml"), options).unwrap();
@@ -116,7 +116,7 @@ fn run_table(desk: &Desk, name: &str) {
     }
 }
 
-/// A file of the desk with materials, whose texture coordinates are in two charts: patches between them have a material of their own.
+/// Writes the ball as OBJ with materials and texture coordinates in two charts: patches between the charts get a new material.
 fn input_with_materials(desk: &Desk) -> String {
     let mesh = ball();
     let mut uv = Attribute::new("uv", Role::Uv(0), Scalar::F32, 2);
@@ -151,7 +151,7 @@ fn input_with_materials(desk: &Desk) -> String {
     "dressed.obj".to_owned()
 }
 
-/// A session in a format whose steps are saved in others; the recipe must give the same bytes.
+/// Makes the steps of a session, saves the mesh in several formats, and asserts that both forms of the recipe give the same bytes.
 fn assert_recipe(desk: &Desk, name: &str, saved: &[&str]) {
     let served = Served::new(desk, &[name]);
     served.step(&json!({ "kind": "fill", "params": { "holes": [2], "keep_open": [1] } }));
@@ -169,7 +169,7 @@ fn assert_recipe(desk: &Desk, name: &str, saved: &[&str]) {
         served.save("recipe", &format!("{output}.again.sh"));
         fs::remove_file(desk.path(output)).unwrap();
         let before = desk.files();
-        // The recipe makes it, whether it is there or not.
+        // The recipe writes this file, whether it exists or not.
         let _ = fs::remove_file(desk.path("isomend_patch.mtl"));
         #[cfg(unix)]
         {
@@ -232,7 +232,7 @@ fn the_recipe_of_an_stl_session_gives_the_same_bytes() {
 }
 
 #[test]
-fn textures_and_colours_are_sent() {
+fn textures_and_colours_are_sent_to_the_page() {
     let desk = Desk::new();
     let name = input(&desk, Format::Glb);
     let served = Served::new(&desk, &[&name]);
@@ -275,7 +275,7 @@ fn textures_and_colours_are_sent() {
 }
 
 #[test]
-fn values_and_defects_are_sent() {
+fn values_and_defects_are_sent_to_the_page() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     let (header, array) = served.arrays("api/values/0?name=curvature");
@@ -307,7 +307,7 @@ fn values_and_defects_are_sent() {
 }
 
 #[test]
-fn expected_errors_are_told_in_every_format() {
+fn expected_errors_are_sent_for_every_format() {
     let desk = Desk::new();
     for format in [Format::Ply, Format::Obj, Format::Glb] {
         let name = input(&desk, format);
@@ -334,7 +334,7 @@ fn expected_errors_are_told_in_every_format() {
             errors[..count(0)].iter().all(|e| *e == 0.0),
             "{name}: of the file"
         );
-        // Those of the step before too.
+        // Errors of the step before are kept.
         assert!(
             known(&errors[count(0)..count(1)]) > 0,
             "{name}: of the first step"
@@ -348,7 +348,7 @@ fn expected_errors_are_told_in_every_format() {
 }
 
 #[test]
-fn values_of_corners_are_sent() {
+fn corner_attributes_are_sent_to_the_page() {
     let desk = Desk::new();
     let name = input_with_materials(&desk);
     let served = Served::new(&desk, &[&name]);
@@ -367,7 +367,7 @@ fn values_of_corners_are_sent() {
 }
 
 #[test]
-fn of_a_faired_region_no_error_is_known() {
+fn expected_errors_of_a_faired_region_are_unknown() {
     let desk = Desk::new();
     for format in [Format::Ply, Format::Obj] {
         let name = input(&desk, format);
@@ -387,7 +387,7 @@ fn of_a_faired_region_no_error_is_known() {
         let unknown = |face: &[usize]| face.iter().filter(|v| errors[**v].is_nan()).count();
         let of = |wanted: u8| faces().filter(move |(_, o)| **o == wanted).map(|(f, _)| f);
         let count = |wanted: u8| of(wanted).map(unknown).sum::<usize>();
-        // Faired, as it was, and of the fill before.
+        // Origin 1 is the faired region, 0 the input, 2 the fill before.
         assert!(count(1) > of(1).count(), "{name}");
         assert_eq!((count(0), count(2)), (0, 0), "{name}");
         assert!(of(2).flatten().any(|v| errors[*v] > 0.0), "{name}");

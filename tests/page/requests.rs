@@ -1,4 +1,4 @@
-//! `isomend view`: the server, as a page and as a foe asks it.
+//! `isomend view`: requests of the page, and hostile or invalid requests.
 
 use std::fs;
 use std::io::{Read, Write};
@@ -9,7 +9,7 @@ use crate::served::{Answer, Served};
 use isomend::io::read_path;
 use serde_json::{Value, json};
 
-/// A fill that takes a second or more.
+/// A fill that takes at least a second.
 fn long_fill() -> Value {
     json!({ "kind": "fill", "params": { "voxel": { "length": 0.005 }, "holes": [1] } })
 }
@@ -51,7 +51,7 @@ fn the_page_is_served_with_a_strict_policy() {
     assert_eq!(served.get("api/mesh/-1").status, 400);
 }
 
-/// Refused without a hint.
+/// Asserts a refusal with an empty body.
 #[track_caller]
 fn refused(answer: Answer, what: &str) {
     assert_eq!(answer.status, 403, "{what}");
@@ -59,7 +59,7 @@ fn refused(answer: Answer, what: &str) {
 }
 
 #[test]
-fn who_does_not_know_the_token_is_refused() {
+fn requests_without_the_token_are_refused() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     let (host, token) = (served.host(), served.token.clone());
@@ -75,7 +75,7 @@ fn who_does_not_know_the_token_is_refused() {
 }
 
 #[test]
-fn who_comes_from_elsewhere_is_refused() {
+fn requests_of_other_hosts_and_origins_are_refused() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     let (host, port) = (served.host(), served.port);
@@ -116,7 +116,7 @@ fn who_comes_from_elsewhere_is_refused() {
 }
 
 #[test]
-fn forms_of_other_pages_are_refused() {
+fn form_posts_and_other_methods_are_refused() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     let host = served.host();
@@ -226,7 +226,7 @@ fn names_with_control_characters_are_refused() {
 }
 
 #[test]
-fn the_address_without_its_last_slash_leads_to_the_page() {
+fn the_address_without_its_last_slash_redirects_to_the_page() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     let (host, token) = (served.host(), &served.token);
@@ -240,9 +240,9 @@ fn the_address_without_its_last_slash_leads_to_the_page() {
     }
 }
 
-/// Connections that never say what they want are closed, and keep nobody else waiting for long.
+/// Connections that never complete a request are closed and do not block others.
 #[test]
-fn slow_requests_do_not_shut_others_out() {
+fn slow_requests_do_not_block_others() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     let slow = |_| {
@@ -260,7 +260,7 @@ fn slow_requests_do_not_shut_others_out() {
 }
 
 #[test]
-fn what_is_not_saved_is_told() {
+fn unsaved_steps_and_earlier_sessions_are_reported() {
     let desk = Desk::new();
     {
         let served = Served::new(&desk, &["ball.ply"]);
@@ -277,7 +277,7 @@ fn what_is_not_saved_is_told() {
 }
 
 #[test]
-fn files_have_the_names_of_their_kinds() {
+fn saved_files_need_the_extension_of_their_kind() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     for (kind, path) in [
@@ -297,7 +297,7 @@ fn files_have_the_names_of_their_kinds() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused_and_breaks_nothing() {
+fn invalid_steps_are_refused_and_the_server_continues() {
     let desk = Desk::new();
     let mut served = Served::new(&desk, &["ball.ply"]);
     let step = |text: &str| served.post_bytes("api/step", text.as_bytes());
@@ -360,7 +360,7 @@ fn what_makes_no_sense_is_refused_and_breaks_nothing() {
 }
 
 #[test]
-fn large_bodies_and_missing_things_are_refused() {
+fn large_bodies_and_unknown_resources_are_refused() {
     let desk = Desk::new();
     let mut served = Served::new(&desk, &["ball.ply"]);
     let head = format!(
@@ -381,7 +381,7 @@ fn large_bodies_and_missing_things_are_refused() {
         assert_eq!(served.get(&format!("api/{name}")).status, 404, "{name}");
     }
     assert_eq!(served.get("api/check/0?thin=NaN").status, 422);
-    // A hole that there is not is found out when the step is made.
+    // A hole number that does not exist is detected when the step is made.
     assert_eq!(served.post("api/step", &fill(99)).status, 202);
     let state = served.wait(|s| s["busy"].is_null());
     assert_eq!(
@@ -418,7 +418,7 @@ fn a_step_can_be_cancelled_and_only_one_is_made_at_a_time() {
 }
 
 #[test]
-fn a_browser_that_is_closed_stops_nothing() {
+fn a_closed_browser_does_not_stop_a_step() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     let mut stream = TcpStream::connect(("127.0.0.1", served.port)).unwrap();
@@ -429,11 +429,11 @@ fn a_browser_that_is_closed_stops_nothing() {
     );
     stream.write_all(ask.as_bytes()).unwrap();
     assert_eq!(served.post("api/step", &fill(1)).status, 202);
-    let (mut told, mut part) = (String::new(), [0; 1024]);
-    while !told.contains("event: progress") {
+    let (mut events, mut part) = (String::new(), [0; 1024]);
+    while !events.contains("event: progress") {
         let n = stream.read(&mut part).unwrap();
-        assert!(n > 0, "{told}");
-        told += &String::from_utf8_lossy(&part[..n]);
+        assert!(n > 0, "{events}");
+        events += &String::from_utf8_lossy(&part[..n]);
     }
     drop(stream);
     let state = served.wait(|s| s["busy"].is_null());
@@ -441,7 +441,7 @@ fn a_browser_that_is_closed_stops_nothing() {
 }
 
 #[test]
-fn listening_to_others_is_warned_of() {
+fn listening_to_other_machines_gives_a_warning() {
     let desk = Desk::new();
     let refused = desk.run(&["view", "-", "--no-browser"]);
     desk::assert_usage(&refused, &["standard input"]);

@@ -1,4 +1,4 @@
-//! `isomend view`: a session of steps, and what is saved of it.
+//! `isomend view`: the steps of a session, its choices, and its saved files.
 
 use std::collections::HashMap;
 use std::fs;
@@ -13,20 +13,20 @@ fn fill(hole: usize) -> Value {
     json!({ "kind": "fill", "params": { "holes": [hole] } })
 }
 
-/// The numbers of an array.
+/// The 32-bit numbers of an array.
 fn numbers(bytes: &[u8]) -> Vec<u32> {
     let number = |b: &[u8]| u32::from_le_bytes(b.try_into().unwrap());
     bytes.chunks(4).map(number).collect()
 }
 
-/// What stays of an array by ranges of its values of three numbers, then new ones.
+/// An array of triples: the ranges `kept` of the old triples, followed by the new ones.
 fn put_together(old: &[u32], kept: &[u32], new: &[u32]) -> Vec<u32> {
     let ranges = kept.chunks(2);
     let stays = ranges.flat_map(|r| old[3 * r[0] as usize..3 * r[1] as usize].to_vec());
     stays.chain(new.iter().copied()).collect()
 }
 
-/// What is sent of a mesh that is made of another one gives the same as all of it.
+/// Asserts that the changes from one mesh to another, as they are sent, give the same mesh as all of its data.
 #[track_caller]
 fn assert_delta(served: &Served, old: u64, new: u64) {
     let (_, before) = served.arrays(&format!("api/mesh/{old}"));
@@ -67,7 +67,7 @@ fn assert_delta(served: &Served, old: u64, new: u64) {
 }
 
 #[test]
-fn only_what_has_changed_is_sent() {
+fn only_changes_of_a_mesh_are_sent() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     served.step(&fill(1));
@@ -87,7 +87,7 @@ fn only_what_has_changed_is_sent() {
 }
 
 #[test]
-fn steps_are_undone_and_done_again() {
+fn steps_can_be_undone_and_redone() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     let holes = served.state()["holes"].as_array().unwrap().len();
@@ -123,7 +123,7 @@ fn steps_are_undone_and_done_again() {
 }
 
 #[test]
-fn what_a_repair_did_is_told() {
+fn the_summary_of_a_repair_is_its_verdict() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     let state = served.step(&json!({ "kind": "repair", "params": { "holes": false } }));
@@ -139,7 +139,7 @@ fn what_a_repair_did_is_told() {
 }
 
 #[test]
-fn previews_stand_beside_the_history() {
+fn previews_are_not_part_of_the_history_until_adopted() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     let preview = |finish: &str| {
@@ -221,7 +221,7 @@ fn the_file_itself_can_be_saved_in_another_format_and_drawn() {
     );
 }
 
-/// Two halves of a ball, whose borders face each other across a gap: a fill of all holes joins them.
+/// Two halves of a ball whose borders face each other across a gap, so that a fill of all holes joins them.
 fn halves(desk: &Desk) -> isomend::Mesh {
     let mut mesh = cut(&sphere(8), |p| p.z.abs() < 0.12);
     for p in &mut mesh.positions {
@@ -232,7 +232,7 @@ fn halves(desk: &Desk) -> isomend::Mesh {
 }
 
 #[test]
-fn a_mesh_that_was_not_edited_is_saved_as_it_is() {
+fn an_unedited_mesh_is_saved_unchanged() {
     let desk = Desk::new();
     let mesh = halves(&desk);
     let served = Served::new(&desk, &["halves.ply"]);
@@ -278,7 +278,7 @@ fn borders_that_are_kept_open_stay_open() {
 
 #[cfg(unix)]
 #[test]
-fn unsaved_steps_are_kept_and_made_again() {
+fn unsaved_steps_are_kept_and_resumed() {
     let desk = Desk::new();
     let session = ".ball.ply.isomend-session.json".to_owned();
     let served = Served::new(&desk, &["ball.ply"]);
@@ -321,14 +321,14 @@ fn unsaved_steps_are_kept_and_made_again() {
     assert!(desk::text(&refused.stderr).contains("is not the file of a session"));
 }
 
-/// What is chosen on the current mesh: holes by their numbers, and how many faces are marked.
+/// The choices on the current mesh: the action for each hole by its number, and the number of marked faces.
 fn chosen(served: &Served) -> (Value, u64) {
     let state = served.state();
     (state["choices"].clone(), state["marked"].as_u64().unwrap())
 }
 
 #[test]
-fn choices_go_along_with_their_rims() {
+fn choices_follow_their_rims_through_steps() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     let post = |name: &str, body: Value| served.post(&format!("api/{name}"), &body);
@@ -336,8 +336,8 @@ fn choices_go_along_with_their_rims() {
     let holes = json!({ "1": "open", "2": "flat" });
     let answer = post("choices", json!({ "id": 0, "holes": holes, "mask": mask }));
     assert_eq!(answer.status, 200, "{}", answer.json());
-    let (doings, marked) = chosen(&served);
-    assert_eq!(doings, holes);
+    let (actions, marked) = chosen(&served);
+    assert_eq!(actions, holes);
     assert!(marked > 0);
     assert_eq!(served.get("api/marks/0").json()["runs"], mask);
     for wrong in [
@@ -351,14 +351,14 @@ fn choices_go_along_with_their_rims() {
         400
     );
     assert_eq!(post("choices", json!({ "id": 9 })).status, 404);
-    // Hole 2 goes; hole 1 is still number 1. What was marked is replaced, and stays marked.
+    // Hole 2 is filled, and hole 1 keeps its number. The marked faces are then replaced, and the new faces are marked.
     served.step(&fill(2));
     assert_eq!(chosen(&served), (json!({ "1": "open" }), marked));
     let mask = served.get("api/marks/1").json()["runs"].clone();
     served.step(&json!({ "kind": "restore", "mask": mask }));
-    let (doings, now) = chosen(&served);
+    let (actions, now) = chosen(&served);
     assert_eq!(
-        doings,
+        actions,
         json!({ "1": "open" }),
         "its vertices have other numbers"
     );
@@ -380,7 +380,7 @@ fn choices_go_along_with_their_rims() {
 }
 
 #[test]
-fn sharp_edges_are_chosen_kept_and_filled() {
+fn chosen_sharp_edges_are_kept_and_continued() {
     let desk = Desk::new();
     desk.save("cube.ply", &open_cube(), Format::Ply);
     let served = Served::new(&desk, &["cube.ply"]);
@@ -400,7 +400,7 @@ fn sharp_edges_are_chosen_kept_and_filled() {
     assert_eq!(served.state()["creases"], json!([pair, other]));
     assert_eq!(choose(json!([[1, 9]])).status, 422);
     assert_eq!(choose(json!([[1]])).status, 400);
-    // One hole goes with its edge; the edge of the other one is still asked for, by its new numbers.
+    // One hole is filled with its edge; the choice for the other hole stays, with the new numbers of its ends.
     let params = json!({ "holes": [corner], "crease": [] });
     served.step(&json!({ "kind": "fill", "params": params }));
     let state = served.state();
@@ -421,7 +421,7 @@ fn sharp_edges_are_chosen_kept_and_filled() {
 }
 
 #[test]
-fn holes_that_get_other_numbers_keep_what_is_to_be_done_with_them() {
+fn holes_that_get_other_numbers_keep_their_choices() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     served.post("api/choices", &json!({ "id": 0, "holes": { "2": "open" } }));
@@ -429,7 +429,7 @@ fn holes_that_get_other_numbers_keep_what_is_to_be_done_with_them() {
     served.post("api/step", &step);
     let state = served.wait(|s| s["busy"].is_null());
     assert_eq!(state["states"].as_array().unwrap().len(), 2);
-    // What is chosen while a preview stands counts when it is taken.
+    // A choice made during a preview applies when the preview is adopted.
     served.post("api/choices", &json!({ "id": 0, "holes": { "2": "flat" } }));
     served.post("api/adopt", &json!({ "id": 1 }));
     assert_eq!(
@@ -441,7 +441,7 @@ fn holes_that_get_other_numbers_keep_what_is_to_be_done_with_them() {
 
 #[cfg(unix)]
 #[test]
-fn choices_are_kept_for_another_session() {
+fn choices_are_kept_for_a_resumed_session() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     let mask = in_ball(&served, [0.0, 0.0, -1.0], 0.5);
@@ -469,7 +469,7 @@ fn choices_are_kept_for_another_session() {
 #[test]
 fn faces_keep_their_origin_through_a_repair() {
     let desk = Desk::new();
-    // A vertex twice and a face twice, both at the beginning: all others get other numbers, as in a repair of real scans.
+    // A duplicate vertex and a duplicate face at the beginning: a repair changes all other numbers, as in real scans.
     let mut mesh = desk::ball();
     let faces = mesh.faces.len();
     let first = mesh.positions[0];
@@ -491,7 +491,8 @@ fn faces_keep_their_origin_through_a_repair() {
     assert!(origins[faces..].iter().all(|origin| *origin == 1));
 }
 
-/// Two balls that share a vertex: the faces round it go to a vertex of their own, a hair away, and are found at no place of before.
+/// Two balls that share a vertex: the repair moves the faces round it to a new vertex nearby, so that no face of the input has the same
+/// positions.
 #[test]
 fn faces_whose_corners_a_repair_moves_apart_keep_their_origin() {
     let desk = Desk::new();

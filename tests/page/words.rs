@@ -1,11 +1,11 @@
-//! The words of the page stand in one file, in English and in German.
+//! The texts of the page are in one file, in English and in German.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 const STRINGS: &str = "strings.js";
-/// Parts of literals that are no words for a user: of a stylesheet, of the command line, of the program's tables, and the page's name.
+/// Parts of literals that are not texts for a user: CSS, command lines, keys of the program's tables, and the page's name.
 const NO_WORDS: [&str; 6] = [
     "isomend view",
     "bold px system-ui, sans-serif",
@@ -14,7 +14,7 @@ const NO_WORDS: [&str; 6] = [
     "in the mesh's units",
     "use strict",
 ];
-/// Texts of the markup: names that are the same in every language, units, and what is shown where no script runs.
+/// Texts allowed in the markup: names that are the same in every language, units, and the text for browsers without scripts.
 const MARKUP: [&str; 13] = [
     "isomend view",
     "English",
@@ -39,7 +39,7 @@ fn text(name: &str) -> String {
     fs::read_to_string(folder().join(name)).unwrap()
 }
 
-/// The scripts of the page, but for the file of words.
+/// The scripts of the page, except the file of texts.
 fn scripts() -> BTreeMap<String, String> {
     let names = fs::read_dir(folder()).unwrap();
     let names = names.map(|entry| entry.unwrap().file_name().into_string().unwrap());
@@ -49,7 +49,7 @@ fn scripts() -> BTreeMap<String, String> {
         .collect()
 }
 
-/// The literals of a script, without comments; what a template puts in is left out.
+/// The string literals of a script, without comments and without the expressions in templates.
 fn literals(script: &str) -> Vec<String> {
     let mut found = Vec::new();
     let mut chars = script.chars().peekable();
@@ -90,7 +90,7 @@ fn literals(script: &str) -> Vec<String> {
     found
 }
 
-/// Whether a text has two words that follow each other, the second in small letters, and is no selector.
+/// Whether a text has two consecutive words, the second in lower case, and is not a CSS selector.
 fn has_words(literal: &str) -> bool {
     let mut rest = literal.to_owned();
     for known in NO_WORDS {
@@ -107,7 +107,7 @@ fn has_words(literal: &str) -> bool {
     follows && !is_selector
 }
 
-/// The words of a table of the file of words: their name, then English and German.
+/// The table of texts: each name with its English and German text.
 fn table() -> BTreeMap<String, (String, String)> {
     let text = text(STRINGS);
     let (_, words) = text.split_once("const WORDS = {\n").unwrap();
@@ -130,7 +130,7 @@ fn table() -> BTreeMap<String, (String, String)> {
     .collect()
 }
 
-/// The names in braces.
+/// The names of placeholders in braces, sorted.
 fn places(said: &str) -> Vec<String> {
     let parts = said.split('{').skip(1);
     let mut names: Vec<String> = parts
@@ -142,7 +142,7 @@ fn places(said: &str) -> Vec<String> {
 }
 
 #[test]
-fn no_script_of_the_page_has_words_of_its_own() {
+fn scripts_of_the_page_have_no_texts_for_users() {
     for (name, script) in scripts() {
         let found: Vec<String> = literals(&script)
             .into_iter()
@@ -158,7 +158,7 @@ fn no_script_of_the_page_has_words_of_its_own() {
 }
 
 #[test]
-fn the_markup_has_no_words() {
+fn the_markup_has_no_texts_for_users() {
     let html = text("page.html");
     let body = html
         .split('>')
@@ -173,7 +173,7 @@ fn the_markup_has_no_words() {
 }
 
 #[test]
-fn every_word_is_said_in_both_languages() {
+fn every_text_is_in_both_languages() {
     let words = table();
     for (name, (english, german)) in &words {
         assert!(!english.is_empty() && !german.is_empty(), "{name}");

@@ -1,4 +1,4 @@
-//! The command line: exit codes, what goes to which stream, and that no failure touches a file.
+//! The command line: exit codes, standard output and standard error, and that no failure changes a file.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use tempfile::TempDir;
 
 use crate::shapes::{self, bits, cut, polar, unfillable};
 
-/// A folder with a mesh in it, and isomend run there.
+/// A temporary folder with a mesh, in which the program runs.
 struct Desk {
     folder: TempDir,
 }
@@ -70,7 +70,7 @@ impl Desk {
     }
 }
 
-/// A sphere with two holes, its coordinates 32-bit floats.
+/// A sphere with two holes; its coordinates are exact in 32-bit floats.
 fn ball() -> Mesh {
     let mut mesh = cut(&shapes::sphere(8), |p| {
         polar(p) < 35.0 || p.distance(DVec3::X) < 0.35
@@ -89,7 +89,8 @@ fn code(output: &Output) -> i32 {
     output.status.code().unwrap()
 }
 
-/// Fails with one line on standard error that holds all the words, and nothing on standard output.
+/// Asserts a failure with an exit code, a message on standard error with all the words (one line for code 1), and an empty standard
+/// output.
 fn assert_refused(output: &Output, expected: i32, words: &[&str]) {
     let message = text(&output.stderr);
     assert_eq!(code(output), expected, "{message}");
@@ -112,7 +113,7 @@ fn outcomes(report: &Value) -> Vec<String> {
 }
 
 #[test]
-fn a_fill_writes_the_mesh_and_talks_on_standard_error_only() {
+fn a_fill_writes_the_mesh_and_reports_on_standard_error_only() {
     let desk = Desk::new();
     let output = desk.fill(&[]);
     let said = text(&output.stderr);
@@ -130,7 +131,7 @@ fn a_fill_writes_the_mesh_and_talks_on_standard_error_only() {
 }
 
 #[test]
-fn quiet_says_nothing_and_verbose_more() {
+fn quiet_prints_nothing_and_verbose_prints_details() {
     let desk = Desk::new();
     let quiet = desk.fill(&["-q"]);
     assert_eq!((code(&quiet), text(&quiet.stderr)), (0, String::new()));
@@ -169,7 +170,7 @@ fn inspect_gives_json_alone_or_beside_the_table() {
 }
 
 #[test]
-fn the_json_report_of_a_fill_is_whole_and_alone_on_standard_output() {
+fn the_json_report_of_a_fill_is_complete_and_alone_on_standard_output() {
     let desk = Desk::new();
     let report = desk.report(&[]);
     assert_eq!(report["command"], "fill");
@@ -247,7 +248,7 @@ fn outputs_that_cannot_be_written_are_refused_before_the_input_is_read() {
 }
 
 #[test]
-fn malformed_files_end_in_one_clear_line_and_leave_the_output_alone() {
+fn malformed_files_are_refused_in_one_line_and_the_output_stays_unchanged() {
     let desk = Desk::new();
     let whole = fs::read(desk.path("ball.ply")).unwrap();
     let mut huge = b"glTF\x02\0\0\0\xff\xff\xff\x7f".to_vec();
@@ -295,7 +296,7 @@ fn malformed_files_end_in_one_clear_line_and_leave_the_output_alone() {
 }
 
 #[test]
-fn unknown_holes_are_named() {
+fn unknown_hole_numbers_are_refused_by_number() {
     let desk = Desk::new();
     for option in ["--holes=3", "--keep-open=3", "--bridge=1+3"] {
         assert_refused(&desk.fill(&[option]), 1, &["no hole 3", "has 2"]);
@@ -369,7 +370,7 @@ fn the_voxel_size_the_edge_ratio_and_the_variant_are_used() {
     );
 }
 
-/// The first vertices and faces of the output are the input's.
+/// Asserts that the output begins with the input's vertices and faces, bit for bit, and has more faces.
 fn assert_kept(input: &Path, output: &Path) {
     let (before, after) = (
         read_path(input, None).unwrap(),
@@ -385,7 +386,7 @@ fn assert_kept(input: &Path, output: &Path) {
 }
 
 #[test]
-fn originals_are_kept_bit_for_bit_and_in_order() {
+fn input_vertices_and_faces_are_kept_bit_for_bit_and_in_order() {
     let desk = Desk::new();
     for out in ["out.ply", "out.obj", "out.glb", "out.vtk"] {
         let output = desk.run(&["fill", "ball.ply", "-o", out]);
@@ -471,7 +472,7 @@ fn a_hole_that_cannot_be_filled_exits_with_3_and_the_rest_is_written() {
 }
 
 #[test]
-fn a_study_prints_its_table_and_writes_what_was_asked_for() {
+fn a_study_prints_its_table_and_writes_the_requested_files() {
     let desk = Desk::new();
     let arguments = [
         "study", "table1", "--finest", "16", "-q", "--csv", "t.csv", "--json", "t.json", "--plot",
@@ -497,7 +498,7 @@ fn a_study_prints_its_table_and_writes_what_was_asked_for() {
 }
 
 #[test]
-fn a_study_refuses_what_it_cannot_do_before_it_starts() {
+fn a_study_refuses_invalid_options_before_it_starts() {
     let desk = Desk::new();
     assert_refused(
         &desk.run(&["study", "fig9"]),
@@ -517,7 +518,7 @@ fn a_study_refuses_what_it_cannot_do_before_it_starts() {
 }
 
 #[test]
-fn compare_tells_what_is_kept_and_how_far_the_patches_are() {
+fn compare_reports_kept_faces_and_distances_of_patches() {
     let desk = Desk::new();
     desk.fill(&["-q"]);
     let output = desk.run(&[
@@ -536,7 +537,7 @@ fn compare_tells_what_is_kept_and_how_far_the_patches_are() {
     assert_eq!(kept["faces_in_order"], first["faces"]);
     assert_eq!(report["a_to_b"]["samples"], 5000);
     assert!(report["a_to_b"]["max"].as_f64().is_some_and(|d| d < 1e-6));
-    // The caps of the ball lie well away from its rims.
+    // The middles of the caps are far from the rims.
     assert!(report["b_to_a"]["max"].as_f64().is_some_and(|d| d > 0.3));
     let table = desk.run(&["compare", "ball.ply", "out.ply", "--samples", "500"]);
     assert!(text(&table.stdout).contains("B to A"));

@@ -1,4 +1,4 @@
-//! Sharp edges that end at rims: listed, remarked on, asked for.
+//! Sharp edges (creases) that end at rims, on the command line: lists, remarks, and `--crease`.
 
 use isomend::io::Format;
 
@@ -26,7 +26,7 @@ fn inspect_lists_where_sharp_edges_end() {
     assert_eq!(ends.as_array().unwrap().len(), 5);
     assert_eq!(ends[4]["id"], 5);
     assert!(ends[0]["position"].is_array() && ends[0]["vertex"].is_u64());
-    // Nothing is said of smooth shapes.
+    // Smooth shapes have no crease column and no remark.
     let ball = text(&desk.run(&["inspect", "ball.ply", "-v"]).stdout);
     assert!(
         !ball.contains("crease") && !ball.contains("sharp"),
@@ -35,7 +35,7 @@ fn inspect_lists_where_sharp_edges_end() {
 }
 
 #[test]
-fn pictures_and_pages_mark_the_ends() {
+fn pictures_and_pages_mark_crease_ends() {
     let desk = cubes();
     let drawn = ["--report", "cube.html", "--picture", "cube.png"];
     assert_code(
@@ -57,7 +57,7 @@ fn pictures_and_pages_mark_the_ends() {
 }
 
 #[test]
-fn edges_that_are_not_continued_are_remarked_on() {
+fn sharp_edges_that_are_not_continued_get_a_remark() {
     let desk = cubes();
     let fill =
         |more: &[&str]| desk.run(&[&["fill", "blocked.ply", "-o", "out.ply"], more].concat());
@@ -85,7 +85,7 @@ fn edges_that_are_not_continued_are_remarked_on() {
 }
 
 #[test]
-fn an_edge_is_asked_for_by_the_numbers_of_its_ends() {
+fn an_edge_is_chosen_by_the_numbers_of_its_ends() {
     let desk = cubes();
     desk.run(&["inspect", "cube.ply", "--json", "cube.json"]);
     let ends = desk.json("cube.json")["crease_ends"].clone();
@@ -110,7 +110,7 @@ fn an_edge_is_asked_for_by_the_numbers_of_its_ends() {
         .iter()
         .find(|r| r["holes"][0] == hole);
     assert_eq!(region.unwrap()["closed_by"], "sides");
-    // The same from a file of options.
+    // The same from an option file.
     let first = std::fs::read(desk.path("out.ply")).unwrap();
     desk.text("options.toml", &format!("[fill]\ncrease = ['{pair}']\n"));
     assert_code(&fill(&["--config", "options.toml"]), 0);

@@ -1,4 +1,4 @@
-//! What is handed on beside the mesh: patches alone, the missing piece, marks, units, tolerances, hashes.
+//! Files and data delivered with the mesh: patches alone, the missing piece, marks, units, tolerances, hashes.
 
 use std::fs;
 
@@ -9,13 +9,13 @@ use isomend::check::CheckParams;
 use isomend::io::{Format, Loaded, read_path};
 use isomend::{Inspection, Mesh, Unit};
 
-/// A sphere of which a chip is broken off: where it was, it is dented.
+/// A sphere with a chip broken off: a dent with a rough surface.
 fn chipped() -> Mesh {
     let mut mesh = sphere(12);
     for p in &mut mesh.positions {
         let from = p.distance(DVec3::Z);
         if from < 0.45 {
-            // A rough break, deep inside.
+            // A rough surface inside the dent.
             let rough = 0.02 * (40.0 * p.x).sin() * (37.0 * p.y).cos();
             *p *= 1.0 - 0.25 * (1.0 - from / 0.45) + rough;
         }
@@ -37,7 +37,7 @@ fn volume(mesh: &Mesh) -> f64 {
 }
 
 #[test]
-fn patches_go_alone_with_their_holes_and_errors() {
+fn patches_are_written_alone_with_their_holes_and_errors() {
     let desk = Desk::new();
     for format in ["ply", "vtp", "glb", "obj", "stl", "off", "3mf"] {
         let name = format!("patches.{format}");
@@ -100,7 +100,7 @@ fn patches_go_alone_with_their_holes_and_errors() {
 }
 
 #[test]
-fn the_missing_piece_is_a_solid_that_has_the_rim() {
+fn the_missing_piece_is_a_sound_solid_of_the_missing_volume() {
     let desk = Desk::new();
     desk.save("chipped.ply", &chipped(), Format::Ply);
     let restore = [
@@ -122,14 +122,14 @@ fn the_missing_piece_is_a_solid_that_has_the_rim() {
         .unwrap()
         .check(&CheckParams::default());
     assert!(verdict.is_sound(), "{}", verdict.line());
-    // What was broken off, but for what the patch does not know.
+    // The volume of the piece is the volume that is missing, up to the patch's error.
     let missing = volume(&sphere(12)) - volume(&chipped());
     let made = volume(&piece);
     assert!((made / missing - 1.0).abs() < 0.2, "{made} of {missing}");
     let document = desk.json("out.json");
     assert_eq!(document["piece"]["path"], "chip.stl");
     assert_eq!(document["piece"]["sha256"].as_str().unwrap().len(), 64);
-    // A bump that goes leaves nothing to put in.
+    // A bump that is removed leaves no missing piece.
     let mut bump = sphere(12);
     for p in bump
         .positions
@@ -149,7 +149,7 @@ fn the_missing_piece_is_a_solid_that_has_the_rim() {
 }
 
 #[test]
-fn marks_are_seen_in_formats_with_colours_and_refused_in_others() {
+fn marks_are_written_in_formats_with_colours_and_refused_in_others() {
     let desk = Desk::new();
     for format in ["ply", "obj", "glb", "vtp", "off", "3mf"] {
         let name = format!("out.{format}");
@@ -186,7 +186,7 @@ fn marks_are_seen_in_formats_with_colours_and_refused_in_others() {
 }
 
 #[test]
-fn a_report_to_be_filed_names_files_units_and_errors_and_no_time() {
+fn a_report_with_a_unit_has_hashes_and_errors_and_no_run_times() {
     let desk = Desk::new();
     let fill = |more: &[&str]| {
         let start = [
@@ -222,7 +222,7 @@ fn a_report_to_be_filed_names_files_units_and_errors_and_no_time() {
     let done = fill(&["--tolerance", "0.5", "--threads", "1"]);
     assert_code(&done, 0);
     assert_eq!(fs::read(desk.path("out.json")).unwrap(), first);
-    // Nobody is that sure.
+    // No patch is within this tolerance.
     let done = fill(&["--tolerance", "1e-12"]);
     assert_code(&done, 3);
     assert!(text(&done.stderr).contains("may err by more than"));
@@ -235,7 +235,7 @@ fn a_report_to_be_filed_names_files_units_and_errors_and_no_time() {
 }
 
 #[test]
-fn three_mf_keeps_the_unit_and_says_where_it_is_not_known() {
+fn three_mf_keeps_the_unit_and_reports_an_unknown_one() {
     let desk = Desk::new();
     let done = desk.run(&["convert", "ball.ply", "-o", "ball.3mf"]);
     assert_code(&done, 0);

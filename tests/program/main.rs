@@ -1,5 +1,5 @@
-//! What the program says and writes: options, exit codes, streams, reports, signals.
-#![allow(clippy::unwrap_used, clippy::too_many_lines)] // A test that cannot go on fails; long ones tell one story.
+//! Tests of the command line: options, exit codes, streams, reports, signals.
+#![allow(clippy::unwrap_used, clippy::too_many_lines)] // An unwrap that fails is a failed test; long tests follow one scenario.
 
 #[path = "../common/desk.rs"]
 mod desk;

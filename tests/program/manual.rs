@@ -1,4 +1,4 @@
-//! `isomend completions` and `isomend man`.
+//! `isomend completions` and `isomend man`: shell completions and manual pages.
 
 use assert_cmd::Command;
 

@@ -1,4 +1,4 @@
-//! The page of `--report` and the picture of `--picture`: whole, harmless, bounded, the same at any number of threads.
+//! The page of `--report` and the picture of `--picture`: complete, safe, bounded in size, the same for any number of threads.
 
 use std::fs;
 use std::io::Read;
@@ -18,12 +18,12 @@ use tempfile::TempDir;
 
 use crate::shapes::{cut, polar, sphere};
 
-/// A sphere with a wide hole, number 1, and a narrow one.
+/// A sphere with a wide hole, number 1, and a narrow one, number 2.
 fn ball() -> Mesh {
     cut(&sphere(12), |c| polar(c) < 40.0 || polar(c) > 160.0)
 }
 
-/// A folder with the ball under a name.
+/// A temporary folder that holds the ball in a file of the given name.
 struct Desk {
     folder: TempDir,
     name: &'static str,
@@ -130,12 +130,12 @@ impl Picture {
         Self::new(&fs::read(path).unwrap())
     }
 
-    /// Pixels of the left and of the right half that are orange.
+    /// Number of orange pixels (patches) in the left and in the right half.
     fn orange(&self) -> [usize; 2] {
         self.count(|[r, g, b]| r - b > 70 && r - g > 40)
     }
 
-    /// Pixels of the left and of the right half that have the colour of rims and numbers.
+    /// Number of blue pixels (rims and hole numbers) in the left and in the right half.
     fn blue(&self) -> [usize; 2] {
         self.count(|[r, g, b]| b - r > 70 && b - g > 30)
     }
@@ -152,7 +152,7 @@ impl Picture {
 }
 
 #[test]
-fn the_page_needs_nothing_else() {
+fn the_page_loads_no_other_file() {
     let page = Desk::new("ball.ply").page("fill", &[]);
     for outside in [
         "http:",
@@ -191,7 +191,7 @@ fn the_page_holds_both_meshes() {
     let step = scene["step"].as_f64().unwrap();
     let radius = scene["radius"].as_f64().unwrap();
     for corner in arrays[0].chunks(3) {
-        // The origin is the middle of the bounding box, near enough to the centre.
+        // The origin is the middle of the bounding box, which is near the ball's centre.
         let p =
             DVec3::from_slice(&[corner[0], corner[1], corner[2]].map(|x| x as f64 * step - radius));
         assert!((p.length() - 1.0).abs() < 0.03, "{p}");
@@ -208,7 +208,7 @@ fn the_page_holds_both_meshes() {
 }
 
 #[test]
-fn the_page_of_a_restoration_holds_what_was_cut_out() {
+fn the_page_of_a_restoration_holds_the_removed_faces() {
     let desk = Desk::new("ball.ply");
     let page = desk.page("restore", &["--ball", "1,0,0,0.4", "--picture", "out.png"]);
     let (data, arrays) = (data(&page), arrays(&page));
@@ -237,7 +237,7 @@ fn a_whole_level_set_is_drawn_too() {
 
 #[cfg(unix)]
 #[test]
-fn no_name_breaks_the_page() {
+fn file_names_are_escaped_in_the_page() {
     let name = "<img onerror='x' \"a\">{{data}} & <!-- .ply";
     let desk = Desk::new(name);
     let page = desk.page("fill", &[]);
@@ -276,12 +276,12 @@ fn the_picture_shows_patches_on_the_right() {
 }
 
 #[test]
-fn holes_are_outlined_and_numbered_where_they_are_seen() {
+fn visible_holes_are_outlined_and_numbered() {
     let desk = Desk::new("ball.ply");
     desk.done("fill", &["--picture", "out.png"]);
     let [left, right] = Picture::read(&desk.path("out.png")).blue();
     assert!(left > 500 && right > 500, "{left} {right}");
-    // Seen from its hole, and from behind, where the sphere hides rim and number.
+    // The view from the hole, and from behind, where the sphere hides rim and number.
     let mesh = cut(&sphere(12), |c| polar(c) < 40.0);
     let found = isomend::inspect(&mesh).unwrap();
     let rim: Vec<DVec3> = found.holes[0]
@@ -304,7 +304,7 @@ fn holes_are_outlined_and_numbered_where_they_are_seen() {
     };
     let [front, back] = blue(vec![rim.clone()]);
     assert!(front > 500 && back == 0, "{front} {back}");
-    // A second hole at the same place has a number that the first one's hides, one much shorter rim apart shows another.
+    // The number of a second hole at the same place is hidden by the first one; a small hole beside it shows its own number.
     let twice = blue(vec![rim.clone(), rim.clone()]);
     assert_eq!(twice, [front, back]);
     let small: Vec<DVec3> = rim
@@ -316,7 +316,7 @@ fn holes_are_outlined_and_numbered_where_they_are_seen() {
 }
 
 #[test]
-fn names_are_checked_before_the_work() {
+fn names_of_pages_and_pictures_are_checked_before_the_fill() {
     let desk = Desk::new("ball.ply");
     let cases: [(&[&str], &str); 7] = [
         (&["--report", "no/out.html"], "no folder"),
@@ -337,7 +337,7 @@ fn names_are_checked_before_the_work() {
 }
 
 #[test]
-fn an_output_is_not_written_twice() {
+fn the_picture_cannot_overwrite_the_mesh() {
     let desk = Desk::new("ball.ply");
     let mut isomend = Command::cargo_bin("isomend").unwrap();
     isomend.current_dir(desk.folder.path());
@@ -399,7 +399,7 @@ fn large_meshes_are_drawn_coarser_far_from_the_patches() {
 }
 
 #[test]
-fn expected_errors_are_those_of_new_vertices_alone() {
+fn only_new_vertices_have_expected_errors_above_zero() {
     let (scene, _) = scene_of(&ball(), usize::MAX);
     let new = scene.kept..scene.kept + scene.regions.len();
     let (mut known, mut expected) = (0, 0);
@@ -415,7 +415,7 @@ fn expected_errors_are_those_of_new_vertices_alone() {
         "{expected} of {} corners",
         3 * new.len()
     );
-    // What is not known is not said to be exact.
+    // An unknown error is not drawn as zero.
     let (scene, _) = scene_with(&ball(), usize::MAX, |_| None);
     let unknown = |faces: &[[u32; 3]]| {
         let corners = faces.iter().flatten();
@@ -428,7 +428,7 @@ fn expected_errors_are_those_of_new_vertices_alone() {
 }
 
 #[test]
-fn curvature_and_distance_are_those_of_the_surface() {
+fn curvature_and_distance_of_a_filled_sphere_are_correct() {
     let (scene, _) = scene_of(&ball(), usize::MAX);
     let inner = scene
         .side(Side::After)
@@ -443,12 +443,12 @@ fn curvature_and_distance_are_those_of_the_surface() {
         assert!(scene.normals[v as usize].dot(scene.positions[v as usize]) > 0.9);
     }
     let far = scene.distance.iter().copied().fold(0.0, f32::max);
-    // The middle of the wide patch, 40 degrees from its rim.
+    // The farthest vertex is at the middle of the wide patch, 40 degrees from its rim.
     assert!((far - 2.0 * 20f32.to_radians().sin()).abs() < 0.1, "{far}");
 }
 
 #[test]
-fn nothing_to_see_is_no_failure() {
+fn empty_and_degenerate_meshes_are_drawn_without_failure() {
     let empty = Mesh::default();
     let change = Change {
         before: &empty,

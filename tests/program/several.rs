@@ -1,4 +1,4 @@
-//! `check` and `inspect` of several files, and what a repair says at its end.
+//! `check` and `inspect` of several files, the recommended command to weld, and the last lines of repairs and fills.
 
 use crate::desk::{Desk, assert_code, assert_usage, ball, text};
 use crate::shapes::{cut, joined, moved, sphere, turned};
@@ -62,7 +62,7 @@ fn several_files_are_inspected_in_a_table() {
 }
 
 #[test]
-fn the_check_gives_the_command_that_welds() {
+fn the_check_recommends_a_command_that_welds() {
     let desk = Desk::new();
     let good = turned(sphere(5));
     let half = |above: bool| {
@@ -87,7 +87,7 @@ fn the_check_gives_the_command_that_welds() {
 #[test]
 fn a_repair_takes_flat_caps_by_numbers_of_the_input_and_ends_with_the_verdict() {
     let desk = Desk::new();
-    // A small component comes first, so that holes have other numbers once it is gone.
+    // A small component comes first, so that removing it changes the numbers of the holes.
     let lid = moved(
         &cut(&turned(sphere(3)), |p| p.z > -0.3),
         1.2,
@@ -121,7 +121,7 @@ fn a_repair_takes_flat_caps_by_numbers_of_the_input_and_ends_with_the_verdict() 
 }
 
 #[test]
-fn a_fill_without_holes_says_when_positions_were_rounded() {
+fn a_fill_without_holes_reports_rounded_positions() {
     let desk = Desk::new();
     desk.text("exact.obj", &obj(&turned(sphere(2))));
     let said = |output: &str| text(&desk.run(&["fill", "exact.obj", "-o", output]).stderr);

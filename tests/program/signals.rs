@@ -1,4 +1,4 @@
-//! Ctrl-C and SIGTERM end the program wherever it is, and leave nothing half written.
+//! Ctrl-C and SIGTERM end the program at any point and leave no partly written file.
 #![cfg(unix)]
 
 use std::process::{Command, Stdio};
@@ -9,7 +9,7 @@ use crate::desk::Desk;
 use crate::shapes::sphere;
 use isomend::io::Format;
 
-/// CPU seconds that a process has used, as the kernel counts them in hundredths; none where it does not tell, or the process has ended.
+/// CPU time of a process in seconds, counted by the kernel in hundredths; none if `/proc` does not exist or the process has ended.
 fn cpu(id: u32) -> Option<f64> {
     let stat = std::fs::read_to_string(format!("/proc/{id}/stat")).ok()?;
     // The name of the program, in brackets, may hold spaces.
@@ -18,8 +18,8 @@ fn cpu(id: u32) -> Option<f64> {
     Some((ticks()? + ticks()?) / 100.0)
 }
 
-/// Runs a command, sends it a signal once it has used so many CPU seconds, and returns its exit code, what it printed and the CPU seconds
-/// that it used after the signal; nothing if it had ended before.
+/// Runs a command and sends it a signal once it has used `after` CPU seconds. Returns its exit code, the text on standard error and the
+/// CPU seconds that it used after the signal; none if it ended before the signal.
 fn interrupted(
     desk: &Desk,
     arguments: &[&str],
@@ -98,7 +98,7 @@ fn every_command_ends_at_a_signal_and_leaves_no_file() {
     let mut stopped = 0;
     for (i, command) in commands.iter().enumerate() {
         for (j, (signal, code)) in [("-INT", 130), ("-TERM", 143)].into_iter().enumerate() {
-            // Moments in reading, in the tree and in the solve.
+            // Moments while the mesh is read, the tree is built, and the system is solved.
             let after = 0.05 + 0.15 * ((2 * i + j) % 5) as f64;
             let Some(end) = interrupted(&desk, command, signal, after) else {
                 let _ = std::fs::remove_file(desk.path("o.ply"));
@@ -119,7 +119,7 @@ fn every_command_ends_at_a_signal_and_leaves_no_file() {
 }
 
 #[test]
-fn a_file_that_was_there_stays_as_it_was() {
+fn an_existing_output_stays_unchanged_after_a_signal() {
     let desk = Desk::new();
     desk.text("o.ply", "something else");
     let command = ["fill", "ball.ply", "-o", "o.ply", "-q", "--voxel", "0.005"];

@@ -1,4 +1,4 @@
-//! Standard input and output, and several inputs.
+//! Standard input and output, several inputs, and conversions.
 
 use std::fs;
 use std::io::Read;
@@ -92,7 +92,7 @@ fn the_other_commands_read_standard_input_too() {
 }
 
 #[test]
-fn streams_that_cannot_be_used_so_are_refused() {
+fn invalid_uses_of_standard_input_and_output_are_refused() {
     let desk = Desk::new();
     assert_usage(&desk.run(&["fill", "ball.ply", "-o", "-"]), &["--to"]);
     let both = ["fill", "ball.ply", "-o", "-", "--to", "ply", "--json", "-"];
@@ -126,7 +126,7 @@ fn streams_that_cannot_be_used_so_are_refused() {
 }
 
 #[test]
-fn a_reader_that_goes_away_ends_text_quietly_but_not_a_mesh() {
+fn a_closed_reader_is_an_error_for_a_mesh_and_not_for_text() {
     let (code, said) = without_reader(&["fill", "ball.ply", "-o", "-", "--to", "obj", "-q"]);
     assert_eq!(code, Some(1), "{said}");
     assert!(said.contains("cannot write to standard output"), "{said}");
@@ -136,7 +136,7 @@ fn a_reader_that_goes_away_ends_text_quietly_but_not_a_mesh() {
 
 #[cfg(unix)]
 #[test]
-fn a_mesh_for_a_standard_output_that_is_closed_is_not_lost_quietly() {
+fn a_closed_standard_output_is_an_error_for_a_mesh() {
     let desk = Desk::new();
     let run = |end: &str| {
         let line = format!("exec \"$0\" fill ball.ply -o - --to ply --holes 2 -q {end}");
@@ -158,7 +158,7 @@ fn a_mesh_for_a_standard_output_that_is_closed_is_not_lost_quietly() {
     assert_eq!(run("> /dev/null"), (Some(0), text(b"")));
 }
 
-/// The exit code and what is said where nobody reads standard output.
+/// The exit code and the text on standard error if the reader of standard output has closed it.
 fn without_reader(arguments: &[&str]) -> (Option<i32>, String) {
     let desk = Desk::new();
     let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("isomend"))
@@ -180,7 +180,7 @@ fn without_reader(arguments: &[&str]) -> (Option<i32>, String) {
 }
 
 #[test]
-fn several_inputs_go_into_a_folder_under_their_names() {
+fn several_inputs_are_written_to_a_folder_under_their_names() {
     let desk = Desk::new();
     desk.save("b.obj", &ball(), Format::Obj);
     desk.text("bad.ply", "ply\n");
@@ -211,7 +211,7 @@ fn several_inputs_go_into_a_folder_under_their_names() {
         fs::read(desk.path("new/ball.ply")),
     );
     assert_eq!(one.unwrap(), batch.unwrap());
-    // A folder that is there, and one input: its report is no list.
+    // An existing folder and a single input: the report is not a list.
     let done = desk.run(&[
         "fill", "b.obj", "-o", "new", "--to", "stl", "--json", "one.json",
     ]);
@@ -221,9 +221,9 @@ fn several_inputs_go_into_a_folder_under_their_names() {
 }
 
 #[test]
-fn the_exit_code_of_several_inputs_is_the_worst() {
+fn the_exit_code_of_several_inputs_is_the_most_serious_one() {
     let desk = Desk::new();
-    // A hole whose two rims were pulled through each other cannot be filled.
+    // A hole with diagonals that are already edges cannot be filled.
     desk.save("part.ply", &unfillable(), Format::Ply);
     let done = desk.run(&["fill", "ball.ply", "part.ply", "-o", "out/", "-q"]);
     assert_code(&done, 3);
@@ -238,7 +238,7 @@ fn the_exit_code_of_several_inputs_is_the_worst() {
 }
 
 #[test]
-fn names_that_clash_are_refused_before_anything_is_done() {
+fn clashing_output_names_are_refused_before_any_fill() {
     let desk = Desk::new();
     fs::create_dir(desk.path("sub")).unwrap();
     desk.save("sub/ball.ply", &ball(), Format::Ply);
@@ -291,7 +291,7 @@ fn a_conversion_changes_nothing() {
     assert_eq!(document["input"]["faces"], document["output"]["faces"]);
     let plan = desk.run(&["convert", "ball.ply", "--dry-run"]);
     assert!(crate::desk::text(&plan.stdout).contains("would be written unchanged"));
-    // What an OBJ file names and an STL file has no place for is said.
+    // A note lists data of the OBJ file that STL cannot hold.
     desk.text(
         "named.obj",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl skin\nf 1/1 2/1 3/1\n",

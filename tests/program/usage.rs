@@ -1,4 +1,4 @@
-//! What a user gets wrong, and what is said then; and what is listed of a mesh of any size.
+//! Messages on mistakes in options and masks, and the table of `inspect` at any scale.
 
 use std::fs;
 
@@ -41,7 +41,7 @@ fn holes_are_listed_with_normals_and_heights_in_aligned_columns_at_any_scale() {
                 DVec3::from_slice(&of("normal")),
                 DVec3::from_slice(&of("centre")),
             );
-            // Out of the ball.
+            // The normal points out of the ball.
             assert!(normal.dot(centre) > 0.99 * centre.length(), "{hole}");
             let height = hole["height"].as_f64().unwrap() / scale;
             assert!(height > 0.0 && height < 0.2, "{hole}");
@@ -50,7 +50,7 @@ fn holes_are_listed_with_normals_and_heights_in_aligned_columns_at_any_scale() {
 }
 
 #[test]
-fn a_mask_that_marks_nothing_says_where_the_mesh_is() {
+fn a_mask_that_marks_nothing_reports_the_bounds_of_the_mesh() {
     let desk = Desk::new();
     let bounds = "the mesh reaches from -1.00000, -1.00000, -1.00000 to 0.9";
     let cases: [(&[&str], &[&str]); 4] = [
@@ -105,7 +105,7 @@ fn a_mask_that_marks_nothing_says_where_the_mesh_is() {
 }
 
 #[test]
-fn colours_and_materials_that_there_are_are_named() {
+fn masks_without_a_match_list_the_colours_and_materials_of_the_file() {
     let desk = Desk::new();
     let text_of = "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nv 1 1 0 0 0.5019608 0\nusemtl skin\nf 1 2 3\nf 2 4 3\n";
     desk.text("painted.obj", text_of);
@@ -143,7 +143,7 @@ fn numbers_out_of_bounds_are_refused_with_the_bounds() {
 }
 
 #[test]
-fn voxels_that_cannot_be_are_refused_with_one_that_can() {
+fn invalid_voxels_are_refused_with_a_valid_one() {
     let desk = Desk::new();
     let refused = |arguments: &[&str], words: &[&str]| {
         let done = desk.run(arguments);
@@ -154,7 +154,7 @@ fn voxels_that_cannot_be_are_refused_with_one_that_can() {
             assert!(said.contains(word), "{word}: {said}");
         }
     };
-    // The wide hole is somewhat more than 2 sin 35 degrees across, 1024 voxels at most.
+    // The wide hole is slightly more than 2 sin 35 degrees across, and at most 1024 voxels fit across it.
     let fits: &[&str] = &["1.00000e-300", "the smallest that fits is about 1.2"];
     refused(
         &["fill", "ball.ply", "-o", "out.ply", "--voxel", "1e-300"],
@@ -215,7 +215,7 @@ fn voxels_that_cannot_be_are_refused_with_one_that_can() {
         &["a strength of", "too large"],
     );
     assert_eq!(desk.files(), ["ball.ply", "closed.ply"]);
-    // A hole that is left does not matter, and what fits goes through.
+    // A voxel that fits the chosen hole is accepted, whatever the other holes would need.
     let narrow = [
         "fill",
         "ball.ply",
@@ -229,7 +229,7 @@ fn voxels_that_cannot_be_are_refused_with_one_that_can() {
 }
 
 #[test]
-fn what_would_be_ignored_is_refused() {
+fn options_without_effect_are_refused() {
     let desk = Desk::new();
     let trial = ["fill", "ball.ply", "--dry-run"];
     for drawing in [["--report", "a.html"], ["--picture", "a.png"]] {
@@ -276,7 +276,7 @@ fn what_would_be_ignored_is_refused() {
     let done = desk.run(&named);
     assert_code(&done, 0);
     assert!(text(&done.stderr).contains("--max-diameter has no effect"));
-    // What has a text form goes on as before.
+    // Formats with a text form accept `--ascii`.
     for name in ["text.obj", "text.gltf", "text.vtk"] {
         assert_code(
             &desk.run(&["fill", "ball.ply", "-o", name, "--ascii", "-q"]),

@@ -1,4 +1,4 @@
-//! What the program says of walls: how thick they are, and a no where they are too thin.
+//! Walls on the command line: their thickness in reports, and verdicts on walls that are too thin.
 
 use crate::desk::{Desk, assert_code, text};
 use crate::shapes::joined;
@@ -6,7 +6,7 @@ use glam::DVec3;
 use isomend::Mesh;
 use isomend::io::Format;
 
-/// A wavy sheet of `n` by `n` squares at this height.
+/// A wavy sheet of `n` by `n` squares at a height.
 fn sheet(n: u32, z: f64) -> Mesh {
     let mut mesh = Mesh::default();
     for i in 0..=n {
@@ -27,7 +27,7 @@ fn sheet(n: u32, z: f64) -> Mesh {
 }
 
 #[test]
-fn a_sheet_gets_walls_and_the_report_says_how_thick() {
+fn a_sheet_gets_walls_and_the_report_gives_their_thickness() {
     let desk = Desk::new();
     desk.save("sheet.ply", &sheet(12, 0.0), Format::Ply);
     let arguments = [
@@ -61,7 +61,7 @@ fn a_sheet_gets_walls_and_the_report_says_how_thick() {
         "{shell}"
     );
     assert!(shell["too_thin"].is_null());
-    // Checking the file says how thick its walls are, and no where that is too thin.
+    // A check of the file reports the thickness of its walls, and fails if they are thinner than a limit.
     let checked = desk.run(&["check", "out.stl"]);
     assert_code(&checked, 0);
     assert!(text(&checked.stdout).contains("walls:                 0.0"));
@@ -86,7 +86,7 @@ fn a_sheet_gets_walls_and_the_report_says_how_thick() {
 }
 
 #[test]
-fn foil_is_a_no_that_says_what_to_do() {
+fn walls_that_are_too_thin_fail_with_advice() {
     let desk = Desk::new();
     let pair = joined(&sheet(12, 0.0), &sheet(12, 1e-3));
     desk.save("pair.ply", &pair, Format::Ply);
@@ -106,7 +106,7 @@ fn foil_is_a_no_that_says_what_to_do() {
         said.contains("--flat-base") && said.contains("--wall"),
         "{said}"
     );
-    // A limit of the caller's own is what counts then, and a check without one only tells.
+    // With `--min-wall` this limit decides; a check without it reports the thickness only.
     let arguments = [&arguments[..], &["--min-wall", "1e-5"]].concat();
     assert_code(&desk.run(&arguments), 0);
     assert_code(&desk.run(&["check", "out.ply", "-q"]), 0);
