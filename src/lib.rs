@@ -41,8 +41,7 @@
 //! ```
 //!
 //! # Guarantees
-//! - Every vertex and face of the input is kept, bit for bit and in order; new vertices and faces follow them
-//!   ([`SurfaceKind::Stitched`]).
+//! - Every vertex and face of the input is kept, bit for bit and in order; new vertices and faces follow them.
 //! - A filled hole is closed by a manifold patch that shares the rim's edges and is oriented like its surroundings.
 //! - Every hole is listed in the [`FillReport`]: filled, triangulated, left or failed, with the reason.
 //! - Every run ends, and the result is the same, to the byte, for any number of threads.
@@ -131,7 +130,7 @@ pub use extract::{VolumeSurfaceError, level_surface};
 pub use fill::{
     AttemptFailure, ClosedBy, CreaseReport, FailedReason, FillParams, Finish, FinishReport,
     HoleOutcome, LeftReason, NotContinued, PatchInitialisation, Quality, RegionPatch, RegionReport,
-    Sharp, SurfaceKind, Tally, TriangulatedReason,
+    Sharp, Tally, TriangulatedReason,
 };
 pub use finish::{
     Candidate, CandidateRecord, ChartKind, FinishRecord, FinishResult, Refusal, Restart,

@@ -82,12 +82,10 @@ def test_the_result_does_not_depend_on_the_threads(sphere, filled):
 
 def test_parameters_of_the_library_are_keywords(sphere):
     done = isomend.fill(
-        *sphere, holes=(1,), voxel=0.08, finish="none", energy="willmore", variant="II", steps=30, edge_ratio=1.5
+        *sphere, holes=(1,), voxel=0.08, finish="none", energy="willmore", edge_ratio=1.5
     )
     report = done.report["regions"][0]
     assert report["voxel"] == 0.08 and report["finish"] is None
-    whole = isomend.fill(*sphere, surface="whole")
-    assert whole.is_patch.all() and len(whole.vertices) > 0
     plan = isomend.Model(*sphere).plan(voxel=0.08)
     assert plan["dry_run"] and plan["holes"][0]["outcome"] == "would_be_filled"
 

@@ -2,14 +2,14 @@
 
 use clap::Args;
 use isomend::job::Work;
-use isomend::{FillParams, RepairParams, SurfaceKind};
+use isomend::{FillParams, RepairParams};
 use serde_json::Value;
 
 use super::console::Console;
 use super::deliver::DeliverArgs;
 use super::files::{FilesArgs, Task};
 use super::parameters::{Fill, ParameterArgs};
-use super::{CommonArgs, End, Usage, solve};
+use super::{CommonArgs, End};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -56,13 +56,8 @@ impl FillArgs {
     /// If options conflict.
     pub(super) fn work(&self) -> anyhow::Result<Work> {
         let params: FillParams = self.parameters.params()?;
-        solve::check(&params)?;
         if !self.parameters.flag("repair") {
             return Ok(Work::Fill(params));
-        }
-        if params.surface == SurfaceKind::Whole {
-            let what = "--repair stitches patches into the mesh, but --surface whole writes the level sets alone; leave one of them out";
-            return Err(Usage(what.to_owned()).into());
         }
         Ok(Work::Repair(RepairParams {
             fill: params,

@@ -25,7 +25,6 @@ mod report;
 mod restore;
 mod sdf;
 mod several;
-mod solve;
 mod study;
 mod surface;
 mod view;

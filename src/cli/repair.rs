@@ -8,7 +8,7 @@ use super::console::Console;
 use super::deliver::DeliverArgs;
 use super::files::{FilesArgs, Task};
 use super::parameters::{ParameterArgs, Repair};
-use super::{CommonArgs, End, solve};
+use super::{CommonArgs, End};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -52,7 +52,6 @@ impl RepairArgs {
     /// If options conflict.
     pub(super) fn work(&self) -> anyhow::Result<Work> {
         let params: RepairParams = self.parameters.params()?;
-        solve::check(&params.fill)?;
         Ok(Work::Repair(params))
     }
 }

@@ -12,7 +12,7 @@ use super::deliver::{self, DeliverArgs};
 use super::files::{FilesArgs, Task};
 use super::mask::MaskArgs;
 use super::parameters::{ParameterArgs, Restore};
-use super::{CommonArgs, End, solve};
+use super::{CommonArgs, End};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -71,7 +71,6 @@ impl RestoreArgs {
             );
         };
         let params: RestoreParams = self.parameters.params()?;
-        solve::check(&params.fill)?;
         Ok(Work::Restore(mask, params))
     }
 }

@@ -5,13 +5,11 @@ use std::time::Instant;
 
 use super::grids::{Attempt, failures, spent};
 use super::outcome::AttemptFailure;
-use super::params::SurfaceKind;
 use super::problem::RegionProblem;
 use super::reference::ReferenceSurface;
 use super::report::RegionReport;
 use super::so_far::{LevelEnd, Made, SoFar, Unconverged};
-use crate::flow::{FlowSettings, HALF_WIDTH, Variant};
-use crate::mesh::Mesh;
+use crate::flow::{FlowSettings, HALF_WIDTH};
 use crate::region::{
     Level, LevelSurface, MeshData, NestedSettings, Region, Solved, Sphere, Start, VoxelSize,
     solve_nested,
@@ -23,18 +21,10 @@ use crate::tuning::tuning;
 struct LevelSetResult<'a> {
     failure: Option<AttemptFailure>,
     report: RegionReport,
-    /// The surface, if it was joined to the rims, or if the zero set was all that was asked for.
-    surface: Option<LevelSetSurface>,
+    /// The patch, if the surface was joined to the rims.
+    surface: Option<Patch>,
     /// The solution, kept for later attempts, if its surface was not joined because the flow did not converge.
     unconverged: Option<Unconverged<'a>>,
-}
-
-/// A surface from a level set.
-enum LevelSetSurface {
-    /// A patch joined to the rims.
-    Patch(Patch),
-    /// The whole zero set.
-    Whole(Mesh),
 }
 
 /// Expected cost in unknowns times steps. The unknowns fill the band around a disc as wide as the region; coarser grids add a
@@ -80,8 +70,7 @@ pub(super) fn make<'b>(
         failure: done.failure,
     };
     let made = match done.surface {
-        Some(LevelSetSurface::Whole(mesh)) => Made::Region(problem.whole(mesh, done.report)),
-        Some(LevelSetSurface::Patch(patch)) => Made::Joined(patch, done.report),
+        Some(patch) => Made::Joined(patch, done.report),
         None => {
             so_far.last = done.report;
             Made::Nothing
@@ -142,12 +131,11 @@ impl RegionProblem<'_> {
         if let Some(failure) = self.unusable(&solved, now) {
             let nearly =
                 solved.last_update() < tuning().fill.usable_update && !solved.level.touches_box();
-            let keep = nearly && self.params.surface == SurfaceKind::Stitched;
             return LevelSetResult {
                 failure: Some(failure),
                 report: report.clone(),
                 surface: None,
-                unconverged: keep.then_some(Unconverged {
+                unconverged: nearly.then_some(Unconverged {
                     solved,
                     region,
                     data,
@@ -155,26 +143,23 @@ impl RegionProblem<'_> {
                 }),
             };
         }
-        // The whole zero set, or the part of it that fills the hole, joined to the rims. A joined patch that intersects faces
-        // counts as a failure, but is kept as a candidate.
+        // The part of the zero set that fills the hole, joined to the rims. A joined patch that intersects faces counts as a failure,
+        // but is kept as a candidate.
         let (failure, surface) = {
             let surface = LevelSurface {
                 level: &solved.level,
                 data: &data,
             };
             let extracted = solved.level.zero_set();
-            match self.params.surface {
-                SurfaceKind::Whole => (None, Some(LevelSetSurface::Whole(extracted))),
-                SurfaceKind::Stitched => match self.stitch(&region, &surface, &extracted) {
-                    Ok(patch) => {
-                        let failure = match patch.report.intersecting_faces {
-                            0 => None,
-                            faces => Some(AttemptFailure::Intersects(faces)),
-                        };
-                        (failure, Some(LevelSetSurface::Patch(patch)))
-                    }
-                    Err(error) => (Some(AttemptFailure::NotJoined(error)), None),
-                },
+            match self.stitch(&region, &surface, &extracted) {
+                Ok(patch) => {
+                    let failure = match patch.report.intersecting_faces {
+                        0 => None,
+                        faces => Some(AttemptFailure::Intersects(faces)),
+                    };
+                    (failure, Some(patch))
+                }
+                Err(error) => (Some(AttemptFailure::NotJoined(error)), None),
             }
         };
         LevelSetResult {
@@ -187,11 +172,9 @@ impl RegionProblem<'_> {
 
     /// Why the surface of a solve is unusable and another attempt may find a better one; none if it is usable.
     fn unusable(&self, solved: &Solved, now: &Attempt) -> Option<AttemptFailure> {
-        let to_steady_state =
-            self.params.variant == Variant::GaussNewton && self.params.steps.is_none();
-        let is_unconverged = solved.is_far_from_converged() && to_steady_state;
+        let is_unconverged = solved.is_far_from_converged();
         let may_grow = || now.may_widen() && solved.level.is_near_side(tuning().fill.near_side);
-        if solved.has_diverged() && to_steady_state {
+        if solved.has_diverged() {
             // A solve that diverged this far never converged on another grid, except while growing towards a sphere.
             let on_its_way = now.start != Start::Sphere
                 && Sphere::new(self.mesh, self.holes).is_some()
@@ -264,10 +247,6 @@ impl RegionProblem<'_> {
     /// Settings of the flow. Before a finish a looser tolerance suffices.
     fn flow_settings(&self, next: &Attempt) -> FlowSettings {
         let usual = FlowSettings::default();
-        let most = match self.params.variant {
-            Variant::GaussNewton => usual.max_steps,
-            Variant::I | Variant::II => tuning().fill.most_linear_steps,
-        };
         let (tolerance, largest_update_factor) = match self.is_finished() {
             true => (tuning().fill.before_finish, 1.0),
             false => (usual.tolerance, usual.largest_update_factor),
@@ -276,9 +255,6 @@ impl RegionProblem<'_> {
             energy: next.energy,
             tolerance,
             largest_update_factor,
-            variant: self.params.variant,
-            time_step: self.params.time_step.unwrap_or(f64::INFINITY),
-            max_steps: self.params.steps.unwrap_or(most),
             ..usual
         }
     }

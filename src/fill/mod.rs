@@ -31,7 +31,7 @@ pub use outcome::{
     AttemptFailure, ClosedBy, FailedReason, HoleOutcome, LeftReason, NotContinued, Tally,
     TriangulatedReason,
 };
-pub use params::{FillParams, Finish, Sharp, SurfaceKind};
+pub use params::{FillParams, Finish, Sharp};
 pub(crate) use problem::{RegionPlan, RegionProblem, first_region, has_few_edges};
 pub use quality::Quality;
 pub(crate) use reference::{Keeping, ReferenceSurface};

@@ -2,22 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::flow::{Energy, Variant};
+use crate::flow::Energy;
 use crate::mesh::{Hole, HoleId};
 use crate::region::VoxelSize;
 use crate::tuning::tuning;
-
-/// Which surface a fill returns.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum SurfaceKind {
-    /// The input with the patches stitched in; its own vertices and faces are kept bit-exact and in order.
-    #[default]
-    Stitched,
-    /// The zero set of the level set around each hole, as marching cubes extracts it.
-    Whole,
-}
 
 /// How patches are finished on their own triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -73,30 +61,18 @@ pub struct FillParams {
     /// Distance of the base below the lowest vertex of its sheet, in the mesh's units; by default the mean edge length of the
     /// border.
     pub base_offset: Option<f64>,
-    /// Which surface to return.
-    pub surface: SurfaceKind,
-    /// How patches are finished. Patches of the curvature-variation energy, of level sets alone and of flows in time are not
-    /// finished.
+    /// How patches are finished. Patches of the curvature-variation energy are not finished.
     pub finish: Finish,
     /// Whether sharp edges that end at a rim are continued. Only where patches are finished.
     pub sharp: Sharp,
     /// The energy that the flow minimises.
     pub energy: Energy,
-    /// The metric of the flow's steps; the curvature-variation energy always uses Gauss-Newton.
-    pub variant: Variant,
-    /// Upper bound of the flow's steps on each level; by default the variant's own.
-    pub steps: Option<usize>,
-    /// Time step in units of h⁴; by default the flow goes directly to the steady state.
-    pub time_step: Option<f64>,
     /// Edge length of the patch over the edge length around the hole, between 0.05 and 20; by default 0.7 where patches are
     /// finished, otherwise 0.8, with the curvature-variation energy 0.45.
     pub edge_ratio: Option<f64>,
 }
 
 impl FillParams {
-    /// Upper bound of `steps`: each step is kept in the report.
-    pub const MOST_STEPS: usize = crate::parameters::solve::MOST_STEPS;
-
     /// Edge length of the patch over the edge length around the hole.
     pub fn edge_ratio(&self) -> f64 {
         let usual = || match self.finishes() {
@@ -121,13 +97,8 @@ impl FillParams {
         self.bridge.iter().flatten().any(|id| holes.contains(id))
     }
 
-    /// Whether patches are finished on their own triangles. Not so for a flow in time, with a given number of steps or with
-    /// another energy than the finish minimises: its own result is wanted.
+    /// Whether patches are finished on their own triangles. Not so with an energy that the finish does not minimise.
     pub(crate) fn finishes(&self) -> bool {
-        self.finish != Finish::None
-            && self.surface == SurfaceKind::Stitched
-            && self.energy == Energy::Willmore
-            && self.steps.is_none()
-            && self.time_step.is_none()
+        self.finish != Finish::None && self.energy == Energy::Willmore
     }
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::base_plane::BasePlane;
 use super::grids::Attempt;
-use super::params::{FillParams, SurfaceKind};
+use super::params::FillParams;
 use super::reference::ReferenceSurface;
 use crate::cancel::Cancel;
 use crate::flow::BendingEnergy;
@@ -67,12 +67,11 @@ pub(crate) struct RegionProblem<'a> {
 impl RegionPlan {
     /// The kind of closure for these holes of a mesh.
     pub(crate) fn new(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> Self {
-        let is_stitched = params.surface == SurfaceKind::Stitched;
         match holes {
             [hole] if params.is_on_base(hole) => Self::Base,
-            [hole] if is_stitched && hole.edges <= tuning().fill.few_edges => Self::Trivial,
+            [hole] if hole.edges <= tuning().fill.few_edges => Self::Trivial,
             _ if holes.iter().all(|h| params.is_flat(h.id)) => Self::Planar,
-            [a, b] if is_stitched && close_seam(mesh, &a.rim, &b.rim).is_some() => Self::Seam,
+            [a, b] if close_seam(mesh, &a.rim, &b.rim).is_some() => Self::Seam,
             _ => Self::Solve,
         }
     }

@@ -94,12 +94,6 @@ impl RegionProblem<'_> {
         }
     }
 
-    /// The result of a region if only the zero set was asked for.
-    pub(super) fn whole(&self, mesh: Mesh, mut report: RegionReport) -> RegionPatch {
-        report.closed_by = Some(ClosedBy::LevelSet);
-        self.all(mesh, report, HoleOutcome::Filled)
-    }
-
     /// The result of a region with this patch; all holes have the same outcome.
     pub(super) fn all(
         &self,

@@ -1,7 +1,6 @@
 //! Candidate: thin triangles between two rims that coincide.
 
 use super::outcome::{ClosedBy, HoleOutcome, TriangulatedReason};
-use super::params::SurfaceKind;
 use super::problem::RegionProblem;
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
@@ -17,7 +16,7 @@ pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
 impl RegionProblem<'_> {
     /// Closes the gap between two rims that coincide.
     fn close_seam(&self) -> Option<RegionPatch> {
-        let (&[a, b], SurfaceKind::Stitched) = (self.holes, self.params.surface) else {
+        let &[a, b] = self.holes else {
             return None;
         };
         let faces = close_seam(self.mesh, &a.rim, &b.rim)?;

@@ -5,7 +5,6 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::grids::{Attempt, RetryContext};
-use super::params::SurfaceKind;
 use super::problem::{RegionPlan, RegionProblem, has_few_edges, refines};
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
@@ -86,11 +85,6 @@ fn search(problem: &RegionProblem<'_>) -> RegionPatch {
         if problem.cancel.is_cancelled() {
             return problem.stopped(so_far.last);
         }
-        let is_whole = problem.params.surface == SurfaceKind::Whole;
-        let made = match made {
-            Made::Region(whole) if is_whole => return whole,
-            made => made,
-        };
         so_far.endings.push(ending);
         so_far.made.push(made);
     }

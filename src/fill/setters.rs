@@ -1,7 +1,7 @@
 //! Chained setters of [`FillParams`].
 
-use super::params::{FillParams, Finish, Sharp, SurfaceKind};
-use crate::flow::{Energy, Variant};
+use super::params::{FillParams, Finish, Sharp};
+use crate::flow::Energy;
 use crate::mesh::HoleId;
 use crate::region::VoxelSize;
 use crate::setters::setters;
@@ -53,20 +53,12 @@ setters! { FillParams:
     with_flat_base(base: bool) => flat_base = base;
     /// Sets [`FillParams::base_offset`], in the mesh's units.
     with_base_offset(length: f64) => base_offset = Some(length);
-    /// Sets [`FillParams::surface`].
-    with_surface(surface: SurfaceKind) => surface = surface;
     /// Sets [`FillParams::finish`].
     with_finish(finish: Finish) => finish = finish;
     /// Sets [`FillParams::sharp`].
     with_sharp(sharp: Sharp) => sharp = sharp;
     /// Sets [`FillParams::energy`].
     with_energy(energy: Energy) => energy = energy;
-    /// Sets [`FillParams::variant`].
-    with_variant(variant: Variant) => variant = variant;
-    /// Sets [`FillParams::steps`].
-    with_steps(steps: usize) => steps = Some(steps);
-    /// Sets [`FillParams::time_step`], in units of h⁴.
-    with_time_step(step: f64) => time_step = Some(step);
     /// Sets [`FillParams::edge_ratio`].
     with_edge_ratio(ratio: f64) => edge_ratio = Some(ratio);
 }

@@ -11,7 +11,6 @@ use super::mended::Mended;
 use super::outcome::{JobPlan, JobResult, WorkPlan};
 use super::result::{KeptInput, Made, OperationReport, repaired};
 use super::{JobError, JobSpec, MaskSpec, Work};
-use crate::fill::SurfaceKind;
 use crate::io::Loaded;
 use crate::mend::{Control, FairError, Filled, Inspection, RestoreError};
 use crate::mesh::Mesh;
@@ -184,11 +183,10 @@ impl<'s> Read<'s> {
         if spec.deliverables.is_filed() {
             clear_run_times(&mut made.report);
         }
-        let whole = match (&spec.work, &made.extent) {
-            (Work::Fill(params), _) => params.surface == SurfaceKind::Whole,
-            (_, OperationReport::Faired(_)) => matches!(made.kept_input, KeptInput::All),
-            _ => false,
-        };
+        let whole = matches!(
+            (&made.extent, &made.kept_input),
+            (OperationReport::Faired(_), KeptInput::All)
+        );
         let size = [loaded.mesh.positions.len(), loaded.mesh.faces.len()];
         let drawn = spec.drawings.is_wanted() || spec.drawings.may_follow;
         let wanted = drawn || spec.deliverables.piece.is_some();

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::plan::{FillPlan, HolePlan};
 use super::report::FillReport;
 use super::{Inspection, RestoreError};
-use crate::fill::{FillParams, HoleOutcome, LeftReason, SurfaceKind};
+use crate::fill::{FillParams, HoleOutcome, LeftReason};
 use crate::mesh::HoleId;
 use crate::mesh::cut::{Remainder, settled, without_spikes};
 use crate::mesh::topology::{NONE, end, start};
@@ -80,7 +80,6 @@ impl<'a> CutResult<'a> {
             crease: Vec::new(),
             flat_base: false,
             base_offset: None,
-            surface: SurfaceKind::Stitched,
             ..fill.clone()
         }
     }

@@ -44,11 +44,9 @@ pub use task::RegionTask;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Filled {
-    /// The mesh: every vertex and face of the input first, in order and bit-exact, then the patches. With
-    /// [`SurfaceKind::Whole`](crate::SurfaceKind::Whole) only the zero sets.
+    /// The mesh: every vertex and face of the input first, in order and bit-exact, then the patches.
     pub mesh: Mesh,
-    /// Expected error of each patch vertex, in order, in the mesh's units; none where it is unknown. Empty with
-    /// [`SurfaceKind::Whole`](crate::SurfaceKind::Whole).
+    /// Expected error of each patch vertex, in order, in the mesh's units; none where it is unknown.
     pub expected_error: Vec<Option<f64>>,
     /// Report of the mesh and of the fill.
     pub report: FillReport,

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::FillError;
-use crate::fill::{FillParams, Finish, Sharp, SurfaceKind};
-use crate::flow::{Energy, Variant};
+use crate::fill::{FillParams, Finish, Sharp};
+use crate::flow::Energy;
 use crate::parameters::{OutOfBounds, solve, tables};
 use crate::region::VoxelSize;
 
@@ -27,18 +27,12 @@ impl FillParams {
         }
         if !self.crease.is_empty() && (self.sharp == Sharp::Off || !self.finishes()) {
             return Err(FillError::Parameter {
-                what: "`crease` asks for sharp edges, which are continued only with a finish, the Willmore energy, no `steps` or `time_step` and \
-                       a stitched surface, and not with `sharp` off; leave `crease` or the other parameter out",
+                what: "`crease` asks for sharp edges, which are continued only with a finish and the Willmore energy, and not with `sharp` off; leave `crease` or the other parameter out",
             });
         }
         if self.base_offset.is_some() && !self.flat_base {
             return Err(FillError::Parameter {
                 what: "`base_offset` is the distance of a flat base below its sheet: set `flat_base` too",
-            });
-        }
-        if self.surface == SurfaceKind::Whole && (self.flat_base || !self.flat.is_empty()) {
-            return Err(FillError::Parameter {
-                what: "flat caps and bases have no level set: they need `surface` to be `stitched`",
             });
         }
         Ok(())
@@ -50,8 +44,7 @@ impl FillParams {
         solve::EDGE_RATIO.check(self.edge_ratio())?;
         solve::MAX_DIAMETER.check(self.max_diameter)?;
         tables::BASE_OFFSET.check(self.base_offset)?;
-        solve::STEPS.check(self.steps.map(|n| n as f64))?;
-        solve::TIME_STEP.check(self.time_step)
+        Ok(())
     }
 }
 
@@ -67,13 +60,9 @@ impl Default for FillParams {
             crease: Vec::new(),
             flat_base: false,
             base_offset: None,
-            surface: SurfaceKind::Stitched,
             finish: Finish::Auto,
             sharp: Sharp::Auto,
             energy: Energy::Willmore,
-            variant: Variant::GaussNewton,
-            steps: None,
-            time_step: None,
             edge_ratio: None,
         }
     }
@@ -120,8 +109,6 @@ pub struct FairParams {
     pub extent: FairExtent,
     /// Voxel size; `Auto` is an eighth of the width of the removed features.
     pub voxel: VoxelSize,
-    /// The scheme of the flow's steps.
-    pub variant: Variant,
     /// Length of the new edges over the length of the mesh's edges, between 0.05 and 20: of the edges around a marked region, or
     /// the mean of all.
     pub edge_ratio: f64,
@@ -150,7 +137,6 @@ impl Default for FairParams {
         Self {
             extent: FairExtent::Auto,
             voxel: VoxelSize::Auto,
-            variant: Variant::GaussNewton,
             edge_ratio: 1.0,
             keep_vertices: false,
         }

@@ -19,7 +19,7 @@ use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
 use crate::fill::{
     BasePlane, FillParams, HoleOutcome, ReferenceSurface, RegionPatch, RegionPlan, RegionProblem,
-    SurfaceKind, TriangulatedReason, first_region, has_few_edges,
+    TriangulatedReason, first_region, has_few_edges,
 };
 use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, HoleId, Mesh};
@@ -289,10 +289,7 @@ impl<'a> Regions<'a> {
             patches[i] = patch;
         }
         let input = &*self.found.input;
-        let mut mesh = match self.params.surface {
-            SurfaceKind::Stitched => input.clone(),
-            SurfaceKind::Whole => Mesh::default(),
-        };
+        let mut mesh = input.clone();
         let mut report = self.report();
         let mut expected_error = Vec::new();
         for (i, patch) in patches.into_iter().enumerate() {
@@ -300,12 +297,7 @@ impl<'a> Regions<'a> {
                 report.holes[h].outcome = outcome;
                 report.holes[h].region = i + 1;
             }
-            append(
-                &mut mesh,
-                input.positions.len(),
-                &patch.mesh,
-                self.params.surface,
-            );
+            append(&mut mesh, input.positions.len(), &patch.mesh);
             expected_error.extend(patch.expected_error);
             report.regions.push(patch.report);
         }
@@ -388,19 +380,15 @@ impl<'a> Regions<'a> {
     }
 }
 
-fn append(out: &mut Mesh, original: usize, patch: &Mesh, kind: SurfaceKind) {
+fn append(out: &mut Mesh, original: usize, patch: &Mesh) {
     let base = out.positions.len();
-    let shift = match kind {
-        SurfaceKind::Stitched => original,
-        SurfaceKind::Whole => 0,
-    };
     out.positions.extend_from_slice(&patch.positions);
     out.faces.extend(patch.faces.iter().map(|f| {
         f.map(|v| {
-            if (v as usize) < shift {
+            if (v as usize) < original {
                 v
             } else {
-                (v as usize - shift + base) as u32
+                (v as usize - original + base) as u32
             }
         })
     }));

@@ -2,7 +2,6 @@
 
 use super::params::{FairExtent, FairParams, RestoreParams};
 use crate::fill::FillParams;
-use crate::flow::Variant;
 use crate::region::VoxelSize;
 use crate::setters::setters;
 
@@ -32,8 +31,6 @@ setters! { FairParams:
     with_extent(extent: FairExtent) => extent = extent;
     /// Sets [`FairParams::voxel`].
     with_voxel(voxel: VoxelSize) => voxel = voxel;
-    /// Sets [`FairParams::variant`].
-    with_variant(variant: Variant) => variant = variant;
     /// Sets [`FairParams::edge_ratio`].
     with_edge_ratio(ratio: f64) => edge_ratio = ratio;
     /// Sets [`FairParams::keep_vertices`].

@@ -6,9 +6,6 @@ use super::{Bounds, Case, Choice, DefaultValue, Kind, Parameter};
 /// Unit of lengths.
 pub(super) const MESH_UNIT: &str = "the mesh's unit";
 
-/// Upper bound of `steps`, the number of flow steps on a grid. Each step is stored in the report.
-pub const MOST_STEPS: usize = 1_000_000;
-
 /// Voxel size: the distance of neighbouring nodes of the grid, or `auto`.
 pub const VOXEL: Parameter = Parameter {
     name: "voxel",
@@ -66,7 +63,7 @@ pub const FINISH: Parameter = Parameter {
     ]),
     default: DefaultValue::Value("auto"),
     sentence: "How the patches of the level set are finished on their own triangles.",
-    details: "Patches of `energy` curvature-variation, and those with `steps` or `time_step`, are not finished.",
+    details: "Patches of `energy` curvature-variation are not finished.",
     ..Parameter::PLAIN
 };
 
@@ -88,60 +85,6 @@ pub const SHARP: Parameter = Parameter {
     sentence: "Whether sharp edges of man-made shapes that end at a hole are continued across it.",
     details: "The smooth sides round the hole are continued as planes and quadrics that meet in edges and corners; these may be rounded \
               between flat sides. Patches that are not finished have no sharp edges.",
-    ..Parameter::PLAIN
-};
-
-/// The numerical scheme of the flow's steps.
-pub const VARIANT: Parameter = Parameter {
-    name: "variant",
-    field: "variant",
-    kind: Kind::Choice(&[
-        Choice {
-            name: "I",
-            sentence: "",
-        },
-        Choice {
-            name: "II",
-            sentence: "",
-        },
-        Choice {
-            name: "gauss-newton",
-            sentence: "",
-        },
-    ]),
-    default: DefaultValue::Value("gauss-newton"),
-    sentence: "Scheme of the flow's steps. I and II are the paper's, for the Willmore energy; all have the same steady surface.",
-    ..Parameter::PLAIN
-};
-
-/// The time step of the flow.
-pub const TIME_STEP: Parameter = Parameter {
-    name: "time_step",
-    field: "time_step",
-    kind: Kind::Number(Bounds::POSITIVE, "T"),
-    unit: "the voxel size to the fourth power",
-    default: DefaultValue::Words("straight to the steady state"),
-    sentence: "Time step of the flow, in units of the voxel size to the fourth power.",
-    details: "With a time step, the flow runs on one grid for all its steps.",
-    ..Parameter::PLAIN
-};
-
-/// Upper bound of the number of flow steps on each grid.
-pub const STEPS: Parameter = Parameter {
-    name: "steps",
-    field: "steps",
-    kind: Kind::Whole(MOST_STEPS),
-    default: DefaultValue::Cases(&[
-        Case {
-            value: "20",
-            with: None,
-        },
-        Case {
-            value: "200",
-            with: Some(("variant", &["I", "II"])),
-        },
-    ]),
-    sentence: "Largest number of steps of the flow on each grid.",
     ..Parameter::PLAIN
 };
 
@@ -176,9 +119,7 @@ pub const EDGE_RATIO: Parameter = Parameter {
 };
 
 /// The parameters that all hole-filling commands share.
-pub const SOLVE: &[Parameter] = &[
-    VOXEL, ENERGY, FINISH, SHARP, VARIANT, TIME_STEP, STEPS, EDGE_RATIO,
-];
+pub const SOLVE: &[Parameter] = &[VOXEL, ENERGY, FINISH, SHARP, EDGE_RATIO];
 
 /// Diameter above which holes stay open.
 pub const MAX_DIAMETER: Parameter = Parameter {

@@ -1,8 +1,8 @@
 //! The tables of parameters of each command. To add one, add its entry in the table of its command here, and its field and default
 //! in the command's parameter struct.
 
-use super::solve::{EDGE_RATIO, ENERGY, MAX_DIAMETER, MESH_UNIT, VARIANT, VOXEL};
-use super::{Bounds, Choice, DefaultValue, Kind, Parameter, Table};
+use super::solve::{EDGE_RATIO, ENERGY, MAX_DIAMETER, MESH_UNIT, VOXEL};
+use super::{Bounds, DefaultValue, Kind, Parameter, Table};
 
 /// Upper bound of the number of samples on a mesh, so that they fit into memory.
 pub const MOST_SAMPLES: usize = 100_000_000;
@@ -74,24 +74,6 @@ pub const FILL: Table = Table {
         },
         FLAT_BASE,
         BASE_OFFSET,
-        Parameter {
-            name: "surface",
-            field: "surface",
-            kind: Kind::Choice(&[
-                Choice {
-                    name: "stitched",
-                    sentence: "The mesh with the patches stitched in.",
-                },
-                Choice {
-                    name: "whole",
-                    sentence: "The zero sets of the level sets alone, triangulated by marching cubes.",
-                },
-            ]),
-            default: DefaultValue::Value("stitched"),
-            sentence: "The surface to return or write: the mesh with its patches, or the level sets alone.",
-            details: "The level sets have the triangles of the grid, ignore `edge_ratio` and are not finished.",
-            ..Parameter::PLAIN
-        },
         Parameter {
             name: "repair",
             sentence: "First mend the other defects, as `isomend repair` does; numbers of holes refer to the input.",
@@ -174,7 +156,6 @@ pub const FAIR: Table = Table {
                       models.",
             ..VOXEL
         },
-        VARIANT,
         FAIR_EDGE_RATIO,
         KEEP_VERTICES,
     ],

@@ -71,16 +71,10 @@ impl RepairParams {
     /// # Errors
     /// [`FillError::Bounds`] and [`FillError::Parameter`].
     pub fn check(&self) -> Result<(), FillError> {
-        let bad = |what| Err(FillError::Parameter { what });
         tables::WELD.check(self.weld)?;
         tables::DEBRIS.check(self.debris)?;
         tables::WALL.check(self.wall)?;
         tables::MIN_WALL.check(self.min_wall)?;
-        if self.fill.surface == crate::fill::SurfaceKind::Whole {
-            return bad(
-                "a repair always returns the mesh with its patches; for whole level sets, fill the mesh instead",
-            );
-        }
         self.fill.check()
     }
 

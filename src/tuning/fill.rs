@@ -59,8 +59,6 @@ thresholds! {
         /// Voxels. A level set that is followed by a finish counts as converged when its update is below this; the finish
         /// continues from there. On 143 holes of scans a tenth of it gave no better patches and took two steps more.
         before_finish: f64 = 0.2,
-        /// Steps on each grid with the paper's schemes, which converge linearly, at most.
-        most_linear_steps: usize = 200,
         /// Edges. Rims of at most this many edges are closed by triangles between their own vertices.
         few_edges: usize = 4,
         /// Diameters. A patch that rises higher than this above its rim balloons. Hemispheres rise by 0.5, caps of cut necks and

@@ -88,7 +88,7 @@ fn mistakes_in_an_option_file_are_reported_with_their_line() {
             "max-diameter = -2",
             &["line 1", "--max-diameter", "positive"],
         ),
-        ("surface = 'half'", &["line 1", "stitched, whole"]),
+        ("sharp = 'half'", &["line 1", "auto, off"]),
         ("[fil]\nvoxel = 1", &["line 1", "'fil'"]),
         ("voxel = 1\nvoxel = 2", &["line 2"]),
         ("voxel =", &["line 1"]),

@@ -5,8 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use isomend::io::{Format, Precision, WriteOptions, to_bytes};
 use isomend::{
-    FillParams, Filled, Finish, HoleOutcome, HoleReport, LeftReason, Mesh, SurfaceKind, VoxelSize,
-    fill, inspect,
+    FillParams, Filled, Finish, HoleOutcome, HoleReport, LeftReason, Mesh, VoxelSize, fill, inspect,
 };
 
 use crate::shapes::{self, bits, cut, polar, topology, turn, turned};
@@ -175,22 +174,6 @@ fn a_fill_of_a_closed_mesh_changes_nothing() {
     let filled = fill(&mesh, &FillParams::default()).unwrap();
     assert_eq!(filled.mesh, mesh);
     assert!(filled.report.holes.is_empty() && filled.report.regions.is_empty());
-}
-
-#[test]
-fn the_whole_level_set_covers_the_hole() {
-    let mesh = turned(cut(&shapes::sphere(10), |p| polar(p) < 50.0));
-    let mut params = FillParams::default();
-    params.surface = SurfaceKind::Whole;
-    let filled = fill(&mesh, &params).unwrap();
-    let top = turn() * DVec3::Z;
-    let nearest = filled
-        .mesh
-        .positions
-        .iter()
-        .map(|p| p.distance(top))
-        .fold(f64::MAX, f64::min);
-    assert!(nearest < 0.1, "{nearest}");
 }
 
 #[test]

@@ -4,6 +4,7 @@
 
 mod parameters;
 mod unfinished;
+mod words;
 mod written;
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -33,8 +33,17 @@ const BANNED: [(&str, &str); 24] = [
 
 /// Folders and pages that are read, from the root of the repository.
 const READ: [&str; 11] = [
-    "src", "tests", "python", "scripts", "benches", "examples", "fuzz/fuzz_targets", "blender", "docs",
-    "README.md", "CONTRIBUTING.md",
+    "src",
+    "tests",
+    "python",
+    "scripts",
+    "benches",
+    "examples",
+    "fuzz/fuzz_targets",
+    "blender",
+    "docs",
+    "README.md",
+    "CONTRIBUTING.md",
 ];
 
 fn collect(path: &Path, files: &mut Vec<PathBuf>) {
@@ -43,7 +52,11 @@ fn collect(path: &Path, files: &mut Vec<PathBuf>) {
         for entry in fs::read_dir(path).unwrap() {
             collect(&entry.unwrap().path(), files);
         }
-    } else if path.extension().and_then(|e| e.to_str()).is_some_and(|e| kinds.contains(&e)) {
+    } else if path
+        .extension()
+        .and_then(|e| e.to_str())
+        .is_some_and(|e| kinds.contains(&e))
+    {
         files.push(path.to_owned());
     }
 }
@@ -67,7 +80,10 @@ fn places(text: &str, phrase: &str) -> Vec<usize> {
     let is_part = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
     let found = text.match_indices(phrase).map(|(at, _)| at);
     found
-        .filter(|at| !is_part(text[..*at].chars().next_back()) && !is_part(text[at + phrase.len()..].chars().next()))
+        .filter(|at| {
+            !is_part(text[..*at].chars().next_back())
+                && !is_part(text[at + phrase.len()..].chars().next())
+        })
         .collect()
 }
 
@@ -75,7 +91,8 @@ fn places(text: &str, phrase: &str) -> Vec<usize> {
 fn banned_words_are_not_used() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut files = Vec::new();
-    READ.iter().for_each(|path| collect(&root.join(path), &mut files));
+    READ.iter()
+        .for_each(|path| collect(&root.join(path), &mut files));
     files.retain(|file| !file.ends_with("tests/house/words.rs"));
     files.sort();
     assert!(files.len() > 400, "only {} files were read", files.len());
@@ -90,7 +107,12 @@ fn banned_words_are_not_used() {
             }
         }
     }
-    assert!(wrong.is_empty(), "{} places:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(
+        wrong.is_empty(),
+        "{} places:\n{}",
+        wrong.len(),
+        wrong.join("\n")
+    );
 }
 
 #[test]
@@ -98,5 +120,8 @@ fn phrases_are_found_across_lines_and_as_whole_words() {
     let (text, starts) = joined("/// This is so\n    /// many, untold\nlet told = 1;");
     assert_eq!(places(&text, "so many").len(), 1);
     assert_eq!(places(&text, "told").len(), 1);
-    assert_eq!(starts.partition_point(|s| *s <= places(&text, "told")[0]), 3);
+    assert_eq!(
+        starts.partition_point(|s| *s <= places(&text, "told")[0]),
+        3
+    );
 }

@@ -209,11 +209,8 @@ fn wrong_usage_exits_with_2() {
         ("--bridge", "3"),
         ("--max-diameter", "-1"),
         ("--edge-ratio", "100"),
-        ("--time-step", "inf"),
-        ("--steps", "0"),
         ("--threads", "0"),
-        ("--variant", "III"),
-        ("--surface", "half"),
+        ("--sharp", "half"),
         ("--from", "fbx"),
         ("--to", "png"),
     ];
@@ -343,7 +340,7 @@ fn a_bridge_puts_holes_into_one_region() {
 }
 
 #[test]
-fn the_voxel_size_the_edge_ratio_and_the_variant_are_used() {
+fn the_voxel_size_and_the_edge_ratio_are_used() {
     let desk = Desk::new();
     let report = desk.report(&["--voxel", "0.05", "--holes", "2"]);
     assert!(report["regions"][0]["voxel"].as_f64().unwrap() < 0.0501);
@@ -352,22 +349,6 @@ fn the_voxel_size_the_edge_ratio_and_the_variant_are_used() {
     let usual = desk.report(&["--holes", "1"]);
     let (fine, usual) = (faces(&fine), faces(&usual));
     assert!(fine > 2 * usual, "{fine} and {usual} faces");
-    let report = desk.report(&[
-        "--variant",
-        "II",
-        "--time-step",
-        "1",
-        "--steps",
-        "2",
-        "--holes",
-        "2",
-    ]);
-    let levels = report["regions"][0]["levels"].as_array().unwrap();
-    assert!(
-        levels
-            .iter()
-            .all(|l| l["flow"]["steps"].as_array().unwrap().len() <= 2)
-    );
 }
 
 /// Asserts that the output begins with the input's vertices and faces, bit for bit, and has more faces.

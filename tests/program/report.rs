@@ -225,16 +225,6 @@ fn the_page_of_a_restoration_holds_the_removed_faces() {
     assert!(left == 0 && right > 2000, "{left} {right}");
 }
 
-#[test]
-fn a_whole_level_set_is_drawn_too() {
-    let desk = Desk::new("ball.ply");
-    let page = desk.page("fill", &["--surface", "whole", "--picture", "out.png"]);
-    let data = data(&page);
-    assert_eq!(data["scene"]["kept"], 0);
-    assert_eq!(data["scene"]["marks"], false);
-    assert_eq!(Picture::read(&desk.path("out.png")).orange(), [0, 0]);
-}
-
 #[cfg(unix)]
 #[test]
 fn file_names_are_escaped_in_the_page() {

@@ -246,17 +246,6 @@ fn options_without_effect_are_refused() {
         &desk.run(&["fill", "ball.ply", "-o", "out/", "--to", "vtp", "--ascii"]),
         &["--ascii", "vtk has"],
     );
-    let whole = [
-        "fill",
-        "ball.ply",
-        "-o",
-        "out.ply",
-        "--surface",
-        "whole",
-        "--edge-ratio",
-        "0.5",
-    ];
-    assert_usage(&desk.run(&whole), &["--edge-ratio", "--surface whole"]);
     assert_code(
         &desk.run(&["sdf", "ball.ply", "-o", "ball.vti", "--voxel", "0.3", "-q"]),
         0,

@@ -102,7 +102,6 @@ impl Plan {
     pub(super) fn fill_params(&self, params: &FairParams) -> FillParams {
         FillParams {
             voxel: VoxelSize::Length(self.voxel),
-            variant: params.variant,
             edge_ratio: Some(params.edge_ratio),
             ..FillParams::default()
         }
@@ -164,7 +163,7 @@ impl Plan {
         let data = MeshData::new(&sampler, &found.mesh, &[])
             .keeping(Some(kept))
             .stopped_by(watch.token());
-        let settings = self.nested(found, params);
+        let settings = self.nested(found);
         watch.begin(&[]);
         let solved = solve_nested(&data, &settings, &|| watch.keep_going());
         watch.finish()?;
@@ -212,7 +211,7 @@ impl Plan {
     }
 
     /// The nested lattices around a whole model.
-    fn nested(&self, found: &Inspection, params: &FairParams) -> NestedSettings<'static> {
+    fn nested(&self, found: &Inspection) -> NestedSettings<'static> {
         let corners = found.topology.faces().flat_map(|f| found.mesh.corners(f));
         let (low, high) = bounds(corners);
         let longest = (high - low).max_element();
@@ -228,11 +227,7 @@ impl Plan {
             stop_if_unconverged: false,
             from: None,
             start: Start::Triangulation,
-            flow: FlowSettings {
-                variant: params.variant,
-                ..FlowSettings::default()
-            }
-            .across(self.strength / self.voxel),
+            flow: FlowSettings::default().across(self.strength / self.voxel),
             time: Some(self.span),
         }
     }
