@@ -68,15 +68,11 @@ def fill(
     crease: Iterable[tuple[int, int]] = (),
     flat_base: bool = False,
     base_offset: float | None = None,
-    surface: Literal["stitched", "whole"] = "stitched",
     repair: bool = False,
     voxel: Voxel = "auto",
     energy: Literal["willmore", "curvature-variation"] = "willmore",
     finish: Literal["auto", "willmore", "none"] = "auto",
     sharp: Literal["auto", "off"] = "auto",
-    variant: Literal["I", "II", "gauss-newton"] = "gauss-newton",
-    time_step: float | None = None,
-    steps: int | None = None,
     edge_ratio: float | None = None,
     threads: int | None = None,
     point_data: Mapping[str, ArrayLike] | None = None,
@@ -89,28 +85,23 @@ def fill(
     Args:
         vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
         faces: (m, 3), indices from 0, counter-clockwise from outside.
-        holes: Numbers of the holes to fill; of all holes the outer borders of open sheets stay open.
+        holes: Numbers of the holes to fill; with ``all``, the outer borders of open sheets stay open.
         max_diameter: Leave holes open that are wider than this, in the mesh's units.
         keep_open: Numbers of holes to leave open.
-        bridge: Groups of holes to fill in one region each, whatever their distance. By default near ones are joined.
+        bridge: Groups of holes to fill in one region each, whatever their distance. By default holes that are near each other
+            share a region.
         flat: Numbers of holes to close by nearly flat caps instead of continuing the surface: necks, bases, mouths of vessels.
-        crease: Pairs of crease ends between which a sharp edge is continued across their hole. By default those that predict
-            the faces round the hole.
+        crease: Pairs of crease ends between which a sharp edge is continued across their hole. By default the pairs that
+            predict the faces round the hole.
         flat_base: Put open sheets such as terrains on a flat base, with straight walls down from their outer borders.
-        base_offset: How far below the lowest vertex of its sheet the base of ``flat_base`` lies, in the mesh's units. By
+        base_offset: Distance from the lowest vertex of the sheet down to the base of ``flat_base``, in the mesh's units. By
             default the mean edge of the border.
-        surface: What is returned or written: the mesh with its patches, or the level sets alone.
-        repair: First mend what else is wrong, as ``isomend repair`` does; numbers of holes are those of the input.
+        repair: First mend the other defects, as ``isomend repair`` does; numbers of holes refer to the input.
         voxel: Voxel size in the mesh's units.
-        energy: What the patch makes small.
-        finish: How patches are finished on their own triangles, once the level set has found them.
+        energy: The bending energy that patches minimise.
+        finish: How the patches of the level set are finished on their own triangles.
         sharp: Whether sharp edges of man-made shapes that end at a hole are continued across it.
-        variant: Scheme of the flow's steps: I and II are the paper's, for the Willmore energy; all have the same steady
-            surface.
-        time_step: Time step of the flow, in units of the voxel size to the fourth power. By default straight to the steady
-            state.
-        steps: Most steps of the flow on each grid. By default 20, 200 with ``variant`` I or II.
-        edge_ratio: Length of the patch's edges over that of the edges round the hole. By default 0.7, 0.8 with ``finish`` none,
+        edge_ratio: Length of the patch's edges relative to the edges round the hole. By default 0.7, 0.8 with ``finish`` none,
             0.45 with ``energy`` curvature-variation.
         threads: Number of threads, one per core by default. The result does not depend on it.
         point_data: Named values of vertices, (n,) or (n, k), which are continued on patches; see :class:`isomend.Model`.
@@ -136,8 +127,8 @@ def fill(
     model = Model(vertices, faces, point_data=point_data, cell_data=cell_data)
     return model.fill(
         holes=holes, max_diameter=max_diameter, keep_open=keep_open, bridge=bridge, flat=flat, crease=crease,
-        flat_base=flat_base, base_offset=base_offset, surface=surface, repair=repair, voxel=voxel, energy=energy, finish=finish,
-        sharp=sharp, variant=variant, time_step=time_step, steps=steps, edge_ratio=edge_ratio,
+        flat_base=flat_base, base_offset=base_offset, repair=repair, voxel=voxel, energy=energy, finish=finish, sharp=sharp,
+        edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 
@@ -166,9 +157,6 @@ def repair(
     energy: Literal["willmore", "curvature-variation"] = "willmore",
     finish: Literal["auto", "willmore", "none"] = "auto",
     sharp: Literal["auto", "off"] = "auto",
-    variant: Literal["I", "II", "gauss-newton"] = "gauss-newton",
-    time_step: float | None = None,
-    steps: int | None = None,
     edge_ratio: float | None = None,
     threads: int | None = None,
     point_data: Mapping[str, ArrayLike] | None = None,
@@ -186,27 +174,29 @@ def repair(
     Args:
         vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
         faces: (m, 3), indices from 0.
-        weld: Merge vertices of the border that are no farther apart than this, in the mesh's units. Those at exactly the same
-            position are merged anyway, and by default those of edges that coincide but for the precision of the coordinates.
-        debris: Take out components with less than this part, from 0 to 1, of the area of the largest one. By default they stay.
+        weld: Merge boundary vertices that are no farther apart than this, in the mesh's units. Vertices at exactly the same
+            position are always merged; by default also vertices of edges that coincide within the precision of the coordinates.
+        debris: Remove components whose area is below this fraction, from 0 to 1, of the area of the largest one. By default all
+            components stay.
         flat_base: Put open sheets such as terrains on a flat base, with straight walls down from their outer borders.
-        base_offset: How far below the lowest vertex of its sheet the base of ``flat_base`` lies, in the mesh's units. By
+        base_offset: Distance from the lowest vertex of the sheet down to the base of ``flat_base``, in the mesh's units. By
             default the mean edge of the border.
-        drop_inside: Take out components that lie wholly inside another one.
-        keep_duplicates: Leave coinciding vertices, and degenerate and duplicate faces.
-        keep_orientation: Turn no faces over.
-        keep_non_manifold: Leave edges with more than two faces, and vertices where surfaces meet in a point only.
-        keep_crossings: Leave faces that cross others.
+        drop_inside: Remove components that lie wholly inside another one.
+        keep_duplicates: Keep coinciding vertices, and degenerate and duplicate faces.
+        keep_orientation: Keep the orientation of all faces.
+        keep_non_manifold: Keep non-manifold edges, which have more than two faces, and non-manifold vertices, where surfaces
+            meet in a point only.
+        keep_crossings: Keep self-intersections.
         drop_unused: Drop vertices that no face of the input uses.
-        keep_holes: Leave the holes of the mesh open; those that the repair makes are filled. Not with ``close_borders``.
-        close_borders: Close the outer borders of open sheets too, which are left open otherwise. Not with ``keep_holes``.
-        wall: Thickness of the walls that ``close_borders`` makes of open sheets which no flat cap closes, in the mesh's units.
-            By default a mean edge of the component.
-        min_wall: Say no where a wall is thinner than this, in the mesh's units. By default half a mean edge for walls that the
-            repair makes, others are only told.
+        keep_holes: Leave the holes of the mesh open; holes that the repair makes are filled. Not with ``close_borders``.
+        close_borders: Also close the outer borders of open sheets, which otherwise stay open. Not with ``keep_holes``.
+        wall: Thickness of the walls that ``close_borders`` makes of open sheets that no flat cap closes, in the mesh's units.
+            By default the mean edge of the component.
+        min_wall: Report walls thinner than this as a defect, in the mesh's units. By default half a mean edge for walls that
+            the repair makes; other walls are only reported.
         max_diameter: Leave holes open that are wider than this, in the mesh's units.
         flat: Numbers of holes to close by nearly flat caps instead of continuing the surface: necks, bases, mouths of vessels.
-        voxel, energy, finish, sharp, variant, time_step, steps, edge_ratio: How holes are filled, as for :func:`fill`.
+        voxel, energy, finish, sharp, edge_ratio: How holes are filled, as for :func:`fill`.
         threads, point_data, cell_data, progress: As for :func:`fill`.
         strict: Raise :class:`isomend.StrictError` unless the result is sound and every patch is a steady surface.
 
@@ -226,7 +216,7 @@ def repair(
         keep_duplicates=keep_duplicates, keep_orientation=keep_orientation, keep_non_manifold=keep_non_manifold,
         keep_crossings=keep_crossings, drop_unused=drop_unused, keep_holes=keep_holes, close_borders=close_borders, wall=wall,
         min_wall=min_wall, max_diameter=max_diameter, flat=flat, voxel=voxel, energy=energy, finish=finish, sharp=sharp,
-        variant=variant, time_step=time_step, steps=steps, edge_ratio=edge_ratio,
+        edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 

@@ -15,9 +15,6 @@ class SolveOptions(RunOptions, total=False):
     energy: Literal["willmore", "curvature-variation"]
     finish: Literal["auto", "willmore", "none"]
     sharp: Literal["auto", "off"]
-    variant: Literal["I", "II", "gauss-newton"]
-    time_step: float | None
-    steps: int | None
     edge_ratio: float | None
 
 
@@ -32,7 +29,6 @@ class FillOptions(SolveOptions, total=False):
     crease: Iterable[tuple[int, int]]
     flat_base: bool
     base_offset: float | None
-    surface: Literal["stitched", "whole"]
     repair: bool
 
 
@@ -70,6 +66,5 @@ class FairOptions(RunOptions, total=False):
     strength: float | None
     time: float | None
     voxel: Voxel
-    variant: Literal["I", "II", "gauss-newton"]
     edge_ratio: float
     keep_vertices: bool
