@@ -88,7 +88,7 @@ def with_holes(v, f, edge, count, radii, seed):
         nearest = np.minimum(nearest, np.linalg.norm(v - v[at], axis=1))
         at = int(nearest.argmax())
     v, f = surfaces.cut(v, f, ~stays)
-    component = surfaces.pieces(f)
+    component = surfaces.components(f)
     return surfaces.cut(v, f, component != np.bincount(component).argmax())
 
 

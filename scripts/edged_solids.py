@@ -329,8 +329,8 @@ def scanned(truth, edge, noise, seed):
     if np.linalg.det(v[f]).sum() < 0:
         f = f[:, ::-1].copy()
     # Wrong signs next to sharp edges leave bubbles of a few triangles.
-    piece = data.pieces(f)
-    v, f = data.cut(v, f, piece != np.bincount(piece).argmax())
+    component = data.components(f)
+    v, f = data.cut(v, f, component != np.bincount(component).argmax())
     normals = np.zeros_like(v)
     for k in range(3):
         np.add.at(normals, f[:, k], crossed(v, f))

@@ -19,8 +19,8 @@ sys.path.insert(0, str(ROOT / "scripts"))
 from benchmark import surfaces  # noqa: E402
 
 BIG, JOIN, TURN = surfaces.BIG, surfaces.JOIN, surfaces.TURN
-closed_torus, cut, pieces, revolve, sphere_mesh, turn = (
-    surfaces.torus, surfaces.cut, surfaces.pieces, surfaces.revolve, surfaces.sphere_mesh, surfaces.turn
+closed_torus, components, cut, revolve, sphere_mesh, turn = (
+    surfaces.torus, surfaces.components, surfaces.cut, surfaces.revolve, surfaces.sphere_mesh, surfaces.turn
 )  # fmt: skip
 
 

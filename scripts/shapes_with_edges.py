@@ -92,9 +92,9 @@ def removed(v, f, middle, site, truth):
         inside = np.flatnonzero(gone)
         if len(inside) < 4:
             continue
-        piece = data.pieces(f[gone])
-        gone[inside[piece != piece[np.linalg.norm(centre[inside] - middle, axis=1).argmin()]]] = False
-        kept = data.pieces(f[~gone])
+        component = data.components(f[gone])
+        gone[inside[component != component[np.linalg.norm(centre[inside] - middle, axis=1).argmin()]]] = False
+        kept = data.components(f[~gone])
         if benchmark.is_disc(f[gone]) and (kept == kept[0]).all():
             return gone
     return None
