@@ -234,9 +234,9 @@ def scan(count):
     # A few triangles are missing elsewhere.
     removed |= (rng.random(len(f)) < 0.0003) & ~keep
     v, f = cut(v, f, removed)
-    piece = pieces(f)
-    number, size = np.unique(piece, return_counts=True)
-    v, f = cut(v, f, ~np.isin(piece, number[np.argsort(size)[-2:]]))
+    component = components(f)
+    number, size = np.unique(component, return_counts=True)
+    v, f = cut(v, f, ~np.isin(component, number[np.argsort(size)[-2:]]))
     return v * 120.0, f
 
 

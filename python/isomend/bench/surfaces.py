@@ -160,8 +160,8 @@ def torus(around, across):
 
 
 def revolve(profile, spacing):
-    """A surface of revolution about z: for each point (r, z) of the profile a ring of vertices about `spacing` apart, or a single vertex where
-    r is 0."""
+    """A surface of revolution about z: for each point (r, z) of the profile a ring of vertices about `spacing` apart, or a single vertex
+    where r is 0."""
     v, f, ring = [], [], []
     for k, (r, z) in enumerate(profile):
         n = 1 if r < 1e-9 else max(6, round(2 * np.pi * r / spacing))
