@@ -2,15 +2,15 @@
 # requires-python = ">=3.11"
 # dependencies = ["numpy==2.4.6", "pymeshlab==2025.7.post1", "scipy==1.17.1", "trimesh==5.2.0"]
 # ///
-"""Check what `isomend check` says of thirty meshes and more, made here, against trimesh and MeshLab, which share no code with it.
+"""Compare the verdicts of `isomend check` on more than thirty meshes, made here, with trimesh and MeshLab, which share no code with it.
 
     cargo build --release && python3 scripts/crosscheck_check.py [--isomend PROGRAM]
 
-Watertight and consistently oriented must be what trimesh's `is_watertight` and `is_winding_consistent` say of the mesh on welded
-vertices; edges with more than two faces, duplicate faces and inside-out components what trimesh's own tables give; vertices where
-surfaces meet in a point only, and crossing faces, what MeshLab counts and selects. Only where faces merely touch, or neighbours
-are folded onto each other, which MeshLab does not select, `isomend check` must find more. The verdict must be yes for the meshes
-that have no defect, no for all others. Exits with 1 if anything is wrong."""
+Watertightness and orientation must agree with trimesh's `is_watertight` and `is_winding_consistent` of the mesh with merged
+vertices; the numbers of non-manifold edges, duplicate faces and inside-out components with trimesh's tables; the numbers of
+non-manifold vertices and self-intersecting faces with MeshLab's. Only where faces touch, or neighbours are folded onto each other,
+which MeshLab does not select, `isomend check` must find more. The verdict must be yes for meshes without a defect, no for all
+others. The exit code is 1 if a check fails."""
 
 import argparse
 import json
@@ -35,7 +35,7 @@ RANDOM = np.random.default_rng(7)
 
 
 def turned(mesh):
-    """The mesh in general position, its coordinates 32-bit floats, as MeshLab has them after reading."""
+    """The mesh in general position, with 32-bit coordinates, which MeshLab uses after reading."""
     matrix = trimesh.transformations.rotation_matrix(0.7, [3, -5, 8], [0, 0, 0])
     points = trimesh.transform_points(np.asarray(mesh.vertices), matrix) + [0.13, -0.27, 0.41]
     return trimesh.Trimesh(points.astype(np.float32).astype(float), mesh.faces, process=False)
@@ -87,7 +87,7 @@ def noisy(mesh, size):
 
 
 def seamed(mesh):
-    """Every face on vertices of its own."""
+    """The mesh with separate vertices for every face."""
     return trimesh.Trimesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3), process=False)
 
 
@@ -105,7 +105,7 @@ def moebius(n=40):
 
 
 def fin(mesh):
-    """A face that stands on an edge."""
+    """A mesh with an additional face on one of its edges."""
     a, b, _ = mesh.faces[10]
     top = 1.3 * (mesh.vertices[a] + mesh.vertices[b]) / 2
     return trimesh.Trimesh(np.vstack([mesh.vertices, top]), np.vstack([mesh.faces, [a, b, len(mesh.vertices)]]), process=False)
@@ -118,7 +118,8 @@ def folded():
 
 
 def meshes():
-    """Names, meshes, whether there is nothing wrong, and whether faces touch or are folded, so that MeshLab sees fewer crossings."""
+    """Yields names, meshes, whether the mesh has no defect, and whether faces touch or are folded, so that MeshLab finds fewer
+    self-intersections."""
     good, torus = bumpy(), trimesh.creation.torus(1.0, 0.35, 32, 16)
     box = trimesh.creation.box()
     yield "ball", turned(ball(3)), True, False
@@ -164,12 +165,12 @@ def welded(mesh):
 
 
 def expected(mesh):
-    """What the others say."""
+    """The verdict and the numbers of defects by trimesh and MeshLab."""
     mesh = welded(mesh)
     proper = np.array([len(set(face)) == 3 for face in mesh.faces])
     edges = np.sort(mesh.faces[proper][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     _, uses = np.unique(edges, axis=0, return_counts=True)
-    told = {
+    found = {
         "watertight": bool(mesh.is_watertight),
         "oriented": bool(trimesh.Trimesh(mesh.vertices, mesh.faces[proper], process=False).is_winding_consistent),
         "border": int((uses == 1).sum()),
@@ -181,10 +182,10 @@ def expected(mesh):
     if pymeshlab:
         own = pymeshlab.MeshSet()
         own.add_mesh(pymeshlab.Mesh(mesh.vertices, mesh.faces[proper]))
-        told["non_manifold_vertex"] = own.get_topological_measures()["non_two_manifold_vertices"]
+        found["non_manifold_vertex"] = own.get_topological_measures()["non_two_manifold_vertices"]
         own.compute_selection_by_self_intersections_per_face()
-        told["crossing"] = own.current_mesh().selected_face_number()
-    return told
+        found["crossing"] = own.current_mesh().selected_face_number()
+    return found
 
 
 def check(program, name, mesh, good, touching, folder):
@@ -195,20 +196,20 @@ def check(program, name, mesh, good, touching, folder):
         return [f"exit {done.returncode}: {done.stderr.strip()}"]
     got = json.loads(report.read_text())
     counts = {defect["kind"]: defect["count"] for defect in got["defects"]}
-    told = dict(counts)
-    told |= {"watertight": got["watertight"] and not counts.get("degenerate"), "oriented": got["oriented"]}
+    found = dict(counts)
+    found |= {"watertight": got["watertight"] and not counts.get("degenerate"), "oriented": got["oriented"]}
     wrong = []
     if got["sound"] != good:
         wrong.append(f"the verdict is {got['sound']}: {got['reasons']}")
     want = expected(mesh)
     if name in ("inside out", "one of two inside out", "fin turned"):
-        # An open or pinched component has no inside; one with a fin has no border but that of the fin.
-        want["inside_out"] = told.get("inside_out", 0) if name == "fin turned" else 1
+        # An open or pinched component has no inside. The mesh with a fin is closed but for the fin, so both answers are right.
+        want["inside_out"] = found.get("inside_out", 0) if name == "fin turned" else 1
     for key, value in want.items():
-        own = told.get(key, 0)
+        own = found.get(key, 0)
         if touching and key == "crossing":
             if not own > value:
-                wrong.append(f"{own} crossing faces, not more than MeshLab's {value}")
+                wrong.append(f"{own} self-intersecting faces, not more than MeshLab's {value}")
         elif own != value:
             wrong.append(f"{key} is {own}, not {value}")
     return wrong
@@ -226,7 +227,7 @@ def main():
             failed += bool(wrong)
             if wrong:
                 print(f"{name}: {'; '.join(wrong)}", flush=True)
-    print(f"{count} meshes: what `isomend check` says is what trimesh and MeshLab say of {count - failed}")
+    print(f"{count} meshes: `isomend check` agrees with trimesh and MeshLab on {count - failed}")
     return 1 if failed else 0
 
 

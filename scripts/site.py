@@ -1,9 +1,9 @@
-"""Makes the site out of docs/ with mdBook: a page for each task, all pages with search, a gallery, and the API of the public part.
+"""Makes the website from docs/ with mdBook: a page for each task, search, a gallery, and the documentation of the public API.
 
     python3 scripts/site.py DIR [--mdbook PROGRAM] [--api]
 
-mdBook comes with `cargo install --locked mdbook`. The pages are those of the repository, with their links turned to places in the site; a
-link that leads nowhere in it is a failure. --api adds cargo's documentation of the library. It needs nothing else beside Python."""
+mdBook is installed with `cargo install --locked mdbook`. The pages are the repository's, with their links changed to pages of the site; a
+link without a target is a failure. --api adds cargo's documentation of the library. It needs only Python and mdBook."""
 
 import argparse
 import html.parser
@@ -30,7 +30,7 @@ default-theme = "light"
 [output.html.search]
 limit-results = 20
 """
-# Chapters: their titles, and the pages with theirs.
+# Chapters: titles of chapters, with their pages and these pages' titles.
 CHAPTERS = {
     "": {"index.md": "isomend", "gallery.md": "Gallery"},
     "Tasks": {
@@ -92,7 +92,7 @@ def places():
 
 
 def turned(page, text, names):
-    """The text of a page with its links turned to places in the site. Links to files that are not in it lose the link."""
+    """The text of a page with its links changed to pages of the site. Links to files that are not in the site become plain text."""
 
     def link(match):
         shown, target = match[1], match[2]
@@ -115,11 +115,11 @@ def gallery():
 
 
 def summary(names):
-    """The list of chapters; every page stands in it."""
+    """mdBook's list of chapters. The program ends with an error if a page is not listed exactly once."""
     listed = [page for pages in CHAPTERS.values() for page in pages]
     missing = set(names.values()) | {"gallery.md"}
     if sorted(listed) != sorted(missing):
-        sys.exit(f"not listed once in scripts/site.py: {sorted(missing ^ set(listed)) or 'a page that is there twice'}")
+        sys.exit(f"not listed exactly once in scripts/site.py: {sorted(missing ^ set(listed)) or 'a page that is listed twice'}")
     lines = ["# Summary", ""]
     for chapter, pages in CHAPTERS.items():
         lines += ["", f"# {chapter}", ""] if chapter else []
@@ -128,7 +128,7 @@ def summary(names):
 
 
 class Page(html.parser.HTMLParser):
-    """Where a page leads, and the places in it."""
+    """The links of a page, and its anchors."""
 
     def __init__(self, text):
         super().__init__()
@@ -142,7 +142,8 @@ class Page(html.parser.HTMLParser):
 
 
 def check(site):
-    """Links that lead nowhere. Those of print.html are those of the pages."""
+    """Ends the program with an error if a link has no target. Links of print.html, 404.html and toc.html are not checked. Returns the
+    number of pages."""
     read = {path: Page(path.read_text(encoding="utf-8")) for path in site.rglob("*.html") if "api" not in path.parts}
     wrong = []
     for path, page in read.items():
@@ -156,18 +157,18 @@ def check(site):
             elif parts.fragment and aim in read and urllib.parse.unquote(parts.fragment) not in read[aim].ids:
                 wrong.append(f"{path.name}: there is no place {link}")
     if wrong:
-        sys.exit("links that lead nowhere:\n" + "\n".join(sorted(set(wrong))))
+        sys.exit("links without a target:\n" + "\n".join(sorted(set(wrong))))
     return len(read)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("out", type=Path, help="folder of the site, made anew")
+    parser.add_argument("out", type=Path, help="folder for the site, which is replaced")
     parser.add_argument("--mdbook", default="mdbook", help="the program mdbook")
     parser.add_argument("--api", action="store_true", help="add cargo's documentation, under api/isomend")
     arguments = parser.parse_args()
     if arguments.out.exists() and any(arguments.out.iterdir()) and not (arguments.out / "index.html").exists():
-        sys.exit(f"{arguments.out} has something else in it; name a new folder, or that of an earlier site")
+        sys.exit(f"{arguments.out} has other files in it; name a new folder, or the folder of an earlier site")
     names = places()
     listed = summary(names)
     if not shutil.which(arguments.mdbook):
@@ -190,7 +191,7 @@ def main():
         count = check(Path(folder).resolve() / "out")
         shutil.rmtree(arguments.out, ignore_errors=True)
         shutil.copytree(Path(folder) / "out", arguments.out)
-    print(f"{arguments.out}: {count} pages, all links lead somewhere")
+    print(f"{arguments.out}: {count} pages, all links have targets")
 
 
 if __name__ == "__main__":
