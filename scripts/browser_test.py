@@ -223,7 +223,7 @@ def check(browser, page, keep):
     check_labels(browser, expect)
     check_point(browser, expect)
     outside = [url for url in browser.requests if not url.startswith(("file:", "data:", "about:"))]
-    expect(not outside, f"the page asks for {outside[:3]}")
+    expect(not outside, f"the page requests {outside[:3]}")
     wrong.extend(f"console: {trouble}" for trouble in browser.troubles)
     return wrong
 
@@ -288,7 +288,7 @@ def check_point(browser, expect):
     browser.run("window.isomend.point.copied = null")
     browser.click(x, y)
     browser.until("document.querySelector('#point-at').textContent.includes(',')", "the point is shown")
-    expect(browser.run("window.isomend.point.copied") is None, "a click copies although nobody asked")
+    expect(browser.run("window.isomend.point.copied") is None, "a click without the copy button copies the point")
     browser.click_on("#copy-point")
     browser.until("!!window.isomend.point.copied", "the point is copied")
     shown = browser.run("document.querySelector('#point-at').textContent")

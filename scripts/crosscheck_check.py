@@ -34,7 +34,7 @@ ROOT = Path(__file__).resolve().parent.parent
 RANDOM = np.random.default_rng(7)
 
 
-def turned(mesh):
+def rotated(mesh):
     """The mesh in general position, with 32-bit coordinates, which MeshLab uses after reading."""
     matrix = trimesh.transformations.rotation_matrix(0.7, [3, -5, 8], [0, 0, 0])
     points = trimesh.transform_points(np.asarray(mesh.vertices), matrix) + [0.13, -0.27, 0.41]
@@ -122,39 +122,39 @@ def meshes():
     self-intersections."""
     good, torus = bumpy(), trimesh.creation.torus(1.0, 0.35, 32, 16)
     box = trimesh.creation.box()
-    yield "ball", turned(ball(3)), True, False
-    yield "bumpy ball", turned(good), True, False
-    yield "torus", turned(torus), True, False
-    yield "box", turned(box), True, False
-    yield "cylinder", turned(trimesh.creation.cylinder(0.5, 2.0)), True, False
-    yield "capsule", turned(trimesh.creation.capsule(1.0, 0.4)), True, False
-    yield "annulus", turned(trimesh.creation.annulus(0.3, 0.6, 1.0)), True, False
-    yield "two balls", turned(joined(ball(2), ball(2, at=(3, 0, 0)))), True, False
-    yield "ball with a cavity", turned(joined(ball(3), flipped(ball(2, 0.5), slice(None)))), True, False
-    yield "ball with seams", turned(seamed(ball(2))), True, False
-    yield "ball with a hole", turned(without(good, [7])), False, False
-    yield "ball with two holes", turned(without(good, list(range(30)) + list(range(200, 210)))), False, False
-    yield "ball of scattered faces", turned(without(good, RANDOM.permutation(len(good.faces))[:600])), False, False
-    yield "sheet", turned(trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [1, 1, 0.2], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]], process=False)), False, False
-    yield "one face turned", turned(flipped(good, [5])), False, False
-    yield "some faces turned", turned(flipped(good, RANDOM.permutation(len(good.faces))[:40])), False, False
-    yield "inside out", turned(flipped(good, slice(None))), False, False
-    yield "one of two inside out", turned(joined(ball(2), flipped(ball(2, at=(3, 0, 0)), slice(None)))), False, False
-    yield "duplicate face", turned(with_faces(good, np.vstack([good.faces, good.faces[:1]]))), False, False
-    yield "duplicate faces turned", turned(with_faces(good, np.vstack([good.faces, good.faces[:9, ::-1]]))), False, False
-    yield "face on a line", turned(with_faces(good, np.vstack([good.faces, [[3, 3, 9]]]))), False, False
-    yield "boxes glued at an edge", turned(glued((1, 1, 0))), False, False
-    yield "boxes glued at a vertex", turned(glued((1, 1, 1))), False, False
-    yield "fin", turned(fin(good)), False, False
-    yield "fin turned", turned(fin(flipped(good, slice(None)))), False, False
-    yield "balls that cross", turned(joined(ball(3), ball(3, at=(0.9, 0.1, 0.2)))), False, False
-    yield "pierced ball", turned(joined(ball(3), ball(2, 0.3, at=(0.95, 0.1, 0)))), False, False
-    yield "tori that cross", turned(joined(torus, trimesh.Trimesh(torus.vertices[:, [1, 2, 0]] + [0.6, 0.03, 0.05], torus.faces))), False, False
-    yield "noise", turned(noisy(ball(3), 0.05)), False, False
-    yield "much noise", turned(noisy(ball(3), 0.2)), False, False
-    yield "noisy torus", turned(noisy(torus, 0.1)), False, False
-    yield "soup", turned(trimesh.Trimesh(RANDOM.normal(size=(600, 3)), np.arange(600).reshape(-1, 3), process=False)), False, False
-    yield "moebius band", turned(moebius()), False, False
+    yield "ball", rotated(ball(3)), True, False
+    yield "bumpy ball", rotated(good), True, False
+    yield "torus", rotated(torus), True, False
+    yield "box", rotated(box), True, False
+    yield "cylinder", rotated(trimesh.creation.cylinder(0.5, 2.0)), True, False
+    yield "capsule", rotated(trimesh.creation.capsule(1.0, 0.4)), True, False
+    yield "annulus", rotated(trimesh.creation.annulus(0.3, 0.6, 1.0)), True, False
+    yield "two balls", rotated(joined(ball(2), ball(2, at=(3, 0, 0)))), True, False
+    yield "ball with a cavity", rotated(joined(ball(3), flipped(ball(2, 0.5), slice(None)))), True, False
+    yield "ball with seams", rotated(seamed(ball(2))), True, False
+    yield "ball with a hole", rotated(without(good, [7])), False, False
+    yield "ball with two holes", rotated(without(good, list(range(30)) + list(range(200, 210)))), False, False
+    yield "ball of scattered faces", rotated(without(good, RANDOM.permutation(len(good.faces))[:600])), False, False
+    yield "sheet", rotated(trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [1, 1, 0.2], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]], process=False)), False, False
+    yield "one face turned", rotated(flipped(good, [5])), False, False
+    yield "some faces turned", rotated(flipped(good, RANDOM.permutation(len(good.faces))[:40])), False, False
+    yield "inside out", rotated(flipped(good, slice(None))), False, False
+    yield "one of two inside out", rotated(joined(ball(2), flipped(ball(2, at=(3, 0, 0)), slice(None)))), False, False
+    yield "duplicate face", rotated(with_faces(good, np.vstack([good.faces, good.faces[:1]]))), False, False
+    yield "duplicate faces turned", rotated(with_faces(good, np.vstack([good.faces, good.faces[:9, ::-1]]))), False, False
+    yield "face on a line", rotated(with_faces(good, np.vstack([good.faces, [[3, 3, 9]]]))), False, False
+    yield "boxes glued at an edge", rotated(glued((1, 1, 0))), False, False
+    yield "boxes glued at a vertex", rotated(glued((1, 1, 1))), False, False
+    yield "fin", rotated(fin(good)), False, False
+    yield "fin turned", rotated(fin(flipped(good, slice(None)))), False, False
+    yield "balls that intersect", rotated(joined(ball(3), ball(3, at=(0.9, 0.1, 0.2)))), False, False
+    yield "pierced ball", rotated(joined(ball(3), ball(2, 0.3, at=(0.95, 0.1, 0)))), False, False
+    yield "tori that intersect", rotated(joined(torus, trimesh.Trimesh(torus.vertices[:, [1, 2, 0]] + [0.6, 0.03, 0.05], torus.faces))), False, False
+    yield "noise", rotated(noisy(ball(3), 0.05)), False, False
+    yield "much noise", rotated(noisy(ball(3), 0.2)), False, False
+    yield "noisy torus", rotated(noisy(torus, 0.1)), False, False
+    yield "soup", rotated(trimesh.Trimesh(RANDOM.normal(size=(600, 3)), np.arange(600).reshape(-1, 3), process=False)), False, False
+    yield "moebius band", rotated(moebius()), False, False
     yield "folded", folded(), False, True
     yield "boxes that touch", joined(box, trimesh.Trimesh(box.vertices + [1, 0.25, 0.25], box.faces, process=False)), False, True
 

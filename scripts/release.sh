@@ -76,7 +76,7 @@ mends() {
 }
 cp data/scan.ply "$clean/root/"
 
-say "the program, without a library beside it and without an environment"
+say "the program, without libraries and without environment variables"
 cp "$out/isomend" "$clean/root/"
 mends env -i ./isomend > "$clean/program"
 if unshare --user --map-root-user true 2> /dev/null; then

@@ -35,7 +35,7 @@ CHAPTERS = {
     "": {"index.md": "isomend", "gallery.md": "Gallery"},
     "Tasks": {
         "printing.md": "To print a scan",
-        "restoration.md": "To restore what is damaged",
+        "restoration.md": "To restore damaged regions",
         "reverse.md": "To rebuild man-made parts",
         "photogrammetry.md": "To finish photogrammetry",
         "research.md": "To do research",
@@ -75,8 +75,8 @@ CHAPTERS = {
 GALLERY = {
     "mended.png": ("A scan with holes and the same filled, patches in orange", "readme_picture.py"),
     "blender.png": ("In Blender: with holes, filled, and the expected error of the patches", "blender_picture.py"),
-    "edges.png": ("Holes cut out of solids with sharp edges, filled, beside other programs", "edges_picture.py"),
-    "libigl.png": ("Fills beside the truth and libigl's, coloured by their distance from the truth", "compare_libigl.py"),
+    "edges.png": ("Holes cut out of solids with sharp edges: open, with smooth patches, and with the edges continued", "edges_picture.py"),
+    "libigl.png": ("Patches of isomend and of libigl, coloured by their distance from the true surface", "compare_libigl.py"),
     "view_holes.png": ("Holes in the page of isomend view", "view_picture.py"),
     "view_paint.png": ("A painted region that is to be replaced", "view_picture.py"),
     "view_preview.png": ("One hole with two settings side by side", "view_picture.py"),
@@ -91,7 +91,7 @@ def places():
     return pages | {Path("README.md"): "index.md"}
 
 
-def turned(page, text, names):
+def relinked(page, text, names):
     """The text of a page with its links changed to pages of the site. Links to files that are not in the site become plain text."""
 
     def link(match):
@@ -178,7 +178,7 @@ def main():
         source = Path(folder) / "src"
         shutil.copytree(ROOT / "data", source / "data", ignore=lambda _, files: [f for f in files if not f.endswith(".png")])
         for page, name in names.items():
-            text = turned(page, (ROOT / page).read_text(encoding="utf-8"), names)
+            text = relinked(page, (ROOT / page).read_text(encoding="utf-8"), names)
             (source / name).write_text(text, encoding="utf-8")
         (source / "gallery.md").write_text(gallery(), encoding="utf-8")
         (source / "SUMMARY.md").write_text(listed, encoding="utf-8")

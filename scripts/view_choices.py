@@ -17,7 +17,7 @@ def check_point(page):
     page.run("isomend.point.copied = null")
     page.click(x, y)
     page.until("document.querySelector('#point-at').textContent.includes(',')", "the point is shown")
-    page.expect(page.run("isomend.point.copied") is None, "a click copies although nobody asked")
+    page.expect(page.run("isomend.point.copied") is None, "a click without Alt copies the point")
     page.click(x, y, modifiers=1)
     page.until("!!isomend.point.copied", "the ball is copied")
     ball = page.run("isomend.point.copied")
@@ -30,7 +30,7 @@ def check_rows(page):
     for first in ("fill", "flat", "open"):
         page.fill_in("#holes li select", first)
         wrong = [row for row in page.run(ROWS) if row[1] != row[2]]
-        page.expect(not wrong, f"with hole 1 to {first} these rows say something else than what is sent: {wrong}")
+        page.expect(not wrong, f"with hole 1 to {first} these rows differ from what is sent: {wrong}")
     page.expect(any(hole["outer_border"] for hole in holes), "the mesh of this check has no border")
     heights = page.run("document.querySelector('#holes').textContent")
     page.expect(not re.search(r"e-1\d", heights), "rounding is shown as a height")

@@ -25,8 +25,8 @@ def check_pair(page, pair, hole):
     for again in (False, True, False):
         click_end(page, pair[0])
         if again:
-            page.expect("--crease" not in page.run(TEXT), "a click on an end does not take the edge away")
-            page.expect(page.run(LINES) == 0, "an edge that was taken away is still drawn")
+            page.expect("--crease" not in page.run(TEXT), "a click on an end does not remove the edge")
+            page.expect(page.run(LINES) == 0, "a removed edge is still drawn")
         else:
             page.expect("--crease" not in page.run(TEXT), "one end makes an edge")
             click_end(page, pair[1])

@@ -109,7 +109,7 @@ class Page(Browser):
         for trouble in self.troubles:
             self.expect(False, f"console: {trouble}")
         outside = [url for url in self.requests if not url.startswith(("http://127.0.0.1", "data:", "about:", "blob:"))]
-        self.expect(not outside, f"the page asks for {outside[:3]}")
+        self.expect(not outside, f"the page requests {outside[:3]}")
 
 
 def check_refusals(page, server):
