@@ -214,7 +214,7 @@ def png():
 
 
 def make_glb(path):
-    """Writes a GLB file with two nodes that use the same textured mesh."""
+    """Two nodes use one textured mesh."""
     mesh, n = bowl(), None
     n = len(mesh.vertices)
     points = np.asarray(mesh.vertices, "<f4")

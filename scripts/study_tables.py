@@ -61,7 +61,7 @@ def schemes(study):
 
 
 def claims(studies):
-    """The table of the paper's claims, each with the measured value."""
+    """The stated values of the experiments beside the measured ones."""
     rows = []
     for study in studies:
         for claim in study["claims"]:
