@@ -1,6 +1,6 @@
 """Blender extension of isomend: fills holes, restores and fairs selected faces, and repairs the active mesh.
 
-docs/blender.md describes it. The numerics are those of the Python package `isomend`, whose wheel lies in the extension.
+docs/blender.md describes it. The extension contains the wheel of the Python package `isomend`, which does the work.
 """
 
 from . import expected_error, holes, operators, panel, settings
@@ -9,12 +9,12 @@ MODULES = (settings, holes, operators, expected_error, panel)
 
 
 def register():
-    """Called by Blender when the extension is switched on."""
+    """Called by Blender when the extension is enabled."""
     for module in MODULES:
         module.register()
 
 
 def unregister():
-    """Called by Blender when the extension is switched off."""
+    """Called by Blender when the extension is disabled."""
     for module in reversed(MODULES):
         module.unregister()

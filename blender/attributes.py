@@ -1,8 +1,8 @@
-"""Attributes of Blender meshes as arrays, and which of them isomend continues on patches."""
+"""Reads and writes attributes of Blender meshes as arrays; says which of them isomend continues on patches."""
 
 import numpy as np
 
-# For each type of attribute: the property of its values, how many numbers each has, and the numbers' type.
+# For each type of attribute: the property with its values, the number of components, and the components' type.
 KINDS = {
     "FLOAT": ("value", 1, np.float32),
     "INT": ("value", 1, np.int32),
@@ -11,25 +11,26 @@ KINDS = {
     "FLOAT_VECTOR": ("vector", 3, np.float32),
     "FLOAT2": ("vector", 2, np.float32),
     "FLOAT_COLOR": ("color", 4, np.float32),
-    # As stored: 8-bit values come back exactly.
+    # The stored values, not linear ones, so that 8-bit values are restored exactly.
     "BYTE_COLOR": ("color_srgb", 4, np.float32),
     "INT32_2D": ("value", 2, np.int32),
     "QUATERNION": ("value", 4, np.float32),
     "FLOAT4X4": ("value", 16, np.float32),
 }
 
-# Types whose values are continued smoothly. Values of others are copied from the nearest vertex of the rim.
+# Types whose values are continued smoothly. Values of other types are copied from the nearest vertex of the rim.
 SMOOTH = ("FLOAT", "FLOAT_VECTOR", "FLOAT2", "FLOAT_COLOR", "BYTE_COLOR")
 
 PATCH = "isomend_patch"
-# The vertex group of patches has another name: Blender 5.2 drops an attribute with the name of a vertex group when a bmesh is written to
-# its mesh, also on leaving edit mode.
+# The vertex group of patches must not have the name of the attribute: Blender 5.2 drops an attribute with the name of a vertex group when a
+# bmesh is written to its mesh, also on leaving edit mode.
 PATCH_GROUP = "isomend patch"
 SIGMA = "isomend_sigma"
 
 
 def carried(mesh, domain):
-    """Names of the attributes of a domain that a mesh carries, without those that are its geometry or belong to isomend."""
+    """Names of a mesh's attributes of a domain, without positions, Blender's internal attributes, isomend's own attributes, and types that
+    are not in `KINDS`."""
     return [
         a.name
         for a in mesh.attributes
@@ -64,7 +65,7 @@ def numbers(collection, prop, components=1, dtype=np.int32):
 
 
 def attribute_named(mesh, name, data_type, domain):
-    """An attribute of a name, which is made where it is missing or of another kind."""
+    """The attribute with this name, type and domain. It is made if it is missing, and replaced if it has another type or domain."""
     attribute = mesh.attributes.get(name)
     if attribute is not None and (attribute.data_type, attribute.domain) != (data_type, domain):
         mesh.attributes.remove(attribute)
@@ -73,7 +74,7 @@ def attribute_named(mesh, name, data_type, domain):
 
 
 def marks_of(mesh, name, data_type, domain, count):
-    """Values (count,) of an attribute that an earlier run of isomend made; zeros where there is none."""
+    """Values (count,) of an attribute that an earlier run of isomend has made; zeros if there is none."""
     attribute = mesh.attributes.get(name)
     if attribute is None or (attribute.data_type, attribute.domain) != (data_type, domain):
         return np.zeros(count, KINDS[data_type][2])

@@ -1,5 +1,5 @@
-"""The expected error of patches as colours: a material with a colour ramp over the attribute `isomend_sigma`, in place of all others
-while it is shown. The objects' own materials stay as they are."""
+"""Shows the expected error of patches as colours: a material with a colour ramp over the attribute `isomend_sigma`, which overrides all
+materials of the view layer while it is shown. The objects' own materials are not changed."""
 
 import bpy
 
@@ -7,12 +7,12 @@ from . import attributes as at
 
 NAME = "isomend expected error"
 
-# The ramp from an error of 0 to the largest: place, colour (linear RGBA).
+# The colour ramp: position from 0 (no error) to 1 (largest error), colour (linear RGBA).
 RAMP = [(0.0, (0.8, 0.8, 0.8, 1)), (0.05, (0.05, 0.15, 0.6, 1)), (0.5, (0.95, 0.75, 0.1, 1)), (1.0, (0.7, 0.02, 0.02, 1))]
 
 
 def material_for(largest):
-    """The material, with its ramp up to an error in the units of the scene."""
+    """The material; `largest` is the error at the end of its ramp, in the units of the scene."""
     material = bpy.data.materials.get(NAME) or bpy.data.materials.new(NAME)
     material.use_nodes = True
     nodes, links = material.node_tree.nodes, material.node_tree.links
@@ -39,7 +39,7 @@ def material_for(largest):
 
 
 class ISOMEND_OT_show_error(bpy.types.Operator):
-    """Show the expected error of patches as colours, in the material preview and in renderings; once more to end it"""
+    """Show the expected error of patches as colours, in the material preview and in renderings. Press again to hide it"""
 
     bl_idname = "isomend.show_error"
     bl_label = "Show expected error"
@@ -58,7 +58,7 @@ class ISOMEND_OT_show_error(bpy.types.Operator):
             context.active_object.update_from_editmode()
         largest = float(at.values_of(context.active_object.data, at.SIGMA).max(initial=0))
         if largest <= 0:
-            self.report({"WARNING"}, "Nothing is known of the errors of this mesh's patches")
+            self.report({"WARNING"}, "The mesh has no patches with an expected error")
             return {"CANCELLED"}
         context.view_layer.material_override = material_for(largest)
         for area in context.screen.areas if context.screen else []:
@@ -68,7 +68,7 @@ class ISOMEND_OT_show_error(bpy.types.Operator):
 
 
 def is_shown(context):
-    """Whether the material is shown in place of all others."""
+    """Whether the material overrides all others."""
     override = context.view_layer.material_override
     return override is not None and override.name == NAME
 

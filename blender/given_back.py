@@ -1,4 +1,4 @@
-"""Writes a result of isomend into a Blender mesh: kept elements stay with all their attributes, new ones are added after them."""
+"""Writes a result of isomend into a Blender mesh: kept elements keep all their attributes, new elements are added after them."""
 
 from dataclasses import dataclass
 
@@ -8,23 +8,23 @@ import numpy as np
 from . import attributes as at
 from .taken import TRIANGLE, VERTEX
 
-# Value of the expected error where nothing can be said, as in files that isomend writes.
+# Value of the attribute where there is no estimate of the error, as in files that isomend writes.
 UNKNOWN = -1.0
 
 
 @dataclass
 class Change:
-    """What a result changes.
+    """The differences between a result and the Blender mesh from which it was made.
 
     Attributes:
-        sources: (n,), the vertex of the mesh that each vertex of the result is, or for a new one that is nearest on the rim.
-        new: Numbers of the result's vertices that are to be added: those at other places, and copies.
-        removed: bool, polygons that go. Of those with triangles that stay, these are added again.
-        turned: Numbers of the polygons that stay and are turned over.
-        again: Numbers of the result's faces that are triangles of removed polygons, or parts of such triangles.
-        origins: (m,), the triangle of the mesh of which each face of the result is that is not a patch's.
-        patch: Numbers of the result's faces that are new.
-        needed: bool, vertices of the mesh that stay: those of the result's faces, and those of no polygon.
+        sources: (n,), for each vertex of the result its vertex in the mesh; for a new vertex the nearest vertex of the rim.
+        new: Indices of the result's vertices to add: vertices at new positions, and copies of kept vertices.
+        removed: bool, for each polygon whether it is removed. Its remaining triangles are added again.
+        turned: Indices of the polygons that are kept with reversed orientation.
+        again: Indices of the result's faces to add again: triangles of removed polygons, or parts of these triangles.
+        origins: (m,), for each face of the result that is not part of a patch the triangle of the mesh that it comes from.
+        patch: Indices of the result's faces that are part of patches.
+        needed: bool, for each vertex of the mesh whether it is kept: it is used by the result's faces, or belongs to no polygon.
     """
 
     sources: np.ndarray
@@ -38,18 +38,19 @@ class Change:
 
 
 class NotGivenBack(Exception):
-    """A result that is not put in the mesh's place; the message is the reason, and nothing was changed."""
+    """A result that cannot be written into the mesh; the message is the reason. The mesh is unchanged."""
 
 
 def change_of(taken, mended):
-    """What a result changes in the mesh that it was made of."""
+    """The differences between a result and the mesh from which it was made. Raises `NotGivenBack` if no face is kept."""
     if mended.is_patch.all():
-        raise NotGivenBack("no face of the mesh would stay, and with them UV maps and attributes; select a part of the faces")
+        raise NotGivenBack("every face would be replaced, and UV maps and attributes would be lost; select only a part of the faces")
     sources = mended.point_data[VERTEX].astype(np.int64)
     kept, used = own_vertices(taken, mended, sources)
     faces = mended.faces[~mended.is_patch]
     origins = mended.cell_data[TRIANGLE][: len(faces)].astype(np.int64)
 
+    # A polygon stays if all its triangles are in the result, all in the same or all in the reversed orientation.
     own = np.where(kept[faces], sources[faces], -1)
     before = taken.triangles[origins]
     same, flipped = turns(own, before), turns(own, before[:, ::-1])
@@ -69,7 +70,8 @@ def change_of(taken, mended):
 
 
 def own_vertices(taken, mended, sources):
-    """bool twice: which vertices of a result are the mesh's, at the same place and the first there, and which faces use."""
+    """For each vertex of a result whether it is kept (at the position of its source, and the first vertex with this source), and whether a
+    face uses it."""
     first = np.zeros(len(sources), bool)
     first[np.unique(sources, return_index=True)[1]] = True
     used = np.zeros(len(sources), bool)
@@ -78,13 +80,13 @@ def own_vertices(taken, mended, sources):
 
 
 def turns(a, b):
-    """bool: which rows of three numbers are the same but for the corner that they begin with."""
+    """For each row of three indices whether `a` and `b` are equal up to rotation."""
     return np.any([np.all(a == np.roll(b, shift, axis=1), axis=1) for shift in range(3)], axis=0)
 
 
 def give_back(item, taken, mended):
-    """Puts a result in the place of the object's mesh. Returns the numbers of new vertices and faces. Raises `NotGivenBack` before anything
-    is changed."""
+    """Writes a result into the object's mesh. Returns the number of new vertices and of new faces. Raises `NotGivenBack`, before anything
+    is changed, if the mesh cannot hold the result."""
     change = change_of(taken, mended)
     mesh = item.data
     number = (np.cumsum(change.needed) - 1)[change.sources]
@@ -93,7 +95,7 @@ def give_back(item, taken, mended):
     corners = number[mended.faces[np.concatenate([change.again, change.patch])]]
     refuse_duplicates(taken, change, corners)
     rebuild(mesh, taken, change, taken.own_coordinates(mended.vertices[change.new]), corners)
-    # New faces are triangles, and the last.
+    # New faces are triangles at the end, so their loops are the last.
     loops = len(mesh.loops) - corners.size
     fill_points(item, taken, mended, change, vertices)
     fill_corners(mesh, taken, mended, change, loops)
@@ -104,31 +106,31 @@ def give_back(item, taken, mended):
 
 
 def refuse_duplicates(taken, change, corners):
-    """Raises `NotGivenBack` where a triangle to be added has a vertex twice, or the vertices of another one or of a triangle that stays:
-    meshes of Blender cannot hold such faces."""
+    """Raises `NotGivenBack` if a triangle to add has a vertex twice, or has the same vertices as another triangle to add or to keep, since
+    Blender's meshes cannot hold these faces."""
     is_triangle = np.bincount(taken.polygons, minlength=len(taken.chosen_faces)) == 1
     staying = taken.triangles[(is_triangle & ~change.removed)[taken.polygons]]
     staying = np.sort((np.cumsum(change.needed) - 1)[staying], axis=1)
     adding = np.sort(corners, axis=1)
     if np.any(adding[:, 1:] == adding[:, :-1]):
         raise NotGivenBack("a new face would have the same vertex at two corners; nothing was changed")
-    # A mesh that has duplicates of its own keeps them.
+    # Duplicate faces that the mesh has already are no reason to refuse.
     both = np.concatenate([np.unique(staying, axis=0), adding])
     if len(np.unique(both, axis=0)) < len(both):
         raise NotGivenBack("a new face would have the same vertices as another face, which Blender does not allow; nothing was changed")
 
 
 def rebuild(mesh, taken, change, positions, corners):
-    """Removes what does not stay, adds vertices and triangles after all others, and turns polygons. The mesh is written once, at the end,
-    so that it is unchanged if any step fails. Values of attributes of what is new are zero."""
-    # By bmesh: `mesh.edges.add` of Blender 5.2 leaves values of attributes undefined, and fails on large meshes.
+    """Removes polygons and vertices, adds vertices and triangles after all others, and reverses polygons. The mesh is written once, at the
+    end, so that it is unchanged if a step fails. Attributes of new elements are zero."""
+    # With bmesh: `mesh.edges.add` of Blender 5.2 leaves values of attributes undefined, and fails on large meshes.
     if change.removed.any() or not change.needed.all() or len(corners):
         bm = bmesh.new()
         try:
             bm.from_mesh(mesh, face_normals=False, vertex_normals=False)
             if change.removed.any() or not change.needed.all():
                 remove(bm, taken, change)
-                # A bmesh puts new elements in the places of removed ones; its copy has no such gaps, so that they come last.
+                # A bmesh would put new elements in the gaps of removed ones; its copy has no gaps, so that new elements come last.
                 whole, bm = bm, bm.copy()
                 whole.free()
             add(bm, positions, corners)
@@ -141,8 +143,8 @@ def rebuild(mesh, taken, change, positions, corners):
 
 
 def remove(bm, taken, change):
-    """Removes polygons, their edges and vertices that do not stay from a bmesh."""
-    # Edges go with their last polygon, unless a triangle that is added again has them.
+    """Removes polygons, edges and vertices that are not kept from a bmesh."""
+    # An edge is removed with its last polygon, unless a triangle that is added again uses it.
     again = taken.triangles[change.origins[change.again]]
     ends = np.sort(np.stack([again, np.roll(again, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     wanted = set(map(tuple, ends.tolist()))
@@ -159,7 +161,7 @@ def remove(bm, taken, change):
 
 
 def add(bm, positions, corners):
-    """Adds vertices and triangles, with the edges that these lack, to a bmesh."""
+    """Adds vertices and triangles, with their missing edges, to a bmesh."""
     for position in positions.tolist():
         bm.verts.new(position)
     bm.verts.ensure_lookup_table()
@@ -169,7 +171,7 @@ def add(bm, positions, corners):
 
 
 def append(mesh, name, first, values):
-    """Sets the values of an attribute from an element on, if it has survived."""
+    """Sets the values of an attribute from the element `first` on, if the attribute still exists."""
     if name in mesh.attributes and len(values):
         everything = at.values_of(mesh, name)
         everything[first:] = values.reshape(-1, everything.shape[1])
@@ -177,7 +179,7 @@ def append(mesh, name, first, values):
 
 
 def fill_points(item, taken, mended, change, first):
-    """Values of new vertices: continued smoothly, or as at the nearest vertex of the rim; weights of vertex groups too."""
+    """Sets attributes and weights of vertex groups of new vertices: continued smoothly, or copied from the nearest vertex of the rim."""
     mesh, new = item.data, change.new
     for name, values in taken.of_points.items():
         key = f"point {name}"
@@ -192,7 +194,8 @@ def fill_points(item, taken, mended, change, first):
 
 
 def fill_corners(mesh, taken, mended, change, first):
-    """Values of face corners: of triangles that stay those they had, of patches continued, or as at the nearest vertex of the rim."""
+    """Sets attributes of the corners of added triangles: the values of the triangle that they come from; on patches continued smoothly, or
+    copied from the nearest vertex of the rim."""
     loops, shares = corner_sources(taken, mended, change)
     main = np.take_along_axis(loops, np.argmax(shares, axis=1)[:, None], axis=1)[:, 0]
     patch = mended.faces[change.patch].ravel()
@@ -205,8 +208,8 @@ def fill_corners(mesh, taken, mended, change, first):
 
 
 def corner_sources(taken, mended, change):
-    """For each corner of the triangles that are added again the three loops of the triangle that it lies in, and their shares
-    (barycentric coordinates)."""
+    """For each corner of the triangles that are added again the three loops of the triangle of the mesh that contains it, and its
+    barycentric coordinates in this triangle."""
     origins = np.repeat(change.origins[change.again], 3)
     places = mended.vertices[mended.faces[change.again].ravel()]
     before = taken.vertices[taken.triangles[origins]]
@@ -217,14 +220,15 @@ def corner_sources(taken, mended, change):
     third = np.einsum("ij,ij->i", np.cross(b - a, places - a), normal) / area
     shares = np.clip(np.column_stack([1 - second - third, second, third]), 0, 1)
     shares /= np.maximum(shares.sum(axis=1, keepdims=True), np.finfo(float).tiny)
-    # Corners that are vertices of the triangle have exactly its values.
+    # A corner at a vertex of the triangle gets exactly this vertex's values.
     at_corner = np.all(places[:, None] == before, axis=2)
     shares[at_corner.any(axis=1)] = at_corner[at_corner.any(axis=1)]
     return taken.loops[origins], shares
 
 
 def fill_faces(mesh, taken, mended, change, first):
-    """Values of faces, materials among them: of triangles that stay those they had, of patches those at the nearest part of the rim."""
+    """Sets attributes of added faces, such as materials: the values of the polygon that they come from; on patches the values of a polygon
+    at the nearest vertex of the rim."""
     a_polygon = np.zeros(len(taken.vertices), np.int64)
     a_polygon[taken.triangles.ravel()] = np.repeat(taken.polygons, 3)
     kept = taken.polygons[change.origins]
@@ -236,8 +240,8 @@ def fill_faces(mesh, taken, mended, change, first):
 
 
 def mark(item, taken, mended, change, corners, first):
-    """Marks patches: an attribute of faces, a vertex group, expected errors, and the selection. Faces and vertices of earlier patches that
-    are added again keep their marks; a new vertex that no patch of this result has takes those of its source."""
+    """Marks patches: the attribute of faces, the vertex group, expected errors, and the selection. Faces and vertices of earlier patches
+    that are added again keep their marks; a new vertex that is in no patch of this result gets the marks of its source."""
     mesh = item.data
     start = len(mesh.polygons) - len(corners)
     marks = at.attribute_named(mesh, at.PATCH, "BOOLEAN", "FACE").name
@@ -266,7 +270,7 @@ def mark(item, taken, mended, change, corners, first):
 
 
 def select(mesh, start, vertices):
-    """Selects the faces from one on, with their edges and vertices, and nothing else."""
+    """Selects the faces from `start` on with their edges, and these vertices, and nothing else."""
     chosen = np.zeros(len(mesh.vertices), bool)
     chosen[vertices] = True
     mesh.vertices.foreach_set("select", chosen)

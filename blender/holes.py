@@ -1,4 +1,4 @@
-"""The list of holes: found, shown with their sizes, and selected."""
+"""The list of holes: operators that list the holes with their sizes, and select the rim of a hole."""
 
 import json
 
@@ -63,7 +63,7 @@ class ISOMEND_OT_select_hole(bpy.types.Operator):
         item, settings = context.active_object, context.scene.isomend
         rim = json.loads(settings.holes[self.index].rim) if self.index < len(settings.holes) else []
         if not rim or settings.holes_of != item.name or max(rim) >= len(item.data.vertices):
-            self.report({"WARNING"}, "The list is not of this mesh as it is now; find the holes again")
+            self.report({"WARNING"}, "The list of holes is out of date; find the holes again")
             return {"CANCELLED"}
         mode = item.mode
         if mode != "OBJECT":

@@ -1,5 +1,5 @@
-"""The operators: fill holes, restore and fair selected faces, repair. Called from the panel they work in a thread, with progress, and
-Escape cancels them; called by a script they return when the work is done."""
+"""The operators: fill holes, restore and fair selected faces, repair. From the panel they run in a thread, show progress, and can be
+cancelled with Escape; from a script they return when the work is done."""
 
 import time
 
@@ -11,19 +11,19 @@ from .refusals import reason_against
 from .taken import Taken
 from .work import Work
 
-# Seconds between two looks at a run.
+# Seconds between two updates of the progress during a run.
 PAUSE = 0.1
 
-# Events that move the view, which is possible during a run.
+# Events that change the view, which are passed on to Blender during a run.
 OF_VIEW = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "MOUSEMOVE"}
 
 
 class NothingToDo(Exception):
-    """No hole or face was chosen; the message says what to select."""
+    """There is no hole to fill, or no face is selected; the message says what to select."""
 
 
 class Mending:
-    """What the operators have in common."""
+    """Base class of the operators that mend a mesh."""
 
     bl_options = {"REGISTER", "UNDO"}
 
@@ -33,15 +33,15 @@ class Mending:
         return item is not None and item.type == "MESH" and item.mode in ("OBJECT", "EDIT")
 
     def length(self, taken, value):
-        """A length in the units of the arrays; 0 means that none was given."""
+        """A length of the scene in the units of the arrays; none for 0, which stands for the default."""
         return value / taken.scale if value > 0 else None
 
     def solving(self, taken):
-        """Options of all that fills holes."""
+        """Options of the operators that fill holes."""
         return {"energy": self.energy, "sharp": self.sharp, "voxel": self.length(taken, self.voxel) or "auto"}
 
-    def begun(self, context):
-        """The mesh and the work on it; none where the object is refused."""
+    def prepare(self, context):
+        """The mesh as arrays, and the work on it; none, with a message to the user, if the object is refused."""
         reason = reason_against(context.active_object)
         if reason:
             self.report({"ERROR"}, reason)
@@ -53,8 +53,8 @@ class Mending:
             return None
         return taken, Work(self.work(taken))
 
-    def ended(self, context, item, taken, result):
-        """Puts what came of the work in place: `result` returns it, or raises what went wrong."""
+    def finish(self, context, item, taken, result):
+        """Writes the result into the mesh, and reports to the user. `result()` returns the result, or raises the work's exception."""
         import isomend
 
         try:
@@ -64,7 +64,7 @@ class Mending:
                 bpy.ops.object.mode_set(mode="OBJECT")
             try:
                 if not taken.is_same(item):
-                    self.report({"ERROR"}, "The mesh was changed meanwhile; nothing was done")
+                    self.report({"ERROR"}, "The mesh was changed during the run; the result was discarded")
                     return {"CANCELLED"}
                 vertices, faces = give_back(item, taken, mended)
             finally:
@@ -81,59 +81,59 @@ class Mending:
         return {"FINISHED"}
 
     def execute(self, context):
-        """Does the work at once; a script waits for it."""
-        begun = self.begun(context)
-        if begun is None:
+        """Does the work and returns when it is done."""
+        prepared = self.prepare(context)
+        if prepared is None:
             return {"CANCELLED"}
-        taken, work = begun
+        taken, work = prepared
         manager = context.window_manager
         manager.progress_begin(0, 100)
         try:
-            return self.ended(context, context.active_object, taken, lambda: work.run(lambda p: manager.progress_update(100 * p)))
+            return self.finish(context, context.active_object, taken, lambda: work.run(lambda p: manager.progress_update(100 * p)))
         finally:
             manager.progress_end()
 
     def invoke(self, context, event):
-        """Begins the work in a thread."""
-        begun = self.begun(context)
-        if begun is None:
+        """Starts the work in a thread."""
+        prepared = self.prepare(context)
+        if prepared is None:
             return {"CANCELLED"}
-        self._taken, work = begun
+        self._taken, work = prepared
         self._item = context.active_object
         self._work = work.start()
         self._since = time.monotonic()
         self._timer = context.window_manager.event_timer_add(PAUSE, window=context.window)
         context.window_manager.modal_handler_add(self)
-        self.tell(context, 0, work.text())
+        self.show_progress(context, 0, work.text())
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        """Shows how far the work is, and ends with it. Only the view can be used meanwhile."""
+        """Shows the progress of the work, and ends the run when the work is done. Until then only the view can be changed."""
         if event.type == "ESC" and event.value == "PRESS":
             self._work.cancel()
-            self.tell(context, self._work.part, "isomend: being cancelled")
+            self.show_progress(context, self._work.part, "isomend: being cancelled")
         if event.type in OF_VIEW:
             return {"PASS_THROUGH"}
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
         if self._work.is_running():
-            self.tell(context, self._work.part, f"{self._work.text()} (Esc cancels)")
+            self.show_progress(context, self._work.part, f"{self._work.text()} (Esc cancels)")
             return {"RUNNING_MODAL"}
-        self.over(context)
-        return self.ended(context, self._item, self._taken, self._work.result)
+        self.clear_progress(context)
+        return self.finish(context, self._item, self._taken, self._work.result)
 
     def cancel(self, context):
-        """Blender ends a run, such as when another file is opened."""
+        """Called when Blender ends the run, for example to open another file."""
         self._work.cancel()
-        self.over(context)
+        self.clear_progress(context)
 
-    def over(self, context):
-        """Takes the timer and the progress away."""
+    def clear_progress(self, context):
+        """Removes the timer and the display of the progress."""
         context.window_manager.event_timer_remove(self._timer)
-        self.tell(context, -1, None)
+        self.show_progress(context, -1, None)
 
-    def tell(self, context, part, text):
-        """Shows progress in the panel and in the status bar."""
+    def show_progress(self, context, part, text):
+        """Shows progress (`part` from 0 to 1, negative for none) in the panel and in the status bar."""
         shown = context.scene.isomend
         shown.progress, shown.progress_text = part, text or ""
         if context.workspace is not None:
@@ -145,7 +145,7 @@ class Mending:
 
 
 class ISOMEND_OT_fill(Mending, bpy.types.Operator):
-    """Fill holes by surfaces that continue the curvature of their surroundings. The mesh itself stays as it is"""
+    """Fill holes with surfaces that continue the curvature of their surroundings. The mesh's own faces do not change"""
 
     bl_idname = "isomend.fill"
     bl_label = "Fill holes"
@@ -159,12 +159,12 @@ class ISOMEND_OT_fill(Mending, bpy.types.Operator):
         def fill(progress):
             found = taken.model().inspect()
             chosen = taken.chosen_holes(found.holes) if chosen_alone else [hole.id for hole in found.holes if not hole.is_border]
-            fits = [hole.id for hole in found.holes if hole.id in chosen and not (widest and hole.diameter > widest)]
-            if not fits:
+            to_fill = [hole.id for hole in found.holes if hole.id in chosen and not (widest and hole.diameter > widest)]
+            if not to_fill:
                 raise NothingToDo(reason_for_none(found.holes, chosen_alone, len(chosen)))
-            caps = fits if flat else ()
+            caps = to_fill if flat else ()
             return found.fill(
-                holes=fits if chosen_alone else None, max_diameter=widest, flat=caps, progress=progress, **options
+                holes=to_fill if chosen_alone else None, max_diameter=widest, flat=caps, progress=progress, **options
             )  # fmt: skip
 
         return fill
@@ -175,14 +175,14 @@ def reason_for_none(holes, chosen_alone, chosen):
     if not holes:
         return "the mesh has no holes"
     if chosen:
-        return "all holes that were chosen are wider than the largest diameter"
+        return "all chosen holes are wider than the largest diameter"
     if chosen_alone:
         return "no hole is selected; select an edge of its rim, or choose all holes"
     return "the mesh has only outer borders of open sheets; select an edge of one to fill it"
 
 
 class ISOMEND_OT_restore(Mending, bpy.types.Operator):
-    """Cut the selected faces out and fill the region so that it continues its surroundings"""
+    """Cut out the selected faces and fill the region with a surface that continues its surroundings"""
 
     bl_idname = "isomend.restore"
     bl_label = "Restore selected faces"
@@ -194,7 +194,7 @@ class ISOMEND_OT_restore(Mending, bpy.types.Operator):
 
 
 class ISOMEND_OT_fair(Mending, bpy.types.Operator):
-    """Smooth the selected faces by Willmore flow: noise and small features go, large forms stay"""
+    """Smooth the selected faces by Willmore flow: noise and small features are removed, large forms stay"""
 
     bl_idname = "isomend.fair"
     bl_label = "Fair selected faces"
@@ -222,7 +222,7 @@ class ISOMEND_OT_repair(Mending, bpy.types.Operator):
 
 
 def on_faces(taken, mend):
-    """Work on the selected faces."""
+    """Work on the selected faces: calls `mend(marks, progress)`; raises `NothingToDo` if no face is selected."""
     marks = taken.marks()
 
     def work(progress):
@@ -234,12 +234,12 @@ def on_faces(taken, mend):
 
 
 def sentence(text):
-    """A message that begins with a capital letter."""
+    """The message with a capital first letter."""
     return text[:1].upper() + text[1:]
 
 
 def summary(mended, taken, context, vertices, faces):
-    """What was done, in a line: lengths in the units of the scene."""
+    """A line that says what was done, with lengths in the units of the scene."""
     report = mended.report
     parts = [f"{faces} new faces, {vertices} new vertices"]
     holes = [hole for hole in report.get("holes", []) if hole.get("outcome") not in (None, "left")]
@@ -253,11 +253,11 @@ def summary(mended, taken, context, vertices, faces):
         parts.append(f"hole {failed[0]['id']}: {failed[0]['reason']}")
     after = report.get("after")
     if after:
-        parts.append("nothing is wrong any more" if after["sound"] else "; ".join(after["reasons"]))
+        parts.append("the mesh has no defects any more" if after["sound"] else "; ".join(after["reasons"]))
     return "; ".join(parts)
 
 
-# For each system of units: names of units, with their lengths in metres, the largest first.
+# For each system of units: its units with their lengths in metres, the largest first.
 UNITS = {
     "METRIC": (("m", 1), ("mm", 1e-3), ("µm", 1e-6)),
     "IMPERIAL": (("ft", 0.3048), ("in", 0.0254), ("thou", 2.54e-5)),
@@ -265,7 +265,7 @@ UNITS = {
 
 
 def shown_length(context, length):
-    """A length in words, in the units of the scene."""
+    """A length of the scene as text, with the unit that suits its size."""
     units = context.scene.unit_settings
     if units.system not in UNITS:
         return f"{length:.2g}"

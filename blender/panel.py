@@ -8,14 +8,14 @@ from .refusals import reason_against
 
 
 class ISOMEND_UL_holes(bpy.types.UIList):
-    """Holes with their sizes."""
+    """The list of holes with their sizes."""
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
         row = layout.row()
         row.label(text=f"{item.number}", icon="MESH_CIRCLE")
         row.label(text=f"{item.edges} edges")
         row.prop(item, "diameter", text="", emboss=False)
-        row.label(text="border" if item.is_border else "")
+        row.label(text="outer border" if item.is_border else "")
 
 
 class ISOMEND_PT_panel(bpy.types.Panel):
@@ -66,7 +66,7 @@ class ISOMEND_PT_panel(bpy.types.Panel):
 
 
 def lines(text, width):
-    """A text in lines of at most `width` letters, since labels of a panel do not wrap."""
+    """A text in lines of at most `width` characters, since labels of a panel do not wrap."""
     import textwrap
 
     return textwrap.wrap(text, width)

@@ -1,4 +1,4 @@
-"""Settings of the panel, kept with the scene. Lengths are in the units of the scene."""
+"""Settings of the panel, which are stored with the scene. Lengths are in the units of the scene."""
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
@@ -8,11 +8,11 @@ ENERGIES = [
     ("curvature-variation", "Curvature variation", "Least variation of curvature: patches continue cylinders, cones and ellipsoids"),
 ]
 SCOPES = [
-    ("SELECTED", "Selected", "Holes with a selected edge in their rim; without such ones, with a selected vertex"),
+    ("SELECTED", "Selected", "Holes with a selected edge in their rim; if there are none, holes with a selected vertex"),
     ("ALL", "All", "All holes, but not the outer border of an open sheet"),
 ]
 SHARP = [
-    ("auto", "Continue", "Sharp edges that end at a hole are continued across it where the faces round it say so"),
+    ("auto", "Continue", "Continue sharp edges that end at a hole across it, if the faces round the hole agree with that"),
     ("off", "Off", "Patches are smooth"),
 ]
 
@@ -20,10 +20,10 @@ SHARP = [
 def common():
     """Properties that the operators have in common, as annotations of a class."""
     return {
-        "energy": EnumProperty(name="Energy", description="What the patch makes small", items=ENERGIES),
-        "sharp": EnumProperty(name="Sharp edges", description="Sharp edges at holes", items=SHARP),
+        "energy": EnumProperty(name="Energy", description="Energy that patches minimise", items=ENERGIES),
+        "sharp": EnumProperty(name="Sharp edges", description="What to do with sharp edges that end at a hole", items=SHARP),
         "voxel": FloatProperty(
-            name="Voxel size", description="Grid spacing of the level set; 0 chooses one for each hole", min=0, unit="LENGTH"
+            name="Voxel size", description="Grid spacing of the level set; 0 chooses it for each hole", min=0, unit="LENGTH"
         ),
     }
 
@@ -33,7 +33,7 @@ def of_fill():
     return {
         "scope": EnumProperty(name="Holes", description="Which holes are filled", items=SCOPES, default="ALL"),
         "max_diameter": FloatProperty(
-            name="Largest diameter", description="Wider holes stay open; 0 for no limit", min=0, unit="LENGTH"
+            name="Largest diameter", description="Leave wider holes open; 0 for no limit", min=0, unit="LENGTH"
         ),
         "flat": BoolProperty(name="Flat caps", description="Close by nearly flat caps: necks, bases and mouths of vessels"),
     }
@@ -44,7 +44,7 @@ def of_restore():
     return {
         "keep_shape": FloatProperty(
             name="Keep shape",
-            description="0 continues the surroundings only; towards 1 the shape that was there is kept, without its noise",
+            description="0 continues the surroundings only; towards 1 the shape that is cut out is kept, without its noise",
             min=0, max=1,
         )
     }  # fmt: skip
@@ -54,7 +54,7 @@ def of_fair():
     """Properties of fairing."""
     return {
         "strength": FloatProperty(
-            name="Strength", description="Width of the features that go; 0 for eight mean edges", min=0, unit="LENGTH"
+            name="Strength", description="Width of the features to remove; 0 for eight mean edges", min=0, unit="LENGTH"
         )
     }
 
@@ -65,18 +65,18 @@ def of_repair():
         "close_borders": BoolProperty(
             name="Close borders", description="Also close outer borders of open sheets, by caps or a wall along the sheet"
         ),
-        "keep_holes": BoolProperty(name="Keep holes", description="Leave holes open; those that the repair makes are filled"),
+        "keep_holes": BoolProperty(name="Keep holes", description="Leave holes of the mesh open; holes that the repair makes are filled"),
         "weld": FloatProperty(
-            name="Weld", description="Merge border vertices that are no farther apart; 0 merges those that coincide", min=0, unit="LENGTH"
+            name="Weld", description="Merge boundary vertices that are no farther apart; 0 merges coinciding ones", min=0, unit="LENGTH"
         ),
         "debris": FloatProperty(
-            name="Debris", description="Remove components with less than this part of the largest one's area", min=0, max=1
+            name="Debris", description="Remove components with less than this part of the largest component's area", min=0, max=1
         ),
     }
 
 
 class IsomendHole(bpy.types.PropertyGroup):
-    """A hole that was found."""
+    """A row of the list of holes; `rim` is a JSON list of vertex indices."""
 
     number: IntProperty()
     edges: IntProperty()
@@ -86,11 +86,11 @@ class IsomendHole(bpy.types.PropertyGroup):
 
 
 class IsomendSettings(bpy.types.PropertyGroup):
-    """What the panel shows."""
+    """The settings and the state that the panel shows."""
 
     __annotations__ = {**common(), **of_fill(), **of_restore(), **of_fair(), **of_repair()}
 
-    # How far a run is, which the panel draws as a bar; negative when none runs.
+    # Progress of a run from 0 to 1, which the panel draws as a bar; negative if none runs.
     progress: FloatProperty(default=-1, options={"SKIP_SAVE"})
     progress_text: StringProperty(options={"SKIP_SAVE"})
     holes: CollectionProperty(type=IsomendHole, options={"SKIP_SAVE"})
@@ -99,7 +99,7 @@ class IsomendSettings(bpy.types.PropertyGroup):
 
 
 def selected_in_list(settings, context):
-    """Selects the rim of the hole that was chosen in the list."""
+    """Selects the rim of the hole that is active in the list."""
     if 0 <= settings.active_hole < len(settings.holes) and context.view_layer.objects.active is not None:
         bpy.ops.isomend.select_hole(index=settings.active_hole)
 

@@ -1,29 +1,31 @@
-"""A Blender mesh as the arrays that isomend works on."""
+"""Reads a Blender mesh into arrays for isomend: triangles, selections, attributes."""
 
 import numpy as np
 
 from . import attributes as at
 
-# Scales along the axes that differ by no more than this part are one scale.
+# Scales along the axes count as equal if they differ by no more than this part of the largest.
 SAME_SCALE = 1e-5
 
-# Names under which numbers of vertices and triangles go through isomend, which copies them to what is made of them.
+# Names of values that hold the index of each vertex and triangle: in the result they say where vertices and faces come from.
 VERTEX, TRIANGLE = "isomend_vertex_number", "isomend_triangle_number"
 
 
 class Taken:
-    """The mesh of an object: its polygons as triangles, selections, and values that patches continue. Blender's data is read here once;
-    the arrays may be used in other threads.
+    """The mesh of an object: its polygons as triangles, selections, and attributes. Blender's data is read only when this is made, so the
+    arrays can be used in other threads.
 
     Attributes:
-        scale: Blender units (of the scene) in a unit of the arrays' coordinates.
-        vertices: float64 (n, 3). The mesh's own coordinates; in objects scaled unequally along the axes, stretched as they are seen.
+        scale: Length of a unit of the arrays' coordinates in the scene, in Blender units.
+        vertices: float64 (n, 3). The mesh's own coordinates; if the object is scaled unequally along its axes, stretched as in the scene.
         triangles: int64 (m, 3), vertices of the triangles of all polygons.
         loops: (m, 3), the loops (face corners) of these triangles.
-        polygons: (m,), their polygons.
-        chosen_vertices, chosen_edges, chosen_faces: bool, what is selected.
-        earlier_patch, earlier_errors: For each polygon whether a patch of an earlier run has it; for each vertex its expected error, in
-            Blender units.
+        polygons: (m,), the polygons of these triangles.
+        chosen_vertices, chosen_edges, chosen_faces: bool, for each vertex, edge and polygon whether it is selected.
+        earlier_patch: bool, for each polygon whether it belongs to a patch of an earlier run.
+        earlier_errors: For each vertex its expected error from an earlier run, in Blender units.
+        of_points, of_corners, of_faces: Attributes of vertices, loops and polygons, by name.
+        a_loop: (n,), one loop of each vertex, -1 for vertices of no polygon.
     """
 
     def __init__(self, item):
@@ -58,12 +60,12 @@ class Taken:
         is_smooth = {a.name: a.data_type in at.SMOOTH for a in mesh.attributes}
         self.smooth_points = [name for name in self.of_points if is_smooth[name]]
         self.smooth_corners = [name for name in self.of_corners if is_smooth[name]]
-        # One loop of each vertex: of several values at a seam one is continued.
+        # If the loops of a vertex have different values, as at a UV seam, the values of one loop are continued.
         self.a_loop = np.full(self.sizes[0], -1, np.int64)
         self.a_loop[self.triangles.ravel()] = self.loops.ravel()
 
     def model(self):
-        """The mesh for isomend, with the values that patches continue."""
+        """The mesh as isomend's model, with indices and all values that are continued smoothly on patches."""
         import isomend
 
         values = {VERTEX: np.arange(self.sizes[0])}
@@ -76,11 +78,11 @@ class Taken:
         return isomend.Model(self.vertices, self.triangles, point_data=values, cell_data=numbers)
 
     def marks(self):
-        """bool (m,): which triangles are of selected faces."""
+        """bool (m,): for each triangle whether its polygon is selected."""
         return self.chosen_faces[self.polygons]
 
     def chosen_holes(self, holes):
-        """Numbers of the holes of which an edge of the rim is selected; without such ones, of which a vertex is."""
+        """Numbers of the holes with a selected edge in their rim; if there are none, with a selected vertex."""
         pairs = np.sort(self.edges[self.chosen_edges].astype(np.int64), axis=1)
         keys = pairs[:, 0] * self.sizes[0] + pairs[:, 1]
 
@@ -92,13 +94,13 @@ class Taken:
         return found or [hole.id for hole in holes if self.chosen_vertices[hole.rim].any()]
 
     def own_coordinates(self, vertices):
-        """Coordinates of the arrays as those of the mesh."""
+        """Converts coordinates of the arrays to the mesh's own coordinates."""
         if self.stretch is not None:
             vertices = vertices @ np.linalg.inv(self.stretch)
         return vertices.astype(np.float32)
 
     def is_same(self, item):
-        """Whether the mesh is still the one that was read."""
+        """Whether the mesh still has the positions and polygons that were read."""
         mesh = item.data
         sizes = (len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons))
         if sizes != self.sizes or not np.array_equal(at.numbers(mesh.loops, "vertex_index"), self.corners):
@@ -107,11 +109,12 @@ class Taken:
 
 
 def stretch_of(matrix):
-    """How an object is stretched in the scene: with one scale along all axes (None, scale), else (3 × 3 for rows of coordinates, 1)."""
+    """How an object's matrix stretches its mesh: (None, scale) if the scale is the same along all axes, else (3 × 3 matrix for rows of
+    coordinates, 1). A `ValueError` if a scale is zero."""
     linear = np.array([list(row)[:3] for row in matrix][:3], np.float64)
     _, scales, axes = np.linalg.svd(linear)
     if scales[0] - scales[2] <= SAME_SCALE * scales[0]:
         return None, float(scales[0]) or 1.0
     if scales[2] <= SAME_SCALE * scales[0]:
-        raise ValueError("The object is scaled to nothing along an axis; apply the scale first")
+        raise ValueError("The object's scale is zero along an axis; set another scale first")
     return axes.T @ np.diag(scales) @ axes, 1.0

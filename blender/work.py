@@ -1,10 +1,10 @@
-"""Work in a thread of its own, with progress and cancellation. Nothing here touches Blender's data, which is not safe in threads."""
+"""Runs work in a separate thread, with progress and cancellation. It does not access Blender's data, which must not be used in threads."""
 
 import threading
 
 
 class Work:
-    """A function that runs in a thread. It gets a progress function `progress(part, done, all)` that returns False once cancelled."""
+    """Runs `function(progress)` in a thread. The progress function `progress(part, done, all)` returns False after cancellation."""
 
     def __init__(self, function):
         self.part = 0.0
@@ -15,32 +15,32 @@ class Work:
         self._thread = threading.Thread(target=self._run, name="isomend", daemon=True)
 
     def start(self):
-        """Begins the work in its thread; returns itself."""
+        """Starts the thread; returns itself."""
         self._thread.start()
         return self
 
     def run(self, on_progress=None):
-        """Does the work in the calling thread and returns its result; `on_progress(part)` is called with the part that is done, 0 to 1."""
+        """Does the work in the calling thread and returns its result. `on_progress(part)` is called with the part done, from 0 to 1."""
         self._on_progress = on_progress
         self._run()
         return self.result()
 
     def cancel(self):
-        """Asks the work to stop; it does so within a second."""
+        """Asks the work to stop, which takes up to a second."""
         self._cancelled = True
 
     def is_running(self):
-        """Whether the thread still works."""
+        """Whether the thread is running."""
         return self._thread.is_alive()
 
     def result(self):
-        """What the function returned. An exception that it raised is raised here."""
+        """The result of the function. If the function raised an exception, it is raised here."""
         if self._error is not None:
             raise self._error
         return self._result
 
     def text(self):
-        """How far the work is, in words."""
+        """The progress as a text for the user."""
         regions = f", region {min(self.done + 1, self.all)} of {self.all}" if self.all > 1 else ""
         return f"isomend: {round(100 * self.part)} %{regions}"
 

@@ -7,8 +7,8 @@
     cargo build --release && python3 scripts/accuracy.py [--json FILE] [--docs]
 
 Distances are from the patch to the exact surface, over points spread evenly on its faces, in 1/1000 of the hole's
-diameter. 'floor' is the same for the mesh's own faces round the hole, which are flat where the surface is not.
-With --docs the table goes into docs/accuracy.md, between the markers."""
+diameter. 'floor' is this distance for the mesh's own faces round the hole, which are flat although the surface is curved.
+With --docs the table is written into docs/accuracy.md, between the markers."""
 
 import argparse
 import json
@@ -39,7 +39,7 @@ def read_ply(path):
     data = Path(path).read_bytes()
     header, body = data.split(b"end_header\n", 1)
     n, m = (int(re.search(rf"element {kind} (\d+)".encode(), header)[1]) for kind in ("vertex", "face"))
-    # Beside the coordinates, the expected errors of patch vertices.
+    # Vertices of filled meshes have a fourth value: the expected error.
     width = 4 if b"isomend_sigma" in header else 3
     vertices = np.frombuffer(body, "<f4", width * n).reshape(n, width)[:, :3].astype(float)
     face = [("n", "u1"), ("v", "<i4", 3)]
@@ -50,7 +50,7 @@ def read_ply(path):
 
 
 def spread(vertices, faces, count, rng):
-    """Points on the faces, evenly by area."""
+    """Random points on the faces, spread evenly by area."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     pick = rng.choice(len(faces), count, p=area / area.sum())
@@ -105,8 +105,8 @@ def table(rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--isomend", default=ROOT / "target/release/isomend", help="the program")
-    parser.add_argument("--json", help="write the figures here")
-    parser.add_argument("--docs", action="store_true", help="put the table into docs/accuracy.md")
+    parser.add_argument("--json", help="file for all figures")
+    parser.add_argument("--docs", action="store_true", help="write the table into docs/accuracy.md")
     arguments = parser.parse_args()
     rows = [measure(arguments.isomend, name) for name in SHAPES]
     print(table(rows))

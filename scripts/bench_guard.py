@@ -7,16 +7,16 @@
     uv run scripts/bench_guard.py BASE [--head REVISION] [--rounds 5] [--limit 1.25] [--folder DIR] [--json FILE]
 
 (or in any virtual environment with numpy). BASE and REVISION are anything that git can check out; without --head the working tree is
-measured. Both are built with the same profile (--profile, by default ci), in target/guard. Then each mesh is filled by both, in turns, on one thread,
-and the ratio of a round is the CPU time of the head over the CPU time of the base: a machine whose speed changes between rounds
-changes both. The script prints the median ratio of each mesh with its smallest and largest, the geometric mean over the meshes, and the
-ratio of peak memory.
+measured. Both are built with the same profile (--profile, by default ci), in target/guard. Then both programs fill each mesh in turns, on
+one thread. The ratio of a round is the CPU time of the head over the CPU time of the base, so that a change of the machine's speed between
+rounds affects both. The script prints the median ratio of each mesh with the smallest and the largest, the geometric mean over the meshes,
+and the ratio of peak memory.
 
 Exit code 1: the geometric mean of the time or of the memory is above --limit.
 
-Without --folder it makes its meshes: wavy closed surfaces with noise and many ragged holes of 6 to 90 edges, as scans have them, one with many
-tiny holes, one large with few holes; and data/scan.ply. --folder measures the meshes of a folder instead, --command another
-command than fill (repair, check)."""
+Without --folder the meshes are made here: wavy closed surfaces with noise and many ragged holes of 6 to 90 edges, like scans; one with many
+tiny holes; a large one with few holes; and data/scan.ply. --folder measures the meshes of a folder instead, --command another command
+than fill (repair, check)."""
 
 import argparse
 import json
@@ -46,7 +46,7 @@ MADE = [
 
 
 def icosphere(subdivisions):
-    """Unit sphere: an octahedron whose faces are split into four, again and again."""
+    """Unit sphere: an octahedron with its faces split into four, `subdivisions` times."""
     v = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
     f = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
     for _ in range(subdivisions):
@@ -73,7 +73,7 @@ def wavy(subdivisions, noise, seed):
 
 
 def with_holes(v, f, edge, count, radii, seed):
-    """The faces that stay when balls with ragged sides are taken out around vertices far from each other."""
+    """Cuts out ragged balls around vertices far from each other; returns the largest component."""
     random = np.random.default_rng(seed)
     middles = v[f].mean(axis=1)
     nearest = np.full(len(v), np.inf)
@@ -88,12 +88,12 @@ def with_holes(v, f, edge, count, radii, seed):
         nearest = np.minimum(nearest, np.linalg.norm(v - v[at], axis=1))
         at = int(nearest.argmax())
     v, f = surfaces.cut(v, f, ~stays)
-    component = surfaces.pieces(f)
+    component = surfaces.components(f)
     return surfaces.cut(v, f, component != np.bincount(component).argmax())
 
 
 def meshes(folder, given):
-    """The files that are filled."""
+    """The mesh files to fill: the files of a given folder, else meshes made here and data/scan.ply."""
     if given:
         return sorted(path for path in Path(given).iterdir() if path.suffix.lower() in KINDS)
     made = []
@@ -105,7 +105,7 @@ def meshes(folder, given):
 
 
 def built(revision, name, profile):
-    """The program of a revision; without one that of the working tree."""
+    """Builds and returns the program of a revision, or of the working tree if none is given."""
     source = ROOT
     target = ROOT / "target/guard" / name
     if revision:
@@ -145,7 +145,7 @@ def main():
     parser.add_argument("--folder", help="folder of meshes to measure")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--limit", type=float, default=1.25)
-    parser.add_argument("--json", type=Path, help="write all figures to this file")
+    parser.add_argument("--json", type=Path, help="file for all figures")
     arguments = parser.parse_args()
     programs = arguments.programs or [
         built(arguments.base, "base", arguments.profile),

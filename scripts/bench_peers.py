@@ -5,26 +5,26 @@
 #   "pillow==13.0.0", "pymeshlab==2025.7.post1", "pyvista==0.49.1", "warp-lang==1.19.0",
 # ]
 # ///
-"""Time isomend beside CGAL, libigl, MeshLib and MeshLab on the same holes, and its distances beside the quickest libraries.
+"""Compare the time of isomend with CGAL, libigl, MeshLib and MeshLab on the same holes, and of its distances with the fastest libraries.
 
     cargo build --release && uv run scripts/bench_peers.py [--json FILE] [--docs]
 
-(or in any virtual environment with the packages of the first lines). Every fill is a process of its own; the tools take
-turns, in another order each round, and medians count. 'fill' is the filling alone, as the library's own call takes it,
-'process' all of the process with its start, reading and writing, MB its peak memory. The holes and their truth are those
-of scripts/compare_libigl.py, and one with a ragged rim. A result with another topology than the truth is 'open'.
+(or in any virtual environment with the packages of the first lines). Every fill is a separate process. The tools run in turns, in
+another order each round, and the tables have medians. 'fill' is the time of the library's own call, 'process' the time of the whole
+process with its start, reading and writing, MB its peak memory. The holes and their true surfaces are the same as in
+scripts/compare_libigl.py, and one with a ragged rim. A result with another topology than the true surface is 'open'.
 
 CGAL's triangulate_refine_and_fair_hole is compiled from scripts/cgal_fill.cpp; on Debian, apt install g++ libcgal-dev
-libeigen3-dev. libigl's fairing starts from MeshLib's triangulation, k = 3, one solve or eleven. What is not there is left
-out, with a message (Open3D needs libusb-1.0-0). PMP is in neither registry and so not here.
+libeigen3-dev. libigl's fairing starts from MeshLib's triangulation, k = 3, one solve or eleven. Tools that are not installed
+are left out, with a message (Open3D needs libusb-1.0-0). PMP is in neither registry, so it is not compared.
 
-Distances: CPU seconds per node, of the query alone, at the nodes within four voxels of the surface in a lattice of 256 voxels
-along the longest side. The libraries get just these nodes, their trees are built before. isomend stands there twice. Its
-distances alone are what `isomend sdf --band --json` says of them, on one thread, times the share of the CPU that its process
-got; that includes finding out which nodes lie farther away, and no tree either. All of the command is the CPU time of
-`isomend sdf --band` for the whole lattice, less that of `isomend inspect`: an upper bound, as it includes building the tree,
-the signs, all nodes farther away and the compressed output. Both are divided by the same number of nodes. The JSON file has
-the seconds of building the trees too."""
+Distances: CPU seconds per node of the query alone, at the nodes within four voxels of the surface, in a lattice of 256 voxels
+along the longest side. The libraries are queried at these nodes only; building their trees is not counted. isomend has two rows.
+'Distances alone' is the time that `isomend sdf --band --json` reports for them, on one thread, times the share of the CPU that its
+process got; it includes finding the nodes that are farther away, and no building of the tree. The whole command is the CPU time of
+`isomend sdf --band` for the whole lattice, less the CPU time of `isomend inspect`: an upper bound, as it includes building the
+tree, the signs, all nodes farther away and the compressed output. Both are divided by the same number of nodes. The JSON file
+also has the seconds of building the trees."""
 
 import argparse
 import json
@@ -83,7 +83,7 @@ def read_obj(path):
 
 
 class Input:
-    """What scripts/compare_libigl.py's functions ask of a case."""
+    """A case with the fields that the functions of scripts/compare_libigl.py need."""
 
     bridge = False
 
@@ -92,7 +92,7 @@ class Input:
 
 
 def worker(tool, source, target):
-    """Reads, fills, writes; prints the seconds of the filling."""
+    """The process of a Python library: reads, fills and writes a mesh; prints the seconds of the filling."""
     given = np.load(source)
     v, f, longest = given["v"], given["f"].astype(np.int64), float(given["longest"])
     if tool == "meshlab":
@@ -132,7 +132,7 @@ def process(command):
 
 
 def run_tool(tool, program, cgal, folder):
-    """One fill of the input in the folder: seconds of the fill, figures of the process, the mesh."""
+    """Runs one fill of the input in the folder; returns seconds of the fill, figures of the process, and the mesh."""
     if tool == "isomend":
         done = process([program, "fill", folder / "in.ply", "-o", folder / "out.obj", "--json", "-", "-q"])
         return (json.loads(done["output"])["seconds"], done, read_obj(folder / "out.obj")) if done["ok"] else None
@@ -162,7 +162,7 @@ def compile_cgal(folder):
 
 
 def marked(case, v, f):
-    """Which faces are not the input's, by the positions of their corners; whether the mesh is closed as the truth is."""
+    """Which faces are new, by the positions of their corners, and whether the mesh is closed with the topology of the true surface."""
     both = np.vstack([case.v, v]).astype(np.float32)
     _, number = np.unique(both, axis=0, return_inverse=True)
     number = number.reshape(-1)
@@ -184,7 +184,7 @@ def bench_case(case, tools, program, cgal, folder, rounds):
 
     compare_libigl.data.write_ply(folder / "in.ply", case.v, case.f)
     write_off(folder / "in.off", case.v, case.f)
-    # Edges as long as isomend's, for those that can be told.
+    # Tools that have a parameter for it make edges as long as isomend's.
     v, f = run_tool("isomend", program, cgal, folder)[2]
     longest = compare_libigl.mean_edge(v, f[len(case.f) :]) / 0.75
     np.savez(folder / "in.npz", v=case.v, f=case.f, longest=longest)
@@ -379,10 +379,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--isomend", default=ROOT / "target/release/isomend", help="the program")
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--cases", nargs="+", default=CASES, help="some of the cases")
+    parser.add_argument("--cases", nargs="+", default=CASES, help="cases to run [default: all]")
     parser.add_argument("--only", choices=("fills", "distances"))
-    parser.add_argument("--json", help="write all figures here")
-    parser.add_argument("--docs", action="store_true", help="put the tables into docs/speed.md, and their summary into the README")
+    parser.add_argument("--json", help="file for all figures")
+    parser.add_argument("--docs", action="store_true", help="write the tables into docs/speed.md, and a summary into the README")
     parser.add_argument("--worker", nargs=3, help=argparse.SUPPRESS)
     parser.add_argument("--distances", nargs=3, help=argparse.SUPPRESS)
     arguments = parser.parse_args()

@@ -2,16 +2,15 @@
 # requires-python = ">=3.11"
 # dependencies = ["numpy==2.4.6", "pymeshfix==0.18.1", "pymeshlab==2025.7.post1", "pyvista==0.49.1", "scipy==1.17.1", "trimesh==5.2.0", "networkx==3.6.1"]
 # ///
-"""What repairs leave, side by side: isomend, MeshFix (pymeshfix), MeshLab's repair filters (pymeshlab) and trimesh.
+"""Compare the results of mesh repair: isomend, MeshFix (pymeshfix), MeshLab's repair filters (pymeshlab) and trimesh.
 
     cargo build --release && python3 scripts/bench_repair.py [--isomend PROGRAM] [--json FILE] [--seconds TIME] [--only PROGRAM]... [--docs] [FILE...]
 
-Without files the meshes are made here: good ones into which defects are put, and those that pyvista ships. For each file and
-program the table has: whether the result is watertight (trimesh's definition, on vertices at the same position made one), the faces
-that cross others (MeshLab's selection), the faces of the input that are not kept bit for bit, whichever way round, the
-components of the input none of whose faces are there any more, the largest distance from the faces of the input without defects to the
-result over the diagonal of the bounding box, and seconds. A program that does not end within its time, or fails, has a dash. --docs
-puts it in short into docs/repair.md."""
+Without files the meshes are made here: sound meshes with added defects, and meshes that pyvista ships. For each file and program the
+table has: whether the result is watertight (trimesh's definition, after merging vertices at the same position), the number of faces that
+intersect others (MeshLab's selection), the faces of the input that are not kept bit for bit in either orientation, the components of the
+input that have lost all faces, the largest distance from the input's faces without defects to the result over the diagonal of the bounding
+box, and seconds. A program that fails, or does not end within its time, has a dash. --docs writes a short table into docs/repair.md."""
 
 import argparse
 import itertools
@@ -31,13 +30,13 @@ OPTIONS = {
     "isomend, borders too": ["--close-borders"],
     "isomend, largest part": ["--debris", "1", "--close-borders"],
 }
-# Twice the part of an edge by which isomend moves vertices of surfaces that it separates.
+# Twice the distance, over the edge length, by which isomend moves vertices of surfaces that it separates.
 MOVED = 2e-3
 METHODS = [*OPTIONS, "MeshFix", "MeshFix, all parts", "MeshLab", "trimesh"]
 
 
 def load(path):
-    """Positions and faces of a file, vertices at the same position made one, degenerate faces left out."""
+    """Positions and faces of a file, with vertices at the same position merged and without degenerate faces."""
     import trimesh
 
     if Path(path).suffix in (".vtk", ".vtp"):
@@ -107,7 +106,7 @@ def by_trimesh(source, target):
 
 
 def run(method, program, source, target, most):
-    """Repairs a file in a process of its own within `most` seconds; the seconds it took, or none."""
+    """Repairs a file in a separate process; returns the seconds, or none if it fails or needs more than `most` seconds."""
     if method.startswith("isomend"):
         command = [program, "repair", source, "-o", target, "-q", *OPTIONS[method]]
     else:
@@ -121,14 +120,14 @@ def run(method, program, source, target, most):
 
 
 def keys(points, faces):
-    """Each face as its corners' positions in 32 bits, sorted."""
+    """For each face the sorted 32-bit positions of its corners."""
     corners = np.ascontiguousarray(points.astype(np.float32) + np.float32(0)).view(np.dtype((np.void, 12))).reshape(-1)
     return [b"".join(sorted(c.tobytes() for c in face)) for face in corners[faces]]
 
 
 def lost_components(points, faces, kept, after, new):
-    """How many components of the input there are, and how many of which no face is left, not even one whose corners moved by less than
-    MOVED of its longest edge, as they do where surfaces that touch are separated."""
+    """The number of components of the input, and how many of them have lost all faces. A face counts as kept if its corners moved by less
+    than MOVED times its longest edge, as they do where touching surfaces are separated."""
     import scipy.spatial
     import trimesh
 
@@ -163,7 +162,7 @@ def measured(source, target):
     points, faces = load(source)
     after, new = load(target)
     if not len(new):
-        return None  # Nothing is left.
+        return None  # The result is empty.
     there = set(keys(after, new))
     kept = np.array([key in there for key in keys(points, faces)])
     components, lost = lost_components(points, faces, kept, after, new)
@@ -185,7 +184,7 @@ def measured(source, target):
 
 
 def made(folder):
-    """Good meshes with defects, and those that pyvista ships."""
+    """Yields the files to repair: sound meshes with added defects, and meshes that pyvista ships."""
     import pyvista
     import trimesh
 
@@ -256,7 +255,7 @@ def row(file, method, seconds, found):
 
 
 def cell(r):
-    """What one program left of one file, in short."""
+    """The result of one program on one file, as the text of a cell."""
     if r["found"] is None:
         return "–"
     closed = "closed" if r["found"]["watertight"] else "open"
@@ -286,9 +285,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--isomend", default=ROOT / "target/release/isomend", type=Path)
     parser.add_argument("--json", type=Path)
-    parser.add_argument("--seconds", type=float, default=900, help="the time a program gets for a file")
-    parser.add_argument("--only", action="append", choices=METHODS, help="this program alone; may be given several times")
-    parser.add_argument("--docs", action="store_true", help="put a short table into docs/repair.md")
+    parser.add_argument("--seconds", type=float, default=900, help="time limit of a program for a file")
+    parser.add_argument("--only", action="append", choices=METHODS, help="program to run [default: all]; may be given several times")
+    parser.add_argument("--docs", action="store_true", help="write a short table into docs/repair.md")
     parser.add_argument("--one", nargs=3, metavar=("METHOD", "IN", "OUT"), help=argparse.SUPPRESS)
     parser.add_argument("files", nargs="*", type=Path)
     args = parser.parse_args()
@@ -300,7 +299,7 @@ def main():
             {"MeshLab": by_meshlab, "trimesh": by_trimesh}[method](source, target)
         return
     rows, methods = [], args.only or METHODS
-    print("| file | program | watertight | crossing | faces lost | components lost | distance | seconds |")
+    print("| file | program | watertight | intersecting | faces lost | components lost | distance | seconds |")
     print("|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
@@ -315,8 +314,8 @@ def main():
     for method in methods:
         own = [r["found"] for r in rows if r["method"] == method and r["found"]]
         good = sum(f["watertight"] and f["crossing"] == 0 for f in own)
-        print(f"{method}: {good} of {len(rows) // len(methods)} files watertight without crossings; {sum(f['lost'] for f in own)} faces and "
-              f"{sum(f['lost_components'] for f in own)} components lost")
+        print(f"{method}: {good} of {len(rows) // len(methods)} files watertight without self-intersections; "
+              f"{sum(f['lost'] for f in own)} faces and {sum(f['lost_components'] for f in own)} components lost")
     if args.docs:
         renew("repair", "bench_repair.py", table(rows))
     if args.json:

@@ -1,4 +1,4 @@
-"""The benchmark of the Python package (python/isomend/bench) for scripts, without the package's compiled module."""
+"""Imports the benchmark of the Python package (python/isomend/bench) for scripts, without the package's compiled module."""
 
 import importlib
 import importlib.util

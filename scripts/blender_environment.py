@@ -1,4 +1,4 @@
-"""Blender as a Python module, for scripts that use the extension: an environment of its own in `.venv`, made where it is not there."""
+"""A virtual environment in `.venv` with Blender as a Python module (`bpy`), for scripts that use the extension. It is made on first use."""
 
 import shutil
 import subprocess
@@ -6,17 +6,17 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-# For each version of Python the release of `bpy` that has wheels for it: the oldest that the extension is for, and the newest.
+# For each version of Python the release of `bpy` that has wheels for it: the oldest that the extension supports, and the newest.
 RELEASES = {"3.11": "4.2.0", "3.13": "5.2.3"}
 
 
 def python_with_blender(*packages):
-    """A Python that has `bpy` and some packages; none, with the reason, where it cannot be had."""
+    """The path of a Python with `bpy` and these packages, or none and the reason why it cannot be installed."""
     reason = f"no Python {' or '.join(RELEASES)} was found, which the package bpy needs"
     own = f"{sys.version_info.major}.{sys.version_info.minor}"
     for version in sorted(RELEASES, key=lambda version: version != own):
         found = sys.executable if version == own else shutil.which(f"python{version}")
-        # A name may be there without a program behind it, as those of pyenv.
+        # The command may exist and fail, like the shims of pyenv.
         if not found or subprocess.run([found, "-c", ""], capture_output=True).returncode != 0:
             continue
         folder = ROOT / f".venv/blender-{RELEASES[version]}"

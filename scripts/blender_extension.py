@@ -1,9 +1,9 @@
-"""Packs the Blender extension: the files of blender/, the licences and wheels of isomend in one zip that Blender installs.
+"""Packs the Blender extension: a zip file for Blender with the files of blender/, the licences, and wheels of isomend.
 
     python3 scripts/blender_extension.py --out DIR WHEEL...
 
-The manifest gets the wheels and their platforms. With one wheel the zip is named for its platform. The same files make the same bytes.
-It needs nothing beside Python."""
+The wheels and their platforms are added to the manifest. With one wheel the zip is named after its platform. The same files give the same
+bytes. It needs only Python."""
 
 import argparse
 import re
@@ -12,7 +12,7 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-# Blender's names of platforms by the ends of wheels' platform tags.
+# Blender's names of platforms, by the ends of the wheels' platform tags.
 PLATFORMS = {
     "x86_64": {"linux": "linux-x64", "macosx": "macos-x64"},
     "arm64": {"macosx": "macos-arm64"},
@@ -31,7 +31,7 @@ def platform(wheel):
 
 
 def manifest(wheels):
-    """The manifest with the platforms and wheels of a package."""
+    """The text of the manifest with the wheels and their platforms added."""
     text = (ROOT / "blender/blender_manifest.toml").read_text()
     text = re.sub(r"^# scripts/.*\n(# .*\n)*", "", text, flags=re.M).rstrip("\n")
     version = re.search(r'^version = "(.*)"', text, re.M)[1]

@@ -2,7 +2,7 @@
 
     python3 scripts/blender_picture.py --wheel WHEEL
 
-It is rendered by Cycles in Blender's Python module, which is installed into `.venv`."""
+Cycles renders it in Blender's Python module, which is installed into `.venv`."""
 
 import argparse
 import os

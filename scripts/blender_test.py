@@ -1,9 +1,9 @@
-"""Tests the Blender extension in Blender without a window: packs it with a wheel, and runs blender/tests with the package bpy.
+"""Tests the Blender extension without a window: packs it with a wheel, and runs blender/tests in Blender's Python module `bpy`.
 
     cargo build --release && python3 scripts/blender_test.py --wheel WHEEL [--isomend PROGRAM]
 
-The extension is installed from its zip as Blender does it. Positions are compared with those that the program writes. Where `bpy`
-cannot be had the tests are left out, which is printed."""
+The extension is installed from its zip by Blender's own installer. Positions are compared with the program's output. If `bpy` cannot be
+installed, the tests are left out, with a message."""
 
 import argparse
 import os
@@ -15,7 +15,7 @@ from pathlib import Path
 from blender_environment import ROOT, python_with_blender
 from left_out import left_out
 
-# What Blender brings along for packing extensions, in its own folder.
+# Runs the validation of extensions that is part of Blender.
 VALIDATE = """
 import bpy, pathlib, runpy, sys
 tool = pathlib.Path(bpy.utils.system_resource("SCRIPTS")) / "addons_core/bl_pkg/cli/blender_ext.py"
@@ -38,7 +38,7 @@ def main():
         packed = subprocess.run(pack, check=True, capture_output=True, text=True).stdout.strip()
         subprocess.run([python, "-c", VALIDATE, packed], check=True)
         environment = os.environ | {"ISOMEND": str(arguments.isomend.resolve()), "ISOMEND_EXTENSION": packed}
-        # In their own folder: from above pytest takes `blender` for a package of its own, and Blender does not find the extension.
+        # Run in the folder of the tests: from above, pytest would import `blender` as a package, and Blender would not find the extension.
         tests = [python, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
         sys.exit(subprocess.run(tests, env=environment, cwd=ROOT / "blender/tests").returncode)
 

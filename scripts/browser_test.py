@@ -2,15 +2,15 @@
 # requires-python = ">=3.11"
 # dependencies = ["websocket-client==1.9.2"]
 # ///
-"""Open the page that `isomend fill --report` writes in headless Chromium, without a network, and use it.
+"""Test the pages that --report writes: open them in headless Chromium, without a network, and use them.
 
     cargo build --release && python3 scripts/browser_test.py [--isomend PROGRAM] [--keep FOLDER]
 
-For a fill, a restoration and a fairing: the page must become ready, draw something, show another view once a hole is clicked
-and once each option is switched, list every hole, number the holes that are seen, tell and copy the point under a click, ask for
-nothing from outside, and leave no error in the console. So must that of `isomend inspect`, with one mesh. `--keep`
-leaves the pages and screenshots in a folder. Exits with 1 if anything is wrong. Where there is no Chromium it says so, which is
-a failure with CI=true."""
+For a fill, a restoration and a fairing: the page must become ready, draw something, change the view when a hole is clicked and when
+an option is switched, list every hole, number the visible holes, show and copy the point under a click, request nothing from outside,
+and write no error to the console. The page of `isomend inspect`, which has one mesh, must do the same. `--keep` keeps the pages and
+screenshots in a folder. The exit code is 1 if a test fails. If there is no Chromium the tests are left out, with a message; with
+CI=true this is a failure."""
 
 import argparse
 import base64
@@ -30,7 +30,7 @@ from left_out import left_out
 
 ROOT = Path(__file__).resolve().parent.parent
 NAMES = ("chromium", "chromium-browser", "google-chrome")
-# What the view holds: the part of the pixels that is not background, how many hues there are, and a hash of all pixels.
+# The picture of the view: the part of its pixels that is not background, the number of hues, and a hash of all pixels.
 DRAWN = """(() => {
   const viewer = window.isomend.viewer, gl = viewer.gl;
   viewer.draw();
@@ -53,7 +53,7 @@ DRAWN = """(() => {
 
 
 class Browser:
-    """Chromium with one page, spoken to by its debugging protocol."""
+    """Chromium with one page, controlled through its debugging protocol."""
 
     def __init__(self, program, folder, offline=True):
         command = [program, "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle",
@@ -91,7 +91,7 @@ class Browser:
             self.note(message)
 
     def note(self, message):
-        """Keeps what the page complains of and asks for."""
+        """Records the page's errors and requests."""
         what, detail = message.get("method"), message.get("params", {})
         if what == "Runtime.exceptionThrown":
             self.troubles.append(detail["exceptionDetails"].get("exception", {}).get("description", "exception"))
@@ -112,7 +112,7 @@ class Browser:
         deadline = time.monotonic() + 90
         while not self.run(script):
             if time.monotonic() > deadline:
-                raise RuntimeError(f"waited in vain until {what}; it says: {self.run('document.body.innerText')[:300]}")
+                raise RuntimeError(f"timeout while waiting until {what}; the page says: {self.run('document.body.innerText')[:300]}")
             time.sleep(0.1)
 
     def open(self, page, width=1280, height=900):
@@ -130,7 +130,7 @@ class Browser:
         self.click(x, y)
 
     def settled(self):
-        """What is drawn once nothing moves any more."""
+        """Waits until the picture does not change any more; returns it as DRAWN does."""
         before = self.run(DRAWN)
         while True:
             time.sleep(0.15)
@@ -148,7 +148,7 @@ class Browser:
 
 
 def check(browser, page, keep):
-    """What is wrong with a page."""
+    """Tests a page; returns a list of what is wrong."""
     wrong = []
     browser.troubles.clear()
     browser.requests.clear()
@@ -203,7 +203,7 @@ def check(browser, page, keep):
     browser.call("Input.dispatchKeyEvent", type="keyDown", key="ArrowLeft", code="ArrowLeft")
     changes("an arrow key")
 
-    # In the view the patch of the first hole with one is met by a click, after a fresh start.
+    # From the start view a click hits the patch of the first hole that has one.
     region = browser.run("""(() => { window.isomend.choose(null); const d = JSON.parse(document.querySelector('#data').textContent);
         document.querySelector('[name=show][value=after]').click(); return d.holes.find(h => h.region && !h.open)?.id ?? 0; })()""")
     if region:
@@ -223,18 +223,18 @@ def check(browser, page, keep):
     check_labels(browser, expect)
     check_point(browser, expect)
     outside = [url for url in browser.requests if not url.startswith(("file:", "data:", "about:"))]
-    expect(not outside, f"the page asks for {outside[:3]}")
+    expect(not outside, f"the page requests {outside[:3]}")
     wrong.extend(f"console: {trouble}" for trouble in browser.troubles)
     return wrong
 
 
-# The numbers that are shown, and where the rims of their holes are on the page.
+# The numbers shown, and the positions on the page of the rims of their holes.
 LABELS = """(() => { const { labels, viewer } = window.isomend;
   return [...document.querySelectorAll('#labels .label:not([hidden])')].map((l) => Number(l.textContent)); })()"""
 
 
 def check_labels(browser, expect):
-    """Numbers stand at the holes, and are gone when seen from behind."""
+    """Tests that numbers are placed at the holes, and hidden if a hole is seen from behind."""
     browser.run("window.isomend.choose(null); document.querySelector('[name=show][value=before]').click()")
     largest = browser.run("JSON.parse(document.querySelector('#data').textContent).holes[0].id")
     browser.run(f"window.isomend.choose({largest})")
@@ -253,7 +253,7 @@ def check_labels(browser, expect):
     browser.until(rest, "the numbers are placed")
     expect(not browser.run(LABELS), "numbers are shown without rims")
     browser.run("document.querySelector('[name=rims]').click()")
-    # From behind a hole that closed surface lies before.
+    # Look from behind at a hole that is covered by surface.
     hidden = browser.run("""(() => { const v = window.isomend.viewer, c = v.camera; v.flight = null;
         const p = c.centre, back = c.axes[2].map(x => -x);
         c.axes = [c.axes[0].map(x => -x), c.axes[1], back]; c.reach = v.mesh.radius; v.refresh();
@@ -269,9 +269,9 @@ def check_labels(browser, expect):
 
 
 def check_point(browser, expect):
-    """A click on the surface shows and copies the point under it, with Alt a ball round it."""
+    """Tests that a click on the surface shows and copies the point under it, or with Alt a ball round this point."""
     def place():
-        """A point of the window over old surface, and the point of the mesh there."""
+        """A point of the window over the mesh's own surface, and the point of the mesh there."""
         browser.run("document.querySelector('#view').scrollIntoView({block: 'center'})")
         browser.settled()
         return browser.run("""(() => { const v = window.isomend.viewer, b = v.canvas.getBoundingClientRect();
@@ -287,8 +287,8 @@ def check_point(browser, expect):
         return
     browser.run("window.isomend.point.copied = null")
     browser.click(x, y)
-    browser.until("document.querySelector('#point-at').textContent.includes(',')", "the point is told")
-    expect(browser.run("window.isomend.point.copied") is None, "a click copies although nobody asked")
+    browser.until("document.querySelector('#point-at').textContent.includes(',')", "the point is shown")
+    expect(browser.run("window.isomend.point.copied") is None, "a click without the copy button copies the point")
     browser.click_on("#copy-point")
     browser.until("!!window.isomend.point.copied", "the point is copied")
     shown = browser.run("document.querySelector('#point-at').textContent")
@@ -297,7 +297,7 @@ def check_point(browser, expect):
     expect(len(numbers) == 3 and all(abs(a - b) < 1e-4 * size for a, b in zip(numbers, wanted)),
            f"the point is {shown}, not {wanted}")
     expect(browser.run("window.isomend.point.copied") == shown, "the copy is not what is shown")
-    expect("copied: " + shown == browser.run("document.querySelector('#copied').textContent"), "the copy is not told")
+    expect("copied: " + shown == browser.run("document.querySelector('#copied').textContent"), "the copied text is not shown")
     browser.run("window.isomend.point.copied = null")
     browser.click_on("#copy-ball")
     browser.until("!!window.isomend.point.copied", "the ball is copied")
@@ -316,7 +316,7 @@ def check_point(browser, expect):
 
 
 def check_inspection(browser, page, keep):
-    """What is wrong with the page of a mesh that is only looked at."""
+    """Tests the page of `isomend inspect`; returns a list of what is wrong."""
     wrong = []
     browser.troubles.clear()
     browser.open(page)
@@ -343,7 +343,7 @@ def check_inspection(browser, page, keep):
 
 
 def make_pages(program, folder):
-    """Pages of each command, one of a file whose name is meant to break it."""
+    """Makes the pages of all commands, one of them for a file name with HTML in it."""
     scan = folder / "a <b>'\"</script>& scan.ply"
     scan.parent.mkdir()
     shutil.copy(ROOT / "data/scan.ply", scan)
@@ -366,7 +366,7 @@ def make_pages(program, folder):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
-    parser.add_argument("--keep", type=Path, help="a folder for the pages and screenshots")
+    parser.add_argument("--keep", type=Path, help="folder in which to keep the pages and screenshots")
     arguments = parser.parse_args()
     chromium = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
     if not chromium:
@@ -385,7 +385,7 @@ def main():
             for page in pages:
                 looked_at = page.stem == "inspect"
                 wrong = (check_inspection if looked_at else check)(browser, page, keep)
-                print(f"report of {page.stem}: {'as it should be' if not wrong else 'WRONG'} ({page.stat().st_size} bytes)")
+                print(f"report of {page.stem}: {'right' if not wrong else 'WRONG'} ({page.stat().st_size} bytes)")
                 for what in wrong:
                     print("   ", what)
                 failed += bool(wrong)

@@ -1,6 +1,6 @@
-// Fills all holes of a mesh with CGAL's triangulate_refine_and_fair_hole, for scripts/bench_peers.py, which compiles this.
+// Fills all holes of a mesh with CGAL's triangulate_refine_and_fair_hole. scripts/bench_peers.py compiles and runs this program.
 //   cgal_fill IN.off OUT.off CONTINUITY
-// Prints the seconds of the filling alone.
+// Prints the seconds of the filling, without reading and writing.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/border.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>

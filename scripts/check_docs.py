@@ -1,10 +1,10 @@
-"""Check the pages: their commands run, their links lead somewhere, their tables are those of the scripts, the README is short.
+"""Check the documentation: its commands run, its links have targets, its tables come from the scripts, the README is short.
 
     cargo build --release && python3 scripts/check_docs.py [--isomend PROGRAM] [PAGE...]
 
-Commands run in a folder of their own, one for each page, in the order of the page; those of `isomend study`, which take
-minutes, and of `isomend view`, which ends at Ctrl-C, are only parsed, and what follows a `|` is left out where there is no such program. Output that a page shows behind
-`$ COMMAND` must be what comes. It needs nothing beside Python."""
+The commands of a page run in its order, in a separate folder. Commands of `isomend study`, which take minutes, and of `isomend view`,
+which runs until Ctrl-C, are only parsed. What follows a `|` is left out if that program is not installed. Output that a page shows after
+`$ COMMAND` must be the command's output. It needs only Python."""
 
 import argparse
 import os
@@ -22,7 +22,7 @@ from tables import PAGES, ROOT, cells, split
 MOST_BYTES = 9 * 1024
 HELPERS = ("jq", "man")
 COMMANDS = ("fill", "restore", "fair", "inspect", "check", "repair", "compare", "convert", "study", "sdf", "surface", "view", "completions", "man")
-# Of these only the help is printed.
+# Commands that are run with --help only.
 PARSED = ("isomend study", "isomend view")
 
 
@@ -31,7 +31,7 @@ def blocks(text, language):
 
 
 def anchors(page):
-    """The anchors of a page's headings, as code hosts make them."""
+    """The anchors of a page's headings, by the rules of GitHub."""
     headings = re.findall(r"^#+ (.*)$", re.sub(r"^```.*?^```$", "", page.read_text(), flags=re.M | re.S), re.M)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
@@ -44,12 +44,12 @@ def check_links(page):
         path, _, anchor = link.partition("#")
         target = (page.parent / path) if path else page
         if not target.exists() or (anchor and anchor not in anchors(target)):
-            wrong.append(f"the link {link} leads nowhere")
+            wrong.append(f"the link {link} has no target")
     return wrong
 
 
 def commands(text):
-    """The commands of a page with what they are to print, if that is told."""
+    """The commands of a page, each with the output that the page shows, or none if it shows none."""
     found = []
     for match in re.finditer(r"^```(sh|console)\n(.*?)^```$", text, re.M | re.S):
         if match[1] == "console":
@@ -84,7 +84,7 @@ def check_commands(text, program):
                 if not shutil.which(name):
                     line = line.split(f" | {name} ")[0]
             done = run(f"{line} --help" if line.startswith(PARSED) else line, desk, environment)
-            # A check that says no ends with 3.
+            # `isomend check` ends with 3 if the mesh is not sound.
             if done.returncode != 0 and not (line.startswith("isomend check") and done.returncode == 3):
                 wrong.append(f"'{line}' ended with {done.returncode}: {done.stderr.strip()}")
             elif output is not None and done.stdout != output:
@@ -93,15 +93,15 @@ def check_commands(text, program):
 
 
 def check_options(text, program):
-    """Every option of every command is told of, and there is every option that is told of."""
+    """Checks that the text describes every option of every command, and no other options."""
     there = set()
     for command in COMMANDS:
         text_of = subprocess.run([program, command, "--help"], capture_output=True, text=True, check=True).stdout
         there |= set(re.findall(r"^ +(?:-\w, )?(--[a-z][a-z0-9-]*)", text_of, re.M))
     text = re.sub(r"\]\([^)]*\)", "", text)
-    told = set(re.findall(r"--[a-z][a-z0-9-]*", text)) | {"--finest", "--csv", "--plot", "--series"}
-    return [f"the option {o} is not told of" for o in sorted(there - told - {"--quiet", "--verbose"})] + [
-        f"there is no option {o}" for o in sorted(told - there - {"--version"})
+    described = set(re.findall(r"--[a-z][a-z0-9-]*", text)) | {"--finest", "--csv", "--plot", "--series"}
+    return [f"the option {o} is not described" for o in sorted(there - described - {"--quiet", "--verbose"})] + [
+        f"there is no option {o}" for o in sorted(described - there - {"--version"})
     ]
 
 
@@ -114,14 +114,14 @@ def check_tables():
         elif not cells(name, script[1]):
             wrong.append(f"the table {name} in {page} is empty")
     if split("summary", "summary.py")[2] != summary():
-        wrong.append("the table of README.md is not that of docs/speed.md: run scripts/summary.py")
+        wrong.append("the table of README.md differs from docs/speed.md: run scripts/summary.py")
     return wrong
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend", help="the program")
-    parser.add_argument("pages", nargs="*", type=Path, help="pages whose commands are run [default: all]")
+    parser.add_argument("pages", nargs="*", type=Path, help="pages whose commands to run [default: all]")
     arguments = parser.parse_args()
     program = arguments.isomend.resolve()
     pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -142,7 +142,7 @@ def main():
             wrong += found
     if wrong:
         sys.exit("\n".join(wrong))
-    print(f"{len(pages)} pages are as they should be")
+    print(f"{len(pages)} pages are right")
 
 
 if __name__ == "__main__":

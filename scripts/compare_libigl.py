@@ -5,28 +5,27 @@
 #   "pymeshlab==2025.7.post1", "pyvista==0.49.1",
 # ]
 # ///
-"""Fill the same holes with isomend and with libigl's k-harmonic fairing, and measure both against the truth.
+"""Fill the same holes with isomend and with libigl's k-harmonic fairing, and measure both against the true surface.
 
     cargo build --release && uv run scripts/compare_libigl.py [--json FILE] [--markdown FILE] [--picture FILE] [--docs]
 
-(or in any virtual environment with the packages of the first lines). The holes are cut, always alike, out of analytic
-surfaces, whose distance is exact, and out of the Stanford bunny that the package pymeshlab holds.
+(or in any virtual environment with the packages of the first lines). The holes are the same in every run. They are cut out of
+analytic surfaces, from which distances are exact, and out of the Stanford bunny of the package pymeshlab.
 
 libigl has no hole filling of its own. Its users triangulate and refine the hole with another program and then move
 the new vertices: `igl.harmonic(V, F, b, bc, k)` with cotangent Laplacian and Voronoi areas, all vertices of the input in b,
 k = 2 (continues position and normal) and k = 3 (curvature too). Here MeshLib triangulates (`fillHoleNicely`, for two rims
-`stitchHolesNicely`), its longest edge chosen such that the mean edge is that of isomend's patch. The Laplacian is that
-of the triangulation, so this is done from two starts, with and without MeshLib's own smoothing, and the one nearer to the
-truth counts: a choice that only who knows the truth has. 'x 10': solved ten times more, each time with the Laplacian of
-the last positions.
+`stitchHolesNicely`), with its longest edge chosen so that the mean edge is as long as in isomend's patch. The Laplacian depends
+on the triangulation, so the fairing is initialised twice, with and without MeshLib's own smoothing, and the result nearer to the
+true surface counts: a choice that users, who do not know the true surface, do not have. 'x 10': solved ten times more, each time
+with the Laplacian of the previous positions.
 
 Distances are root mean squares (rms) and maxima over points spread evenly, in 1/1000 of the hole's diameter, the larger of
 patch to truth and truth to mesh; for noisy meshes the truth is the surface without noise. 'normal': mean angle at the
 new vertices between the mesh's normal and the truth's; 'seam': mean angle between the faces on both sides of the rim;
-'quality': mean of twice inradius over circumradius. Seconds are those of the fill without reading and writing; for libigl
-those of MeshLib's triangulation and of the solves on a crop of six rings, which gives what the whole mesh does.
-The least of three runs. 'floor' is what the removed triangles
-score."""
+'quality': mean of twice inradius over circumradius. Seconds are the time of the fill without reading and writing, the least of
+three runs; for libigl the time of MeshLib's triangulation and of the solves on a crop of six rings, whose result is the same as
+for the whole mesh. 'floor' is the score of the removed triangles."""
 
 import argparse
 import json
@@ -63,7 +62,7 @@ TIMES = 3
 
 
 class Triangles:
-    """A mesh as the truth."""
+    """A mesh as the true surface."""
 
     def __init__(self, v, f):
         self.v, self.f = v, f
@@ -79,7 +78,7 @@ class Triangles:
 
 
 def cases(pattern=""):
-    """The cases of the benchmark whose names match the regular expression, one after the other."""
+    """Yields the cases of the benchmark whose names match the regular expression."""
     return known.cases(pattern, Triangles)
 
 
@@ -87,12 +86,12 @@ def cases(pattern=""):
 
 
 def quickest(run, at):
-    """The quickest of several runs, which all give the same; `at`: where their seconds are."""
+    """The fastest of several runs, which all have the same result; `at` is the index of the seconds in it."""
     return min((run() for _ in range(TIMES)), key=lambda result: result[at])
 
 
 def fill_isomend(program, case, options=()):
-    """Vertices and faces, those of the input first; seconds of the fill."""
+    """Fills a case with isomend; returns vertices and faces, the input's first, and seconds."""
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder) / "in.ply", Path(folder) / "out.obj"
         data.write_ply(source, case.v, case.f)
@@ -202,7 +201,7 @@ def table(rows):
 
 
 def detailed(rows):
-    """All figures, one line a method."""
+    """The table of all figures, with a row for each case and method."""
     lines = [
         "| hole | method | rms ‰ | largest ‰ | normal | seam | quality | edge | faces | seconds | start |",
         "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---|",
@@ -222,7 +221,7 @@ def detailed(rows):
 
 
 def summary(rows):
-    """In how many cases which is nearest."""
+    """The number of cases in which each method is nearest to the truth."""
     wins = {}
     for row in rows:
         best = min((name for name in METHODS if name in row["scores"]), key=lambda name: row["scores"][name]["rms"])
@@ -236,7 +235,7 @@ LOWEST, HIGHEST = 0.1, 100.0
 
 
 def towards(case):
-    """Where to look from, and what is up."""
+    """The view of a case: the direction to the camera, and the direction that is up."""
     facing = case.truth.nearest(case.points)[1].mean(axis=0)
     axis = data.TURN @ [0, 0, 1]
     if np.linalg.norm(facing) < 0.3:
@@ -246,7 +245,7 @@ def towards(case):
 
 
 def panel(case, v, f, patch, plain):
-    """A picture of one mesh, its patch coloured by the distance from the truth."""
+    """A picture of one mesh; the patch is coloured by the distance from the truth, unless `plain`."""
     import pyvista as pv
 
     plotter = pv.Plotter(off_screen=True, window_size=(400, 340))
@@ -275,7 +274,7 @@ def panel(case, v, f, patch, plain):
 
 
 def draw(chosen, target):
-    """Rows are cases, columns methods."""
+    """Draws the picture of some cases: a row for each case, a column for each method."""
     import matplotlib
 
     matplotlib.use("agg")
@@ -313,11 +312,11 @@ def draw(chosen, target):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--isomend", default=ROOT / "target/release/isomend", help="the program")
-    parser.add_argument("--cases", default="", help="regular expression: only those whose names match")
-    parser.add_argument("--json", help="write all figures here")
-    parser.add_argument("--markdown", help="write all figures as a table here")
-    parser.add_argument("--picture", help="draw the picture here")
-    parser.add_argument("--docs", action="store_true", help="put the table into docs/accuracy.md and draw data/libigl.png")
+    parser.add_argument("--cases", default="", help="regular expression of the names of cases to run")
+    parser.add_argument("--json", help="file for all figures")
+    parser.add_argument("--markdown", help="file for a table of all figures")
+    parser.add_argument("--picture", help="file for the picture")
+    parser.add_argument("--docs", action="store_true", help="write the table into docs/accuracy.md and draw data/libigl.png")
     arguments = parser.parse_args()
     rows, chosen = [], []
     for case in cases(arguments.cases):

@@ -8,9 +8,9 @@
 
 Every file must be watertight, manifold, consistently oriented, of the right Euler number and volume and free of
 self-intersections, and hold the input's vertices and faces first, in order and bit for bit (STL keeps the triangles).
-VTK files, which neither program reads, are first brought back to PLY by isomend. What `isomend compare` measures between
-input and output must be what MeshLab's Hausdorff filter does, within the error of sampling. Exits with 1 if anything is
-wrong."""
+VTK files, which neither program reads, are first converted to PLY by isomend. The distances of `isomend compare` between
+input and output must agree with MeshLab's Hausdorff filter, within the error of sampling. The exit code is 1 if a check
+fails."""
 
 import argparse
 import json
@@ -49,7 +49,7 @@ def load(path, kind=None):
 
 
 def welded(mesh):
-    """The mesh with vertices of equal position made one."""
+    """The mesh with vertices at equal positions merged."""
     points, number = np.unique(np.asarray(mesh.vertices), axis=0, return_inverse=True)
     return trimesh.Trimesh(points, number.reshape(-1)[mesh.faces], process=False)
 
@@ -70,7 +70,7 @@ def check_trimesh(mesh, original, euler, volume, kind):
     n, m = len(original.vertices), len(original.faces)
     corners = np.asarray(original.vertices)[original.faces]
     if kind == "stl":
-        # Text holds the shortest decimals that are these 32-bit floats.
+        # Text files have the shortest decimals that round to these 32-bit floats.
         if not np.array_equal(np.asarray(mesh.vertices, np.float32)[mesh.faces[:m]], corners.astype(np.float32)):
             wrong.append("the input's triangles are not kept")
     else:
@@ -103,7 +103,7 @@ def run(program, *arguments):
 
 
 def check(program, name, suffix, options, folder):
-    """What is wrong with one output; nothing when all is right."""
+    """Checks one output; returns a list of what is wrong."""
     euler, volume = CASES[name]
     source = ROOT / "data" / f"{name}.ply"
     target = Path(folder) / f"{name}.{suffix}"
@@ -122,10 +122,10 @@ def check(program, name, suffix, options, folder):
 
 
 def check_compare(program, name, folder):
-    """Distances from the filled mesh to the input: isomend's against MeshLab's; of the input everything is kept."""
+    """Checks that isomend and MeshLab measure the same distances from the filled mesh to the input, and that the whole input is kept."""
     source, target = ROOT / "data" / f"{name}.ply", Path(folder) / f"{name}.ply"
     report = Path(folder) / "compare.json"
-    # So many samples that the largest distance, inside a patch without vertices there, is met within a hundredth.
+    # Enough samples to find the largest distance, which can be inside a large face, within a hundredth.
     failed = run(program, "compare", source, target, "-q", "--samples", "1000000", "--json", report)
     if failed:
         return [failed]

@@ -7,9 +7,9 @@
     cargo build --release && python3 scripts/crosscheck_attributes.py [--isomend PROGRAM] [FILE.glb ...]
 
 A coloured PLY, an OBJ with materials, a textured GLB with nested transforms, and VTK files with point and cell data are
-made here, filled, and read again with trimesh or VTK: every value that was there must be there unchanged. GLB files that are named are checked too. Where node and
-the package gltf-validator (in .venv/node_modules) are there, the Khronos validator must find no errors in the GLB files.
-Exits with 1 if anything is wrong."""
+made here, filled, and read again with trimesh or VTK: every value of the input must be unchanged. GLB files on the command
+line are checked too. If node and the package gltf-validator (in .venv/node_modules) are installed, the Khronos validator must
+find no errors in the GLB files. The exit code is 1 if a check fails."""
 
 import argparse
 import json
@@ -88,10 +88,10 @@ def check_ply(program, folder):
     colours = np.asarray(after.visual.vertex_colors)
     if not np.array_equal(colours[:n], rows["c"]):
         wrong.append("colours changed")
-    # Over the missing cap x and y are nearly harmonic, z is not.
+    # On the missing cap x and y are nearly harmonic, so the continued colours are nearly these; z is not harmonic.
     ideal = 128 + 100 * np.asarray(after.vertices)[n:, :2]
     if np.abs(colours[n:, :2].astype(float) - ideal).max() > 12:
-        wrong.append("colours of the patch do not continue those of the rim")
+        wrong.append("colours of the patch do not continue the colours of the rim")
     marks = np.asarray(face["isomend_patch"]).reshape(-1)
     if not np.array_equal(marks, np.arange(len(after.faces)) >= len(faces)):
         wrong.append("the patch is not marked")
@@ -101,7 +101,7 @@ def check_ply(program, folder):
 
 
 def check_vtk(program, folder, extension, binary):
-    """Point and cell data, with the active ones, as VTK reads them before and after."""
+    """Checks point and cell data, and which are active, as VTK reads them before and after."""
     mesh = bowl()
     n, m = len(mesh.vertices), len(mesh.faces)
     surface = pv.PolyData.from_regular_faces(np.asarray(mesh.vertices, np.float32), mesh.faces)
@@ -135,7 +135,7 @@ def check_vtk(program, folder, extension, binary):
         wrong.append("the patch is not marked")
     ideal = after.points[n:, 0] / 3
     if np.abs(after.point_data["heat of day"][n:] - ideal).max() > 0.04:
-        wrong.append("values of the patch do not continue those of the rim")
+        wrong.append("values of the patch do not continue the values of the rim")
     return wrong
 
 
@@ -177,7 +177,7 @@ def check_obj(program, folder):
 
 
 def check_materials(program, folder, source):
-    """Colours, a texture and roughness of an OBJ file's materials, read again from GLB."""
+    """Checks colours, a texture and roughness of an OBJ file's materials after a conversion to GLB."""
     image = b"\x89PNG\r\n\x1a\n"
     rows = zlib.compress(b"\0\xff\0\0")
     for kind, data in ((b"IHDR", struct.pack(">IIBBBBB", 1, 1, 8, 2, 0, 0, 0)), (b"IDAT", rows), (b"IEND", b"")):

@@ -2,15 +2,15 @@
 # requires-python = ">=3.11"
 # dependencies = ["numpy==2.4.6", "pymeshlab==2025.7.post1", "scipy==1.17.1", "trimesh==5.2.0"]
 # ///
-"""Check what `isomend check` says of thirty meshes and more, made here, against trimesh and MeshLab, which share no code with it.
+"""Compare the verdicts of `isomend check` on more than thirty meshes, made here, with trimesh and MeshLab, which share no code with it.
 
     cargo build --release && python3 scripts/crosscheck_check.py [--isomend PROGRAM]
 
-Watertight and consistently oriented must be what trimesh's `is_watertight` and `is_winding_consistent` say of the mesh on welded
-vertices; edges with more than two faces, duplicate faces and inside-out components what trimesh's own tables give; vertices where
-surfaces meet in a point only, and crossing faces, what MeshLab counts and selects. Only where faces merely touch, or neighbours
-are folded onto each other, which MeshLab does not select, `isomend check` must find more. The verdict must be yes for the meshes
-that have no defect, no for all others. Exits with 1 if anything is wrong."""
+Watertightness and orientation must agree with trimesh's `is_watertight` and `is_winding_consistent` of the mesh with merged
+vertices; the numbers of non-manifold edges, duplicate faces and inside-out components with trimesh's tables; the numbers of
+non-manifold vertices and self-intersecting faces with MeshLab's. Only where faces touch, or neighbours are folded onto each other,
+which MeshLab does not select, `isomend check` must find more. The verdict must be yes for meshes without a defect, no for all
+others. The exit code is 1 if a check fails."""
 
 import argparse
 import json
@@ -34,8 +34,8 @@ ROOT = Path(__file__).resolve().parent.parent
 RANDOM = np.random.default_rng(7)
 
 
-def turned(mesh):
-    """The mesh in general position, its coordinates 32-bit floats, as MeshLab has them after reading."""
+def rotated(mesh):
+    """The mesh in general position, with 32-bit coordinates, which MeshLab uses after reading."""
     matrix = trimesh.transformations.rotation_matrix(0.7, [3, -5, 8], [0, 0, 0])
     points = trimesh.transform_points(np.asarray(mesh.vertices), matrix) + [0.13, -0.27, 0.41]
     return trimesh.Trimesh(points.astype(np.float32).astype(float), mesh.faces, process=False)
@@ -87,7 +87,7 @@ def noisy(mesh, size):
 
 
 def seamed(mesh):
-    """Every face on vertices of its own."""
+    """The mesh with separate vertices for every face."""
     return trimesh.Trimesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3), process=False)
 
 
@@ -105,7 +105,7 @@ def moebius(n=40):
 
 
 def fin(mesh):
-    """A face that stands on an edge."""
+    """A mesh with an additional face on one of its edges."""
     a, b, _ = mesh.faces[10]
     top = 1.3 * (mesh.vertices[a] + mesh.vertices[b]) / 2
     return trimesh.Trimesh(np.vstack([mesh.vertices, top]), np.vstack([mesh.faces, [a, b, len(mesh.vertices)]]), process=False)
@@ -118,42 +118,43 @@ def folded():
 
 
 def meshes():
-    """Names, meshes, whether there is nothing wrong, and whether faces touch or are folded, so that MeshLab sees fewer crossings."""
+    """Yields names, meshes, whether the mesh has no defect, and whether faces touch or are folded, so that MeshLab finds fewer
+    self-intersections."""
     good, torus = bumpy(), trimesh.creation.torus(1.0, 0.35, 32, 16)
     box = trimesh.creation.box()
-    yield "ball", turned(ball(3)), True, False
-    yield "bumpy ball", turned(good), True, False
-    yield "torus", turned(torus), True, False
-    yield "box", turned(box), True, False
-    yield "cylinder", turned(trimesh.creation.cylinder(0.5, 2.0)), True, False
-    yield "capsule", turned(trimesh.creation.capsule(1.0, 0.4)), True, False
-    yield "annulus", turned(trimesh.creation.annulus(0.3, 0.6, 1.0)), True, False
-    yield "two balls", turned(joined(ball(2), ball(2, at=(3, 0, 0)))), True, False
-    yield "ball with a cavity", turned(joined(ball(3), flipped(ball(2, 0.5), slice(None)))), True, False
-    yield "ball with seams", turned(seamed(ball(2))), True, False
-    yield "ball with a hole", turned(without(good, [7])), False, False
-    yield "ball with two holes", turned(without(good, list(range(30)) + list(range(200, 210)))), False, False
-    yield "ball of scattered faces", turned(without(good, RANDOM.permutation(len(good.faces))[:600])), False, False
-    yield "sheet", turned(trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [1, 1, 0.2], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]], process=False)), False, False
-    yield "one face turned", turned(flipped(good, [5])), False, False
-    yield "some faces turned", turned(flipped(good, RANDOM.permutation(len(good.faces))[:40])), False, False
-    yield "inside out", turned(flipped(good, slice(None))), False, False
-    yield "one of two inside out", turned(joined(ball(2), flipped(ball(2, at=(3, 0, 0)), slice(None)))), False, False
-    yield "duplicate face", turned(with_faces(good, np.vstack([good.faces, good.faces[:1]]))), False, False
-    yield "duplicate faces turned", turned(with_faces(good, np.vstack([good.faces, good.faces[:9, ::-1]]))), False, False
-    yield "face on a line", turned(with_faces(good, np.vstack([good.faces, [[3, 3, 9]]]))), False, False
-    yield "boxes glued at an edge", turned(glued((1, 1, 0))), False, False
-    yield "boxes glued at a vertex", turned(glued((1, 1, 1))), False, False
-    yield "fin", turned(fin(good)), False, False
-    yield "fin turned", turned(fin(flipped(good, slice(None)))), False, False
-    yield "balls that cross", turned(joined(ball(3), ball(3, at=(0.9, 0.1, 0.2)))), False, False
-    yield "pierced ball", turned(joined(ball(3), ball(2, 0.3, at=(0.95, 0.1, 0)))), False, False
-    yield "tori that cross", turned(joined(torus, trimesh.Trimesh(torus.vertices[:, [1, 2, 0]] + [0.6, 0.03, 0.05], torus.faces))), False, False
-    yield "noise", turned(noisy(ball(3), 0.05)), False, False
-    yield "much noise", turned(noisy(ball(3), 0.2)), False, False
-    yield "noisy torus", turned(noisy(torus, 0.1)), False, False
-    yield "soup", turned(trimesh.Trimesh(RANDOM.normal(size=(600, 3)), np.arange(600).reshape(-1, 3), process=False)), False, False
-    yield "moebius band", turned(moebius()), False, False
+    yield "ball", rotated(ball(3)), True, False
+    yield "bumpy ball", rotated(good), True, False
+    yield "torus", rotated(torus), True, False
+    yield "box", rotated(box), True, False
+    yield "cylinder", rotated(trimesh.creation.cylinder(0.5, 2.0)), True, False
+    yield "capsule", rotated(trimesh.creation.capsule(1.0, 0.4)), True, False
+    yield "annulus", rotated(trimesh.creation.annulus(0.3, 0.6, 1.0)), True, False
+    yield "two balls", rotated(joined(ball(2), ball(2, at=(3, 0, 0)))), True, False
+    yield "ball with a cavity", rotated(joined(ball(3), flipped(ball(2, 0.5), slice(None)))), True, False
+    yield "ball with seams", rotated(seamed(ball(2))), True, False
+    yield "ball with a hole", rotated(without(good, [7])), False, False
+    yield "ball with two holes", rotated(without(good, list(range(30)) + list(range(200, 210)))), False, False
+    yield "ball of scattered faces", rotated(without(good, RANDOM.permutation(len(good.faces))[:600])), False, False
+    yield "sheet", rotated(trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [1, 1, 0.2], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]], process=False)), False, False
+    yield "one face turned", rotated(flipped(good, [5])), False, False
+    yield "some faces turned", rotated(flipped(good, RANDOM.permutation(len(good.faces))[:40])), False, False
+    yield "inside out", rotated(flipped(good, slice(None))), False, False
+    yield "one of two inside out", rotated(joined(ball(2), flipped(ball(2, at=(3, 0, 0)), slice(None)))), False, False
+    yield "duplicate face", rotated(with_faces(good, np.vstack([good.faces, good.faces[:1]]))), False, False
+    yield "duplicate faces turned", rotated(with_faces(good, np.vstack([good.faces, good.faces[:9, ::-1]]))), False, False
+    yield "face on a line", rotated(with_faces(good, np.vstack([good.faces, [[3, 3, 9]]]))), False, False
+    yield "boxes glued at an edge", rotated(glued((1, 1, 0))), False, False
+    yield "boxes glued at a vertex", rotated(glued((1, 1, 1))), False, False
+    yield "fin", rotated(fin(good)), False, False
+    yield "fin turned", rotated(fin(flipped(good, slice(None)))), False, False
+    yield "balls that intersect", rotated(joined(ball(3), ball(3, at=(0.9, 0.1, 0.2)))), False, False
+    yield "pierced ball", rotated(joined(ball(3), ball(2, 0.3, at=(0.95, 0.1, 0)))), False, False
+    yield "tori that intersect", rotated(joined(torus, trimesh.Trimesh(torus.vertices[:, [1, 2, 0]] + [0.6, 0.03, 0.05], torus.faces))), False, False
+    yield "noise", rotated(noisy(ball(3), 0.05)), False, False
+    yield "much noise", rotated(noisy(ball(3), 0.2)), False, False
+    yield "noisy torus", rotated(noisy(torus, 0.1)), False, False
+    yield "soup", rotated(trimesh.Trimesh(RANDOM.normal(size=(600, 3)), np.arange(600).reshape(-1, 3), process=False)), False, False
+    yield "moebius band", rotated(moebius()), False, False
     yield "folded", folded(), False, True
     yield "boxes that touch", joined(box, trimesh.Trimesh(box.vertices + [1, 0.25, 0.25], box.faces, process=False)), False, True
 
@@ -164,12 +165,12 @@ def welded(mesh):
 
 
 def expected(mesh):
-    """What the others say."""
+    """The verdict and the numbers of defects by trimesh and MeshLab."""
     mesh = welded(mesh)
     proper = np.array([len(set(face)) == 3 for face in mesh.faces])
     edges = np.sort(mesh.faces[proper][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     _, uses = np.unique(edges, axis=0, return_counts=True)
-    told = {
+    found = {
         "watertight": bool(mesh.is_watertight),
         "oriented": bool(trimesh.Trimesh(mesh.vertices, mesh.faces[proper], process=False).is_winding_consistent),
         "border": int((uses == 1).sum()),
@@ -181,10 +182,10 @@ def expected(mesh):
     if pymeshlab:
         own = pymeshlab.MeshSet()
         own.add_mesh(pymeshlab.Mesh(mesh.vertices, mesh.faces[proper]))
-        told["non_manifold_vertex"] = own.get_topological_measures()["non_two_manifold_vertices"]
+        found["non_manifold_vertex"] = own.get_topological_measures()["non_two_manifold_vertices"]
         own.compute_selection_by_self_intersections_per_face()
-        told["crossing"] = own.current_mesh().selected_face_number()
-    return told
+        found["crossing"] = own.current_mesh().selected_face_number()
+    return found
 
 
 def check(program, name, mesh, good, touching, folder):
@@ -195,20 +196,20 @@ def check(program, name, mesh, good, touching, folder):
         return [f"exit {done.returncode}: {done.stderr.strip()}"]
     got = json.loads(report.read_text())
     counts = {defect["kind"]: defect["count"] for defect in got["defects"]}
-    told = dict(counts)
-    told |= {"watertight": got["watertight"] and not counts.get("degenerate"), "oriented": got["oriented"]}
+    found = dict(counts)
+    found |= {"watertight": got["watertight"] and not counts.get("degenerate"), "oriented": got["oriented"]}
     wrong = []
     if got["sound"] != good:
         wrong.append(f"the verdict is {got['sound']}: {got['reasons']}")
     want = expected(mesh)
     if name in ("inside out", "one of two inside out", "fin turned"):
-        # An open or pinched component has no inside; one with a fin has no border but that of the fin.
-        want["inside_out"] = told.get("inside_out", 0) if name == "fin turned" else 1
+        # An open or pinched component has no inside. The mesh with a fin is closed but for the fin, so both answers are right.
+        want["inside_out"] = found.get("inside_out", 0) if name == "fin turned" else 1
     for key, value in want.items():
-        own = told.get(key, 0)
+        own = found.get(key, 0)
         if touching and key == "crossing":
             if not own > value:
-                wrong.append(f"{own} crossing faces, not more than MeshLab's {value}")
+                wrong.append(f"{own} self-intersecting faces, not more than MeshLab's {value}")
         elif own != value:
             wrong.append(f"{key} is {own}, not {value}")
     return wrong
@@ -226,7 +227,7 @@ def main():
             failed += bool(wrong)
             if wrong:
                 print(f"{name}: {'; '.join(wrong)}", flush=True)
-    print(f"{count} meshes: what `isomend check` says is what trimesh and MeshLab say of {count - failed}")
+    print(f"{count} meshes: `isomend check` agrees with trimesh and MeshLab on {count - failed}")
     return 1 if failed else 0
 
 

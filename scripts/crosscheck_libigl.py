@@ -6,11 +6,11 @@
 
     cargo build --release && python3 scripts/crosscheck_libigl.py [--isomend PROGRAM]
 
-Distances that `isomend sdf --f64` writes at the nodes of lattices with odd voxel sizes must be libigl's to 1e-5 of a voxel,
-on closed and open meshes, on soups, far from the origin; nodes must be inside where the magnitude of the winding number
-exceeds one half, exact and fast, wherever it is 0.05 or more from there. Signed distances of mended files must be
-MeshLab's, and the bending energy of `isomend compare` that of the mean curvatures that MeshLab measures. Exits with 1 if
-anything is wrong."""
+Distances that `isomend sdf --f64` writes at the nodes of lattices with odd voxel sizes must equal libigl's to 1e-5 of a voxel,
+on closed and open meshes, on triangle soups, and far from the origin. Nodes must be inside where the magnitude of libigl's winding
+number, exact and fast, exceeds one half; nodes where it is within 0.05 of one half are left out. Signed distances of mended files
+must equal MeshLab's, and the bending energy of `isomend compare` must agree with the mean curvatures that MeshLab measures. The
+exit code is 1 if a check fails."""
 
 import argparse
 import json
@@ -44,13 +44,13 @@ DISTANCE, MARGIN = 1e-5, 0.05
 
 
 def read(path):
-    """Vertices and triangles of a file, as VTK reads them, with 32-bit coordinates."""
+    """Vertices (32-bit coordinates) and triangles of a file, read by VTK."""
     mesh = pv.read(path)
     return np.array(mesh.points, float), np.array(mesh.faces, np.int64).reshape(-1, 4)[:, 1:]
 
 
 def made(folder):
-    """Files that are no scans: soups, shells in shells, inside out, flat, far away."""
+    """Makes files with triangle soups, nested shells, reversed orientation, flat meshes, and meshes far from the origin."""
     rng = np.random.default_rng(3)
     v, f = read(ROOT / "data/sphere.ply")
     corners = rng.normal(size=(120, 1, 3)) + 0.4 * rng.normal(size=(120, 3, 3))
@@ -77,11 +77,11 @@ def run(program, *arguments):
 
 
 def volume(program, source, folder, voxel, *more):
-    """Nodes and values of a volume."""
+    """Runs `isomend sdf`; returns the nodes and values of its volume."""
     target = folder / "volume.vti"
     run(program, "sdf", source, "-o", target, "--voxel", repr(float(voxel)), "--f64", *more)
     grid = pv.read(target)
-    # VTK keeps points as 32-bit floats; origin and spacing are 64-bit.
+    # Computed from origin and spacing, which are 64-bit floats; VTK's points are 32-bit.
     index = np.indices(grid.dimensions[::-1]).reshape(3, -1)[::-1].T
     return np.array(grid.origin) + index * np.array(grid.spacing), np.array(grid["distance"])
 
@@ -93,7 +93,7 @@ def check_distances(program, source, folder, v, f):
     for cells, band in ((rng.uniform(20, 35), None), (rng.uniform(35, 60), None), (rng.uniform(50, 70), 4.0)):
         voxel = size / cells
         points, values = volume(program, source, folder, voxel, *(("--band", band * voxel) if band else ()))
-        # Half of the nodes anywhere, half near the surface, where the sign is decided.
+        # Half of the nodes anywhere, half near the surface, where wrong signs are most likely.
         near = np.flatnonzero(np.abs(values) < 2 * voxel)
         pick = np.concatenate([rng.choice(len(points), 6000), rng.choice(near, 6000)])
         points, values = np.ascontiguousarray(points[pick]), values[pick]
@@ -106,18 +106,18 @@ def check_distances(program, source, folder, v, f):
             wrong.append(f"distances differ by {error:.1e} voxels")
         for kind, winding in (("exact", igl.winding_number), ("fast", igl.fast_winding_number)):
             some = slice(None) if kind == "fast" else slice(None, None, 4)
-            # The fast one is less exact far from the origin.
+            # Centred, as the fast winding number is less exact far from the origin.
             number = np.abs(winding(v - v.mean(axis=0), f, points[some] - v.mean(axis=0))).ravel()
             clear = (np.abs(number - 0.5) > MARGIN) & (distance[some] > DISTANCE * voxel)
             signs += int(clear.sum())
             bad = int(((values[some] < 0) != (number > 0.5))[clear].sum())
             if bad:
-                wrong.append(f"{bad} of {clear.sum()} signs are not those of the {kind} winding number")
+                wrong.append(f"{bad} of {clear.sum()} signs differ from the {kind} winding number")
     return wrong, f"{nodes} nodes to {furthest:.0e} voxels, {signs} signs"
 
 
 def check_mended(program, source, folder):
-    """Signed distances and curvature of a filled mesh, by MeshLab."""
+    """Compares signed distances and curvature of a filled mesh with MeshLab's."""
     target = folder / "mended.ply"
     run(program, "fill", source, "-o", target)
     meshes = pymeshlab.MeshSet()
@@ -130,9 +130,9 @@ def check_mended(program, source, folder):
     meshes.add_mesh(pymeshlab.Mesh(points[near]))
     meshes.compute_scalar_by_distance_from_another_mesh_per_vertex(measuremesh=1, refmesh=0, signeddist=True)
     theirs = meshes.current_mesh().vertex_scalar_array()
-    # MeshLab takes the sign from one face; where several are nearest, at edges and corners, that may be the wrong one.
+    # MeshLab takes the sign from one nearest face, which can be wrong at edges and corners, where several faces are nearest.
     signs = np.mean((theirs < 0) == (values[near] < 0))
-    # Its search in a grid overlooks the nearest face here and there: its distance is then larger.
+    # MeshLab's search in a grid sometimes misses the nearest face, and its distance is then larger.
     larger = (np.abs(theirs) - np.abs(values[near])) / voxel
     if larger.min() < -1e-5 or np.mean(larger > 1e-5) > 1e-3:
         wrong.append(f"distances differ from MeshLab's by {larger.min():.1e} to {larger.max():.1e} voxels")

@@ -6,9 +6,9 @@
 
     cargo build --release && python3 scripts/crosscheck_volumes.py [--isomend PROGRAM]
 
-A VTI file of `isomend sdf` must have the right bounds, exact spacing and values, for 32 and 64 bits; `isomend surface`
-must read what VTK writes (text, base64, raw; zlib, LZ4, LZMA, none; legacy text and binary) to the same surface.
-Exits with 1 if anything is wrong."""
+A VTI file of `isomend sdf` must have the right bounds, exact spacing and values, with 32 and 64 bits. `isomend surface` must
+make the same surface from all files that VTK writes (text, base64, raw; zlib, LZ4, LZMA, none; legacy text and binary).
+The exit code is 1 if a check fails."""
 
 import argparse
 import subprocess
@@ -51,10 +51,10 @@ def check_written(program, folder, more):
     if values.dtype != (np.float64 if "--f64" in more else np.float32):
         wrong.append(f"type {values.dtype}")
     exact = np.linalg.norm(grid.points, axis=1) - 1
-    # The mesh has a hole of 60 degrees; far from it the distance is that of the sphere, up to its facets.
+    # The mesh has a hole of 60 degrees; far from it the distance equals the sphere's, up to the flatness of the faces.
     away = grid.points[:, 2] < 0
     if np.abs(values - exact)[away].max() > 0.01:
-        wrong.append("values are not those of the sphere")
+        wrong.append("values are not the distances of the sphere")
     cut = grid.contour([0.0], scalars="distance")
     if cut.n_points == 0 or cut.n_open_edges:
         wrong.append("VTK's own contour is not closed")
@@ -69,7 +69,7 @@ def made_volume():
 
 
 def writers(folder, grid):
-    """Files that VTK writes of a volume, in all its encodings."""
+    """Writes a volume with VTK in all its encodings; yields the files."""
     for mode in ("Ascii", "Binary", "Appended"):
         for pack in ("None", "ZLib", "LZ4", "LZMA"):
             for raw in (False, True):

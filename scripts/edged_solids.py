@@ -1,8 +1,8 @@
-"""Solids with sharp edges for scripts/shapes_with_edges.py: their exact surfaces, two samplings of each, and where holes are cut.
+"""Solids with sharp edges for scripts/shapes_with_edges.py: exact surfaces, two meshes of each solid, and the places of holes.
 
 gmsh (OpenCASCADE) makes the solids and the exact normals. `clean` is gmsh's own mesh: edges of the solid are edges of the mesh.
 `scanned` imitates a scan: marching cubes on the signed distance, remeshed without regard to sharp edges, and noise along the
-normals. The solid's edges then lie 0.2 to 0.4 of a mesh edge outside the mesh. Lengths are millimetres."""
+normals. The solid's edges are then 0.2 to 0.4 of a mesh edge outside the mesh. Lengths are in millimetres."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ import pymeshlab
 import pyvista as pv
 
 SHARP = 25.0  # degrees between the normals of both sides: edges of the solid above this count as sharp
-FACES_PER_TURN = 100  # of the exact surface's triangles; positions on them are corrected to the curved surface (see Truth)
+FACES_PER_TURN = 100  # triangles of the exact surface round a full circle; positions are corrected to the curved surface (see Truth)
 KINDS = {
     "flat": "inside a flat side",
     "rim": "in one side, the rim along an edge",
@@ -28,13 +28,13 @@ KINDS = {
     "fillet": "across a fillet",
     "fading": "over an edge that fades out",
 }
-# Kinds by where their hole's middle is put: on a sharp edge, on a corner, else anywhere on the surface.
+# Kinds of sites with the hole's centre on a sharp edge, and on a corner; for other kinds it can be anywhere on the surface.
 ON_EDGE, ON_CORNER = {"convex", "concave", "curved", "fading"}, {"corner", "mixed"}
 
 
 @dataclass
 class Site:
-    """A hole to cut: its kind, a point near its middle, its radius over the mean edge."""
+    """A hole to cut: its kind, a point near its centre, its radius over the mean edge."""
 
     kind: str
     at: tuple
@@ -43,7 +43,8 @@ class Site:
 
 @dataclass
 class Solid:
-    """make() builds it with gmsh's OpenCASCADE kernel; `edge`: mean edge of the clean mesh; `noise` of the scanned one over that."""
+    """A solid: `make()` builds it with gmsh's OpenCASCADE kernel; `edge` is the mean edge of the clean mesh, `noise` the noise of the
+    scanned mesh over the mean edge."""
 
     make: object
     edge: float
@@ -71,7 +72,7 @@ def lofted(sections):
 
 
 def curves_at(inside):
-    """Curves of the model of whose bounding box both ends satisfy a condition."""
+    """Curves of the model whose bounding box has both ends inside, by the function `inside`."""
     gmsh.model.occ.synchronize()
     boxes = {tag: np.reshape(gmsh.model.getBoundingBox(1, tag), (2, 3)) for _, tag in gmsh.model.getEntities(1)}
     return [tag for tag, (low, high) in boxes.items() if inside(low) and inside(high)]
@@ -222,22 +223,22 @@ def unit(v):
 
 
 def crossed(v, f):
-    """Normals of triangles, as long as twice their area."""
+    """Normals of triangles, with twice the area as length."""
     return np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]])
 
 
 class Truth:
-    """The surface of a solid: triangles whose corners lie on it, the exact normals there, and the solid's side of each.
+    """The surface of a solid: triangles with corners on the surface, the exact normals there, and the solid's side of each triangle.
 
-    A point of a triangle is moved to the curved surface by half of what the tangent planes at the corners say, weighted by its
+    A point of a triangle is moved to the curved surface by half of its displacement onto the corners' tangent planes, weighted by its
     barycentric coordinates (Boubekeur and Alexa, "Phong tessellation", 2008, eq. 2 with alpha = 1/2). This is exact for
-    quadratic height functions; of a cylinder 3e-6 of its radius is left at 100 triangles a turn."""
+    quadratic height functions; on a cylinder the remaining error is 3e-6 of its radius at 100 triangles a turn."""
 
     def __init__(self, v, f, normals, side):
         self.v, self.f, self.normals, self.side = v, f, normals, side
 
     def near(self, point, radius):
-        """The part within a distance of a point."""
+        """The triangles near a point: their bounding boxes are within `radius` of it along every axis."""
         corners = self.v[self.f]
         inside = ((corners.min(axis=1) < point + radius) & (corners.max(axis=1) > point - radius)).all(axis=1)
         return Truth(self.v, np.ascontiguousarray(self.f[inside]), self.normals[inside], self.side[inside])
@@ -250,7 +251,7 @@ class Truth:
         return flat - np.einsum("nk,nkd->nd", weights * heights, normals) / 2, unit(np.einsum("nk,nkd->nd", weights, normals))
 
     def nearest(self, p):
-        """Nearest points, their unit normals and the solid's sides that they lie on."""
+        """Nearest points of the surface, with their unit normals and their sides of the solid."""
         _, face, foot = igl.point_mesh_squared_distance(np.ascontiguousarray(p), self.v, self.f)
         corners = self.v[self.f[face]]
         opposite = np.stack([np.cross(corners[:, k - 2] - foot, corners[:, k - 1] - foot) for k in range(3)], axis=1)
@@ -260,14 +261,14 @@ class Truth:
         return point, normal, self.side[face]
 
     def spread(self, count, rng):
-        """Points, evenly by area."""
+        """Random points on the surface, spread evenly by area, with their normals."""
         area = np.linalg.norm(crossed(self.v, self.f), axis=1)
         face = rng.choice(len(self.f), count, p=area / area.sum())
         a, b = np.sqrt(rng.random(count)), rng.random(count)
         return self.lifted(face, np.stack([1 - a, a * (1 - b), a * b], axis=1))[0]
 
     def creases(self):
-        """Segments between two sides of the solid: their ends, and the angle in degrees, negative where concave."""
+        """Edges between two sides of the solid: their ends, and the angle in degrees, negative if concave."""
         half = np.concatenate([self.f[:, [0, 1]], self.f[:, [1, 2]], self.f[:, [2, 0]]])
         face, start = np.tile(np.arange(len(self.f)), 3), np.repeat(np.arange(3), len(self.f))
         keys = np.sort(half, axis=1)
@@ -299,7 +300,7 @@ def triangles():
     v, f, n = coordinates.reshape(-1, 3), np.concatenate(faces), np.concatenate(normals)
     used, f = np.unique(f, return_inverse=True)
     v, f = v[used], f.reshape(-1, 3)
-    # gmsh orients sides one by one: make neighbours agree, then all look outwards (the enclosed volume is positive).
+    # gmsh orients each side separately: orient them consistently, then outwards (positive enclosed volume).
     oriented = igl.bfs_orient(f)[0]
     if np.linalg.det(v[oriented]).sum() < 0:
         oriented = oriented[:, ::-1]
@@ -311,7 +312,7 @@ def triangles():
 
 
 def scanned(truth, edge, noise, seed):
-    """Marching cubes on the signed distance, remeshed without features; noise along normals, over the mean edge."""
+    """The scanned mesh: marching cubes on the signed distance, remeshed without features; `noise` along normals, over the mean edge."""
     cell = 0.6 * edge
     low, high = truth.v.min(axis=0) - 3 * cell, truth.v.max(axis=0) + 3 * cell
     shape = np.ceil((high - low) / cell).astype(int) + 1
@@ -328,9 +329,9 @@ def scanned(truth, edge, noise, seed):
     v, f = meshes.current_mesh().vertex_matrix().copy(), meshes.current_mesh().face_matrix().astype(np.int64)
     if np.linalg.det(v[f]).sum() < 0:
         f = f[:, ::-1].copy()
-    # Wrong signs next to sharp edges leave bubbles of a few triangles.
-    piece = data.pieces(f)
-    v, f = data.cut(v, f, piece != np.bincount(piece).argmax())
+    # Wrong signs next to sharp edges leave small closed components, which are removed.
+    component = data.components(f)
+    v, f = data.cut(v, f, component != np.bincount(component).argmax())
     normals = np.zeros_like(v)
     for k in range(3):
         np.add.at(normals, f[:, k], crossed(v, f))
@@ -339,7 +340,7 @@ def scanned(truth, edge, noise, seed):
 
 
 def sampled(name, seed):
-    """The exact surface, the clean and the scanned mesh of a solid, and its sites, all turned against the axes."""
+    """The exact surface, the clean and the scanned mesh of a solid, and its sites, all rotated so that nothing is aligned with the axes."""
     solid = SOLIDS[name]
     gmsh.initialize(interruptible=False)
     gmsh.option.setNumber("General.Verbosity", 0)

@@ -5,13 +5,13 @@
 #   "pymeshlab==2025.7.post1", "pyvista==0.49.1",
 # ]
 # ///
-"""Draw data/edges.png: six holes of scripts/shapes_with_edges.py, open, with a smooth patch, and with sharp edges continued.
+"""Draw data/edges.png: six holes of scripts/shapes_with_edges.py, each open, with a smooth patch, and with sharp edges continued.
 
     cargo build --release && uv run scripts/edges_picture.py [--isomend PROGRAM] [--out FILE.png]
 
-(or in any virtual environment with the packages of the first lines). Two holes in a row, each with the hole, the patch of
-`--sharp off` and the default's patch. Patches are orange, the triangles' edges are drawn, and shading is flat. Without a display
-pyvista draws in memory."""
+(or in any virtual environment with the packages of the first lines). A row has two holes, each with the hole, the patch with
+`--sharp off`, and the patch with default options. Patches are orange, edges of triangles are drawn, and shading is flat. No display
+is needed."""
 
 import argparse
 import tempfile
@@ -23,7 +23,7 @@ import shapes_with_edges as shapes
 from PIL import Image
 
 ROOT = shapes.ROOT
-# Holes by name, and the view in the solid's own axes: from where.
+# Names of holes, with the direction to the camera in the solid's own axes.
 CHOSEN = {
     "box-5-corner-clean": (0.75, 0.9, 0.8),
     "tee-2-curved-clean": (0.55, 0.8, 0.75),
@@ -77,7 +77,7 @@ def row(hole, program, folder, towards):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend", help="the program")
-    parser.add_argument("--out", type=Path, default=ROOT / "data/edges.png", help="the picture")
+    parser.add_argument("--out", type=Path, default=ROOT / "data/edges.png", help="file for the picture")
     arguments = parser.parse_args()
     wanted = "|".join({name.rsplit("-", 3)[0].replace("-", " ") for name in CHOSEN})
     rows = {}

@@ -1,10 +1,10 @@
-"""Measure what a fleet costs beside the work itself.
+"""Measure the overhead of a fleet: its time and memory in addition to the fills themselves.
 
     .venv/bin/python scripts/fleet_cost.py [--docs]
 
-It needs the Python package with Ray, such as `.venv` has after scripts/test.sh, and an idle machine. The meshes are those of
-`data`, several times each. CPU time is that of the children; the driver's rate is that of going through meshes that were done before,
-and of writing down what became of them."""
+It needs the Python package with Ray, as installed in `.venv` by scripts/test.sh --all, and an idle machine. The inputs are several copies
+of each mesh in `data`. CPU time is the time of the child processes. The driver's rates are the meshes per second that it records, and that
+it recognises as done."""
 
 import argparse
 import csv
@@ -23,10 +23,10 @@ from tables import renew
 ROOT = Path(__file__).resolve().parent.parent
 COPIES = 4
 KNOWN = 200_000
-# The one mesh: triangles, holes, edges across a hole.
+# The mesh that is filled by regions: triangles, holes, edges across a hole.
 GIANT, HOLES, ACROSS = 1_100_000, 50, 40
-# Fills it in a process of its own, by threads or by workers; prints the CPU seconds of reading and filling it, those of all processes
-# below included, and a checksum of the result.
+# Fills this mesh in a separate process, with threads or workers; prints the CPU seconds of reading and filling it, with all child
+# processes, and a checksum of the result.
 FILL_GIANT = """
 import hashlib, json, os, pathlib, sys
 def below():
@@ -51,12 +51,12 @@ model = isomend.read(path)
 mended = model.fill(threads=2) if how == "threads" else fleet.fill_regions(model, workers=2)
 print(json.dumps([below() - begun, hashlib.sha256(mended.to_bytes("ply")).hexdigest()]))
 """
-# The fleet on paper.
+# A large fleet for which the cost is computed: number of scans, cores, price of a core-hour in dollars.
 SCANS, CORES, PRICE = 1_000_000, 1000, 0.04
 
 
 def copied(folder):
-    """Each mesh several times."""
+    """Writes several copies of each mesh of `data` to the folder."""
     folder.mkdir()
     for mesh in sorted((ROOT / "data").glob("*.ply")):
         for copy in range(COPIES):
@@ -65,7 +65,7 @@ def copied(folder):
 
 
 def one_run(inputs, output, workers):
-    """Seconds of a run between its first and its last result, and its rows."""
+    """Runs a fleet; returns its seconds, and the rows of its summary."""
     marks = []
     fleet.run([inputs], output, workers=workers, progress=lambda state: marks.append((state.seconds, state.done)))
     with open(output / "summary.csv", newline="") as file:
@@ -73,7 +73,7 @@ def one_run(inputs, output, workers):
 
 
 def driver(folder):
-    """Meshes that a driver writes down, and takes up again, a second; the bytes that it keeps of each, and those in the manifest."""
+    """Measures the manifest: meshes recorded a second, meshes read again a second, bytes of memory and bytes of the file for each mesh."""
     row = {"input": "/data/scans/0001/scan-000001.ply", "output": "0001/scan-000001.ply", "state": [1, 1], "content": "0" * 32}
     row |= {"outcome": "done", "seconds": 1.0, "cpu": 1.0, "memory": 1, "bytes": 0, "vertices": 1, "faces": 1, "error": ""}
     row |= dict.fromkeys(("filled", "faired", "triangulated", "left", "failed"), 0)
@@ -97,7 +97,7 @@ def sum_of(item):
 
 
 def one_mesh(folder):
-    """CPU seconds of filling a giant mesh by two threads and by two workers: medians of three."""
+    """CPU seconds of filling the large mesh with two threads and with two workers: medians of three."""
     path = folder / "giant.ply"
     write_ply(path, *made(GIANT, HOLES, ACROSS))
     seconds, results = {"threads": [], "workers": []}, set()
@@ -113,7 +113,7 @@ def one_mesh(folder):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--docs", action="store_true", help="put the table into its page")
+    parser.add_argument("--docs", action="store_true", help="write the table into docs/fleets.md")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)

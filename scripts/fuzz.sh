@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# The functions of the fuzz targets on mutated seeds, with the stable toolchain: scripts/fuzz.sh [SECONDS] [SEED [TARGET...]].
-# docs/fuzzing.md says more.
+# Runs the fuzz targets on mutated seeds, with the stable toolchain: scripts/fuzz.sh [SECONDS] [SEED [TARGET...]].
+# See docs/fuzzing.md.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-# With the Python module among the packages the library is the one that its wheel is made of, and is not built again.
+# With the Python module among the packages the library has the same features as for the wheel, so it is not built again.
 cargo build --profile ci --package isomend --package isomend-python --package isomend-fuzz --bin isomend --bin mutate \
     --no-default-features --features isomend/default,isomend-fuzz/mutate
 corpus=$(mktemp -d)

@@ -2,8 +2,8 @@
 
     cargo build --release && python3 scripts/fuzz_seeds.py [--isomend PROGRAM] [FOLDER]
 
-Files are made by hand here, and out of these by isomend in every format that it writes. The output is the same on every
-run. It needs nothing beside Python."""
+Some files are made here; isomend converts them to every format that it writes. The output is the same on every run. It needs
+only Python."""
 
 import argparse
 import base64
@@ -43,7 +43,7 @@ def bowl(rings=3, around=6):
 
 
 def ply():
-    """A coloured bowl with normals, texture coordinates, a quantity, and a number on each face."""
+    """A coloured bowl with normals, texture coordinates, a further value on each vertex, and a number on each face."""
     points, faces = bowl()
     names = "x y z nx ny nz s t".split()
     lines = ["ply", "format ascii 1.0", "comment TextureFile skin.png", f"element vertex {len(points)}"]
@@ -59,7 +59,7 @@ def ply():
 
 
 def ply_lists():
-    """Big-endian, with a polygon, a list of another kind, texture coordinates of corners and an element that is not read."""
+    """A big-endian PLY with a polygon, lists of other types, texture coordinates of corners, and an element that isomend does not read."""
     head = ("ply\nformat binary_big_endian 1.0\nelement vertex 5\nproperty double x\nproperty double y\nproperty double z\n"
             "element face 2\nproperty list uchar uint vertex_indices\nproperty list uchar float texcoord\n"
             "element edge 1\nproperty int vertex1\nproperty int vertex2\nend_header\n").encode()
@@ -228,7 +228,7 @@ LOOKUP_TABLE default
 
 
 def vtk_binary():
-    """A legacy file in binary, with data."""
+    """A binary legacy file with point and cell data."""
     points = struct.pack(">12f", 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0)
     cells = struct.pack(">8i", 3, 0, 1, 2, 3, 0, 2, 3)
     parts = [b"# vtk DataFile Version 3.0\nbinary\nBINARY\nDATASET POLYDATA\nPOINTS 4 float\n", points, b"\nPOLYGONS 2 8\n",
@@ -346,7 +346,7 @@ OPTIONS = [
 
 
 def files(program, folder):
-    """All files by their formats: a list of extension and bytes."""
+    """All seed files, by format: lists of extensions and bytes."""
     made = [("ply", ply().encode()), ("ply", ply_lists()), ("ply", PLY_STRIPS.encode()), ("obj", OBJ.encode()),
             ("stl", STL.encode()), ("gltf", gltf(False)), ("glb", gltf(True)), ("vtk", vtk_binary())]
     made += [("vtk", text.encode()) for text in (VTK_POLYGONS, VTK_CELLS, VTK_NEW)]
@@ -357,7 +357,7 @@ def files(program, folder):
     for suffix in FORMATS:
         for text in ([], ["--ascii"])[: 2 if suffix in TEXT else 1]:
             target = folder / f"out.{suffix}"
-            # No hole is so narrow, so that all of them stay open.
+            # No hole is this narrow, so all holes stay open.
             command = [program, "fill", source, "-o", target, "-q", "--max-diameter", "1e-9", *text]
             subprocess.run(command, check=True)
             made.append((suffix, target.read_bytes()))
@@ -366,7 +366,7 @@ def files(program, folder):
     return made, volumes + [("vti", target.read_bytes())]
 
 
-# Two objects of which one consists of the other, twice, with colours.
+# Two objects with colours; the second consists of two instances of the first.
 MODEL = """<?xml version="1.0"?>
 <model unit="inch" xmlns="c" xmlns:m="m"><resources><m:colorgroup id="4"><m:color color="#FF0000"/><m:color color="#00FF0080"/></m:colorgroup>
 <object id="1" name="a" pid="4" pindex="0"><mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/><vertex x="0" y="1" z="0"/></vertices>
@@ -391,7 +391,7 @@ def main():
     seeds["toml"] = [text.encode() for text in OPTIONS]
     chance = random.Random(1)
     for name in ("fill", "mask"):
-        # These decode any bytes to a mesh and what to do with it.
+        # These targets decode any bytes to a mesh and options.
         seeds[name] = [chance.randbytes(size) for size in (8, 16, 32, 64, 64, 128, 128, 256, 256, 512)]
     for name, entries in seeds.items():
         place = arguments.folder / name

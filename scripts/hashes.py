@@ -1,10 +1,10 @@
-"""Hashes of what isomend writes of the meshes in data/, to compare systems. They are the same where the C library rounds exp, ln and sin alike.
+"""Hashes of isomend's output for the meshes in data/, to compare systems. They agree if the C libraries round exp, ln and sin alike.
 
     cargo build --release && python3 scripts/hashes.py [--isomend PROGRAM] [--runner WINE] [--out FILE] [--against FILE]
 
-Fills, restorations, a fairing, a repair, a volume and all formats, one of them under a name that is not ASCII. --out writes the hashes as
-JSON, --against compares them with such a file and ends with 1 where one differs. --runner is a program that runs it, such as wine. It
-needs nothing beside Python."""
+The outputs are fills, restorations, a fairing, a repair, a volume and all formats, one with a file name that is not ASCII. --out writes the
+hashes as JSON. --against compares them with a file that --out wrote; the exit code is 1 if one differs. --runner is a program that runs
+isomend, such as wine. It needs only Python."""
 
 import argparse
 import hashlib
@@ -33,8 +33,8 @@ RUNS = {
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend", help="the program")
-    parser.add_argument("--runner", default="", help="what runs it, with its arguments")
-    parser.add_argument("--out", type=Path, help="a file for the hashes")
+    parser.add_argument("--runner", default="", help="program that runs isomend, with its arguments")
+    parser.add_argument("--out", type=Path, help="file for the hashes")
     parser.add_argument("--against", type=Path, help="hashes to compare with")
     arguments = parser.parse_args()
     hashes = {}
@@ -43,7 +43,7 @@ def main():
             out = Path(folder) / f"geflickt-ü-{number}.{kind}"
             words = [words[0], str(ROOT / "data" / words[1]), *words[2:], "-o", str(out), "-q"]
             done = subprocess.run([*arguments.runner.split(), str(arguments.isomend.resolve()), *words], capture_output=True, text=True)
-            # 3: some hole is left open, which is no fault here.
+            # Exit code 3 (some hole is left open) is expected here.
             if done.returncode not in (0, 3) or not out.exists():
                 hashes[name] = f"ended with {done.returncode}: {done.stderr.strip()[-300:]}"
             else:

@@ -1,11 +1,11 @@
-"""What becomes of a check that cannot run: it is left out, which is said; with CI=true that is a failure."""
+"""Reports a check that cannot run: prints that it is left out, or fails if CI=true."""
 
 import os
 import sys
 
 
 def left_out(what, why):
-    """Says that checks are left out, or ends the program where none may be."""
+    """Prints that checks are left out, and why; ends the program with an error if CI=true."""
     if os.environ.get("CI") == "true":
         sys.exit(f"{what} cannot run, which fails with CI=true: {why}")
     print(f"{what} are LEFT OUT: {why}", flush=True)

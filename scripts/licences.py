@@ -1,10 +1,9 @@
-"""Checks the dependencies of Cargo.lock by the rules of deny.toml, without cargo-deny: licences, sources, and packages that may not be
-there.
+"""Checks the dependencies in Cargo.lock by the rules of deny.toml, without cargo-deny: licences, sources, and banned packages.
 
     python3 scripts/licences.py [--list]
 
-Advisories are not checked: that takes cargo-deny and its database. --list prints each package with its licence. It needs Python 3.11
-and cargo."""
+Advisories are not checked, since this needs cargo-deny and its database. --list prints each package with its licence. It needs Python
+3.11 and cargo."""
 
 import argparse
 import json
@@ -25,7 +24,7 @@ def packages():
 
 
 def is_allowed(expression, allowed):
-    """Whether a licence expression can be met by allowed licences alone. OR binds less than AND, as in SPDX; `/` is an old OR."""
+    """Whether allowed licences satisfy a licence expression. OR binds less than AND, as in SPDX; `/` is the old form of OR."""
     words = re.findall(r"\(|\)|[^\s()]+", expression.replace("/", " OR "))
 
     def either(at):

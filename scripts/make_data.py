@@ -2,12 +2,12 @@
 # requires-python = ">=3.11"
 # dependencies = ["numpy==2.4.6"]
 # ///
-"""Make the example meshes of data/: analytic shapes with holes, and one that looks like a scanned object.
+"""Make the example meshes of data/: analytic shapes with holes, and a mesh that imitates a scan of an object.
 
     python3 scripts/make_data.py [FOLDER]
 
-The analytic shapes are turned against the axes, so that no lattice is aligned with them, and know the distance to
-their exact surface: scripts/accuracy.py measures fills against it. The output is the same on every run."""
+The analytic shapes are rotated, so that no lattice is aligned with them. Each has a function for the distance to its exact
+surface, against which scripts/accuracy.py measures fills. The output is the same on every run."""
 
 import sys
 from pathlib import Path
@@ -19,8 +19,8 @@ sys.path.insert(0, str(ROOT / "scripts"))
 from benchmark import surfaces  # noqa: E402
 
 BIG, JOIN, TURN = surfaces.BIG, surfaces.JOIN, surfaces.TURN
-closed_torus, cut, pieces, revolve, sphere_mesh, turn = (
-    surfaces.torus, surfaces.cut, surfaces.pieces, surfaces.revolve, surfaces.sphere_mesh, surfaces.turn
+closed_torus, components, cut, revolve, sphere_mesh, turn = (
+    surfaces.torus, surfaces.components, surfaces.cut, surfaces.revolve, surfaces.sphere_mesh, surfaces.turn
 )  # fmt: skip
 
 
@@ -28,7 +28,7 @@ closed_torus, cut, pieces, revolve, sphere_mesh, turn = (
 
 
 def sphere(count, seed, polar_range):
-    """The unit sphere without the faces whose centre lies between two polar angles, in degrees."""
+    """The unit sphere without the faces with centres between two polar angles, in degrees."""
     v, f = sphere_mesh(count, seed)
     centre = v[f].mean(axis=1)
     angle = np.degrees(np.arccos(centre[:, 2] / np.linalg.norm(centre, axis=1)))
@@ -57,7 +57,7 @@ NECK = 0.55
 
 
 def catenoid(spacing):
-    """A dumb-bell: a catenoid of waist 1 that meets a ball at each end; the neck is missing between two rims."""
+    """A dumb-bell without its neck: a catenoid with a waist of radius 1 joins two balls; the part between two rims is missing."""
     ball = np.cosh(JOIN) ** 2
     centre = JOIN + np.cosh(JOIN) * np.sinh(JOIN)
     start = np.arccos(-np.tanh(JOIN))
@@ -140,7 +140,7 @@ def sheet(cells):
 
 
 def painted(count):
-    """The unit sphere with a dent that is painted red and rough; and the colours of its vertices."""
+    """The unit sphere with a dent that is painted red and has noise, and the colours of its vertices."""
     v, f = sphere_mesh(count, 7)
     angle = np.degrees(np.arccos(v @ np.divide([2, -3, 6], 7)))
     depth = 0.15 * np.exp(-((angle / 12) ** 2)) + np.random.default_rng(7).normal(scale=0.008, size=len(v))
@@ -149,9 +149,9 @@ def painted(count):
     return v * (1 - depth * inside)[:, None], f, colours
 
 
-# --- what looks like a scan -----------------------------------------------------------------------------------------
+# --- an imitated scan -----------------------------------------------------------------------------------------------
 
-ELLIPSOIDS = [  # centre, radii: all hold the origin, so that every ray from it leaves them once
+ELLIPSOIDS = [  # centre, radii: all contain the origin, so that every ray from it leaves them once
     ((0, 0.02, 0.42), (0.40, 0.47, 0.58)),  # head
     ((0, 0.0, 0.0), (0.27, 0.27, 0.6)),  # neck
     ((0, -0.05, -0.52), (0.86, 0.42, 0.56)),  # shoulders
@@ -200,7 +200,7 @@ HOLES = [  # direction, radius as a fraction of the unit, raggedness
 
 
 def scan(count):
-    """A bust as a scanner sees it: uneven triangles, noise, ragged rims, holes of all sizes, an island."""
+    """A bust like a scan: uneven triangles, noise, ragged rims, holes of all sizes, an island."""
     rng = np.random.default_rng(11)
     face = np.array([0, 0.7, 0.6]) / np.linalg.norm([0, 0.7, 0.6])
 
@@ -231,12 +231,12 @@ def scan(count):
     removed &= ~keep
     at_rim = np.isin(f, np.unique(f[removed])).any(axis=1) & ~keep
     removed |= at_rim & (rng.random(len(f)) < 0.015)
-    # A few triangles are missing elsewhere.
+    # A few single triangles are missing elsewhere.
     removed |= (rng.random(len(f)) < 0.0003) & ~keep
     v, f = cut(v, f, removed)
-    piece = pieces(f)
-    number, size = np.unique(piece, return_counts=True)
-    v, f = cut(v, f, ~np.isin(piece, number[np.argsort(size)[-2:]]))
+    component = components(f)
+    number, size = np.unique(component, return_counts=True)
+    v, f = cut(v, f, ~np.isin(component, number[np.argsort(size)[-2:]]))
     return v * 120.0, f
 
 
@@ -257,7 +257,7 @@ def exact_distance(name, points):
 
 
 def write_ply(path, v, f, colours=None, double=False):
-    """A binary PLY, with 32-bit coordinates or, if asked, 64-bit ones, and colours of vertices if there are any."""
+    """Writes a binary PLY with 32-bit coordinates (64-bit with `double`), and colours of vertices if given."""
     kind, code = ("double", "<f8") if double else ("float", "<f4")
     names = "" if colours is None else "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
     with open(path, "wb") as out:

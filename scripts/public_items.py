@@ -1,9 +1,9 @@
-"""Counts the library's public items, without methods and fields, and fails where there are more than MOST.
+"""Counts the library's public items, without methods and fields, and fails if there are more than MOST.
 
     cargo doc --no-deps && python3 scripts/public_items.py [--list]
 
-Counted are the entries of rustdoc's page of all items, each once however it can be reached, and what is public but hidden from the
-documentation.
+Counted are the entries of rustdoc's page of all items, each once even if it has several paths, and public items that are hidden from
+the documentation.
 """
 
 import argparse
@@ -13,19 +13,19 @@ from collections import Counter
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-# Anyone who learns the library has to look through them.
+# Limit of the number of public items: users of the library have to read through all of them.
 MOST = 250
 
 
 def documented():
     page = ROOT / "target/doc/isomend/all.html"
     if not page.exists():
-        sys.exit(f"{page} is not there: cargo doc --no-deps makes it")
+        sys.exit(f"{page} does not exist; make it with: cargo doc --no-deps")
     return re.findall(r'<li><a href="([^"]+)\.html">', page.read_text())
 
 
 def hidden():
-    """Public names under `#[doc(hidden)]`, but for what the feature `internals` opens."""
+    """Public names with `#[doc(hidden)]`, without names that only the feature `internals` makes public."""
     names = []
     pattern = re.compile(r"((?:^ *#\[.*\]\n)*^ *#\[doc\(hidden\)\]\n(?:^ *#\[.*\]\n)*)^ *pub (?:use|mod|fn|struct) ([^;{]+)", re.M)
     for file in sorted((ROOT / "src").rglob("*.rs")):

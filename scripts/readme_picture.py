@@ -6,7 +6,7 @@
 
     cargo build --release && python3 scripts/readme_picture.py [IN OUT.png]
 
-Patches are orange. Without a display pyvista draws in memory."""
+Patches are orange. No display is needed."""
 
 import subprocess
 import sys

@@ -2,18 +2,18 @@
 # requires-python = ">=3.11"
 # dependencies = ["libigl==2.6.3", "meshlib==3.1.4.297", "numpy==2.4.6", "pymeshlab==2025.7.post1", "pyvista==0.49.1"]
 # ///
-"""Fill holes cut out of real meshes with isomend, libigl and MeshLib, and see whether the expected errors are true.
+"""Fill holes cut out of real meshes with isomend, libigl and MeshLib, and compare isomend's expected errors with the distances.
 
     cargo build --release && uv run scripts/real_meshes.py [--isomend PROGRAM] [--json FILE] [--docs]
 
-(or in any virtual environment with the packages of the first lines). The meshes are those that the package pymeshlab holds:
-the Stanford bunny, a bone, a cow. Around vertices that lie as far from each other as they can, balls
-of three sizes are taken out where they leave one simple rim, always alike. The truth is what was taken out.
+(or in any virtual environment with the packages of the first lines). The meshes come from the package pymeshlab: the Stanford
+bunny, a bone, a cow. Balls of three sizes are cut out around farthest-point samples of the vertices, if they leave one simple
+rim; the holes are the same in every run. The true surface is the faces that were cut out.
 
-Root mean square distances in 1/1000 of the hole's diameter, the larger of patch to truth and truth to mesh, in geometric means.
+Distances are root mean squares in 1/1000 of the hole's diameter, the larger of patch to truth and truth to mesh, in geometric means.
 libigl's fills (`igl.harmonic`, k = 2 and 3) move the vertices of MeshLib's triangulation, with edges as long as isomend's.
-Curvedness: how far normals at the rim lean from their mean, on average. Expected errors: the part of all new vertices whose
-distance from the truth is less than isomend_sigma, and than twice that. --docs puts the tables into docs/accuracy.md."""
+Curvedness: the mean angle between normals at the rim and their mean. Expected errors: the share of all new vertices whose distance
+from the truth is less than isomend_sigma, and less than twice this value. --docs writes the tables into docs/accuracy.md."""
 
 import argparse
 import json
@@ -36,7 +36,7 @@ TOOLS = {"isomend": "isomend", "k2": "libigl k = 2", "k3": "libigl k = 3", "mesh
 
 
 def fill(program, case):
-    """Vertices and faces, the expected errors of vertices."""
+    """Fills a case with isomend; returns vertices, faces and the expected errors of vertices."""
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder) / "in.ply", Path(folder) / "out.vtp"
         data.write_ply(source, case.v, case.f)
@@ -48,7 +48,7 @@ def fill(program, case):
         surface = pv.read(target)
     v, f = np.array(surface.points, float), surface.faces.reshape(-1, 4)[:, 1:].astype(np.int64)
     v[: len(case.v)] = case.v
-    # A patch without vertices of its own has no expected errors.
+    # A patch without new vertices has no expected errors.
     sigma = surface.point_data.get("isomend_sigma", np.zeros(len(v)))
     return v, f, np.asarray(sigma, float)
 
@@ -61,7 +61,7 @@ def measured(program, case):
     off = np.linalg.norm(v[new] - case.truth.nearest(v[new])[0], axis=1)
     known = np.isfinite(sigma[new]) & (sigma[new] > 0)
     below = [(off[known] < times * sigma[new][known]).tolist() for times in (1, 2)]
-    # MeshLib closes every hole; only the one that was cut is looked at.
+    # MeshLib closes every hole; only the hole that was cut is scored.
     aim = scores["isomend"]["edge"]
     longest = aim / 0.75
     for _ in range(3):
@@ -119,8 +119,8 @@ def tables(rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--isomend", default=ROOT / "target/release/isomend", help="the program")
-    parser.add_argument("--json", help="write all figures here")
-    parser.add_argument("--docs", action="store_true", help="put the tables into docs/accuracy.md")
+    parser.add_argument("--json", help="file for all figures")
+    parser.add_argument("--docs", action="store_true", help="write the tables into docs/accuracy.md")
     arguments = parser.parse_args()
     rows = []
     for case in known.real_cases(libigl.Triangles):

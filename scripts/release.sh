@@ -1,17 +1,17 @@
 #!/usr/bin/env bash
-# Builds what a release hands out, into DIR, and tries each where nothing else is: scripts/release.sh DIR
+# Builds all files of a release into DIR, and tests each in an empty environment: scripts/release.sh DIR
 #
 #   isomend                   the program, static and stripped
 #   isomend-*.whl             the Python package for Linux (manylinux), for Python 3.10 and later
-#   isomend-*.tar.gz          its source
+#   isomend-*.tar.gz          the source of the Python package
 #   isomend-*.crate           the Rust package
 #   isomend-blender-*.zip     the Blender extension for Linux, with the wheel inside
 #   isomend.cdx.json, isomend-python.cdx.json    bills of materials (CycloneDX) of the program and of the wheel
 #   SHA256SUMS                hashes of all of these
 #
-# The program is built twice, in two folders, and must come out the same: scripts/release.sh DIR --once leaves the second build out.
+# The program is built twice, in two folders, and both builds must have the same bytes. scripts/release.sh DIR --once builds it only once.
 #
-# All is built from what is committed, in a folder of its own. It needs Rust, a C compiler, Python 3.10 or newer and, for maturin and
+# All files are built from the last commit, in a temporary folder. It needs Rust, a C compiler, Python 3.10 or newer and, for maturin and
 # zig, the Python package index. Nothing is published.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -27,7 +27,7 @@ export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target}
 target=$(rustc -vV | sed -n 's/^host: //p')
 say() { printf '\n== %s\n' "$*"; }
 
-# The program, from a folder of sources into a folder of builds. Their names, and that of Cargo's own folder, do not get into it.
+# Builds the program from a folder of sources into a folder of builds. The paths of these folders and of Cargo's folder are kept out of it.
 program() {
     (cd "$1" && CARGO_TARGET_DIR=$2 RUSTFLAGS="-C target-feature=+crt-static --remap-path-prefix=$1=/isomend \
         --remap-path-prefix=$2=/target --remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=/cargo" \
@@ -52,7 +52,7 @@ python3 -m venv "$clean/tools"
 "$clean/tools/bin/pip" install --quiet --disable-pip-version-check maturin==1.16.0 ziglang==0.17.1
 PATH="$clean/tools/bin:$PATH"
 rm -f "$out"/isomend-*.whl "$out"/isomend-*.tar.gz "$out"/isomend-*.crate "$out"/isomend-blender-*.zip
-# zig links against an old C library, so that the wheel runs wherever that is or a later one.
+# zig links against an old C library, so that the wheel runs on systems with this or a later version.
 (cd "$clean/source/python" &&
     maturin build --quiet --locked --profile dist --zig --compatibility manylinux2014 --target "$target" --out "$out" &&
     maturin sdist --out "$out")
@@ -66,17 +66,17 @@ say "the bills of materials"
     python3 scripts/sbom.py --target "$target" --package isomend-python "$out/isomend-python.cdx.json")
 
 say "the Rust package"
-# It is built when it is installed below.
+# Without verification, as the package is built when it is installed below.
 (cd "$clean/source" && cargo package --quiet --locked --no-verify --package isomend)
 cp "$CARGO_TARGET_DIR"/package/isomend-*.crate "$out/"
 
-# The first command of the README, by a program.
+# Runs the first command of the README with the given program; prints the hash of the result.
 mends() {
     (cd "$clean/root" && rm -f mended.glb && "$@" fill scan.ply -o mended.glb -q && [ -s mended.glb ] && sha256sum < mended.glb)
 }
 cp data/scan.ply "$clean/root/"
 
-say "the program, without a library beside it and without an environment"
+say "the program, without libraries and without environment variables"
 cp "$out/isomend" "$clean/root/"
 mends env -i ./isomend > "$clean/program"
 if unshare --user --map-root-user true 2> /dev/null; then
@@ -85,7 +85,7 @@ if unshare --user --map-root-user true 2> /dev/null; then
 fi
 
 for made in "$out"/isomend-*.whl "$out"/isomend-*.tar.gz; do
-    say "$(basename "$made"), in an environment of its own"
+    say "$(basename "$made"), in a new environment"
     python3 -m venv --clear "$clean/venv"
     env -u CARGO_TARGET_DIR "$clean/venv/bin/pip" install --quiet --disable-pip-version-check "$made"
     mends "$clean/venv/bin/isomend" > "$clean/wheel"

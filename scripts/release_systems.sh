@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Builds the program for Windows and macOS on Linux, with zig as the linker, into DIR: scripts/release_systems.sh DIR [PROFILE]
 #
-#   isomend-windows-x64.exe                           tried under wine, where that is
-#   isomend-macos-arm64, isomend-macos-x64            built, but not run: there is no way to do that here
+#   isomend-windows-x64.exe                           tested with wine, if it is installed
+#   isomend-macos-arm64, isomend-macos-x64            built, but not run: Linux cannot run them
 #
-# All is built from what is committed, by default with the profile dist. It needs Rust with rustup, Python and its package index, and for the
-# trial wine (Debian: apt install wine64) and the program of this system, which ISOMEND names (target/release/isomend by default). Wheels
-# for these systems, and runs on them, are made by hosted machines: .github/workflows/systems.yml.
+# All is built from the last commit, by default with the profile dist. It needs Rust with rustup, Python and its package index; for the
+# test also wine (Debian: apt install wine64) and the program of this system, at the path ISOMEND (target/release/isomend by default).
+# .github/workflows/systems.yml builds wheels on these systems and tests them.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=${1:?usage: scripts/release_systems.sh DIR [PROFILE]}
@@ -25,7 +25,7 @@ python3 -m venv "$clean/tools"
 "$clean/tools/bin/pip" install --quiet --disable-pip-version-check ziglang==0.17.0 cargo-zigbuild
 PATH="$clean/tools/bin:$PATH"
 
-# The program for a system.
+# Builds the program for a target triple.
 build() {
     rustup target add "$1"
     (cd "$clean/source" && cargo zigbuild --quiet --locked --profile "$profile" --target "$1" --package isomend --bin isomend)
@@ -40,7 +40,7 @@ if command -v wine > /dev/null; then
     export WINEPREFIX=$clean/wine WINEDEBUG=-all
     cp "$out/isomend-windows-x64.exe" "$clean/isomend.exe"
     wine "$clean/isomend.exe" --version > /dev/null 2>&1 || {
-        # Wine 8 lacks the library that random numbers come from in Rust: one with that function alone stands beside the copy that is tried.
+        # Wine 8 lacks the library from which Rust takes random numbers: put a library with only this function beside the program.
         cat > "$clean/random.c" << 'C'
 #include <stddef.h>
 __declspec(dllimport) unsigned char __stdcall SystemFunction036(void *, unsigned long);
@@ -51,18 +51,18 @@ C
         python3 -m ziglang cc -target x86_64-windows-gnu -shared -O1 "$clean/random.c" -o "$clean/bcryptprimitives.dll" -ladvapi32
     }
     wine "$clean/isomend.exe" --version
-    # The page answers with its secret, and not without.
+    # The page must answer requests with the secret, and refuse others.
     timeout 60 wine "$clean/isomend.exe" view data/sphere.ply --no-browser > "$clean/view" 2>&1 &
     for _ in $(seq 50); do grep -q http "$clean/view" 2> /dev/null && break; sleep 1; done
     address=$(grep -o 'http://[^[:space:]]*' "$clean/view" | head -n 1)
     curl --silent --fail --location --cookie-jar "$clean/cookies" "$address" | grep -q '<title>isomend view'
     [ "$(curl --silent --output /dev/null --write-out '%{http_code}' "${address%/*/}/")" = 403 ]
     python3 scripts/hashes.py --isomend "$program" --out "$clean/here.json" > /dev/null
-    # Where Windows' C library rounds exp, ln or sin otherwise the bytes differ.
+    # The bytes differ if Windows' C library rounds exp, ln or sin in another way.
     python3 scripts/hashes.py --isomend "$clean/isomend.exe" --runner wine --against "$clean/here.json" || echo "see docs/release.md"
     wineserver -k || true
 else
-    echo "not tried: there is no wine"
+    echo "not tested: wine is not installed"
 fi
 
 say "macOS"

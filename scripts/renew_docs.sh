@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Renews all tables and pictures of the README and of docs: scripts/renew_docs.sh DIR
 #
-# DIR takes a Python environment with what the scripts name in their first lines, and the reports, plots and fields of the
-# experiments. An hour or two on two cores; leave the machine alone meanwhile, since many of the figures are times. For the
-# tables beside CGAL its headers are needed (Debian: libcgal-dev libeigen3-dev), for shapes with edges the libraries of gmsh
-# (libglu1-mesa libxcursor1 libxft2 libxinerama1), for the picture of a report Chromium.
+# DIR gets a Python environment with the packages that the scripts list in their first lines, and the reports, plots and fields of
+# the experiments. It takes one to two hours on two cores; the machine must be idle, since many figures are times. The comparison with
+# CGAL needs its headers (Debian: libcgal-dev libeigen3-dev), shapes with edges need the libraries of gmsh (libglu1-mesa libxcursor1
+# libxft2 libxinerama1), and the picture of a report needs Chromium.
 set -euo pipefail
 folder=${1:?usage: scripts/renew_docs.sh DIR}
 mkdir -p "$folder"

@@ -2,8 +2,8 @@
 
     python3 scripts/sbom.py [--target TRIPLE] [--package isomend|isomend-python] OUT.json
 
-Crates are those of Cargo.lock for that system, without what only builds and tests need, each with version, licence, package URL, SHA-256
-of its source and what it depends on. The same lock file makes the same bytes. It needs Python 3.11 and cargo."""
+It lists the crates of Cargo.lock for one system, without dependencies of builds and tests only. Each has its version, licence, package
+URL, SHA-256 of the source, and dependencies. The same lock file gives the same bytes. It needs Python 3.11 and cargo."""
 
 import argparse
 import json
@@ -20,13 +20,13 @@ def metadata(target):
 
 
 def host():
-    """The system that this is."""
+    """The target triple of this system."""
     words = subprocess.run(["rustc", "-vV"], check=True, capture_output=True, text=True).stdout
     return next(line.split()[1] for line in words.splitlines() if line.startswith("host: "))
 
 
 def reached(nodes, root):
-    """What a package contains: for each package those that it is built with, as normal dependencies."""
+    """The packages that a package contains: for each package reached from `root` its normal dependencies."""
     found, todo = {}, [root]
     while todo:
         package = todo.pop()
@@ -39,7 +39,7 @@ def reached(nodes, root):
 
 
 def component(package, checksums):
-    """A package as a component."""
+    """A package as a CycloneDX component."""
     name, version = package["name"], package["version"]
     url = f"pkg:cargo/{name}@{version}"
     row = {"type": "library", "bom-ref": url, "name": name, "version": version, "purl": url}
@@ -55,8 +55,8 @@ def component(package, checksums):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--target", help="the system of the build [default: this one]")
-    parser.add_argument("--package", default="isomend", help="what was built [default: isomend]")
+    parser.add_argument("--target", help="target triple of the build [default: this system]")
+    parser.add_argument("--package", default="isomend", help="package that was built [default: isomend]")
     parser.add_argument("out", type=Path)
     arguments = parser.parse_args()
     target = arguments.target or host()

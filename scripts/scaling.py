@@ -2,17 +2,16 @@
 # requires-python = ">=3.11"
 # dependencies = ["numpy==2.4.6"]
 # ///
-"""Measure how time and memory of `isomend fill` grow, and the exponents: against D/h, triangles outside the hole, holes, threads.
+"""Measure how time and memory of `isomend fill` grow with D/h, triangles outside the hole, holes and threads, and the exponents.
 
     cargo build --release && python3 scripts/scaling.py [--json FILE] [--markdown FILE] [--docs] [--quick]
     python3 scripts/scaling.py --cut 50 IN.ply OUT.ply        # only cut holes into a large mesh, to time it
-    python3 scripts/scaling.py --large 10000000 10 OUT.ply    # only make a mesh of that many triangles with holes
+    python3 scripts/scaling.py --large 10000000 10 OUT.ply    # only make a mesh with this number of triangles and holes
     python3 scripts/scaling.py --memory 2000000 10000000 --docs    # only the memory of meshes of these sizes
 
-The meshes are tori with round holes, made here. Every run is a process of its own, timed from outside; peak memory is
-that of the process. An exponent is the slope of log CPU time against log size, over all sizes and over the largest two; what
-is there at every size, such as the start of the process, makes the first one smaller. CPU time is taken because it
-depends less on what else the machine does."""
+The meshes are tori with round holes, made here. Every run is a separate process; its time and peak memory are measured from outside.
+An exponent is the slope of log CPU time against log size, over all sizes and over the largest two; constant costs, such as the
+start of the process, make the first one smaller. CPU time depends less on other load of the machine than wall time."""
 
 import argparse
 import json
@@ -50,13 +49,13 @@ def read_ply(path):
     stride = sum(size[kind] for kind, _ in fields)
     vertices = np.frombuffer(body, np.uint8, count * stride).reshape(count, stride)[:, :12].copy().view("<f4")
     if b"binary_little_endian" not in header or len(lists) != 1 or lists[0][:2] != ["list", "uchar"]:
-        raise ValueError(f"{path}: not a binary PLY with lists of triangles alone")
+        raise ValueError(f"{path}: not a binary PLY file with triangles only")
     rows = np.frombuffer(body, np.dtype([("n", "u1"), ("v", "<i4", 3)]), triangles, count * stride)
     return vertices.astype(float), rows["v"].astype(np.int64)
 
 
 def torus(triangles, ring=RING):
-    """A torus of about so many triangles of nearly equal size at the middle of the tube."""
+    """A torus with about `triangles` triangles, nearly equilateral halfway between its inner and outer equator."""
     across = max(8, 2 * round((triangles * TUBE / ring / 3**0.5) ** 0.5 / 2))
     around = max(8, round(triangles / 2 / across))
     i, j = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")
@@ -74,7 +73,7 @@ def torus(triangles, ring=RING):
 
 
 def is_disc(faces):
-    """Whether faces are one piece without a hole: Euler number 1, connected."""
+    """Whether faces form a disc: connected, Euler characteristic 1."""
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     edges = np.unique(edges, axis=0)
     corners, number = np.unique(edges, return_inverse=True)
@@ -92,7 +91,8 @@ def is_disc(faces):
 
 
 def cut_balls(vertices, faces, centres, radius, want=None, apart=3.0):
-    """Removes the faces whose centroid lies in one of the balls; with `want`, the first so many that leave clean rims."""
+    """Removes the faces with centroids in the balls. With `want` only that number of balls is cut: the first with a disc of more than 50
+    faces, and centres at least `apart` radii from each other. Returns the remaining vertices and faces."""
     middle = vertices[faces].mean(axis=1)
     order = np.argsort(middle[:, 0])
     along = middle[order, 0]
@@ -114,7 +114,7 @@ def cut_balls(vertices, faces, centres, radius, want=None, apart=3.0):
 
 
 def places(count, ring=RING):
-    """Points spread evenly on the torus: the middles of holes."""
+    """Points spread evenly on the torus, the centres of holes."""
     across = max(1, round((count * TUBE / ring) ** 0.5))
     k = np.arange(count)
     u, w = 2 * np.pi * (k // across) / -(-count // across), 2 * np.pi * (k % across + 0.5) / across
@@ -124,14 +124,14 @@ def places(count, ring=RING):
 
 
 def made(triangles, holes, edges_wide, ring=RING):
-    """A torus with holes, each about so many edges wide."""
+    """A torus with holes, each about `edges_wide` edges wide."""
     vertices, faces = torus(triangles, ring)
     edge = 2 * np.pi * TUBE * (ring / TUBE * 4 / 3**0.5 / triangles) ** 0.5
     return cut_balls(vertices, faces, places(holes, ring), edges_wide * edge / 2)
 
 
 def cut_holes(source, holes, part):
-    """A mesh with so many holes, each as wide as this part of its diagonal."""
+    """A mesh file with holes cut into it: `holes` is their number, `part` their width over the diagonal of the bounding box."""
     vertices, faces = read_ply(source)
     radius = part * np.linalg.norm(np.ptp(vertices, axis=0)) / 2
     seeds = np.random.default_rng(50).choice(len(vertices), 40 * holes, replace=False)
@@ -142,7 +142,7 @@ def cut_holes(source, holes, part):
 
 
 def run(program, source, folder, *options):
-    """One fill in a process of its own: wall and CPU seconds, peak memory in MB, its report."""
+    """Runs one fill in a separate process; returns its figures (wall and CPU seconds, peak memory in MB) and its report."""
     report = Path(folder) / "report.json"
     command = [program, "fill", source, "-o", Path(folder) / "out.ply", "--json", report, "-q", *options]
     command = [sys.executable, "-S", ROOT / "scripts/timed.py", *command]
@@ -155,7 +155,7 @@ def run(program, source, folder, *options):
 
 def median_run(program, source, folder, times, *options):
     runs = []
-    # What takes minutes is not repeated.
+    # Runs are not repeated once they have taken a minute of CPU time.
     while len(runs) < times and sum(figures["cpu"] for figures, _ in runs) < 60:
         runs.append(run(program, source, folder, *options))
     report = runs[0][1]
@@ -203,7 +203,7 @@ def study_triangles(program, folder, times, quick):
     rows = []
     for count in (10**4, 10**5) if quick else (10**4, 10**5, 10**6, 10**7):
         source = folder / "triangles.ply"
-        # A longer tube, not a finer one: the hole and what is round it stay alike.
+        # A longer tube, not a finer mesh, so that the hole and its surroundings stay the same.
         write_ply(source, *made(count, 1, 20, RING * count / 10**4))
         rows.append(median_run(program, source, folder, times)[0] | {"size": count})
     return exponents("triangles outside one hole", rows, "size")
@@ -229,7 +229,7 @@ def study_threads(program, folder, times, quick):
         if options:
             diameter = run(program, one, folder)[1]["regions"][0]["diameter"]
             options = ("--voxel", diameter / 96)
-        # The two take turns, so that both see the same load.
+        # One and two threads run in turns, so that both have the same load of the machine.
         runs = {1: [], 2: []}
         for _ in range(times):
             for threads in runs:
@@ -263,7 +263,7 @@ STUDIES = {"grid": study_grid, "triangles": study_triangles, "holes": study_hole
 
 
 def grouped(number):
-    """With a narrow space between thousands."""
+    """The number with narrow spaces between groups of three digits."""
     return f"{number:,}".replace(",", "\u202f")
 
 
@@ -301,15 +301,15 @@ def table(studies):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--isomend", default=ROOT / "target/release/isomend", help="the program")
-    parser.add_argument("--json", help="write the figures here")
-    parser.add_argument("--markdown", help="write the table here")
-    parser.add_argument("--docs", action="store_true", help="put the table into docs/speed.md")
-    parser.add_argument("--json-in", help="take the studies that are not run from this file of an earlier --json")
-    parser.add_argument("--only", choices=STUDIES, nargs="+", default=list(STUDIES), help="these studies alone")
-    parser.add_argument("--times", type=int, default=3, help="runs of each, of which the median counts")
+    parser.add_argument("--json", help="file for the figures")
+    parser.add_argument("--markdown", help="file for the table")
+    parser.add_argument("--docs", action="store_true", help="write the table into docs/speed.md")
+    parser.add_argument("--json-in", help="file of an earlier --json, from which studies that are not run are taken")
+    parser.add_argument("--only", choices=STUDIES, nargs="+", default=list(STUDIES), help="studies to run [default: all]")
+    parser.add_argument("--times", type=int, default=3, help="number of runs of each mesh, whose median counts")
     parser.add_argument("--quick", action="store_true", help="the small sizes only")
     parser.add_argument("--cut", nargs=3, metavar=("HOLES", "IN", "OUT"), help="cut holes into a mesh and stop")
-    parser.add_argument("--part", type=float, default=0.02, help="with --cut, their width over the mesh's diagonal")
+    parser.add_argument("--part", type=float, default=0.02, help="with --cut, the width of the holes over the mesh's diagonal")
     parser.add_argument("--large", nargs=3, metavar=("TRIANGLES", "HOLES", "OUT"), help="make a mesh and stop")
     parser.add_argument("--memory", nargs="+", type=int, metavar="TRIANGLES", help="measure the memory of these sizes and stop")
     arguments = parser.parse_args()

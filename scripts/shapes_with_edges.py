@@ -5,25 +5,25 @@
 #   "pymeshlab==2025.7.post1", "pyvista==0.49.1",
 # ]
 # ///
-"""Fill holes cut out of man-made shapes with isomend, with sharp edges continued and without, and with other programs.
+"""Fill holes cut out of man-made shapes with isomend, with and without continued sharp edges, and with other programs.
 
     cargo build --release && uv run scripts/shapes_with_edges.py [--isomend PROGRAM] [--docs] [--json FILE] [--keep DIR]
 
 (or in any virtual environment with the packages of the first lines; on Debian gmsh needs apt install libglu1-mesa libxcursor1
-libxft2 libxinerama1). The solids, their samplings and the places of the holes are those of scripts/edged_solids.py; every mesh has
-one hole. The run takes about four minutes on one core and gives the same figures each time.
+libxft2 libxinerama1). The solids, their meshes and the places of the holes come from scripts/edged_solids.py; every mesh has one
+hole. The run takes about four minutes on one core and gives the same figures each time.
 
 Distances are over points spread evenly, in 1/1000 of the hole's diameter D: rms and maximum, the larger of patch to truth and
 truth to mesh. 'normals': mean angle between the patch's faces and the truth. 'creases found': share of the length of the truth's
 sharp edges (above 25 degrees) inside the hole that have a sharp edge of the patch (above 20 degrees) within 0.02 D. 'false
 creases': length over D of sharp edges of the patch farther than 0.1 D from any edge of the truth. 'intersecting': number of patches
-with a face that intersects another. Geometric means take distances below 0.1 per mille as 0.1. 'cut-out faces': the faces that
-were removed, measured like a patch. Patches that leave the hole open are left out, with a message.
+with a face that intersects another. In geometric means, distances below 0.1 per mille count as 0.1. 'cut-out faces': the removed
+faces, measured like a patch. Results that leave the hole open are left out, with a message.
 
 CGAL's triangulate_refine_and_fair_hole (continuity 1, its default) is compiled from scripts/cgal_fill.cpp, on Debian with
 libcgal-dev and libeigen3-dev; without them it is left out. MeshLib is fillHoleNicely with its smoothing; libigl is igl.harmonic with
-k = 2 of MeshLib's triangulation without smoothing (scripts/compare_libigl.py); both have edges as long as those of the rim. MeshFix
-is fill_small_boundaries with refinement. --docs puts the tables into docs/accuracy.md."""
+k = 2 of MeshLib's triangulation without smoothing (scripts/compare_libigl.py); both have edges as long as the rim's. MeshFix is
+fill_small_boundaries with refinement. --docs writes the tables into docs/accuracy.md."""
 
 import argparse
 import json
@@ -60,17 +60,17 @@ TOOLS = {
 QUALITIES = {"clean": "clean meshes", "scanned": "as scanned"}
 ACROSS = {"convex", "concave", "curved", "two", "corner", "mixed"}  # kinds whose sharp edges end at the rim
 PATCH_SHARP = 20.0  # degrees: edges of a patch above this count as sharp
-FOUND = 0.02  # over D: an edge of the truth this near to a sharp edge of the patch is found
-FALSE = 0.1  # over D: a sharp edge of the patch farther from the truth's edges than this is false
+FOUND = 0.02  # over D: an edge of the truth counts as found if a sharp edge of the patch is within this distance
+FALSE = 0.1  # over D: a sharp edge of the patch counts as false if it is farther than this from the truth's edges
 SAMPLES = 10_000  # points on the patch, and on the truth round the hole
-LEAST = 0.1  # per mille: geometric means take smaller distances as this; flat sides of clean meshes are exact for many tools
+LEAST = 0.1  # per mille of D: lower bound of distances in geometric means; flat sides of clean meshes are exact for many tools
 
 
 # --- holes ----------------------------------------------------------------------------------------------------------
 
 
 def middle_of(site, truth, ends, angle):
-    """The site's point on the truth: on the nearest sharp edge or corner where its kind says so."""
+    """The hole's centre: the nearest point of the truth to the site, or on a sharp edge or at a corner, depending on the site's kind."""
     if site.kind in solids.ON_EDGE:
         points = ends[np.abs(angle) > 10].mean(axis=1)
     elif site.kind in solids.ON_CORNER:
@@ -82,7 +82,7 @@ def middle_of(site, truth, ends, angle):
 
 
 def removed(v, f, middle, site, truth):
-    """The faces of a hole: one disc of faces within the radius, for `rim` in one side of the solid only; None if there is none."""
+    """The faces of a hole: a disc of faces within the radius, for the kind `rim` on one side of the solid only; None if there is none."""
     centre = v[f].mean(axis=1)
     _, _, side = truth.nearest(np.vstack([centre, site.at]))
     for factor in (1.0, 1.06, 0.94, 1.12, 0.88):
@@ -92,16 +92,16 @@ def removed(v, f, middle, site, truth):
         inside = np.flatnonzero(gone)
         if len(inside) < 4:
             continue
-        piece = data.pieces(f[gone])
-        gone[inside[piece != piece[np.linalg.norm(centre[inside] - middle, axis=1).argmin()]]] = False
-        kept = data.pieces(f[~gone])
+        component = data.components(f[gone])
+        gone[inside[component != component[np.linalg.norm(centre[inside] - middle, axis=1).argmin()]]] = False
+        kept = data.components(f[~gone])
         if benchmark.is_disc(f[gone]) and (kept == kept[0]).all():
             return gone
     return None
 
 
 class Hole:
-    """A mesh with a hole, what was cut out, the truth round it; v, f, whole and bridge are what the other scripts ask of a case."""
+    """A mesh with a hole, the faces that were cut out, and the truth round them; v, f, whole and bridge are used by other scripts."""
 
     bridge = False
 
@@ -109,7 +109,7 @@ class Hole:
         self.solid, self.kind, self.quality = solid, kind, quality
         self.name = f"{solid} {number} {kind} {quality}".replace(" ", "-")
         v, f = mesh
-        # All tools get what the file has: 32-bit coordinates.
+        # All tools get the 32-bit coordinates of the file.
         v = v.astype(np.float32).astype(float)
         kept, self.f = data.cut(v, f, gone)
         order = np.concatenate([np.unique(f[~gone]), np.setdiff1d(np.arange(len(v)), f[~gone])])
@@ -128,12 +128,12 @@ class Hole:
         self.set_creases()
 
     def inside(self, points):
-        """Whether the nearest face of the whole mesh is one that was cut out."""
+        """For each point whether the nearest face of the whole mesh was cut out."""
         face = igl.point_mesh_squared_distance(np.ascontiguousarray(points), self.whole[0], np.ascontiguousarray(self.whole[1]))[1]
         return self.whole[2][face]
 
     def set_creases(self):
-        """Points on the truth's sharp edges inside the hole with their lengths and angles (degrees); all edges of the truth near it."""
+        """Sets the points on the truth's sharp edges inside the hole, with lengths and angles (degrees), and all edges near the hole."""
         ends, angle = self.truth.creases()
         steps = (np.arange(4) + 0.5) / 4
         points = (ends[:, :1] + steps[:, None] * (ends[:, 1:] - ends[:, :1])).reshape(-1, 3)
@@ -193,7 +193,7 @@ def by_cgal(program, hole, folder):
 
 
 def fills(hole, program, cgal, with_peers, folder):
-    """Calls by the tools' names; each returns vertices, faces, and isomend's what it reports."""
+    """Functions that fill the hole, by the tools' names; each returns vertices and faces, isomend's also the report."""
     data.write_ply(folder / "in.ply", hole.v, hole.f)
     yield "isomend", lambda: by_isomend(program, hole, folder)
     yield "smooth", lambda: by_isomend(program, hole, folder, ("--sharp", "off"))
@@ -217,7 +217,7 @@ def fills(hole, program, cgal, with_peers, folder):
 
 
 def to_segments(points, ends):
-    """Distances of points to the nearest of some segments; infinite without any."""
+    """Distances of points to the nearest of the segments; infinite if there are no segments."""
     nearest = np.full(len(points), np.inf)
     for a, b in ends:
         along = np.clip((points - a) @ (b - a) / max((b - a) @ (b - a), 1e-300), 0, 1)
@@ -226,7 +226,7 @@ def to_segments(points, ends):
 
 
 def sharp_edges(v, f, patch):
-    """Ends of the patch's edges, rim included, where two faces differ by more than PATCH_SHARP."""
+    """Ends of the patch's edges, rim included, with more than PATCH_SHARP between their faces' normals."""
     half = np.concatenate([f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]])
     face = np.tile(np.arange(len(f)), 3)
     order = np.lexsort(np.sort(half, axis=1).T)
@@ -251,7 +251,7 @@ def intersections(v, f, patch, centre, radius):
 def score(hole, v, f, patch):
     own = f[patch]
     samples = libigl.spread(v, own, SAMPLES, np.random.default_rng(2))
-    # The faces of the samples, for their normals, from the same random numbers.
+    # The same random numbers give the faces of the samples, for their normals.
     area = solids.crossed(v, own)
     sizes = np.linalg.norm(area, axis=1)
     face = np.random.default_rng(2).choice(len(own), SAMPLES, p=sizes / sizes.sum())
@@ -293,7 +293,7 @@ def measured(hole, program, cgal, with_peers, folder):
             continue
         patch, closed = peers.marked(hole, v, f)
         if not closed:
-            print(f"{hole.name}: {TOOLS[tool]} left it open", file=sys.stderr)
+            print(f"{hole.name}: {TOOLS[tool]} left the hole open", file=sys.stderr)
             continue
         row["scores"][tool] = score(hole, v, f, patch) | {"seconds": seconds} | (report[0] if report else {})
     return row
@@ -344,13 +344,13 @@ def by_measure(rows, tools):
 
 
 def summary(rows):
-    """How often continuing sharp edges is nearer or farther than not, and where edges are missed or invented."""
+    """A text on how often continued sharp edges are nearer to or farther from the truth, and where edges are missed or invented."""
     both = [r for r in rows if "isomend" in r["scores"] and "smooth" in r["scores"]]
     ratio = np.array([np.divide(*(max(r["scores"][t]["rms"], LEAST) for t in ("isomend", "smooth"))) for r in both])
     continued = {r["hole"]: len(r["scores"]["isomend"]["creases"]) > 0 for r in both}
     across = [continued[r["hole"]] for r in both if r["kind"] in ACROSS]
     smooth = [continued[r["hole"]] for r in both if r["kind"] in ("round", "fillet")]
-    # No line may start with a number and a full stop: that is a list in Markdown.
+    # No line may start with a number and a full stop, which is a list in Markdown.
     return (
         f"Of {len(both)} holes, the default is nearer to the truth than `--sharp off` by more than a tenth in {(ratio < 0.9).sum()}, "
         f"and farther by more\nthan a tenth in {(ratio > 1.1).sum()}. Of {len(across)} holes across edges or over corners, "
@@ -360,7 +360,7 @@ def summary(rows):
 
 
 def loop(f):
-    """Vertices round the hole, in order."""
+    """Vertices of the hole's rim, in order."""
     after = {int(a): int(b) for a, b in libigl.boundary(f)}
     rim = [min(after)]
     while after[rim[-1]] != rim[0]:
@@ -369,7 +369,7 @@ def loop(f):
 
 
 def keep(folder, hole):
-    """Writes the mesh with its hole, the whole mesh and the truth near the hole; tells where, and the hole's rim."""
+    """Writes the mesh with its hole, the whole mesh and the truth near the hole; returns their paths and the hole's rim."""
     used, local = np.unique(hole.truth.f, return_inverse=True)
     meshes = {
         "input": ("", hole.v, hole.f),
@@ -386,12 +386,12 @@ def keep(folder, hole):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend", help="the program")
-    parser.add_argument("--solids", default="", help="regular expression: only solids whose names match")
-    parser.add_argument("--no-peers", action="store_true", help="only isomend, with and without --sharp off")
-    parser.add_argument("--cgal", type=Path, help="scripts/cgal_fill.cpp, compiled before")
-    parser.add_argument("--json", type=Path, help="write all figures here")
-    parser.add_argument("--keep", type=Path, help="a folder for the meshes with holes, without, and the truth round them")
-    parser.add_argument("--docs", action="store_true", help="put the tables into docs/accuracy.md")
+    parser.add_argument("--solids", default="", help="regular expression of the names of solids")
+    parser.add_argument("--no-peers", action="store_true", help="run isomend only, with and without --sharp off")
+    parser.add_argument("--cgal", type=Path, help="compiled program of scripts/cgal_fill.cpp")
+    parser.add_argument("--json", type=Path, help="file for all figures")
+    parser.add_argument("--keep", type=Path, help="folder in which to keep the meshes with and without holes, and the truth near the holes")
+    parser.add_argument("--docs", action="store_true", help="write the tables into docs/accuracy.md")
     arguments = parser.parse_args()
     rows, kept = [], {}
     with tempfile.TemporaryDirectory() as folder:

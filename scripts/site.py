@@ -1,9 +1,9 @@
-"""Makes the site out of docs/ with mdBook: a page for each task, all pages with search, a gallery, and the API of the public part.
+"""Makes the website from docs/ with mdBook: a page for each task, search, a gallery, and the documentation of the public API.
 
     python3 scripts/site.py DIR [--mdbook PROGRAM] [--api]
 
-mdBook comes with `cargo install --locked mdbook`. The pages are those of the repository, with their links turned to places in the site; a
-link that leads nowhere in it is a failure. --api adds cargo's documentation of the library. It needs nothing else beside Python."""
+mdBook is installed with `cargo install --locked mdbook`. The pages are the repository's, with their links changed to pages of the site; a
+link without a target is a failure. --api adds cargo's documentation of the library. It needs only Python and mdBook."""
 
 import argparse
 import html.parser
@@ -30,12 +30,12 @@ default-theme = "light"
 [output.html.search]
 limit-results = 20
 """
-# Chapters: their titles, and the pages with theirs.
+# Chapters: titles of chapters, with their pages and these pages' titles.
 CHAPTERS = {
     "": {"index.md": "isomend", "gallery.md": "Gallery"},
     "Tasks": {
         "printing.md": "To print a scan",
-        "restoration.md": "To restore what is damaged",
+        "restoration.md": "To restore damaged regions",
         "reverse.md": "To rebuild man-made parts",
         "photogrammetry.md": "To finish photogrammetry",
         "research.md": "To do research",
@@ -75,8 +75,8 @@ CHAPTERS = {
 GALLERY = {
     "mended.png": ("A scan with holes and the same filled, patches in orange", "readme_picture.py"),
     "blender.png": ("In Blender: with holes, filled, and the expected error of the patches", "blender_picture.py"),
-    "edges.png": ("Holes cut out of solids with sharp edges, filled, beside other programs", "edges_picture.py"),
-    "libigl.png": ("Fills beside the truth and libigl's, coloured by their distance from the truth", "compare_libigl.py"),
+    "edges.png": ("Holes cut out of solids with sharp edges: open, with smooth patches, and with the edges continued", "edges_picture.py"),
+    "libigl.png": ("Patches of isomend and of libigl, coloured by their distance from the true surface", "compare_libigl.py"),
     "view_holes.png": ("Holes in the page of isomend view", "view_picture.py"),
     "view_paint.png": ("A painted region that is to be replaced", "view_picture.py"),
     "view_preview.png": ("One hole with two settings side by side", "view_picture.py"),
@@ -91,8 +91,8 @@ def places():
     return pages | {Path("README.md"): "index.md"}
 
 
-def turned(page, text, names):
-    """The text of a page with its links turned to places in the site. Links to files that are not in it lose the link."""
+def relinked(page, text, names):
+    """The text of a page with its links changed to pages of the site. Links to files that are not in the site become plain text."""
 
     def link(match):
         shown, target = match[1], match[2]
@@ -115,11 +115,11 @@ def gallery():
 
 
 def summary(names):
-    """The list of chapters; every page stands in it."""
+    """mdBook's list of chapters. The program ends with an error if a page is not listed exactly once."""
     listed = [page for pages in CHAPTERS.values() for page in pages]
     missing = set(names.values()) | {"gallery.md"}
     if sorted(listed) != sorted(missing):
-        sys.exit(f"not listed once in scripts/site.py: {sorted(missing ^ set(listed)) or 'a page that is there twice'}")
+        sys.exit(f"not listed exactly once in scripts/site.py: {sorted(missing ^ set(listed)) or 'a page that is listed twice'}")
     lines = ["# Summary", ""]
     for chapter, pages in CHAPTERS.items():
         lines += ["", f"# {chapter}", ""] if chapter else []
@@ -128,7 +128,7 @@ def summary(names):
 
 
 class Page(html.parser.HTMLParser):
-    """Where a page leads, and the places in it."""
+    """The links of a page, and its anchors."""
 
     def __init__(self, text):
         super().__init__()
@@ -142,7 +142,8 @@ class Page(html.parser.HTMLParser):
 
 
 def check(site):
-    """Links that lead nowhere. Those of print.html are those of the pages."""
+    """Ends the program with an error if a link has no target. Links of print.html, 404.html and toc.html are not checked. Returns the
+    number of pages."""
     read = {path: Page(path.read_text(encoding="utf-8")) for path in site.rglob("*.html") if "api" not in path.parts}
     wrong = []
     for path, page in read.items():
@@ -156,18 +157,18 @@ def check(site):
             elif parts.fragment and aim in read and urllib.parse.unquote(parts.fragment) not in read[aim].ids:
                 wrong.append(f"{path.name}: there is no place {link}")
     if wrong:
-        sys.exit("links that lead nowhere:\n" + "\n".join(sorted(set(wrong))))
+        sys.exit("links without a target:\n" + "\n".join(sorted(set(wrong))))
     return len(read)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("out", type=Path, help="folder of the site, made anew")
+    parser.add_argument("out", type=Path, help="folder for the site, which is replaced")
     parser.add_argument("--mdbook", default="mdbook", help="the program mdbook")
     parser.add_argument("--api", action="store_true", help="add cargo's documentation, under api/isomend")
     arguments = parser.parse_args()
     if arguments.out.exists() and any(arguments.out.iterdir()) and not (arguments.out / "index.html").exists():
-        sys.exit(f"{arguments.out} has something else in it; name a new folder, or that of an earlier site")
+        sys.exit(f"{arguments.out} has other files in it; name a new folder, or the folder of an earlier site")
     names = places()
     listed = summary(names)
     if not shutil.which(arguments.mdbook):
@@ -177,7 +178,7 @@ def main():
         source = Path(folder) / "src"
         shutil.copytree(ROOT / "data", source / "data", ignore=lambda _, files: [f for f in files if not f.endswith(".png")])
         for page, name in names.items():
-            text = turned(page, (ROOT / page).read_text(encoding="utf-8"), names)
+            text = relinked(page, (ROOT / page).read_text(encoding="utf-8"), names)
             (source / name).write_text(text, encoding="utf-8")
         (source / "gallery.md").write_text(gallery(), encoding="utf-8")
         (source / "SUMMARY.md").write_text(listed, encoding="utf-8")
@@ -190,7 +191,7 @@ def main():
         count = check(Path(folder).resolve() / "out")
         shutil.rmtree(arguments.out, ignore_errors=True)
         shutil.copytree(Path(folder) / "out", arguments.out)
-    print(f"{arguments.out}: {count} pages, all links lead somewhere")
+    print(f"{arguments.out}: {count} pages, all links have targets")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs all experiments of the paper; tables, reports, plots and fields go to a folder, and the tables of them
-# in docs/experiments.md are renewed. About half an hour on two cores.
+# Runs all experiments of the paper, writes tables, reports, plots and fields to a folder, and renews the tables in docs/experiments.md.
+# It takes about half an hour on two cores.
 set -euo pipefail
 folder=${1:?usage: scripts/study.sh DIR [NAME...]}
 shift
@@ -17,7 +17,7 @@ for name in "$@"; do
     patches-*) options=(--energy "${name#patches-}" --finest 64) ;;
     *) options=(--series "$folder/$name") ;;
     esac
-    # Exit code 3: something that was stated was not met; the report says what.
+    # Exit code 3: a claim was not confirmed; the report says which.
     target/release/isomend study "${name%%-*}" --csv "$folder/$name.csv" --json "$folder/$name.json" \
         --plot "$folder/$name.svg" "${options[@]}" | tee "$folder/$name.txt" || [ $? -eq 3 ]
 done

@@ -1,6 +1,6 @@
-"""Renews the tables of `isomend study` in docs/experiments.md: `scripts/study_tables.py DIR` reads the reports in a folder.
+"""Renews the tables of `isomend study` in docs/experiments.md from the reports in a folder: `scripts/study_tables.py DIR`.
 
-`scripts/study.sh DIR` makes the reports and calls this. Tables whose report is not in the folder stay as they are.
+`scripts/study.sh DIR` makes the reports and calls this script. Tables without a report in the folder are not changed.
 """
 
 import json

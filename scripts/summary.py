@@ -1,4 +1,4 @@
-"""Put the README's short table together out of the one that scripts/bench_peers.py wrote into docs/speed.md.
+"""Make the README's short table of errors and times from the table that scripts/bench_peers.py wrote into docs/speed.md.
 
     python3 scripts/summary.py"""
 
@@ -14,7 +14,7 @@ TOOLS = {
 
 
 def summary():
-    """Errors and seconds of each hole, the smallest error bold, and the whole process."""
+    """The table: error and seconds for each hole, with the smallest error bold, and seconds of the whole process."""
     head, *rows = cells("peers", "bench_peers.py")
     figures = {row[0]: dict(zip(head, row)) for row in rows if row[0] in TOOLS}
     tools = [tool for tool in TOOLS if tool in figures]
@@ -34,7 +34,7 @@ def summary():
 
 
 def renew_summary():
-    """Puts the table into the README."""
+    """Writes the table into the README."""
     renew("summary", "summary.py", summary())
 
 

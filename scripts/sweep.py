@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
-"""Varies the thresholds of src/tuning one by one and prints what changes.
+"""Sensitivity analysis: varies the thresholds of src/tuning one by one, and prints how results and errors change.
 
 usage: sweep.py [--only REGEX] [--factors 0.7,1.4] [--binary PROGRAM] [--folder FOLDER [--score COMMAND]] [--cases REGEX] [--most-holes N] [--json FILE]
 
-The program is built with `--cfg isomend_tuning` into target/tuning, or given; it reads thresholds from ISOMEND_TUNING.
+The program is built with `--cfg isomend_tuning` into target/tuning, unless --binary names one; it reads thresholds from ISOMEND_TUNING.
 
 Without --folder the holes are made here: discs of faces are cut out of meshes in data/, and the error is the distance that
-`isomend compare` measures between the filled mesh and the whole one. With --folder the holes are those of FOLDER/cases/NAME/input.ply;
-where case.json lists `holes` with `edges` and `perimeter`, only these are filled. Without COMMAND each is compared with the truth.obj
-beside it. COMMAND scores: {cases} is FOLDER/cases, {outputs} a
-folder with a NAME.ply for each filled case whose bytes changed, and it prints one JSON object from names of holes to errors.
+`isomend compare` measures between the filled and the whole mesh. With --folder the meshes are FOLDER/cases/NAME/input.ply; if
+case.json beside one lists `holes` with `edges` and `perimeter`, only these holes are filled. Without COMMAND each result is compared with
+truth.obj in the same folder. With COMMAND this command computes the errors: {cases} stands for FOLDER/cases, {outputs} for a folder with
+NAME.ply for each filled case whose bytes changed; it prints a JSON object from names of holes to errors.
 
-For each value: files whose bytes change, geometric mean of the ratios of errors to those of today's value, and the worst single
-ratio with its hole. Below 1 is better."""
+Printed for each value: the number of files whose bytes change, the geometric mean of the ratios of errors to the errors with the
+present value, and the largest ratio with its hole. Below 1 is better."""
 import argparse
 import hashlib
 import json
@@ -31,20 +31,20 @@ FIELD = re.compile(r"^        (\w+): (f64|usize|i32|u32|u64) = ([^,]+),$")
 
 
 def thresholds():
-    """Names such as fill.bent, with type and value, from the sources."""
+    """The thresholds in the sources: names such as fill.bent, with type and value."""
     found = {}
     for path in sorted((ROOT / "src/tuning").glob("*.rs")):
         for line in path.read_text().splitlines():
             if match := FIELD.match(line):
                 name, kind, text = match.groups()
                 text = text.replace("_", "").replace("std::f64::consts::SQRT2", str(math.sqrt(2)))
-                number = eval(text, {"__builtins__": {}})  # Numbers and their products, from our own sources.
+                number = eval(text, {"__builtins__": {}})  # Numbers and products of numbers, from the repository's own sources.
                 found[f"{path.stem}.{name}"] = (kind, number)
     return found
 
 
 def varied(kind, value, factor):
-    """The value times a factor; whole numbers change by one at least."""
+    """The value times a factor; whole numbers change by at least one."""
     if kind == "f64":
         return value * factor
     new = round(value * factor)
@@ -54,7 +54,7 @@ def varied(kind, value, factor):
 
 
 def build():
-    """The program with thresholds from the environment."""
+    """Builds the program that reads thresholds from the environment."""
     target = ROOT / "target/tuning"
     env = dict(os.environ, CARGO_TARGET_DIR=str(target), RUSTFLAGS="--cfg isomend_tuning")
     subprocess.run(["cargo", "build", "--profile", "ci", "--bin", "isomend"], cwd=ROOT, env=env, check=True)
@@ -74,7 +74,7 @@ def read_obj(path):
 
 
 def make_holes(program, folder):
-    """Cases cut out of meshes in data/: three discs each. The whole mesh, with its own holes filled, is truth.obj."""
+    """Makes cases from meshes in data/, with three discs of faces cut out; truth.obj is the whole mesh, with its own holes filled."""
     for mesh in ("sphere.ply", "torus.ply", "scan.ply", "catenoid.ply"):
         case = folder / "cases" / mesh.split(".")[0]
         case.mkdir(parents=True)
@@ -94,7 +94,7 @@ def make_holes(program, folder):
 
 
 def compared(program, cases, outputs):
-    """Errors of whole meshes, by `isomend compare`."""
+    """Errors of the outputs, measured by `isomend compare`."""
     errors = {}
     for output in sorted(outputs.glob("*.ply")):
         run = [program, "compare", output, cases / output.stem / "truth.obj", "--json", "-"]
@@ -105,7 +105,7 @@ def compared(program, cases, outputs):
 
 
 def walk(document, path=""):
-    """Names and numbers of a JSON document."""
+    """Yields the paths and values of all numbers in a JSON document."""
     for key, value in document.items():
         if isinstance(value, dict):
             yield from walk(value, f"{path}{key}.")
@@ -114,7 +114,7 @@ def walk(document, path=""):
 
 
 class Sweep:
-    """Cases, filled and scored with any thresholds."""
+    """The cases of a sweep, which are filled and scored with given thresholds."""
 
     def __init__(self, args, program, folder):
         self.args, self.program, self.cases = args, program, folder / "cases"
@@ -125,7 +125,7 @@ class Sweep:
         self.hashes, self.errors = self.run({}, 600)
 
     def hole_ids(self, case):
-        """Numbers of the holes that the case names; none for all."""
+        """Numbers of the holes that case.json lists; none for all holes."""
         listed = case / "case.json"
         holes = json.loads(listed.read_text()).get("holes", []) if listed.exists() else []
         if not holes:
@@ -140,7 +140,8 @@ class Sweep:
         return ",".join(map(str, ids))
 
     def run(self, values, limit):
-        """Hashes of all outputs, and errors of those whose bytes differ from today's. Each file may take so many seconds of one core."""
+        """Fills all cases; returns hashes of the outputs, and errors of outputs whose bytes differ from the present thresholds' outputs.
+        `limit` is the time for each file, in seconds of one core."""
         hashes = {}
         with tempfile.TemporaryDirectory() as folder:
             outputs = Path(folder)
@@ -168,13 +169,13 @@ class Sweep:
         return json.loads(done.stdout.splitlines()[-1])
 
     def vary(self, name, value):
-        """What changes with another value of one threshold."""
+        """Measures the changes with another value of one threshold."""
         hashes, errors = self.run({name: value}, 60)
         changed = [n for n in self.names if hashes[n] != self.hashes[n]]
         ratios = {}
         for hole, before in self.errors.items():
             if hole.split("/")[0] in changed:
-                # A hole that is not closed any more counts as ten times as far off.
+                # A hole that is no longer closed counts as an error ten times as large.
                 ratios[hole] = errors[hole] / before if errors.get(hole) and before else 10.0
         rest = len(self.errors) - len(ratios)
         mean = math.exp(sum(math.log(max(r, 1e-3)) for r in ratios.values()) / max(len(ratios) + rest, 1))
@@ -184,14 +185,14 @@ class Sweep:
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", default=".", help="names that match")
+    parser.add_argument("--only", default=".", help="regular expression of the names of thresholds")
     parser.add_argument("--factors", default="0.7,1.4")
     parser.add_argument("--binary", help="a program built with --cfg isomend_tuning")
     parser.add_argument("--folder", type=Path)
-    parser.add_argument("--score", help="command, with {cases} and {outputs}")
-    parser.add_argument("--cases", default=".", help="cases of the folder that match")
-    parser.add_argument("--most-holes", type=int, help="holes of each case")
-    parser.add_argument("--json", type=Path, help="all rows, written after each")
+    parser.add_argument("--score", help="command that computes errors, with {cases} and {outputs}")
+    parser.add_argument("--cases", default=".", help="regular expression of the names of cases")
+    parser.add_argument("--most-holes", type=int, help="limit of the number of holes of each case")
+    parser.add_argument("--json", type=Path, help="file for all rows, written after each row")
     args = parser.parse_args()
     program = Path(args.binary).resolve() if args.binary else build()
     with tempfile.TemporaryDirectory() as made:

@@ -1,4 +1,4 @@
-"""The tables that scripts write into the pages: what stands between `<!-- NAME: SCRIPT -->` and the next `<!-- end -->`."""
+"""Reads and writes the tables that scripts make for the documentation: the text between `<!-- NAME: SCRIPT -->` and `<!-- end -->`."""
 
 import pathlib
 
@@ -24,24 +24,24 @@ PAGES = {
 
 
 def split(name, script):
-    """The page of a table, and its text before, in and behind the table."""
+    """The page of a table, and its text before, in and after the table."""
     page = ROOT / PAGES[name]
     start = f"<!-- {name}: scripts/{script} -->\n"
     before, found, rest = page.read_text().partition(start)
     table, ended, behind = rest.partition(f"\n{END}")
     if not (found and ended):
-        raise SystemExit(f"{PAGES[name]} has no line {start.strip()} with a line {END} behind it")
+        raise SystemExit(f"{PAGES[name]} has no line {start.strip()} with a line {END} after it")
     return page, before + start, table, f"\n{END}{behind}"
 
 
 def renew(name, script, text):
-    """Puts a table into its page."""
+    """Replaces a table in its page."""
     page, before, _, behind = split(name, script)
     page.write_text(before + text + behind)
 
 
 def cells(name, script):
-    """The rows of a table in its page, the heading first, those of several tables one after the other."""
+    """The rows of a table in its page, with the heading first. Several tables between the marks are joined."""
     table = split(name, script)[2]
     rows = [line.strip().strip("|") for line in table.splitlines() if line.startswith("|")]
     return [[cell.strip() for cell in row.split("|")] for row in rows if set(row) - set("|-: ")]

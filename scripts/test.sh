@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# The tests: those of cargo, the commands of the pages, and those of the Python package. Needs Rust, a C compiler and Python 3.11 or newer.
+# Runs all tests: of the library and the program, the commands in the documentation, the Python package. It needs Rust, a C compiler and
+# Python 3.11 or newer.
 #
-#   scripts/test.sh          a few minutes
-#   scripts/test.sh --all    also the parts of the library by themselves, the Python wheel with the packages that it works with, the checks of
-#                            written files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, and a
-#                            minute of fuzzing. Where a check cannot run, that is printed; with CI=true it is a failure.
-#   scripts/test.sh --apps   also, beside all that, what takes large downloads: the Blender extension in Blender's Python module, the site
-#                            by mdBook
+#   scripts/test.sh          the tests above; a few minutes
+#   scripts/test.sh --all    also each feature of the library alone, the Python wheel with the packages that it supports, checks of written
+#                            files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, and a minute
+#                            of fuzzing. A check that cannot run is left out, with a message; with CI=true this is a failure.
+#   scripts/test.sh --apps   also tests with large downloads: the Blender extension in Blender's Python module, the website by mdBook
 #
-# Each stage prints its seconds, and the end a table of them.
+# Each stage prints its seconds; a table of them is printed at the end.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -37,9 +37,9 @@ finish() {
 }
 trap finish EXIT
 
-# The Python module finds Python's functions in the process that loads it.
+# The Python module is not linked with Python: it finds Python's functions in the process that loads it.
 export PYO3_BUILD_EXTENSION_MODULE=1
-# One selection of packages and targets for building and testing: others would build the library again with other features of its
+# The same packages and targets for building and testing; with others, the library would be built again with other features of its
 # dependencies.
 selection=(--profile ci --package isomend --package isomend-python)
 targets=(--lib --bin isomend --test engine --test house --test page --test program)
@@ -58,7 +58,7 @@ documented_examples() {
     cargo test --quiet "${selection[@]}" --doc
 }
 
-# A virtual environment with the packages of some lists; made anew where one of them changed.
+# Makes a virtual environment with the packages of some lists, and installs them again if a list has changed.
 environment() {
     local wanted
     wanted=$(cat "$@")
@@ -72,7 +72,7 @@ environment() {
     echo "$wanted" > .venv/installed
 }
 
-# The package from the module that was built with the tests, not from a wheel.
+# Tests the Python package with the module that was built above, without a wheel.
 python_tests() {
     local site=target/ci/site library=target/ci/lib_isomend.so
     [ -e "$library" ] || library=target/ci/lib_isomend.dylib
@@ -80,7 +80,7 @@ python_tests() {
     mkdir -p "$site"
     cp -r python/isomend "$site/isomend"
     cp "$library" "$site/isomend/_isomend.abi3.so"
-    # The adapters of packages that are not there cannot be imported.
+    # Modules that need packages that are not installed, such as pyvista, cannot be imported.
     PYTHONPATH=$PWD/$site "$python" -m pytest -q --doctest-modules --doctest-ignore-import-errors --pyargs isomend
     PYTHONPATH=$PWD/$site "$python" -m pytest -q python/tests
 }

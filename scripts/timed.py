@@ -2,7 +2,7 @@
 
     python3 -S scripts/timed.py PROGRAM ARGUMENT...
 
-A small process of its own, because a child counts the memory that its parent held when it was started."""
+It is a small separate process, because the peak memory of a child includes the memory of its parent at the start."""
 
 import json
 import resource

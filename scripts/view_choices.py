@@ -1,10 +1,10 @@
-"""What is chosen on the page of `isomend view`, in Chromium: what a row shows is sent, and masks and choices stay. For view_test.py."""
+"""Tests of choices on the page of `isomend view`, in Chromium: rows show what is sent, masks and choices are kept. For view_test.py."""
 
 import re
 
 from view_page import Server
 
-# For each row whether it says that the hole stays open, and whether what is sent says so.
+# For each row of the list of holes: whether the row says that the hole stays open, and whether the parameters sent say so.
 ROWS = """(() => { const { holes } = isomend, sent = holes.params(), rows = [...document.querySelectorAll("#holes li")];
   return rows.map((row) => { const id = Number(row.dataset.hole), open = row.querySelector("select").value === "open";
     return [id, open, sent.holes ? !sent.holes.includes(id) : sent.keep_open.includes(id)]; }); })()"""
@@ -12,12 +12,12 @@ DOINGS = "JSON.stringify([...isomend.holes.doings])"
 
 
 def check_point(page):
-    """A click tells the point and copies nothing; with Alt it copies the ball."""
+    """A click shows the point and copies nothing; with Alt it copies the ball."""
     x, y = page.surface()[0]
     page.run("isomend.point.copied = null")
     page.click(x, y)
-    page.until("document.querySelector('#point-at').textContent.includes(',')", "the point is told")
-    page.expect(page.run("isomend.point.copied") is None, "a click copies although nobody asked")
+    page.until("document.querySelector('#point-at').textContent.includes(',')", "the point is shown")
+    page.expect(page.run("isomend.point.copied") is None, "a click without Alt copies the point")
     page.click(x, y, modifiers=1)
     page.until("!!isomend.point.copied", "the ball is copied")
     ball = page.run("isomend.point.copied")
@@ -25,19 +25,19 @@ def check_point(page):
 
 
 def check_rows(page):
-    """What a row shows is what is sent, for every row."""
+    """Each row shows what is sent for its hole."""
     holes = page.state()["holes"]
     for first in ("fill", "flat", "open"):
         page.fill_in("#holes li select", first)
         wrong = [row for row in page.run(ROWS) if row[1] != row[2]]
-        page.expect(not wrong, f"with hole 1 to {first} these rows say something else than what is sent: {wrong}")
+        page.expect(not wrong, f"with hole 1 to {first} these rows differ from what is sent: {wrong}")
     page.expect(any(hole["outer_border"] for hole in holes), "the mesh of this check has no border")
     heights = page.run("document.querySelector('#holes').textContent")
     page.expect(not re.search(r"e-1\d", heights), "rounding is shown as a height")
 
 
 def check_kept(page, server):
-    """Choices outlive the page."""
+    """Choices are kept when the page is loaded again."""
     page.fill_in("#holes li select", "flat")
     page.fill_in("#holes li:nth-child(3) select", "open")
     before = page.run(DOINGS)
@@ -48,20 +48,20 @@ def check_kept(page, server):
 
 
 def check_step(page):
-    """A step moves nothing on the page, and keeps what was chosen for other holes; undo brings it back."""
+    """A step moves nothing on the page, and keeps the choices for other holes; undo restores the choices."""
     third = page.run("isomend.holes.list[2].diameter")
     page.run("scrollTo(0, 0)")
     before, box = page.run(DOINGS), page.view()
     hole = page.run("isomend.holes.list[4].id")
     page.run(f"isomend.holes.choose({hole}, false)")
     page.click_on("#fill-chosen")
-    page.at_rest()
+    page.until_done()
     page.reaches(1, "the hole is filled")
     page.run("scrollTo(0, 0)")
     page.expect(page.view() == box, f"the first step moves the view from {box} to {page.view()}")
     kept = page.run(f"isomend.holes.doings.get(isomend.holes.list.find((h) => h.diameter === {third}).id)")
     page.expect(kept == "open", f"after a step the hole that was to stay open is to {kept}")
-    page.expect("not saved" in page.run("document.querySelector('#subtitle').textContent"), "a step that is not saved is not told")
+    page.expect("not saved" in page.run("document.querySelector('#subtitle').textContent"), "it is not said that the step is not saved")
     page.shot("step")
     page.fill_in("#colour", "sigma")
     page.until("isomend.viewer.sides.after.surface.colour.kind === 2", "expected errors are shown")
@@ -76,7 +76,7 @@ def check_step(page):
 
 
 def check_mask(page):
-    """A mask stays for a second preview and after a step; a run without one asks."""
+    """A mask is kept for a second preview and after a step; a run without a mask asks for one."""
     page.tab("paint")
     page.run("isomend.setBrush(isomend.viewer.camera.radius / 12)")
     page.click_on("[name=tool][value=brush] + span")
@@ -103,8 +103,8 @@ def check_mask(page):
     page.run("document.querySelector('#clear').click()")
     page.run("isomend.steps.show('fair')")
     page.fill_in("[id='fair--strength']", "2,5")
-    told = page.run("document.querySelector('#mend-text').textContent")
-    page.expect("--strength 2.5" in told, f"a decimal comma is told as {told}")
+    shown = page.run("document.querySelector('#mend-text').textContent")
+    page.expect("--strength 2.5" in shown, f"a decimal comma is shown as {shown}")
     page.click_on("#run")
     page.until("!document.querySelector('#ask').hidden", "a run without a mask asks")
     page.shot("ask")
@@ -113,7 +113,7 @@ def check_mask(page):
 
 
 def choices(page, program, folder, mesh):
-    """All that is chosen on a mesh with borders."""
+    """All tests of choices, on a mesh with outer borders."""
     server = Server(program, mesh, folder / "log.txt")
     try:
         page.start(server)

@@ -1,18 +1,18 @@
-"""How the page of `isomend view` is laid out, in Chromium: what must fit, not overlap, not move and be readable. For view_tasks.py."""
+"""Tests of the layout of the page of `isomend view`, in Chromium: what must fit, not overlap, not move, be readable. For view_tasks.py."""
 
 import json
 
 SIZES = ((1280, 800), (1920, 1080), (1024, 700))
 TABS = ("holes", "paint", "mend", "measure", "history", "save")
-# What is seen and can be used, with its box.
+# The visible controls, with their boxes.
 SEEN = """(() => { const seen = (e) => e.checkVisibility({ visibilityProperty: true }) && e.getBoundingClientRect().width > 2;
   return [...document.querySelectorAll("header button, header select, #rail :is(button, select, label), #panel :is(button, select, summary, output), .compare label")]
     .filter((e) => seen(e) && !e.closest("ol, #fields, label label, #presets, #gizmo")).map((e) => { const b = e.getBoundingClientRect();
       return [e.id || e.dataset.words || e.textContent.trim(), b.left, b.top, b.right, b.bottom, !!e.closest("label") && e.tagName !== "LABEL"]; }); })()"""
-# What has more inside than it shows, but for lists.
+# Elements other than lists whose content does not fit, so that they scroll.
 SCROLLS = """[...document.querySelectorAll("html, body, #rail, #panel, [role=tabpanel]")].filter((e) => e.checkVisibility() &&
   (e.scrollHeight > e.clientHeight + 1 || e.scrollWidth > e.clientWidth + 1)).map((e) => [e.id || e.tagName, e.scrollWidth, e.clientWidth, e.scrollHeight, e.clientHeight])"""
-# Texts whose contrast with what is behind them is less than WCAG's AA asks for.
+# Texts with less contrast to their background than WCAG's level AA requires.
 FAINT = """(() => {
   const parse = (text) => { const c = document.createElement("canvas").getContext("2d", { willReadFrequently: true }); c.clearRect(0, 0, 1, 1); c.fillStyle = text; c.fillRect(0, 0, 1, 1);
     const [r, g, b, a] = c.getImageData(0, 0, 1, 1).data; return [r, g, b, a / 255]; };
@@ -28,7 +28,7 @@ FAINT = """(() => {
     const large = parseFloat(style.fontSize) >= 24 || parseFloat(style.fontSize) >= 18.66 && style.fontWeight >= 700;
     if (ratio < (large ? 3 : 4.5)) wrong.push([e.textContent.trim().slice(0, 30), ratio.toFixed(2)]); }
   return wrong; })()"""
-# Where things stand that must not move.
+# Positions of the elements that must not move.
 STAND = """(() => [...document.querySelectorAll("#view, #rail button, #holes, #fill-all, #fill-chosen, #holes-text, header button, [role=tab]")].map((e) => {
   const b = e.getBoundingClientRect(); return [e.id || e.textContent.trim(), Math.round(b.x), Math.round(b.y)]; }))()"""
 
@@ -43,7 +43,7 @@ def dark(page, is_dark):
 
 
 def overlapping(boxes):
-    """Pairs of controls that lie over each other by more than a pixel; of a control and its own label none."""
+    """Pairs of controls that overlap by more than a pixel, without pairs of a control and its own label."""
     wrong = []
     for i, (name, left, top, right, bottom, inner) in enumerate(boxes):
         for other, x0, y0, x1, y1, within in boxes[i + 1:]:
@@ -55,7 +55,7 @@ def overlapping(boxes):
 
 
 def check_layout(page):
-    """At three sizes, light and dark, with each tab open: nothing scrolls but lists, nothing overlaps, all is in the window and readable."""
+    """At three sizes, light and dark, with each tab open: only lists scroll, nothing overlaps, all is in the window and readable."""
     for width, height in SIZES:
         resize(page, width, height)
         for is_dark in (False, True):
@@ -77,7 +77,7 @@ def check_layout(page):
 
 
 def check_rows(page):
-    """Holes are rows of one line, sorted by any column, chosen several at a time; a row and its rim light each other."""
+    """Holes are rows of one line, can be sorted by any column and chosen several at a time; a row and its rim highlight each other."""
     page.tab("holes")
     heights = page.run("[...new Set([...document.querySelectorAll('#holes li')].map((e) => Math.round(e.getBoundingClientRect().height)))]")
     page.expect(len(heights) == 1 and heights[0] < 34, f"rows are {heights} high")
@@ -120,7 +120,7 @@ def check_rows(page):
 
 
 def check_keyboard(page):
-    """The list of holes is one stop of the focus; holes are chosen, set and filled by keys alone."""
+    """The list of holes is a single tab stop; holes are chosen, set and filled with keys only."""
     page.tab("holes")
     page.run("document.querySelector('#narrower').focus()")
     stops = []

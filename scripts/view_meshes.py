@@ -1,4 +1,4 @@
-"""Meshes that the tests of the page make: a large ball with holes, and a textured one as GLB."""
+"""Meshes for the tests of the page: a large ball with holes, a textured ball as GLB, a cube with holes."""
 
 import json
 import struct
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def ball(rings, bumps, holes):
-    """A bumpy ball of about four times the square of `rings` triangles: vertices, faces, angles; with balls cut out."""
+    """A bumpy ball with holes, of about 4 rings² triangles: vertices, faces, angles. Holes are cut by balls."""
     across = 2 * rings
     down, round_ = np.linspace(0, np.pi, rings + 1)[1:-1], np.arange(across) * 2 * np.pi / across
     a, b = (x.ravel() for x in np.meshgrid(down, round_, indexing="ij"))
@@ -32,14 +32,14 @@ def ball(rings, bumps, holes):
 
 
 def bumpy_ball(path, rings):
-    """A ball with three holes as a binary PLY; how many faces it has."""
+    """Writes a ball with three holes as a binary PLY; returns its number of faces."""
     vertices, faces = ball(rings, 3, (((0, -50, 5), 6), ((35, -30, 15), 4), ((0, 40, 30), 3)))
     write_ply(path, vertices, faces)
     return len(faces)
 
 
 def write_ply(path, vertices, faces):
-    """A binary PLY of coordinates as 32-bit floats."""
+    """Writes a binary PLY with coordinates as 32-bit floats."""
     rows = np.zeros(len(faces), [("n", "u1"), ("v", "<u4", 3)])
     rows["n"], rows["v"] = 3, faces
     header = (f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\nproperty float x\nproperty float y\nproperty float z\n"
@@ -48,7 +48,7 @@ def write_ply(path, vertices, faces):
 
 
 def open_cube(path):
-    """A cube of 12 squares along each side as a binary PLY, with a hole across an edge and another over a corner."""
+    """Writes a cube of 12 squares along each side as a binary PLY, with a hole across an edge and another over a corner."""
     at, faces = {}, []
     for side in range(6):
         axes = [(side + k) % 3 for k in range(3)]
@@ -67,7 +67,7 @@ def open_cube(path):
 
 
 def png(pixels):
-    """A picture of 8-bit RGB as PNG."""
+    """The bytes of a PNG file of 8-bit RGB pixels."""
     height, width, _ = pixels.shape
     rows = np.concatenate([np.zeros((height, 1), "u1"), pixels.reshape(height, -1)], 1)
     chunks = ((b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)), (b"IDAT", zlib.compress(rows.tobytes())), (b"IEND", b""))
@@ -75,13 +75,13 @@ def png(pixels):
 
 
 def textured_glb(path):
-    """A ball with four holes and a striped texture, with seams where its coordinates jump."""
+    """Writes a ball with four holes and a striped texture, with a seam where the texture coordinates jump."""
     vertices, faces = ball(40, 1.5, (((0, -50, 5), 14), ((30, -36, -22), 11), ((-30, -36, 12), 8), ((30, -36, 25), 7)))
     u = np.arctan2(vertices[:, 1], vertices[:, 0]) / (2 * np.pi) % 1
     v = np.arccos(np.clip(vertices[:, 2] / np.linalg.norm(vertices, axis=1), -1, 1)) / np.pi
     corners = u[faces]
     crossing = corners.max(1) - corners.min(1) > 0.5
-    # Corners of faces over the seam that are left of it get vertices of their own, one turn further.
+    # Faces across the seam get separate vertices for their corners left of it, with the texture coordinate increased by one turn.
     extra = np.unique(faces[crossing][corners[crossing] < 0.5])
     number = {int(old): len(vertices) + i for i, old in enumerate(extra)}
     faces = faces.copy()

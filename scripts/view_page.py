@@ -1,4 +1,4 @@
-"""The program that serves a page, and a browser with what a user does on that page: for view_test.py."""
+"""The server of the page of `isomend view`, and a browser with a user's actions on the page. For view_test.py."""
 
 import http.client
 import json
@@ -11,7 +11,7 @@ from browser_test import Browser
 
 
 class Server:
-    """The program, serving a mesh."""
+    """`isomend view`, running with a mesh."""
 
     def __init__(self, program, mesh, log, *options):
         self.log = open(log, "w")
@@ -19,11 +19,11 @@ class Server:
         line = self.process.stdout.readline()
         found = re.search(r"http://\S+", line)
         if not found:
-            raise SystemExit(f"`isomend view` prints no address but {line!r}")
+            raise SystemExit(f"`isomend view` prints {line!r} instead of an address")
         self.address = found.group()
 
     def stop(self):
-        """Ends the program by Ctrl-C; its exit code."""
+        """Stops the program with Ctrl-C; returns its exit code."""
         self.process.send_signal(signal.SIGINT)
         code = self.process.wait(60)
         self.log.close()
@@ -31,14 +31,14 @@ class Server:
 
 
 class Page(Browser):
-    """The page, with what a user does on it."""
+    """The page, with a user's actions."""
 
     def __init__(self, program, folder, keep):
         super().__init__(program, folder, offline=False)
         self.wrong, self.keep = [], keep
 
     def note(self, message):
-        """What is refused on purpose, and values that only one of two meshes has, are no trouble."""
+        """Records errors, except for requests that the tests expect to fail: refused ones, and values that only one of two meshes has."""
         entry = message.get("params", {}).get("entry", {})
         if message.get("method") == "Log.entryAdded" and re.search(r"/api/(save|values/\d+|mask/load)\b", entry.get("url", "")):
             return
@@ -67,7 +67,7 @@ class Page(Browser):
         self.call("Input.dispatchKeyEvent", type="keyUp", key=key, code=code or key, windowsVirtualKeyCode=number, modifiers=modifiers)
 
     def drag(self, points, modifiers=0):
-        """Drags the left button over points of the window."""
+        """Drags with the left button over points of the window."""
         x, y = points[0]
         self.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", buttons=1, clickCount=1, modifiers=modifiers)
         for x, y in points[1:]:
@@ -85,8 +85,8 @@ class Page(Browser):
     def state(self):
         return self.run("isomend.model.fetchState()")
 
-    def at_rest(self):
-        """Waits until a run has ended, and what it made is shown."""
+    def until_done(self):
+        """Waits until a run has ended, and its result is shown."""
         self.until("!isomend.steps.job && isomend.display.shown.after !== null", "the run has ended")
         self.settled()
 
@@ -94,11 +94,11 @@ class Page(Browser):
         self.until(f"isomend.model.state.current === {state} && isomend.display.shown.after === {state} && !!isomend.mask()", what)
 
     def view(self):
-        """The view's box in the window."""
+        """The box of the view in the window: x, y, width, height."""
         return self.run("(() => { const b = document.querySelector('#view').getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; })()")
 
     def surface(self, spread=0.25):
-        """Points of the window over the surface, not over a hole."""
+        """Points of the window that are over the surface, not over a hole."""
         return self.run(f"""(() => {{ const v = isomend.viewer, b = v.canvas.getBoundingClientRect(), points = [];
             for (let y = 0.5 - {spread}; y <= 0.5 + {spread}; y += 0.05) for (let x = 0.5 - {spread}; x <= 0.5 + {spread}; x += 0.05) {{
               const hit = v.pick(b.width * x, b.height * y); if (!hit.point) continue;
@@ -109,11 +109,11 @@ class Page(Browser):
         for trouble in self.troubles:
             self.expect(False, f"console: {trouble}")
         outside = [url for url in self.requests if not url.startswith(("http://127.0.0.1", "data:", "about:", "blob:"))]
-        self.expect(not outside, f"the page asks for {outside[:3]}")
+        self.expect(not outside, f"the page requests {outside[:3]}")
 
 
 def check_refusals(page, server):
-    """What does not come from the page is refused."""
+    """Requests that do not come from the page are refused."""
     parts = urlsplit(server.address)
     token = parts.path.strip("/")
     json_type = {"Content-Type": "application/json"}

@@ -21,7 +21,7 @@ from view_page import Page, Server
 
 
 def save(page, name):
-    """Waits until the numbers are placed, and keeps what is seen."""
+    """Waits until the numbers are placed, and saves a screenshot."""
     page.settled()
     page.until("isomend.labels.settled", "the numbers are placed")
     seen = Image.open(io.BytesIO(base64.b64decode(page.call("Page.captureScreenshot")["data"]))).convert("RGB")

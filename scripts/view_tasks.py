@@ -1,5 +1,6 @@
-"""Tasks on the page of `isomend view`, in Chromium, by mouse and keys: printing, restoring, measuring, a part with edges, cancelling
-and going on, two tabs, keys alone, small windows. What must be seen is asked of pixels and boxes. For view_test.py."""
+"""Tests of whole tasks on the page of `isomend view`, in Chromium, with mouse and keys: printing, restoring, measuring, a part with sharp
+edges, cancelling and continuing, two tabs, keys only, small windows. Pixels and boxes are tested for what must be visible. For
+view_test.py."""
 
 import base64
 import re
@@ -29,7 +30,7 @@ def begin(page, server, **size):
 
 
 def look(page):
-    """Before the first step a sentence says what to do; layout, rows, keys, views."""
+    """Before the first step: a sentence says what to do; layout, rows, keys, views."""
     page.expect(page.run("document.querySelector('#intro').checkVisibility()"), "nothing says what to do first")
     page.shot("first")
     first = page.run("JSON.stringify(isomend.viewer.camera.axes)")
@@ -71,20 +72,20 @@ def look(page):
 
 
 def measuring(page):
-    """A distance, an angle, a thickness with a unit; the section's outline as SVG."""
+    """A distance, an angle and a thickness are measured with a unit; the outline of the section is saved as SVG."""
     page.fill_in("#unit", "mm")
     points = page.surface()
     for tool, count in (("distance", 2), ("angle", 3), ("thickness", 1)):
         page.click_on(f"[name=tool][value={tool}] + span")
         for i in range(count):
             page.click(*points[i * (len(points) - 1) // 3])
-    told = page.run("[...document.querySelectorAll('#measures b')].map((b) => b.textContent)")
-    page.expect(len(told) == 3 and told[0].endswith(" mm") and told[1].endswith("°") and told[2].endswith(" mm"), f"it measures {told}")
-    page.expect(float(told[2].split()[0]) > 1, f"the thickness is {told[2]}: a face beside the point is no other side")
+    shown = page.run("[...document.querySelectorAll('#measures b')].map((b) => b.textContent)")
+    page.expect(len(shown) == 3 and shown[0].endswith(" mm") and shown[1].endswith("°") and shown[2].endswith(" mm"), f"measured: {shown}")
+    page.expect(float(shown[2].split()[0]) > 1, f"the thickness is {shown[2]}: a face beside the point is not the opposite side")
     a, b = page.run("isomend.measure.items[0].points")
-    page.expect(abs(float(told[0].split()[0]) / np.linalg.norm(np.subtract(a, b)) - 1) < 1e-3, "the distance is not that of the points")
+    page.expect(abs(float(shown[0].split()[0]) / np.linalg.norm(np.subtract(a, b)) - 1) < 1e-3, "the distance is not the points' distance")
     page.expect("mm" in page.run("document.querySelector('#ruler').textContent"), "the scale bar has no unit")
-    page.expect(page.run("document.querySelectorAll('#measure-marks text').length") >= 2, "what is measured is not drawn")
+    page.expect(page.run("document.querySelectorAll('#measure-marks text').length") >= 2, "the measures are not drawn")
     page.shot("measure")
     page.click_on("#measure-clear")
     page.fill_in("#section", "z")
@@ -100,7 +101,7 @@ def measuring(page):
 
 
 def filling(page, stand):
-    """A hole is filled: the patch is orange and nothing moves; plain shading shows no patch; the band has colours and a histogram."""
+    """A hole is filled: the patch is orange and nothing moves; plain shading shows no patch; the error band has colours and a histogram."""
     page.tab("holes")
     hole = page.run("isomend.holes.list[0].id")
     page.click_on("#holes li:first-child .hole")
@@ -109,7 +110,7 @@ def filling(page, stand):
         return [b.x + at[0], b.y + at[1] + 40]; }})()""")
     page.expect(not is_orange(colour_at(page, *middle)), f"hole {hole} is orange before it is filled")
     page.click_on("#fill-chosen")
-    page.at_rest()
+    page.until_done()
     page.reaches(1, "the hole is filled")
     page.settled()
     moved = [name for (name, *a), (_, *b) in zip(stand, page.run(STAND)) if a != b]
@@ -140,19 +141,19 @@ def printing(page, folder):
     """The preset makes the mesh printable; the check says that it is sound; the mesh is downloaded."""
     page.tab("mend")
     page.click_on("#presets [value=cap]")
-    told = page.run("document.querySelector('#mend-text').textContent")
+    shown = page.run("document.querySelector('#mend-text').textContent")
     rows = page.run("[...isomend.holes.doings.values()]")
-    page.expect("--flat" in told and "fill" not in rows, f"flat caps are told as {told}, with rows {set(rows)}")
+    page.expect("--flat" in shown and "fill" not in rows, f"flat caps are shown as {shown}, with rows {set(rows)}")
     page.click_on("#presets [value=continue]")
     page.expect("flat" not in page.run("[...isomend.holes.doings.values()]"), "the preset before leaves flat caps")
     page.click_on("[name=kind][value=repair] + span")
     page.click_on("#presets [value=print]")
-    told = page.run("document.querySelector('#mend-text').textContent")
-    page.expect("--close-borders" in told and "--drop-inside" in told, f"the preset is told as {told}")
+    shown = page.run("document.querySelector('#mend-text').textContent")
+    page.expect("--close-borders" in shown and "--drop-inside" in shown, f"the preset is shown as {shown}")
     current = page.state()["current"]
     page.click_on("#run")
-    page.until("/^\\d+:\\d\\d/.test(document.querySelector('#job-time').textContent)", "the time is told")
-    page.at_rest()
+    page.until("/^\\d+:\\d\\d/.test(document.querySelector('#job-time').textContent)", "the time is shown")
+    page.until_done()
     page.until(f"isomend.model.state.current !== {current}", "the mesh is repaired")
     page.tab("holes")
     page.click_on("#defects summary")
@@ -167,11 +168,11 @@ def printing(page, folder):
     page.click_on("#download")
     page.until("document.querySelector('#saved').textContent.includes('.stl')", "the mesh is downloaded")
     volume = page.run("isomend.measure.sizes() || isomend.open('measure') || document.querySelector('#sizes').textContent")
-    page.expect("not closed" not in volume, f"no volume is told: {volume}")
+    page.expect("not closed" not in volume, f"no volume is shown: {volume}")
 
 
 def masks(page):
-    """Masks have names; up to creases one side of a cube is marked; presets restore; a dropped list of faces is the mask."""
+    """Masks have names; a click marks one side of a cube, up to its creases; presets restore; a dropped list of faces becomes the mask."""
     page.key("u")
     page.expect(page.run("isomend.tab") == "paint", "a tool does not open its tab")
     page.click(*page.surface(0.4)[0])
@@ -195,7 +196,7 @@ def masks(page):
 
 
 def going_on(page, program, mesh, folder):
-    """A run is cancelled; the program ends, and goes on with the step that was not saved, in two tabs that show the same."""
+    """A run is cancelled; the program ends and continues with the step that was not saved; two tabs show the same."""
     server = Server(program, mesh, folder / "log.txt")
     try:
         begin(page, server)
@@ -205,7 +206,7 @@ def going_on(page, program, mesh, folder):
         page.shot("creases")
         page.tab("holes")
         page.click_on("#fill-all")
-        page.at_rest()
+        page.until_done()
         page.reaches(1, "the holes are filled")
         page.tab("mend")
         page.click_on("[name=kind][value=fair] + span")
@@ -217,7 +218,7 @@ def going_on(page, program, mesh, folder):
         page.click_on("#cancel")
         page.until("!isomend.steps.job", "the run is cancelled")
         page.expect(page.state()["current"] == 1, "a cancelled run leaves a step")
-        # A page that is open when its program ends complains.
+        # A page that is open when its program ends would report errors.
         page.call("Page.navigate", url="about:blank")
     finally:
         server.stop()
@@ -233,12 +234,12 @@ def going_on(page, program, mesh, folder):
 
 
 def opening(page, folder):
-    """A mesh that is dropped is sent, and opened on a page of its own; back leads to the first one."""
+    """A dropped mesh is sent and opened on a new page; going back shows the first mesh."""
     text = (folder / "scan.ply").read_bytes()
     page.run(f"isomend.save.sendFile(new File([Uint8Array.from(atob('{base64.b64encode(text).decode()}'), (c) => c.charCodeAt(0))], 'sent.ply'))")
     page.until("document.documentElement?.dataset.state === 'ready' && isomend.model.state.file.name === 'sent.ply'", "what was dropped is opened")
     page.until("!!isomend.mask()", "the surface is prepared")
-    page.expect((folder / "sent.ply").read_bytes() == text and page.state()["current"] == 0, "what was dropped is not what is opened")
+    page.expect((folder / "sent.ply").read_bytes() == text and page.state()["current"] == 0, "the opened mesh is not the dropped one")
     page.tab("save")
     page.until("document.querySelectorAll('#files option').length > 1", "the files of the folder are offered")
     page.shot("files")
@@ -259,7 +260,7 @@ def german(page, server):
 
 
 def tasks(page, program, folder, mesh):
-    """All tasks: on a scan, and on a cube."""
+    """All tasks, on a scan and on a cube."""
     server = Server(program, mesh, folder / "log.txt")
     try:
         dark(page, False)

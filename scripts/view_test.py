@@ -2,16 +2,16 @@
 # requires-python = ">=3.11"
 # dependencies = ["numpy", "websocket-client==1.9.2"]
 # ///
-"""Use the page of `isomend view` in headless Chromium, as a user would.
+"""Test the page of `isomend view` in headless Chromium, with the actions of a user.
 
     cargo build --release && python3 scripts/view_test.py [--isomend PROGRAM] [--keep FOLDER] [--only NAME]
 
 On data/scan.ply and on a textured GLB made here: choose two holes by clicks in the view, fill them, compare, undo, redo, preview,
-paint and restore, cancel a long fill, save, and run the recipe by the command line, which must give the same bytes. Requests with
-a wrong token, a foreign Host or Origin, and paths out of the folder must be refused. A mesh of a million triangles must be seen
-within 3 seconds, and a stroke of the brush be drawn within 100 milliseconds; both are printed. At a width of 400 pixels, by keys
-and by touch it must work too. `--keep` leaves screenshots in a folder. Exits with 1 if anything is wrong. Where there is no
-Chromium it says so, which is a failure with CI=true."""
+paint and restore, cancel a long fill, save, and run the recipe on the command line, which must give the same bytes. Requests with a
+wrong token, a foreign Host or Origin, and paths outside the folder must be refused. A mesh of a million triangles must be visible
+within 3 seconds, and a stroke of the brush within 100 milliseconds; both times are printed. The page must also work at a width of 400
+pixels, with keys and with touch. `--keep` keeps screenshots in a folder. The exit code is 1 if a test fails. If there is no Chromium
+the tests are left out, with a message; with CI=true this is a failure."""
 
 import argparse
 import json
@@ -60,10 +60,10 @@ def check_holes(page):
             page.run(f"isomend.holes.choose({hole['id']}, false)")
             page.key(key)
         if key == "j":
-            told = page.run("document.querySelector('#holes-text').textContent")
-            page.expect(told.endswith(f"--bridge {holes[0]['id']}+{holes[1]['id']}"), f"a bridge is told as {told}")
+            shown = page.run("document.querySelector('#holes-text').textContent")
+            page.expect(shown.endswith(f"--bridge {holes[0]['id']}+{holes[1]['id']}"), f"a bridge is shown as {shown}")
     wanted = f"--holes {holes[0]['id']},{holes[1]['id']}"
-    page.expect(page.run("document.querySelector('#holes-text').textContent") == wanted, f"the holes are not told as {wanted}")
+    page.expect(page.run("document.querySelector('#holes-text').textContent") == wanted, f"the holes are not shown as {wanted}")
     page.run("isomend.viewer.fly(isomend.home())")
     page.settled()
     page.shot("holes")
@@ -72,14 +72,14 @@ def check_holes(page):
     page.expect(0 < few < len(holes), f"filtered by size there are {few} of {len(holes)} holes")
     page.fill_in("#narrower", "")
     page.click_on("#fill-all")
-    page.at_rest()
+    page.until_done()
     page.reaches(1, "the holes are filled")
     left = page.state()["holes"]
     page.expect(len(left) == len(holes) - 2, f"of {len(holes)} holes {len(left)} are left after filling two")
 
 
 def check_compare(page):
-    """Before and after, side by side and by a slider; undo and redo."""
+    """Before and after are shown side by side and with a slider; undo and redo."""
     seen = {page.settled()["hash"]}
     for show in ("both", "slider", "before", "after"):
         page.click_on(f"[name=show][value={show}] + span")
@@ -95,7 +95,7 @@ def check_compare(page):
 
 
 def check_colours(page):
-    """Colours, edges, the section."""
+    """Colours, edges and the section are drawn."""
     seen = {page.settled()["hash"]}
     def differs(what):
         now = page.settled()
@@ -119,7 +119,7 @@ def check_colours(page):
 
 
 def check_defects(page):
-    """What is wrong with the mesh is listed, and a click goes there and marks it."""
+    """Defects of the mesh are listed, and a click moves the view there and marks them."""
     page.click_on("#defects summary")
     page.until("!['', 'Checking…'].includes(document.querySelector('#verdict').textContent)", "the mesh is checked")
     listed = page.run("[...document.querySelectorAll('#defect-list button')].map((b) => b.textContent)")
@@ -135,7 +135,7 @@ def check_defects(page):
 
 
 def check_files(page, folder):
-    """The picture of the view, and the report of a step."""
+    """The picture of the view and the report of a step are saved."""
     page.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder / "downloads"))
     page.click_on("#screenshot")
     deadline = time.monotonic() + 20
@@ -147,7 +147,7 @@ def check_files(page, folder):
 
 
 def check_preview(page):
-    """One hole with two settings, side by side; the first is taken."""
+    """One hole is previewed with two settings, side by side; the first is accepted."""
     before = page.state()
     hole = before["holes"][0]["id"]
     page.tab("holes")
@@ -156,7 +156,7 @@ def check_preview(page):
     page.tab("mend")
     page.click_on("[name=kind][value=fill] + span")
     page.click_on("#preview")
-    page.at_rest()
+    page.until_done()
     page.until("isomend.steps.previews.length === 1", "there is a preview")
     page.fill_in("#fill--finish", "none")
     page.click_on("#preview")
@@ -216,10 +216,10 @@ def check_paint(page):
     page.click_on("#to-restore")
     page.fill_in("#restore--keep-shape", "2")
     page.click_on("#run")
-    page.until("document.querySelector('#mend-trouble').textContent.includes('from 0 to 1')", "a wrong parameter is told")
+    page.until("document.querySelector('#mend-trouble').textContent.includes('from 0 to 1')", "a wrong parameter is reported")
     page.fill_in("#restore--keep-shape", "0.2")
     page.click_on("#run")
-    page.at_rest()
+    page.until_done()
     page.until(f"isomend.model.state.current !== {current} || document.querySelector('#mend-trouble').textContent", "the region is restored")
     page.expect(page.state()["current"] != current, "no restoration: " + page.run("document.querySelector('#mend-trouble').textContent"))
     page.reaches(page.state()["current"], "the restored mesh is shown")
@@ -227,7 +227,7 @@ def check_paint(page):
 
 
 def check_changes(page):
-    """The mesh that the page made of what changed in each step is the one that the program has."""
+    """The page's mesh, updated with the changes of each step, equals the program's mesh."""
     differs = page.run("""(async () => { const other = new isomend.model.constructor(), id = (await other.fetchState()).current;
         const [a, b] = await Promise.all([isomend.model.mesh(id), other.mesh(id)]), facts = (m) => m.facts.map((f) => f & 0x3ffff);
         const same = (x, y) => x.length === y.length && x.every((v, i) => v === y[i]);
@@ -251,7 +251,7 @@ def check_outlines(page, count):
 
 
 def check_cancel(page):
-    """A long fill is cancelled, and the mesh is as it was."""
+    """A long fill is cancelled, and the mesh is unchanged."""
     before = page.state()
     page.tab("holes")
     page.fill_in("#set-all", "fill")
@@ -268,17 +268,17 @@ def check_cancel(page):
     page.click_on("#cancel")
     page.until("!isomend.steps.job", "the run is cancelled")
     print(f"  cancelled after {time.monotonic() - start:.2f} s")
-    page.until("document.querySelector('#message').textContent.startsWith('Cancelled')", "the cancelling is told")
+    page.until("document.querySelector('#message').textContent.startsWith('Cancelled')", "the cancellation is reported")
     page.expect(page.state()["current"] == before["current"] and not page.state()["busy"], "a cancelled run leaves a step")
     page.click_on("#defaults")
 
 
 def check_save(page, program, folder, mesh, name):
-    """What is saved has the bytes that the recipe gives."""
+    """The saved file has the same bytes as the result of the recipe."""
     page.tab("history")
     page.shot("history")
     page.tab("save")
-    page.until("document.querySelector('#recipe').textContent.includes('isomend')", "the recipe is told")
+    page.until("document.querySelector('#recipe').textContent.includes('isomend')", "the recipe is shown")
     page.shot("save")
 
     def save(kind, path, overwrite=False):
@@ -314,7 +314,7 @@ def check_save(page, program, folder, mesh, name):
 
 
 def check_keys(page):
-    """Everything by keys: tabs, cross, tools; the focus is seen, and every control has a name."""
+    """Everything works with keys: tabs, cross, tools; the focus is visible, and every control has a name."""
     page.run("document.querySelector('#tab-holes').focus()")
     page.key("ArrowRight")
     page.expect(page.run("document.activeElement.id") == "tab-paint", "arrows do not go through the tabs")
@@ -340,7 +340,7 @@ def check_keys(page):
 
 
 def check_small(page, server):
-    """400 pixels wide, dark, by touch and with reduced motion."""
+    """The page works at a width of 400 pixels, dark, with touch and with reduced motion."""
     page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}, {"name": "prefers-reduced-motion", "value": "reduce"}])
     page.call("Emulation.setTouchEmulationEnabled", enabled=True)
     page.start(server, width=400, height=800)
@@ -374,7 +374,7 @@ def check_small(page, server):
 
 
 def session(page, program, folder, mesh, name):
-    """All that a user does with a mesh."""
+    """All tests on one mesh."""
     server = Server(program, mesh, folder / "log.txt")
     try:
         page.start(server)
@@ -405,7 +405,7 @@ def session(page, program, folder, mesh, name):
 
 
 def large(page, program, folder):
-    """A million triangles: the first picture and strokes, with their times."""
+    """Measures the times of the first picture and of strokes with a million triangles."""
     mesh = folder / "million.ply"
     faces = bumpy_ball(mesh, 503)
     server = Server(program, mesh, folder / "log.txt")
@@ -414,7 +414,7 @@ def large(page, program, folder):
         while len(seen) < 3 and not (seen and min(seen) < FIRST_PICTURE):
             page.start(server)
             seen.append(page.run("isomend.times.first") / 1000)
-        print(f"  {faces} triangles: first picture {', '.join(f'{t:.2f}' for t in seen)} s after the page was asked for")
+        print(f"  {faces} triangles: first picture {', '.join(f'{t:.2f}' for t in seen)} s after the request of the page")
         page.expect(min(seen) < FIRST_PICTURE, f"the first picture takes {min(seen):.2f} s")
         page.until("!!isomend.mask() && !!isomend.viewer.sides.after.surface.order", "the surface is prepared")
         frames = page.run("""(() => { const v = isomend.viewer, gl = v.gl, frame = (fewer) => { const t = performance.now(); v.camera.orbit(0.04, 0.02);
@@ -422,7 +422,7 @@ def large(page, program, folder):
             for (let i = 0; i < 3; i++) frame(true); const moving = [1, 2, 3, 4, 5].map(() => frame(true)).sort((a, b) => a - b)[2];
             return { moving, thin: v.drewThin, coarse: v.coarse, whole: frame(false) }; })()""")
         what = ("fewer faces" if frames["thin"] else "all faces") + (" at half the resolution" if frames["coarse"] else "")
-        print(f"  moving {frames['moving']:.0f} ms a frame ({what}), at rest {frames['whole']:.0f} ms")
+        print(f"  moving {frames['moving']:.0f} ms a frame ({what}), still {frames['whole']:.0f} ms")
         page.tab("paint")
         page.click_on("[name=tool][value=brush] + span")
         page.settled()
@@ -437,7 +437,7 @@ def large(page, program, folder):
         page.expect(page.run("isomend.mask().count") > 1000, "the strokes mark next to nothing")
         print(f"  {len(strokes)} touches of the brush: median {np.median(strokes):.0f} ms, longest {max(strokes):.0f} ms; "
               f"until drawn median {np.median(drawn):.0f} ms, a quarter within {np.percentile(drawn, 25):.0f} ms")
-        # What else the machine does makes single ones slower.
+        # Other load of the machine slows single strokes, so the 25th percentile counts.
         page.expect(np.percentile(drawn, 25) / 1000 < STROKE and np.percentile(strokes, 25) / 1000 < STROKE, "a stroke of the brush takes too long")
         page.shot("million")
         page.tell_troubles()
@@ -448,7 +448,7 @@ def large(page, program, folder):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
-    parser.add_argument("--keep", type=Path, help="a folder for screenshots")
+    parser.add_argument("--keep", type=Path, help="folder in which to keep screenshots")
     parser.add_argument("--only", choices=["scan", "textured", "choices", "creases", "tasks", "million"])
     arguments = parser.parse_args()
     chromium = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
@@ -489,7 +489,7 @@ def main():
                 page.expect(False, str(error))
             finally:
                 page.close()
-            print(f"{name}: {'WRONG' if page.wrong else 'as it should be'}")
+            print(f"{name}: {'WRONG' if page.wrong else 'right'}")
             failed += bool(page.wrong)
     return 1 if failed else 0
 

@@ -24,7 +24,7 @@ def bpy(tmp_path_factory):
     assert done == {"FINISHED"}
     import isomend
 
-    assert isomend.__file__.startswith(os.environ["BLENDER_USER_RESOURCES"]), "isomend is not that of the extension's wheel"
+    assert isomend.__file__.startswith(os.environ["BLENDER_USER_RESOURCES"]), "isomend was not imported from the extension's wheel"
     return bpy
 
 

@@ -1,4 +1,4 @@
-"""Meshes for the tests, and what is read of Blender's."""
+"""Meshes for the tests, and arrays of Blender's meshes."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Restoring, fairing and repairing: what is not selected or wrong stays, with all that it carries."""
+"""Restoring, fairing and repairing: faces that are not selected or defective stay, with all their attributes."""
 
 from types import SimpleNamespace
 
@@ -100,7 +100,7 @@ def test_repair_of_turned_and_duplicate_faces_and_holes(bpy, scene):
     mesh = item.data
     assert shapes.is_closed(mesh) and not mesh.validate(verbose=True)
     after, numbers = corners(mesh), shapes.values(mesh, "number", "value")[:, 0].astype(int)
-    # Quadrilaterals stay such, also those that are turned over; each corner keeps its texture coordinates.
+    # Quadrilaterals stay quadrilaterals, also if they are reversed; each corner keeps its texture coordinates.
     kept = [after[i] for i in range(len(faces))]
     assert numbers[: len(faces)].tolist() == list(range(1, len(faces) + 1))
     for old, new in zip(before, kept):
@@ -112,7 +112,7 @@ def test_repair_of_turned_and_duplicate_faces_and_holes(bpy, scene):
 def test_repair_unites_bodies_that_intersect(bpy, scene):
     vertices, faces = shapes.globe()
     count = len(vertices)
-    # Two balls through each other; the corners of one quadrilateral are vertices of their own, at the places of others.
+    # Two balls that intersect; the corners of one quadrilateral are separate vertices at the positions of others.
     both = np.concatenate([vertices, vertices + np.float32([0.9, 0.2, 0.1]), vertices[list(faces[400])]])
     quads = [tuple(2 * count + i for i in range(len(f))) if n == 400 else f for n, f in enumerate(faces)]
     item = shapes.added(bpy, both, [*quads, *[tuple(count + v for v in f) for f in faces]])
@@ -144,7 +144,7 @@ def test_lines_and_points_beside_the_surface_stay(bpy, scene):
 
 @pytest.mark.parametrize("operator", ["fill", "repair"])
 def test_a_patch_that_blender_cannot_hold_leaves_the_mesh_as_it_was(bpy, scene, operator):
-    """The only triangle over the border of a lone triangle has the same vertices as that."""
+    """The only patch that closes a single triangle is a triangle with the same vertices."""
     item = shapes.added(bpy, [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
     numbered(item)
     before, chosen = corners(item.data), {"scope": "SELECTED"} if operator == "fill" else {"close_borders": True}
@@ -180,7 +180,7 @@ def test_marks_of_earlier_patches_stay_when_their_faces_are_added_again(bpy, sce
     both = np.concatenate([vertices, vertices + np.float32([0.9, 0.2, 0.1])])
     item = shapes.added(bpy, both, [*faces, *[tuple(count + v for v in f) for f in faces]])
     mesh = item.data
-    # As if an earlier run had made the first body; where the second one cuts it, parts of its faces are added again.
+    # The first body is marked as a patch of an earlier run; where the second body cuts it, parts of its faces are added again.
     marks = np.arange(2 * len(faces)) < len(faces)
     mesh.attributes.new("isomend_patch", "BOOLEAN", "FACE").data.foreach_set("value", marks)
     errors = np.where(np.arange(len(both)) < count, 0.5, 0.25).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Filling: the positions of the command line, nothing of the mesh changed, values continued, refusals."""
+"""Filling: same positions as the command line, the mesh's own elements unchanged, values continued, refusals."""
 
 import time
 
@@ -9,7 +9,7 @@ from conftest import ROOT
 
 
 def filled_by_program(program, tmp_path, item, *options):
-    """Vertices that the command line makes of the same mesh."""
+    """The vertices of the command line's result for the same mesh."""
     import isomend
 
     shapes.write_ply(tmp_path / "in.ply", shapes.positions(item.data), shapes.triangles_of(item.data))
@@ -168,7 +168,7 @@ def test_units_and_scales_of_objects(bpy, scene):
     plain = shapes.added(bpy, *shapes.globe(without=shapes.window()))
     bpy.ops.isomend.fill()
     count = len(plain.data.vertices)
-    # The same shape in the scene, by an object scaled to half of a mesh twice as large: the same patch, errors and bounds.
+    # A mesh twice as large, in an object scaled by half, is the same shape in the scene: the same patch, errors and limits.
     vertices, faces = shapes.globe(without=shapes.window())
     item = shapes.added(bpy, 2 * vertices, faces)
     item.scale = (0.5, 0.5, 0.5)
@@ -180,7 +180,7 @@ def test_units_and_scales_of_objects(bpy, scene):
     assert np.allclose(shapes.positions(item.data), 2 * shapes.positions(plain.data), atol=1e-6)
     a, b = (shapes.values(m.data, "isomend_sigma", "value") for m in (plain, item))
     assert np.allclose(a, b, rtol=1e-3)
-    # Scaled unequally: what is seen is a ball, though the mesh is none.
+    # Scaled unequally: the object is a ball in the scene, though its mesh is not.
     item = shapes.added(bpy, vertices / np.array([1, 2, 4], np.float32), faces)
     item.scale, item.rotation_euler = (1, 2, 4), (0.3, 0.2, 0.1)
     bpy.context.view_layer.update()
@@ -217,7 +217,7 @@ def test_modifiers_that_keep_their_meaning_are_no_reason(bpy, scene):
 
 
 def test_large_meshes_take_little_more_than_the_fill(bpy, scene, capsys):
-    """200 000 faces with 49 holes: under 5 seconds beside the fill itself."""
+    """200 000 faces with 49 holes: less than 5 seconds in addition to the fill itself."""
     import isomend
 
     item = shapes.plane_with_holes(bpy, 455, 7)

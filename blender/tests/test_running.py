@@ -1,4 +1,4 @@
-"""How a run goes: in a thread, with progress, cancelled by Escape, undone; the panel and the colours of expected errors."""
+"""Runs of operators in a thread, with progress, cancelled with Escape, undone; the panel, and the colours of expected errors."""
 
 import time
 from types import SimpleNamespace
@@ -9,7 +9,7 @@ import shapes
 
 
 class Operator:
-    """What Blender would call: an operator in its modal run."""
+    """Stands for an operator in its modal run, without Blender's window."""
 
     def __init__(self, extension, **properties):
         self.said = []
@@ -22,7 +22,7 @@ class Operator:
                 for key in {**of, **common}:
                     setattr(self, key, chosen.get(key, 0))
                 kind = getattr(extension.operators, f"ISOMEND_OT_{name}")
-        for name in ("work", "begun", "ended", "invoke", "modal", "tell", "over", "cancel", "length", "solving"):
+        for name in ("work", "prepare", "finish", "invoke", "modal", "show_progress", "clear_progress", "cancel", "length", "solving"):
             setattr(self, name, getattr(kind, name).__get__(self))
 
 
@@ -110,7 +110,7 @@ def test_undo_takes_a_fill_back(bpy, scene):
 
 
 class Layout:
-    """A layout that notes what is drawn into it."""
+    """A layout that records what is drawn into it."""
 
     def __init__(self, drawn):
         self.drawn = drawn

@@ -1,13 +1,13 @@
-"""ComfyUI's meshes: batches of tensors. Each mesh of a batch goes through isomend by itself. Tensors are those of any package that has
-`detach`, `cpu`, `numpy` and `new_tensor`, as torch's; torch itself is not imported."""
+"""Conversion of ComfyUI's meshes, which are batches of tensors; each mesh of a batch is processed separately. Tensors need the methods
+`detach`, `cpu`, `numpy` and `new_tensor`, as torch's have; torch itself is not imported."""
 
 import copy
 
 import numpy as np
 
-# Values of vertices that isomend continues on patches, by the names that tell it what they are.
+# Attributes of ComfyUI's vertices that are continued on patches, with the names under which isomend knows their role.
 CONTINUED = {"uvs": "uv", "vertex_colors": "colors"}
-# Values of vertices that are computed anew by whoever needs them.
+# Attributes that are removed from the result, since others can compute them from the new mesh.
 COMPUTED = ("normals", "tangents")
 
 
@@ -17,7 +17,7 @@ def array_of(tensor):
 
 
 def each(mesh):
-    """The meshes of a batch: vertices, faces, and the values of vertices that are continued."""
+    """Yields each mesh of a batch, without padding: vertices (n, 3), faces (m, 3), and the values of vertices to continue, by name."""
     vertices, faces = array_of(mesh.vertices), array_of(mesh.faces)
     counts = [getattr(mesh, name, None) for name in ("vertex_counts", "face_counts")]
     n, m = (None if count is None else array_of(count).astype(int) for count in counts)
@@ -29,9 +29,9 @@ def each(mesh):
 
 
 def mended(mesh, mend):
-    """The same batch after `mend(model)` of each mesh, with textures and materials as they were; and what `mend` returned of each.
+    """Applies `mend(model)` to each mesh of a batch. Returns a new batch, with unchanged textures and materials, and the list of results.
 
-    The input stays as it is. Meshes of different sizes are padded with zeros, and their sizes are in `vertex_counts` and `face_counts`."""
+    The input is not changed. Meshes of different sizes are padded with zeros; `vertex_counts` and `face_counts` have their sizes."""
     import isomend
 
     results = [mend(isomend.Model(points, faces, point_data=own)) for points, faces, own in each(mesh)]
@@ -55,7 +55,7 @@ def mended(mesh, mend):
 
 
 def padded(rows, dtype):
-    """Arrays of different lengths as one, the ends of the shorter ones filled with zeros. Unknown values are zero too."""
+    """Stacks arrays of different lengths and pads the shorter ones with zeros. Unknown values (NaN) become zero too."""
     whole = np.zeros((len(rows), max(map(len, rows)), rows[0].shape[1]), dtype)
     for place, row in zip(whole, rows):
         place[: len(row)] = np.nan_to_num(row)

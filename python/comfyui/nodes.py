@@ -1,4 +1,4 @@
-"""The nodes. Lengths are in the units of the mesh; 0 leaves a choice to isomend."""
+"""ComfyUI nodes that check, repair and fill meshes. Lengths are in the units of the mesh; 0 stands for isomend's default."""
 
 from . import meshes
 
@@ -14,7 +14,7 @@ def flag(text):
 
 
 def following():
-    """A progress function that moves ComfyUI's bar and stops with its button; none outside of ComfyUI."""
+    """A progress function that updates ComfyUI's progress bar and obeys its stop button; none outside of ComfyUI."""
     try:
         import comfy.model_management
         import comfy.utils
@@ -24,19 +24,19 @@ def following():
 
     def progress(part, done, all_regions):
         bar.update_absolute(round(100 * part), 100)
-        # Raises an exception, which ends the run.
+        # Raises an exception if the user has stopped the run, which cancels isomend's work.
         comfy.model_management.throw_exception_if_processing_interrupted()
 
     return progress
 
 
 def given(**options):
-    """Options that were chosen."""
+    """The options that are set: not 0, false or none."""
     return {name: value for name, value in options.items() if value}
 
 
 class IsomendCheck:
-    """Whether meshes are closed, manifold, oriented and free of self-intersections, and why not."""
+    """Checks whether meshes are closed, manifold, oriented and free of self-intersections, and says why not."""
 
     CATEGORY = "3d/isomend"
     FUNCTION = "check"
@@ -46,7 +46,7 @@ class IsomendCheck:
 
     @classmethod
     def INPUT_TYPES(cls):
-        return {"required": {"mesh": ("MESH",), "min_wall": length("Say no where a wall of a closed component is thinner than this")}}
+        return {"required": {"mesh": ("MESH",), "min_wall": length("Not sound if a wall of a closed component is thinner than this")}}
 
     def check(self, mesh, min_wall=0.0):
         import isomend
@@ -74,8 +74,8 @@ class IsomendRepair:
                 "mesh": ("MESH",),
                 "close_borders": flag("Also close outer borders of open sheets"),
                 "keep_holes": flag("Leave the holes of the mesh open"),
-                "debris": length("Remove components with less than this part of the largest one's area", max=1.0),
-                "weld": length("Merge border vertices that are no farther apart than this"),
+                "debris": length("Remove components with less than this part of the largest component's area", max=1.0),
+                "weld": length("Merge boundary vertices that are no farther apart than this"),
             }
         }
 
@@ -88,7 +88,7 @@ class IsomendRepair:
 
 
 class IsomendFill:
-    """Fills holes by surfaces that continue the curvature of their surroundings. The meshes' own faces stay."""
+    """Fills holes with surfaces that continue the curvature of their surroundings. The meshes' own faces do not change."""
 
     CATEGORY = "3d/isomend"
     FUNCTION = "fill"
@@ -101,7 +101,7 @@ class IsomendFill:
             "required": {
                 "mesh": ("MESH",),
                 "max_diameter": length("Leave wider holes open"),
-                "energy": (ENERGIES, {"tooltip": "What patches make small: bending, or the variation of curvature"}),
+                "energy": (ENERGIES, {"tooltip": "Energy that patches minimise: bending, or the variation of curvature"}),
                 "voxel": length("Grid spacing of the level set"),
             }
         }
@@ -113,7 +113,7 @@ class IsomendFill:
 
 
 def holes_of(result):
-    """What became of the holes of a mesh, in a line."""
+    """A line that says how many holes of a mesh were closed."""
     outcomes = [hole["outcome"] for hole in result.report["holes"]]
     closed = sum(outcome not in ("left", "failed") for outcome in outcomes)
     return f"{closed} of {len(outcomes)} holes closed, {int(result.is_patch.sum())} new faces"

@@ -1,7 +1,7 @@
 """isomend fills holes in triangle meshes by 3D level-set Willmore flow, restores marked regions, fairs
 surfaces, repairs, checks and compares meshes.
 
-The mesh's own vertices and faces stay as they are, bit for bit and in order; what is new comes after them.
+The mesh's own vertices and faces stay bit for bit and in order; new vertices and faces come after them.
 
 >>> import isomend
 >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]

@@ -1,4 +1,5 @@
-"""Meshes of other packages, told by what they have: none of these packages is imported before its own mesh comes."""
+"""Adapters for meshes of trimesh, pyvista, meshio and Open3D. Types are recognised by their attributes, so that none of these packages is
+imported here."""
 
 from __future__ import annotations
 
@@ -17,13 +18,13 @@ if TYPE_CHECKING:
     from isomend._options import FairOptions, FillOptions, RepairOptions, RestoreOptions
     from isomend._params import Mask
 
-# Where a mesh has room for metadata, the report of what was done is there under this name, as JSON.
+# Name of the report (JSON) in the metadata of a mesh, for types that have metadata.
 REPORT = "isomend_report"
-# The number of the block that a face of meshio comes from, while work is done on it.
+# Name of the face values that hold the index of a face's meshio block during the work.
 BLOCK = "isomend_block"
 
 Work = Callable[[Model], Mended]
-# A mesh of another package as a model, and how the same type is made of what became of it.
+# A mesh of another package as a model, and a function that makes a mesh of the same type from the result.
 Adapted = tuple[Model, Callable[[Mended], Any]]
 
 
@@ -31,24 +32,24 @@ def fill_mesh(mesh: Any, *, return_report: bool = False, **options: Unpack[FillO
     """Fills holes of a mesh of another package; the same type comes back, with its data continued on the patches.
 
     Args:
-        mesh: ``trimesh.Trimesh``, ``pyvista.PolyData``, ``meshio.Mesh`` or Open3D's ``TriangleMesh``. It stays as it is.
+        mesh: ``trimesh.Trimesh``, ``pyvista.PolyData``, ``meshio.Mesh`` or Open3D's ``TriangleMesh``. It is not changed.
         return_report: Whether to return the report beside the mesh; see :attr:`isomend.Mended.report`.
         options: As for :func:`isomend.fill`.
 
     Returns:
-        A new mesh, or with ``return_report`` the mesh and the report. Where the type has named values of faces, those of patches are
-        marked as ``isomend_patch``. The report is there as JSON under ``isomend_report`` in trimesh's ``metadata``, pyvista's
-        ``field_data`` and meshio's ``info``; Open3D's meshes have no place for it.
+        A new mesh, or with ``return_report`` the mesh and the report. If the type has named values of faces, ``isomend_patch`` marks
+        the faces of patches. The report is stored as JSON under ``isomend_report`` in trimesh's ``metadata``, pyvista's ``field_data``
+        and meshio's ``info``; Open3D's meshes cannot store it.
 
     Raises:
-        TypeError: It is no such mesh.
-        MeshError: It holds other cells than triangles, or cannot be measured.
+        TypeError: The type is none of these.
+        MeshError: The mesh has cells other than triangles, or is not valid.
     """
     return mend_mesh(mesh, lambda model: model.fill(**options), return_report)
 
 
 def repair_mesh(mesh: Any, *, return_report: bool = False, **options: Unpack[RepairOptions]) -> Any:
-    """Mends what is wrong with a mesh of another package; the same type comes back.
+    """Repairs a mesh of another package: closed, manifold, oriented, without self-intersections; the same type comes back.
 
     Args:
         mesh: As for :func:`fill_mesh`.
@@ -69,8 +70,8 @@ def restore_mesh(mesh: Any, mark: Mask, *, return_report: bool = False, **option
 
     Args:
         mesh: As for :func:`fill_mesh`.
-        mark: What is replaced, as for :func:`isomend.restore`: bool, one for each triangle, or the numbers of triangles, or a mask as
-            a dictionary.
+        mark: The faces to replace, as for :func:`isomend.restore`: bool, one for each triangle, or the indices of triangles, or a mask
+            as a dictionary.
         return_report: Whether to return the report beside the mesh.
         options: As for :func:`isomend.restore`.
 
@@ -87,13 +88,13 @@ def restore_mesh(mesh: Any, mark: Mask, *, return_report: bool = False, **option
 def fair_mesh(
     mesh: Any, mark: Mask | None = None, *, return_report: bool = False, **options: Unpack[FairOptions]
 ) -> Any:
-    """Lets a mesh of another package evolve by Willmore flow; the same type comes back.
+    """Fairs a mesh of another package by Willmore flow; the same type comes back.
 
-    A closed mesh as a whole is replaced by new vertices and faces, which have no values: it comes back without its data.
+    If a closed mesh is faired as a whole, all vertices and faces are new, and the data of vertices and faces is lost.
 
     Args:
         mesh: As for :func:`fill_mesh`.
-        mark: What is faired, as for :func:`isomend.fair`; all of it by default.
+        mark: The faces to fair, as for :func:`isomend.fair`; by default all.
         return_report: Whether to return the report beside the mesh.
         options: As for :func:`isomend.fair`.
 
@@ -107,7 +108,7 @@ def fair_mesh(
 
 
 def mend_mesh(mesh: Any, work: Work, return_report: bool = False) -> Any:
-    """The same mesh after some work on it, and the report if it is asked for."""
+    """A mesh of the same type as `mesh` with the result of `work`; with `return_report` the mesh and the report."""
     model, back = _adapted(mesh)
     mended = work(model)
     out = back(mended)
@@ -115,15 +116,18 @@ def mend_mesh(mesh: Any, work: Work, return_report: bool = False) -> Any:
 
 
 def as_model(mesh: Any) -> Model:
-    """A mesh as a :class:`isomend.Model`, with the data of its vertices and faces.
+    """Converts a mesh to a :class:`isomend.Model`, with the data of its vertices and faces.
 
     Args:
         mesh: ``trimesh.Trimesh``, ``pyvista.PolyData``, ``meshio.Mesh``, Open3D's ``TriangleMesh``, vertices and faces as a pair, the
             path of a file, or a :class:`isomend.Model` or :class:`isomend.Mended`.
 
+    Returns:
+        The model; ``mesh`` itself if it is one.
+
     Raises:
-        TypeError: It is no such mesh.
-        MeshError: It holds other cells than triangles.
+        TypeError: The type is none of these.
+        MeshError: The mesh has cells other than triangles.
         FileError: The file cannot be read.
 
     >>> import isomend
@@ -143,7 +147,7 @@ def as_model(mesh: Any) -> Model:
 
 
 def _adapted(mesh: Any) -> Adapted:
-    """A mesh of another package, told by what it has."""
+    """Adapts a mesh of another package, recognised by its attributes. A `TypeError` if it is of none of the known types."""
 
     def has(*names: str) -> bool:
         return all(hasattr(mesh, name) for name in names)
@@ -154,7 +158,7 @@ def _adapted(mesh: Any) -> Adapted:
         return _pyvista(mesh)
     if has("points", "cells", "point_data", "cell_data", "extract_surface"):
         raise TypeError(
-            f"{type(mesh).__qualname__} holds cells of a volume or of several kinds; take its surface first: mesh.extract_surface()"
+            f"{type(mesh).__qualname__} can have cells other than polygons; extract its surface first: mesh.extract_surface()"
         )
     if has("points", "cells", "point_data", "cell_data"):
         return _meshio(mesh)
@@ -162,7 +166,7 @@ def _adapted(mesh: Any) -> Adapted:
         return _open3d(mesh)
     kind = f"{type(mesh).__module__}.{type(mesh).__qualname__}"
     raise TypeError(
-        f"{kind} is no mesh of trimesh, pyvista, meshio or Open3D; give its arrays to isomend.fill(vertices, faces)"
+        f"{kind} is no mesh of trimesh, pyvista, meshio or Open3D; pass its arrays to isomend.fill(vertices, faces)"
     )
 
 
@@ -203,7 +207,7 @@ def _pyvista(mesh: Any) -> Adapted:
 
     whole, faces = triangles_of(mesh)
     if whole.n_cells != len(faces):
-        raise MeshError("the mesh has lines, vertices or strips beside its faces; take them away, or extract the surface first")
+        raise MeshError("the mesh has lines, vertex cells or strips beside its faces; remove them, or extract the surface first")
     if len(faces) == 0:
         raise MeshError("the mesh has no faces; there is nothing to fill")
     points, cells = _kept_types(whole.point_data), _kept_types(whole.cell_data)
@@ -228,19 +232,19 @@ def _pyvista(mesh: Any) -> Adapted:
 
 
 def triangles_of(mesh: Any) -> tuple[Any, Any]:
-    """A pyvista mesh whose polygons are cut into triangles, and the faces of these, (n, 3)."""
+    """The pyvista mesh with its polygons cut into triangles, and its faces (n, 3). A `MeshError` if some cannot be cut."""
     import numpy as np
 
     whole = mesh if mesh.is_all_triangles else mesh.triangulate()
-    # `regular_faces` fails where lines or vertices are left beside the faces.
+    # Not `regular_faces`: it fails if the mesh has lines or vertex cells beside the faces.
     faces = np.asarray(whole.faces)
     if faces.size % 4 or np.any(faces[::4] != 3):
-        raise MeshError("the mesh has faces that cannot be cut into triangles; call triangulate() on it and look at its faces")
+        raise MeshError("the mesh has faces that cannot be cut into triangles; call triangulate() on it and check its faces")
     return whole, faces.reshape(-1, 4)[:, 1:]
 
 
 def _kept_types(data: Any) -> dict[str, Any]:
-    """The arrays that can be continued: numbers. Text is left behind."""
+    """The arrays that can be continued on patches: numbers and truth values. Others, such as text, are dropped."""
     import numpy as np
 
     arrays = {str(name): np.asarray(data[name]) for name in data.keys()}  # noqa: SIM118
@@ -248,7 +252,7 @@ def _kept_types(data: Any) -> dict[str, Any]:
 
 
 def _rounded(vertices: Any, dtype: Any) -> Any:
-    """Vertices in the type that those of the mesh had, which the kept ones survive."""
+    """Vertices in the mesh's own float type. Kept vertices came from this type, so they do not change."""
     return vertices.astype(dtype) if dtype.kind == "f" else vertices
 
 
@@ -259,13 +263,13 @@ def _meshio(mesh: Any) -> Adapted:
     other = sorted({block.type for block in blocks} - {"triangle"})
     if other or not blocks:
         what = ", ".join(other) or "none"
-        raise MeshError(f"a mesh of triangles is needed, but its cells are: {what}; triangulate it, or take the others away")
+        raise MeshError(f"the mesh must have triangles only, but has cells of these types: {what}; triangulate or remove them")
     points = np.asarray(mesh.points)
     if points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points), points.dtype)])
     faces = np.concatenate([block.data for block in blocks])
     cells = _kept_types({name: np.concatenate(list(values)) for name, values in mesh.cell_data.items()})
-    # A repair takes faces out and turns others: where a kept one comes from goes along with it.
+    # A repair removes faces, so kept faces carry the index of their block with them.
     cells[BLOCK] = np.repeat(np.arange(len(blocks)), [len(block.data) for block in blocks])
 
     def back(mended: Mended) -> Any:

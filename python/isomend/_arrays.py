@@ -1,4 +1,4 @@
-"""Arrays: from what callers have to what the library reads, and back."""
+"""Validation and conversion of arrays: from callers' arrays to the library's form, and back."""
 
 from __future__ import annotations
 
@@ -15,26 +15,28 @@ if TYPE_CHECKING:
     Given = tuple[str, str, str, int, NDArray[np.float64]]
     Taken = tuple[str, str, int, NDArray[np.float64], "NDArray[np.bool_] | None"]
 
-# Whole numbers beyond this are not all floats of 64 bits.
+# Up to this magnitude a 64-bit float holds every integer exactly.
 LARGEST_WHOLE = 2**53
 
+# Names (in lower case) of values that are continued as normals, colours and texture coordinates; others are plain numbers.
 ROLES = {
     "normal": ("normals", "normal"),
     "colour": ("colors", "colours", "color", "colour", "rgb", "rgba", "vertex_colors", "face_colors"),
     "uv": ("uv", "uvs", "texture coordinates", "texture_coordinates", "tcoords"),
 }
+# Numbers of components that values of a role can have.
 COMPONENTS = {"normal": (3,), "colour": (3, 4), "uv": (2,)}
 
 
 def unmasked(what: str, values: ArrayLike) -> NDArray[Any]:
-    """An array, without values that are masked."""
+    """`values` as an array. A `ParameterError`, which names it `what`, if values are masked."""
     if np.ma.isMaskedArray(values) and np.any(np.ma.getmaskarray(values)):
-        raise ParameterError(f"{what} is a masked array with masked values; fill these, or take them out")
+        raise ParameterError(f"{what} is a masked array with masked values; fill these values, or remove them")
     return np.asarray(values)
 
 
 def table(what: str, values: ArrayLike) -> NDArray[Any]:
-    """An array of n rows of three numbers."""
+    """An array (n, 3) of numbers. A `MeshError`, which names it `what`, if the shape or the type is another one."""
     try:
         array = unmasked(what, values)
     except ParameterError as error:
@@ -42,61 +44,61 @@ def table(what: str, values: ArrayLike) -> NDArray[Any]:
     if array.size == 0 and array.ndim < 2:
         array = array.reshape(0, 3)
     if array.dtype.kind not in "fiu":
-        raise MeshError(f"{what} must be numbers, but are of the type {array.dtype}")
+        raise MeshError(f"{what} must be numbers, but have the type {array.dtype}")
     if array.ndim != 2 or array.shape[1] != 3:
         advice = "; cut quadrilaterals into triangles first" if array.shape[1:] == (4,) else ""
-        raise MeshError(f"{what} must be an array of the shape (n, 3), but its shape is {array.shape}{advice}")
+        raise MeshError(f"{what} must be an array of the shape (n, 3), but the shape is {array.shape}{advice}")
     return array
 
 
 def points(what: str, values: ArrayLike) -> NDArray[np.float64]:
-    """Coordinates, none of which changes."""
+    """Coordinates (n, 3) as 64-bit floats. A `MeshError` if a 64-bit float cannot hold one of them exactly."""
     array = table(what, values)
     if array.dtype.kind in "iu" and array.size and max(abs(int(array.min())), abs(int(array.max()))) > LARGEST_WHOLE:
-        raise MeshError(f"{what} has whole numbers beyond 2**53, which floats of 64 bits cannot hold")
+        raise MeshError(f"{what} has whole numbers beyond 2**53, which 64-bit floats cannot hold")
     exact = np.ascontiguousarray(array, dtype=np.float64)
     if array.dtype.kind == "f" and array.dtype.itemsize > 8 and not np.array_equal(exact, array, equal_nan=True):
-        raise MeshError(f"{what} of the type {array.dtype} has numbers that floats of 64 bits cannot hold")
+        raise MeshError(f"{what} of the type {array.dtype} has numbers that 64-bit floats cannot hold")
     return exact
 
 
 def faces(values: ArrayLike) -> NDArray[np.int64]:
-    """Vertex numbers."""
+    """Faces (m, 3) as 64-bit vertex indices. A `MeshError` if they are no integers, or too large for the library's check."""
     array = table("faces", values)
     if array.dtype.kind == "f":
-        # Not even a comparison is made of what is no number.
+        # Tested first, as NaN and infinity are not to be compared with their truncation.
         if not np.all(np.isfinite(array)) or np.any(array != np.trunc(array)):
             raise MeshError("faces must be whole numbers")
     if array.dtype.kind != "i" and array.size and array.max() > np.iinfo(np.int64).max // 2:
-        raise MeshError(f"faces refer to vertex {int(array.max())}, which is not there")
+        raise MeshError(f"faces refer to vertex {int(array.max())}, which is not there: there are fewer vertices")
     return np.ascontiguousarray(array, dtype=np.int64)
 
 
 def face_numbers(mask: ArrayLike, count: int) -> list[int]:
-    """The numbers of the faces that are marked, by one mark for each face or by their numbers."""
+    """The indices of marked faces, from one truth value for each of `count` faces or from face indices; else a `ParameterError`."""
     array = unmasked("the mask", mask)
     if array.ndim != 1:
-        raise ParameterError(f"a mask must be an array of one dimension, but its shape is {array.shape}")
+        raise ParameterError(f"a mask must be an array with one dimension, but its shape is {array.shape}")
     if array.dtype.kind == "b":
         if len(array) != count:
-            raise ParameterError(f"there are {len(array)} marks for {count} faces; one for each is needed")
+            raise ParameterError(f"the mask has {len(array)} marks for {count} faces; one for each face is needed")
         array = np.flatnonzero(array)
     elif array.size and array.dtype.kind not in "iu":
-        raise ParameterError(f"a mask holds a mark for each face, or face numbers, but this one is of the type {array.dtype}")
+        raise ParameterError(f"a mask must be of the type bool, or face numbers, but its type is {array.dtype}")
     elif array.size > 1 and len(array) == count and array.max() <= 1 and array.min() >= 0:
         raise ParameterError(
-            f"the mask has {count} whole numbers, one for each face, and all are 0 or 1: as marks they must be of the type bool, "
-            "such as mask.astype(bool); as face numbers they would name the faces 0 and 1 alone"
+            f"the mask has {count} whole numbers, one for each face, and all are 0 or 1; if they are marks, use the type bool: "
+            "mask.astype(bool); as face numbers they would name only the faces 0 and 1"
         )
     numbers: list[int] = array.astype(np.int64).tolist()
     for number in numbers:
         if not 0 <= number < count:
-            raise ParameterError(f"the mask names face {number}, but there are only {count}, numbered from 0")
+            raise ParameterError(f"the mask names face {number}, but there are only {count} faces, numbered from 0")
     return numbers
 
 
 def role(name: str, components: int) -> str:
-    """What values mean, by their name: normals, colours and texture coordinates are continued as such."""
+    """The role of values, by their name: normals, colours and texture coordinates are continued accordingly."""
     for role, names in ROLES.items():
         if name.lower() in names and components in COMPONENTS[role]:
             return role
@@ -104,31 +106,31 @@ def role(name: str, components: int) -> str:
 
 
 def given(what: str, data: Mapping[str, ArrayLike] | None, count: int) -> list[Given]:
-    """Named values as the library takes them."""
+    """Named values in the library's form. A `ParameterError` if there are not `count` of them, or their type is not supported."""
     out: list[Given] = []
     for name, values in (data or {}).items():
         array = unmasked(f"{what} '{name}'", values)
         if array.dtype.kind == "b":
             array = array.astype(np.uint8)
         if array.dtype.kind not in "fiu" or array.dtype.itemsize > 8:
-            raise ParameterError(f"{what} '{name}' is of the type {array.dtype}, which cannot be continued on patches")
+            raise ParameterError(f"{what} '{name}' has the type {array.dtype}, which cannot be continued on patches")
         if array.dtype == np.float16:
             array = array.astype(np.float32)
         if array.ndim == 0 or len(array) != count:
-            raise ParameterError(f"{what} '{name}' has the shape {array.shape}, but there are {count} values to have")
+            raise ParameterError(f"{what} '{name}' has the shape {array.shape}, but its first dimension must be {count}")
         rows = array.reshape(count, -1) if count else array.reshape(0, 1)
         flat = np.ascontiguousarray(rows, dtype=np.float64).reshape(-1)
         if array.dtype.kind in "iu" and array.dtype.itemsize == 8 and flat.size and np.abs(flat).max() > LARGEST_WHOLE:
-            raise ParameterError(f"{what} '{name}' has whole numbers beyond 2**53, which cannot be kept")
+            raise ParameterError(f"{what} '{name}' has whole numbers beyond 2**53, which are not supported")
         kind = array.dtype.newbyteorder("=").name
         out.append((str(name), role(str(name), rows.shape[1]), kind, rows.shape[1], flat))
     return out
 
 
 def taken(values: list[Taken], rows: tuple[int, ...] = ()) -> dict[str, NDArray[Any]]:
-    """Named values as arrays of their types; of what is missing floats are NaN, whole numbers 0.
+    """Named values from the library's form, in their types. Missing values are NaN in floats and 0 in integers.
 
-    ``rows`` are the first dimensions, where they are not one."""
+    ``rows`` are the leading dimensions of the arrays, if there is more than one."""
     out: dict[str, NDArray[Any]] = {}
     for name, kind, components, flat, missing in values:
         array = flat.reshape(-1, components) if components != 1 else flat.copy()
@@ -145,7 +147,7 @@ def taken(values: list[Taken], rows: tuple[int, ...] = ()) -> dict[str, NDArray[
 def restored_types(
     data: dict[str, NDArray[Any]], before: Mapping[str, ArrayLike] | None
 ) -> dict[str, NDArray[Any]]:
-    """The same in the types and shapes that the values had before."""
+    """`data` with the types and trailing dimensions of the caller's values `before`."""
     for name, values in (before or {}).items():
         array = np.asarray(values)
         if name in data:

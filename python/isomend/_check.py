@@ -1,4 +1,4 @@
-"""Verdicts on meshes."""
+"""The verdict of a check: whether a mesh is watertight and printable, and its defects."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Defect:
-    """All defects of a kind.
+    """All defects of one kind.
 
     Attributes:
-        kind: ``border``, ``non_manifold_edge``, ``non_manifold_vertex``, ``misoriented``, ``inside_out``, ``degenerate``,
-            ``duplicate``, ``crossing``, ``thin`` or ``thin_wall``.
-        count: Number of edges, vertices, faces or components that have it, by the kind.
-        faces: int64 (k,), the faces at them, in rising order.
-        places: float64 (p, 3), the middle of each connected group of these faces, in the units of the mesh.
+        kind: ``border`` (edges with one face only), ``non_manifold_edge``, ``non_manifold_vertex``, ``misoriented``, ``inside_out``,
+            ``degenerate``, ``duplicate``, ``crossing`` (faces that intersect others), ``thin`` or ``thin_wall``.
+        count: Number of edges, vertices, faces or components with the defect, depending on the kind.
+        faces: int64 (k,), indices of the faces at the defects, ascending.
+        places: float64 (p, 3), the centre of each connected group of these faces, in the units of the mesh.
     """
 
     kind: str
@@ -32,7 +32,7 @@ class Defect:
 
 
 class Verdict(Drawn):
-    """What is wrong with a mesh. It is true where nothing is: the mesh is watertight and can be printed.
+    """The verdict of a check. It is true if no defect was found: the mesh is watertight and can be printed.
 
     >>> import isomend
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -43,26 +43,26 @@ class Verdict(Drawn):
 
     def __init__(self, core: _isomend.Checked, again: tuple[Any, Mapping[str, Any]]) -> None:
         self._core: _isomend.Checked = core
-        # The model and the options, with which a verdict that was pickled is made again.
+        # The model and the options: unpickling repeats the check with them.
         self._again = again
-        #: What ``isomend check --json -`` tells; lists in it end after a thousand entries.
+        #: The JSON document of ``isomend check --json -`` as a dictionary; lists in it have at most a thousand entries.
         self.report: dict[str, Any] = report_of(core.document())
-        #: Whether nothing is wrong: the mesh is watertight and can be printed.
+        #: Whether no defect was found: the mesh is watertight and can be printed.
         self.sound: bool = self.report["sound"]
-        #: Why it is not, in words.
+        #: Why the mesh is not sound, one phrase for each reason.
         self.reasons: list[str] = self.report["reasons"]
         #: Whether every edge is in exactly two faces.
         self.watertight: bool = self.report["watertight"]
         #: Whether no edge is in one face only.
         self.closed: bool = self.report["closed"]
-        #: Whether no edge has more than two faces, and surfaces meet nowhere in a point only.
+        #: Whether no edge has more than two faces, and the faces at each vertex are connected through edges.
         self.manifold: bool = self.report["manifold"]
-        #: Whether all edges of two faces run through them in opposite directions.
+        #: Whether the two faces of every edge run through it in opposite directions.
         self.oriented: bool = self.report["oriented"]
         #: The walls of closed components: the ``least`` and the ``mean`` thickness in the mesh's units, the number of the ``component``
-        #: with the least, from 1 in the order of their first faces, and where it is (``at``). None where there are no walls.
+        #: with the thinnest wall, from 1 in the order of first faces, and its position (``at``). None if there are no walls.
         self.walls: dict[str, Any] | None = self.report["walls"]
-        #: The kinds of defects that there are, by name, with all their faces and places.
+        #: The defects found, by kind, with all their faces and places.
         self.defects: dict[str, Defect] = {row[0]: Defect(*row) for row in core.defects()}
 
     def __bool__(self) -> bool:
@@ -76,7 +76,7 @@ class Verdict(Drawn):
         return f"<isomend.Verdict: {self._core.lines()[0]}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """A verdict goes through pickle as its mesh, which is checked again."""
+        """Pickles the mesh and the options; unpickling repeats the check."""
         return _checked_again, self._again
 
 

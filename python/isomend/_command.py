@@ -1,4 +1,4 @@
-"""The command `isomend`."""
+"""The console script `isomend`: the command line program."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ from isomend import _isomend
 
 
 def main() -> int:
-    """Runs the command line; its exit code."""
+    """Runs the command line with the arguments of this process; returns its exit code."""
     return _isomend.main(sys.argv)

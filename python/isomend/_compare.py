@@ -1,4 +1,4 @@
-"""Two meshes beside each other."""
+"""The result of a comparison of two meshes: distances, normals, areas, bending energies, kept vertices and faces."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from isomend._reports import report_of
 
 @dataclass(frozen=True)
 class SurfaceFacts:
-    """One mesh by itself.
+    """Measurements of one mesh.
 
     Attributes:
         vertices: Number of vertices.
         faces: Number of faces.
         area: Area in the units of the mesh squared.
-        willmore_energy: Half the integral of h squared, h the sum of the principal curvatures: 8 pi for a sphere. Without the
-            vertices of the border.
-        border_vertices: Number of vertices of the border.
+        willmore_energy: Half the integral of h squared, h the sum of the principal curvatures: 8 pi for a sphere. Vertices on the
+            mesh's boundary are left out.
+        border_vertices: Number of vertices on the boundary: on edges with one face only.
     """
 
     vertices: int
@@ -30,16 +30,16 @@ class SurfaceFacts:
 
 @dataclass(frozen=True)
 class Distances:
-    """Distances from samples of one mesh to another one, in the units of the meshes.
+    """Distances from samples on one mesh to the other mesh, in the units of the meshes.
 
     Attributes:
         samples: Number of samples, spread evenly over the area.
         max: Largest distance of a sample or a vertex.
-        max_at: Where it is (x, y, z).
+        max_at: The position (x, y, z) of this sample or vertex.
         rms: Root mean square distance of the samples.
         mean: Mean distance of the samples.
         normal_mean: Mean angle between the normals at a sample and at its closest point, in degrees.
-        normal_max: Largest such angle.
+        normal_max: Largest of these angles, in degrees.
     """
 
     samples: int
@@ -53,13 +53,13 @@ class Distances:
 
 @dataclass(frozen=True)
 class Kept:
-    """What of the first mesh is bit for bit in the second one.
+    """Number of vertices and faces of the first mesh that the second mesh has bit for bit.
 
     Attributes:
-        vertices: Vertices whose position is that of a vertex of the second mesh.
-        vertices_in_order: Vertices, from the first on, that have the same number in it.
-        faces: Faces whose corners' positions are those of a face of it, in the same sense of rotation.
-        faces_in_order: Faces, from the first on, with the same number and the same vertex numbers in it.
+        vertices: Vertices at whose position the second mesh has a vertex.
+        vertices_in_order: Leading vertices that have the same index in the second mesh.
+        faces: Faces with the same corner positions, in the same orientation, as a face of the second mesh.
+        faces_in_order: Leading faces that have the same index and the same vertex indices in the second mesh.
     """
 
     vertices: int
@@ -70,15 +70,15 @@ class Kept:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two meshes beside each other; see :func:`isomend.compare`.
+    """The comparison of two meshes; see :func:`isomend.compare`.
 
     Attributes:
-        a: The first mesh by itself.
-        b: The second mesh by itself.
-        a_to_b: Distances from samples of the first mesh to the second one.
-        b_to_a: Distances from samples of the second mesh to the first one.
-        kept: What of the first mesh is in the second one.
-        report: What ``isomend compare --json -`` tells.
+        a: Measurements of the first mesh.
+        b: Measurements of the second mesh.
+        a_to_b: Distances from samples on the first mesh to the second mesh.
+        b_to_a: Distances from samples on the second mesh to the first mesh.
+        kept: Vertices and faces of the first mesh that the second mesh has.
+        report: The JSON document of ``isomend compare --json -`` as a dictionary.
     """
 
     a: SurfaceFacts
@@ -90,7 +90,7 @@ class Comparison:
 
 
 def comparison(document: str) -> Comparison:
-    """A comparison from its document."""
+    """A comparison from its JSON document."""
     report = report_of(document)
     a_to_b, b_to_a = (Distances(**dict(report[name], max_at=tuple(report[name]["max_at"]))) for name in ("a_to_b", "b_to_a"))
     facts = {name: SurfaceFacts(**report[name]) for name in ("a", "b")}

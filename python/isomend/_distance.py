@@ -1,4 +1,4 @@
-"""Signed distances, as values at points and as volumes, and the surfaces of volumes."""
+"""Signed distances of meshes, at points and as volumes; level surfaces of volumes."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ def sdf(
     band: float | Literal["full"] = "full",
     threads: int | None = None,
 ) -> Volume:
-    """The signed distance of a whole mesh as a volume, negative inside.
+    """Computes the signed distance of a mesh as a volume, negative inside.
 
-    Distances are those to the triangles. Inside is where the magnitude of the generalized winding number exceeds one half, so that
-    open meshes have an inside too. The lattice reaches three voxels beyond the mesh. For distances of points of your own see
+    Distances are to the nearest triangle. A point is inside if the magnitude of the generalized winding number exceeds one half, so
+    open meshes have an inside too. The lattice reaches three voxels beyond the mesh. For distances of given points see
     :func:`signed_distance`.
 
     Args:
         vertices: (n, 3).
         faces: (m, 3).
-        voxel: Distance of neighbouring nodes in the mesh's units; ``auto`` takes 1/128 of the longest side.
-        band: Cut distances off at this length, which is faster; ``full`` keeps all. At least a voxel.
+        voxel: Distance of neighbouring nodes in the mesh's units; ``auto`` takes 1/128 of the longest side of the bounding box.
+        band: Limit distances to this magnitude in the mesh's units, at least a voxel, which is faster; ``full`` sets no limit.
         threads: Number of threads, one per core by default.
 
     Returns:
         A volume with ``values`` (nx, ny, nz), ``origin`` and ``spacing``.
 
     Raises:
-        MeshError: The arrays are no mesh that can be measured.
-        ParameterError: A parameter makes no sense, or there would be more than 2**27 nodes.
+        MeshError: The arrays are no valid mesh.
+        ParameterError: A parameter is not valid, or there would be more than 2**27 nodes.
 
     >>> import isomend
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -60,10 +60,13 @@ def read_volume(source: Path | bytes, *, array: str | None = None) -> Volume:
 
     Args:
         source: A path, or the bytes of a file.
-        array: The point data to take, where there are several arrays.
+        array: Name of the point data to take; needed if the file has several arrays.
+
+    Returns:
+        The volume.
 
     Raises:
-        FileError: The file cannot be read, holds no volume or no such array, or holds several and none is named.
+        FileError: The file cannot be read, has no volume, does not have the named array, or has several arrays and none is named.
     """
     if isinstance(source, bytes):
         return Volume._of(_isomend.Volume.read_bytes(source, array))
@@ -78,20 +81,20 @@ def surface(
     array: str | None = None,
     threads: int | None = None,
 ) -> Model:
-    """The surface at one level of a volume, by marching cubes. Inside is where the values are below the level.
+    """Extracts the surface at one level of a volume by marching cubes. Values below the level are inside.
 
     Args:
         volume: A :class:`Volume`, or a file with one; see :func:`read_volume`.
-        level: The level.
-        close: Close the surface at the border of the volume by flat caps.
-        array: The point data to take from a file that has several arrays.
+        level: The level, in the units of the values.
+        close: Close the surface with flat caps where it ends at the faces of the volume.
+        array: Name of the point data to take from a file with several arrays.
         threads: Number of threads, one per core by default.
 
     Returns:
-        A mesh: a manifold, which ends at the border of the volume unless it is closed there.
+        A manifold mesh. Without ``close`` it is open where it reaches the faces of the volume.
 
     Raises:
-        ParameterError: There is no such surface, or a value is not finite.
+        ParameterError: All values are on one side of the level, or a value is not finite.
         FileError: The file cannot be read.
 
     >>> import isomend
@@ -112,9 +115,9 @@ def surface(
 def signed_distance(
     points: ArrayLike, vertices: ArrayLike, faces: ArrayLike, *, threads: int | None = None
 ) -> NDArray[Any]:
-    """Distances of points from a mesh, negative inside, exact up to rounding.
+    """Computes signed distances of points from a mesh, negative inside, exact up to rounding.
 
-    Inside is where the magnitude of the generalized winding number exceeds one half, so that open meshes have an inside too.
+    A point is inside if the magnitude of the generalized winding number exceeds one half, so open meshes have an inside too.
 
     Args:
         points: (k, 3), in the units of the mesh.
@@ -123,10 +126,10 @@ def signed_distance(
         threads: Number of threads, one per core by default.
 
     Returns:
-        float64 (k,); NaN for points that are not finite.
+        float64 (k,), in the units of the mesh; NaN for points that are not finite.
 
     Raises:
-        MeshError: The arrays are no mesh that can be measured.
+        MeshError: The arrays are no valid mesh.
 
     >>> import isomend
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 
 class IsomendError(Exception):
-    """What all exceptions of isomend are."""
+    """Base class of all exceptions of isomend."""
 
 
 class MeshError(IsomendError, ValueError):
-    """A mesh that cannot be measured: without faces, with indices out of range, with coordinates that are not finite."""
+    """A mesh that is not valid: it has no faces, vertex indices out of range, or coordinates that are not finite."""
 
 
 class HoleIdError(IsomendError, IndexError):
-    """The number of a hole that the mesh does not have."""
+    """A hole number that the mesh does not have."""
 
 
 class EmptyMaskError(IsomendError, ValueError):
@@ -20,12 +20,12 @@ class EmptyMaskError(IsomendError, ValueError):
 
 
 class ParameterError(IsomendError, ValueError):
-    """A parameter that makes no sense, or does not go with the mesh."""
+    """A parameter that is not valid, by itself or for this mesh."""
 
 
 class FileError(IsomendError, OSError):
-    """A file that cannot be read or written, or whose content is damaged."""
+    """A file that cannot be read or written, or has damaged content."""
 
 
 class Cancelled(IsomendError):
-    """The progress function asked to stop."""
+    """The run was stopped: the progress function returned ``False``."""

@@ -1,4 +1,4 @@
-"""The functions of isomend."""
+"""Functions on arrays and files: read, inspect, fill, repair, check, compare, convert, restore, fair, tasks of regions."""
 
 from __future__ import annotations
 
@@ -23,14 +23,18 @@ if TYPE_CHECKING:
 
 
 def read(source: str | os.PathLike[str] | bytes, *, format: str | None = None) -> Model:
-    """Reads a mesh with all that it carries: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF.
+    """Reads a mesh with its attributes from a file: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF.
 
     Args:
         source: A path, or the bytes of a file.
-        format: The format; by default it is told from the content, else from the extension.
+        format: Name of the format; by default it is recognised from the content, else from the extension.
+
+    Returns:
+        The mesh.
 
     Raises:
-        FileError: The file cannot be read, or its content is damaged or holds no surface.
+        FileError: The file cannot be read, its content is damaged, or it has no surface.
+        ParameterError: There is no format of this name.
     """
     if isinstance(source, bytes):
         return Model._of(_isomend.Model.read_bytes(source, format))
@@ -38,14 +42,17 @@ def read(source: str | os.PathLike[str] | bytes, *, format: str | None = None) -
 
 
 def inspect(vertices: ArrayLike, faces: ArrayLike) -> Inspection:
-    """Finds the holes, pieces and defects of a mesh.
+    """Finds the holes, connected components and defects of a mesh.
 
     Args:
         vertices: (n, 3), numbers of any type.
         faces: (m, 3), indices from 0.
 
+    Returns:
+        The holes with their sizes, and the defects.
+
     Raises:
-        MeshError: The arrays are no mesh that can be measured.
+        MeshError: The arrays are no valid mesh.
 
     >>> import isomend
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -80,7 +87,7 @@ def fill(
     progress: Progress | None = None,
     strict: bool = False,
 ) -> Mended:
-    """Fills holes of a mesh. Its own vertices and faces stay bit for bit and in order; patches come after them.
+    """Fills holes of a mesh. The mesh's own vertices and faces stay bit for bit and in order; patches come after them.
 
     Args:
         vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
@@ -107,13 +114,17 @@ def fill(
         point_data: Named values of vertices, (n,) or (n, k), which are continued on patches; see :class:`isomend.Model`.
         cell_data: Named values of faces, (m,) or (m, k).
         progress: Called as ``progress(part, done, all)``, at most 20 times a second, in the calling thread: the part of the work
-            that is done, regions done, all regions. The run stops when it returns ``False`` or raises an exception.
-        strict: Raise :class:`isomend.StrictError` unless every hole of more than four edges got a steady surface.
+            that is done (0 to 1), regions done, all regions. The run stops if it returns ``False`` or raises an exception.
+        strict: Raise :class:`isomend.StrictError` unless the surface of every filled hole with more than four edges converged and
+            intersects nothing.
+
+    Returns:
+        The filled mesh, with a report.
 
     Raises:
-        MeshError: The arrays are no mesh that can be measured.
-        HoleIdError: There is no hole of a number.
-        ParameterError: A parameter makes no sense.
+        MeshError: The arrays are no valid mesh.
+        HoleIdError: The mesh has no hole with a given number.
+        ParameterError: A parameter is not valid.
         Cancelled: ``progress`` returned ``False``.
 
     >>> import isomend
@@ -164,12 +175,12 @@ def repair(
     progress: Progress | None = None,
     strict: bool = False,
 ) -> Mended:
-    """Mends what is wrong with a mesh: closed, manifold, oriented and free of crossings, where that can be had.
+    """Repairs a mesh: makes it closed, manifold, oriented and free of self-intersections, as far as possible.
 
-    In this order: coinciding vertices are merged, degenerate and duplicate faces taken out; faces are turned so that they agree,
-    closed components outward; surfaces that meet in an edge or a vertex are separated; faces that cross others are cut out with a
-    ring of faces round them; holes are filled as by :func:`fill`. Faces that are no part of a defect stay bit for bit and in order.
-    ``complete`` of the result is the verdict of :func:`check` on it, ``report`` has the verdicts before and after.
+    The steps, in this order: coinciding vertices are merged, degenerate and duplicate faces removed; faces are oriented consistently,
+    closed components outward; surfaces are separated at non-manifold edges and vertices; faces that intersect others are cut out with
+    a ring of faces round them; holes are filled as by :func:`fill`. Faces without a defect stay bit for bit and in order.
+    ``complete`` of the result is the verdict of :func:`check` on it; ``report`` has the verdicts before and after.
 
     Args:
         vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
@@ -198,7 +209,10 @@ def repair(
         flat: Numbers of holes to close by nearly flat caps instead of continuing the surface: necks, bases, mouths of vessels.
         voxel, energy, finish, sharp, edge_ratio: How holes are filled, as for :func:`fill`.
         threads, point_data, cell_data, progress: As for :func:`fill`.
-        strict: Raise :class:`isomend.StrictError` unless the result is sound and every patch is a steady surface.
+        strict: Raise :class:`isomend.StrictError` unless the result is sound and the surface of every patch converged.
+
+    Returns:
+        The repaired mesh, with a report.
 
     Raises:
         MeshError, ParameterError, Cancelled: As for :func:`fill`.
@@ -230,26 +244,27 @@ def check(
     debris: float = 0.01,
     threads: int | None = None,
 ) -> Verdict:
-    """Says whether a mesh is watertight and can be printed, and why not.
+    """Checks whether a mesh is watertight and can be printed, and finds its defects.
 
-    Looks for borders, edges with more than two faces, vertices where surfaces meet in a point only, faces that are oriented against
-    each other, closed components that are inside out, degenerate and duplicate faces, and faces that cross or touch others. Vertices
-    at exactly the same position count as one. Crossings are decided exactly.
+    Defects are boundary edges, non-manifold edges and vertices, faces oriented against their neighbours, closed components that are
+    inside out, degenerate and duplicate faces, and faces that intersect or touch others. Vertices at exactly the same position count
+    as one. Intersections are decided exactly.
 
     Args:
         vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
         faces: (m, 3), indices from 0.
         thin: Also look for parts thinner than this, in the mesh's units.
-        min_wall: Say no where a wall is thinner than this, in the mesh's units. By default the least and the mean wall are only told.
-        debris: Call components debris that have less than this part, from 0 to 1, of the area of the largest one.
+        min_wall: Count walls thinner than this, in the mesh's units, as a defect. By default the least and the mean wall thickness
+            are only reported.
+        debris: Count components with less than this part, from 0 to 1, of the area of the largest one as debris.
         threads: Number of threads, one per core by default.
 
     Returns:
-        A verdict that is true where nothing is wrong; ``print(verdict)`` shows what the command line does.
+        A verdict, which is true if there is no defect; ``print(verdict)`` prints the same lines as ``isomend check``.
 
     Raises:
-        MeshError: The arrays are no mesh that can be measured.
-        ParameterError: A parameter makes no sense.
+        MeshError: The arrays are no valid mesh.
+        ParameterError: A parameter is not valid.
 
     >>> import isomend
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -265,20 +280,23 @@ def check(
 
 
 def compare(a: Any, b: Any, *, samples: int = 100_000, threads: int | None = None) -> Comparison:
-    """Compares two meshes: distances both ways, normals, bending energy, what of the first is kept in the second.
+    """Compares two meshes: distances in both directions, normals, bending energy, vertices and faces that both have.
 
     Args:
         a: The first mesh: vertices and faces as a pair, a path, a :class:`Model` or :class:`Mended`, or a mesh of trimesh, pyvista,
             meshio or Open3D.
         b: The second mesh.
-        samples: Samples on each mesh, at most 100 million. They are spread evenly over the area; the largest distance also looks
-            at every vertex.
+        samples: Number of samples on each mesh, 1 to 100 million, spread evenly over the area. The largest distance also takes every
+            vertex into account.
         threads: Number of threads, one per core by default.
+
+    Returns:
+        The comparison.
 
     Raises:
         MeshError: A mesh has no face with an area.
-        ParameterError: There are no samples or too many.
-        TypeError: It is no such mesh.
+        ParameterError: The number of samples is out of range.
+        TypeError: A mesh has none of these types.
 
     >>> import isomend
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -303,26 +321,25 @@ def convert(
     report: Path | None = None,
     picture: Path | None = None,
 ) -> list[str]:
-    """Writes a mesh file in another format, or again in the same: the same bytes as ``isomend convert``.
+    """Writes a mesh file in another format, or in the same one: the same bytes as ``isomend convert``.
 
-    Vertices and faces stay in order and number, open holes stay open; only coordinates are rounded where the format has 32-bit
-    floats.
+    Vertices and faces keep their order, open holes stay open. Coordinates are rounded if the format has 32-bit floats.
 
     Args:
         source: A path, or the bytes of a file.
         output: The file to write, in the format of its extension.
-        from_: The format of the source; by default it is told from the content, else from the extension.
+        from_: The format of the source; by default it is recognised from the content, else from the extension.
         to: The format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
-        ascii: Text instead of binary: PLY, STL and VTK legacy.
-        report: A page to look at, in one HTML file.
-        picture: A picture of the mesh, in a PNG file.
+        ascii: Write text instead of binary: PLY, STL and VTK legacy.
+        report: Path of an HTML page that shows the mesh.
+        picture: Path of a PNG picture of the mesh.
 
     Returns:
         Remarks, such as on values that the format cannot hold.
 
     Raises:
         FileError: A file cannot be read or written.
-        ParameterError: There is no such format.
+        ParameterError: There is no format of a given name, or it has no text form.
     """
     model = read(source, format=from_)
     return model.write(output, format=to, ascii=ascii, report=report, picture=picture)
@@ -337,17 +354,20 @@ def restore(
     cell_data: Mapping[str, ArrayLike] | None = None,
     **options: Unpack[RestoreOptions],
 ) -> Mended:
-    """Cuts a marked region out and fills it. All else stays bit for bit and in order.
+    """Cuts out a marked region and fills it. All other faces and vertices stay bit for bit and in order.
 
     Args:
         vertices: (n, 3).
         faces: (m, 3).
-        mark: bool (m,), or the numbers of the faces to replace; or a mask as a dictionary, such as
+        mark: bool (m,), or the indices of the faces to replace; or a mask as a dictionary, such as
             ``{"balls": [[[0, 0, 1], 0.3]], "grow": 0.1}``.
         point_data: Named values of vertices.
         cell_data: Named values of faces.
-        options: ``keep_shape`` from 0 to 1 keeps part of the shape that was there; ``keep_vertices`` keeps the numbers of
-            vertices; those of :func:`fill` but for the choice of holes.
+        options: ``keep_shape`` from 0 to 1 keeps part of the shape that was cut out; ``keep_vertices`` keeps the indices of
+            vertices; further options as for :func:`fill`, except the choice of holes.
+
+    Returns:
+        The restored mesh, with a report.
 
     Raises:
         EmptyMaskError: No face is marked.
@@ -372,17 +392,20 @@ def fair(
     cell_data: Mapping[str, ArrayLike] | None = None,
     **options: Unpack[FairOptions],
 ) -> Mended:
-    """Lets a surface evolve by Willmore flow: noise and small features go, large forms stay.
+    """Smooths a surface by Willmore flow: noise and small features are removed, large forms stay.
 
     Args:
         vertices: (n, 3).
         faces: (m, 3).
-        mark: What is faired, as for :func:`restore`; all of it by default.
+        mark: The faces to fair, as for :func:`restore`; by default all.
         point_data: Named values of vertices.
         cell_data: Named values of faces.
-        options: ``strength``, the width of the features that go, in the units of the mesh, or ``time``, that of the flow in
-            length⁴; by default features narrower than eight mean edges go. ``voxel``, ``variant``, ``edge_ratio``,
-            ``keep_vertices``, ``threads``, ``progress``, ``strict`` as for :func:`fill` and :func:`restore`.
+        options: ``strength``, the width of the features to remove, in the units of the mesh, or ``time``, the time of the flow, in
+            these units to the fourth power; by default features narrower than eight mean edges are removed. ``voxel``, ``variant``,
+            ``edge_ratio``, ``keep_vertices``, ``threads``, ``progress``, ``strict`` as for :func:`fill` and :func:`restore`.
+
+    Returns:
+        The faired mesh, with a report.
 
     Raises:
         EmptyMaskError, MeshError, ParameterError, Cancelled: As for :func:`restore`.
@@ -397,7 +420,14 @@ def fair(
 
 
 def solve_task(task: bytes, *, threads: int | None = None) -> bytes:
-    """Works on the task of a region; see :meth:`isomend.Inspection.each_task`. Returns the bytes of its patch.
+    """Solves the task of a region, in any process or machine; see :meth:`isomend.Inspection.each_task`.
+
+    Args:
+        task: The bytes of a task.
+        threads: Number of threads, one per core by default.
+
+    Returns:
+        The bytes of the region's patch, for :meth:`isomend.Inspection.assemble`.
 
     Raises:
         ParameterError: The bytes are no task.
@@ -408,8 +438,13 @@ def solve_task(task: bytes, *, threads: int | None = None) -> bytes:
 
 
 def is_cramped(patch: bytes) -> bool:
-    """Whether a region was to look farther than its task reaches, so that its patch is none. Its :meth:`isomend.Inspection.wide_task`
-    reaches as far as it may look; without that, :meth:`isomend.Inspection.assemble` works on the region itself.
+    """Whether a region needed more of the mesh than its task contains, so that it has no patch yet.
+
+    The task of :meth:`isomend.Inspection.wide_task` contains all that the region may use. If it is not solved,
+    :meth:`isomend.Inspection.assemble` solves the region itself.
+
+    Args:
+        patch: The bytes that :func:`solve_task` returned.
 
     Raises:
         ParameterError: The bytes are no patch.

@@ -1,4 +1,4 @@
-"""Parameters: from keywords to the JSON that the library reads. Names, kinds, bounds and paths are those of the library's tables."""
+"""Parameters: validates keywords and converts them to the library's JSON, by the library's tables of names, kinds, bounds and paths."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Mask: TypeAlias = "ArrayLike | Mapping[str, Any]"
 
 
 class RunOptions(TypedDict, total=False):
-    """How a call is run."""
+    """Options of the call itself, not of the work."""
 
     threads: int | None
     progress: Progress | None
@@ -35,19 +35,19 @@ Row: TypeAlias = "dict[str, Any]"
 
 @functools.lru_cache(maxsize=None)
 def tables() -> dict[str, dict[str, Row]]:
-    """The parameters of each command by their names, as the library declares them."""
+    """The library's table of parameters: for each command its rows by name."""
     document = json.loads(_isomend.parameters())
     return {command: {row["name"]: row for row in rows} for command, rows in document.items()}
 
 
 def taken_apart(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """How the call is run, and the parameters of the work."""
+    """Splits options into options of the call (threads, progress, strict) and parameters of the work."""
     run = {name: options[name] for name in RUN if options.get(name) is not None}
     return run, {name: value for name, value in options.items() if name not in RUN}
 
 
 def whole(name: str, value: Any) -> int:
-    """A whole number. `True` and `False` are none."""
+    """A whole number from 0; `True` and `False` are refused."""
     try:
         if is_bool(value):
             raise TypeError
@@ -68,7 +68,7 @@ def count(name: str, value: Any) -> int:
 
 
 def number(name: str, value: Any) -> float:
-    """A number, as Python's or numpy's. `True` and `False` are none."""
+    """A number of Python or numpy as a float; `True` and `False` are refused."""
     try:
         if is_bool(value):
             raise TypeError
@@ -86,7 +86,7 @@ def finite(name: str, value: Any) -> float:
 
 
 def positive(name: str, value: Any) -> float:
-    """A positive number. Infinite ones are refused with all others; see :func:`as_json`."""
+    """A positive number. Infinity is refused later, by :func:`as_json`."""
     given = number(name, value)
     if not given > 0:
         raise ParameterError(f"{name} must be a positive number, but is {given:g}")
@@ -94,7 +94,7 @@ def positive(name: str, value: Any) -> float:
 
 
 def bounded(row: Row, value: Any) -> float:
-    """A number that keeps the bounds of its parameter. Infinite ones are refused with all others; see :func:`as_json`."""
+    """A number within the bounds of its parameter. Infinity is refused later, by :func:`as_json`."""
     given, low, high = number(row["name"], value), row["low"], row["high"]
     above = given > low or (given == low and not row["open"])
     below = high is None or given < high or (given == high and not row["open"])
@@ -105,7 +105,7 @@ def bounded(row: Row, value: Any) -> float:
 
 
 def choice(name: str, value: Any, choices: tuple[str, ...]) -> str:
-    """One of some words."""
+    """One of the choices."""
     if not isinstance(value, str) or value not in choices:
         words = ", ".join(repr(word) for word in choices)
         raise ParameterError(f"{name} must be one of {words}, but is {value!r}")
@@ -125,24 +125,24 @@ def flag(name: str, value: Any) -> bool:
 
 
 def wholes(name: str, values: Any) -> list[int]:
-    """A list of whole numbers."""
+    """A list of hole numbers."""
     if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
         raise ParameterError(f"{name} must be a list of hole numbers, but is {values!r}")
     return [whole(name, value) for value in values]
 
 
 def pair(name: str, ends: Any) -> list[int]:
-    """Two different whole numbers from 1."""
+    """A pair of different crease ends, by their numbers from 1."""
     if isinstance(ends, (str, bytes)) or not isinstance(ends, Iterable):
-        raise ParameterError(f"{name} must be a list of pairs of numbers of crease ends, but has {ends!r}")
+        raise ParameterError(f"{name} must be a list of pairs of crease ends (their numbers), but contains {ends!r}")
     given = [count(f"each number of {name}", end) for end in ends]
     if len(given) != 2 or given[0] == given[1]:
-        raise ParameterError(f"each pair of {name} must be two different numbers of crease ends, but one is {tuple(given)}")
+        raise ParameterError(f"each pair of {name} must be the numbers of two different crease ends, but one is {tuple(given)}")
     return given
 
 
 def plain(row: Row, value: Any) -> Any:
-    """A value of a parameter in the library's form."""
+    """Validates the value of a parameter and converts it to the library's form."""
     name, kind = row["name"], row["kind"]
     if kind == "flag":
         return flag(name, value) == row["sets"]
@@ -164,7 +164,7 @@ def plain(row: Row, value: Any) -> Any:
 
 
 def params(command: str, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters of a command in the library's form; those that are ``None`` are left to it."""
+    """The parameters of a command in the library's form. Parameters that are ``None`` are left out: the library uses its default."""
     rows = tables()[command]
     placed: dict[str, Any] = {}
     chosen = {name: value for name, value in given.items() if value is not None and value is not False}
@@ -184,27 +184,27 @@ def params(command: str, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def fill_work(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """The work of a fill, which may be one that repairs the rest first."""
+    """The work of a fill; with ``repair=True`` a repair with this fill."""
     fill, repairs = params("fill", parameters), flag("repair", parameters.get("repair") or False)
     return {"repair": {"fill": fill}} if repairs else {"fill": fill}
 
 
 def region_params(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters of a fill region by region, which repairs nothing else."""
+    """The parameters of a fill by regions, which cannot repair the mesh first."""
     if flag("repair", parameters.get("repair") or False):
-        raise ParameterError("regions are those of a fill: call repair() first, or fill(…, repair=True) for both in one")
+        raise ParameterError("regions cannot be combined with repair=True: call repair() first, or fill(…, repair=True) without regions")
     return params("fill", parameters)
 
 
 def mask_of(mask: Mask, faces: int) -> dict[str, Any]:
-    """A mask in the library's form: from one mark for each face, from face numbers, or as it is."""
+    """A mask in the library's form, from one truth value for each face, face indices, or a dictionary."""
     if isinstance(mask, Mapping):
         return {name: _part(name, value, faces) for name, value in mask.items()}
     return _faces(mask, faces)
 
 
 def _part(name: str, value: Any, faces: int) -> Any:
-    """A part of a mask; face numbers as an array are checked like a mask of their own."""
+    """A part of a mask's dictionary. An array of faces is validated like a mask that consists of it alone."""
     return _faces(value, faces)["faces"] if name == "faces" and hasattr(value, "dtype") else unpacked(value)
 
 
@@ -215,7 +215,7 @@ def _faces(mask: Any, faces: int) -> dict[str, Any]:
 
 
 def unpacked(value: Any) -> Any:
-    """A part of a mask with Python's numbers and lists in place of numpy's."""
+    """A value with Python's numbers and lists in place of numpy's, also within dictionaries and lists."""
     if isinstance(value, Mapping):
         return {name: unpacked(part) for name, part in value.items()}
     if hasattr(value, "tolist"):
@@ -229,10 +229,10 @@ Work = Union[dict[str, Any], list[Any]]
 
 
 def as_json(work: Work) -> str:
-    """The JSON of what the library reads."""
+    """Work or parameters as JSON. A `ParameterError` if a number is not finite or a type has no JSON form."""
     try:
         return json.dumps(work, allow_nan=False)
     except ValueError:
         raise ParameterError("parameters must be finite numbers; leave out what has no bound") from None
     except TypeError as error:
-        raise ParameterError(f"a parameter is of a type that cannot be passed on: {error}") from None
+        raise ParameterError(f"a parameter has a type that is not supported: {error}") from None

@@ -1,4 +1,4 @@
-"""The accessor of pyvista's meshes: ``mesh.isomend.fill()``. pyvista imports this when it is first asked for."""
+"""The accessor of pyvista's meshes: ``mesh.isomend.fill()``. pyvista imports this module on first use."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @pyvista.register_dataset_accessor("isomend", pyvista.PolyData)
 class Accessor:
-    """isomend for a ``pyvista.PolyData``."""
+    """The functions of isomend as methods of a ``pyvista.PolyData``."""
 
     def __init__(self, mesh: Any) -> None:
         self._mesh = mesh
@@ -34,21 +34,21 @@ class Accessor:
     def check(
         self, *, thin: float | None = None, debris: float = 0.01, min_wall: float | None = None, threads: int | None = None
     ) -> Verdict:
-        """Says whether the mesh is watertight and can be printed; see :func:`isomend.check`."""
+        """Checks whether the mesh is watertight and can be printed; see :func:`isomend.check`."""
         return as_model(self._mesh).check(thin=thin, debris=debris, min_wall=min_wall, threads=threads)
 
     def repair(self, *, return_report: bool = False, **options: Unpack[RepairOptions]) -> Any:
-        """A mesh on which is mended what is wrong; see :func:`isomend.repair_mesh`."""
+        """The repaired mesh, with ``return_report`` the mesh and the report; see :func:`isomend.repair_mesh`."""
         return repair_mesh(self._mesh, return_report=return_report, **options)
 
     def fill(self, *, return_report: bool = False, **options: Unpack[FillOptions]) -> Any:
-        """A mesh whose holes are filled, with ``return_report`` beside the report; see :func:`isomend.fill_mesh`."""
+        """The mesh with its holes filled, with ``return_report`` the mesh and the report; see :func:`isomend.fill_mesh`."""
         return fill_mesh(self._mesh, return_report=return_report, **options)
 
     def restore(self, mark: Mask, *, return_report: bool = False, **options: Unpack[RestoreOptions]) -> Any:
-        """A mesh whose marked faces are replaced; see :func:`isomend.restore`."""
+        """The mesh with its marked faces replaced, with ``return_report`` the mesh and the report; see :func:`isomend.restore_mesh`."""
         return restore_mesh(self._mesh, mark, return_report=return_report, **options)
 
     def fair(self, mark: Mask | None = None, *, return_report: bool = False, **options: Unpack[FairOptions]) -> Any:
-        """A mesh that is faired; see :func:`isomend.fair`."""
+        """The faired mesh, with ``return_report`` the mesh and the report; see :func:`isomend.fair_mesh`."""
         return fair_mesh(self._mesh, mark, return_report=return_report, **options)

@@ -1,4 +1,4 @@
-"""Reports: documents as dictionaries, pages and pictures."""
+"""Reports of results: JSON documents as dictionaries, HTML pages, PNG pictures."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from isomend._errors import IsomendError
 
 
 def report_of(document: str) -> dict[str, Any]:
-    """The document of the command line as a dictionary; meshes that are no files have no path and no format."""
+    """The JSON document of a command as a dictionary, without path and format for meshes that are not from files."""
     report: dict[str, Any] = json.loads(document)
     for name in ("input", "output", "first", "second"):
         place = report.get(name)
@@ -21,15 +21,15 @@ def report_of(document: str) -> dict[str, Any]:
 
 
 class Drawn:
-    """A result that has a page and a picture."""
+    """Base class of results that can be drawn as a page and a picture."""
 
     _core: Any
 
     def page(self) -> str:
-        """The page of the command line's ``--report``: one HTML file with a 3D view, plots and tables that needs nothing else.
+        """The page of the command line's ``--report``: one self-contained HTML file with a 3D view, plots and tables.
 
         Raises:
-            MeshError: The mesh cannot be measured.
+            MeshError: The mesh is not valid.
         """
         page: str = self._core.page()
         return page
@@ -38,13 +38,13 @@ class Drawn:
         """The picture of the command line's ``--picture``: the bytes of a PNG file, 1448 pixels wide.
 
         Raises:
-            MeshError: The mesh cannot be measured.
+            MeshError: The mesh is not valid.
         """
         picture: bytes = self._core.picture()
         return picture
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: the picture, with a line below it."""
+        """What a notebook shows: the picture with a caption; the caption alone if the mesh cannot be drawn."""
         line = html.escape(repr(self).strip("<>"))
         try:
             image = base64.b64encode(self.picture()).decode()

@@ -1,4 +1,4 @@
-"""Values on the nodes of a box-shaped lattice, such as signed distances."""
+"""Volumes: values on the nodes of a box-shaped lattice, such as signed distances."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Volume:
-    """Numbers on the nodes of a lattice: from :func:`isomend.sdf`, :func:`isomend.read_volume` or an array.
+    """Values on the nodes of a lattice, from :func:`isomend.sdf`, :func:`isomend.read_volume` or an array.
 
     >>> import isomend
     >>> import numpy as np
@@ -37,12 +37,12 @@ class Volume:
         """A volume from an array.
 
         Args:
-            values: (nx, ny, nz), numbers: ``values[i, j, k]`` is that of the node at ``origin + spacing * (i, j, k)``.
+            values: (nx, ny, nz), numbers: ``values[i, j, k]`` belongs to the node at ``origin + spacing * (i, j, k)``.
             origin: Position of the first node.
-            spacing: Distance of neighbouring nodes, positive, or one for each axis.
+            spacing: Distance of neighbouring nodes, positive; one number, or one for each axis.
 
         Raises:
-            ParameterError: The array has another shape or is of another type, or the lattice makes no sense.
+            ParameterError: The array has another shape or type, or ``origin`` or ``spacing`` is not valid.
         """
         import numpy as np
 
@@ -69,12 +69,12 @@ class Volume:
         return f"<isomend.Volume of {' x '.join(map(str, self.dims))} nodes>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """A volume goes through pickle with its values, without its report."""
+        """Pickles the values, the origin and the spacing, without the report."""
         return _volume, (self.values, self.origin, self.spacing)
 
     @property
     def values(self) -> NDArray[Any]:
-        """float64 (nx, ny, nz): a copy of the values; ``values[i, j, k]`` is that of the node at ``origin + spacing * (i, j, k)``."""
+        """float64 (nx, ny, nz): a copy of the values; ``values[i, j, k]`` belongs to the node at ``origin + spacing * (i, j, k)``."""
         return self._core.values().reshape(self.dims, order="F")
 
     @property
@@ -97,21 +97,21 @@ class Volume:
 
     @property
     def report(self) -> dict[str, Any] | None:
-        """What ``isomend sdf --json -`` tells; none of a volume that was not measured here."""
+        """The JSON document of ``isomend sdf --json -`` as a dictionary; None unless the volume comes from :func:`isomend.sdf`."""
         document = self._core.document()
         return None if document is None else report_of(document)
 
     def write(self, path: str | os.PathLike[str], *, array: str = "distance", f64: bool = False) -> None:
-        """Writes a VTI file, whole or not at all, compressed with zlib; the same bytes as the command line's.
+        """Writes a VTI file, compressed with zlib: the same bytes as the command line's. If it fails, no partial file is left.
 
         Args:
-            path: The file; its name ends in ``.vti``.
-            array: The name of the values in it.
-            f64: Floats of 64 bits instead of 32.
+            path: The file; its name must end in ``.vti``.
+            array: Name of the values in the file.
+            f64: Write 64-bit floats instead of 32-bit floats.
 
         Raises:
-            FileError: The file cannot be written, or a value is not finite or too large for its type.
-            ParameterError: The name is that of another kind of file.
+            FileError: The file cannot be written, or a value is not finite or too large for the type.
+            ParameterError: The name does not end in ``.vti``.
         """
         name = os.fspath(path)
         if not name.lower().endswith(".vti"):

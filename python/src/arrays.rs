@@ -1,4 +1,4 @@
-//! Meshes as arrays.
+//! Conversion between numpy arrays and meshes: vertex positions, faces and query points.
 
 use isomend::Mesh;
 use isomend::glam::DVec3;
@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 
 use crate::errors::Failure;
 
-/// An array of n rows of three numbers.
+/// An array (n, 3) of coordinates.
 pub fn rows_of_f64<'py>(
     py: Python<'py>,
     rows: impl ExactSizeIterator<Item = [f64; 3]>,
@@ -18,7 +18,7 @@ pub fn rows_of_f64<'py>(
     PyArray1::from_vec(py, flat).reshape([count, 3])
 }
 
-/// An array of n rows of three vertex numbers.
+/// An array (n, 3) of vertex indices.
 pub fn rows_of_i64<'py>(
     py: Python<'py>,
     rows: impl ExactSizeIterator<Item = [u32; 3]>,
@@ -28,24 +28,28 @@ pub fn rows_of_i64<'py>(
     PyArray1::from_vec(py, flat).reshape([count, 3])
 }
 
-/// Points from rows of three coordinates.
+/// Points from an array (n, 3) of coordinates; a `MeshError` if the rows have another length.
 pub fn points(rows: &ArrayView2<'_, f64>) -> Result<Vec<DVec3>, Failure> {
     if rows.ncols() != 3 {
-        let what = format!("rows of {} numbers, where 3 are needed", rows.ncols());
+        let what = format!(
+            "points have {} coordinates each; 3 are needed",
+            rows.ncols()
+        );
         return Err(Failure::new("MeshError", what));
     }
     let point = |r: ArrayView1<'_, f64>| DVec3::new(r[0], r[1], r[2]);
     Ok(rows.rows().into_iter().map(point).collect())
 }
 
-/// A mesh from rows of coordinates and rows of vertex numbers.
+/// A mesh from vertices (n, 3) and faces (m, 3); a `MeshError` if a shape is wrong or a face refers to a missing vertex.
 pub fn mesh(vertices: &ArrayView2<'_, f64>, faces: &ArrayView2<'_, i64>) -> Result<Mesh, Failure> {
     let positions = points(vertices)?;
     if positions.len() >= (u32::MAX / 4) as usize {
-        return Err(Failure::new("MeshError", "there are too many vertices"));
+        let what = "the mesh has too many vertices; at most 1073741822 are supported";
+        return Err(Failure::new("MeshError", what));
     }
     if faces.ncols() != 3 {
-        let what = format!("faces of {} corners, where 3 are needed", faces.ncols());
+        let what = format!("faces have {} corners each; 3 are needed", faces.ncols());
         return Err(Failure::new("MeshError", what));
     }
     let count = positions.len();

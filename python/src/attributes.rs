@@ -1,4 +1,4 @@
-//! Named values of vertices, faces and corners as arrays.
+//! Attributes of vertices, faces and face corners: conversion from and to numpy arrays.
 
 use isomend::internals::mesh::attributes::NONE;
 use isomend::{Attribute, CornerAttribute, EXPECTED_ERROR_NAME, PATCH_NAME, Role, Scalar};
@@ -8,6 +8,7 @@ use pyo3::types::PyList;
 
 use crate::errors::Failure;
 
+/// numpy's names of the number types that attributes can have.
 const SCALARS: [(&str, Scalar); 10] = [
     ("int8", Scalar::I8),
     ("uint8", Scalar::U8),
@@ -21,12 +22,12 @@ const SCALARS: [(&str, Scalar); 10] = [
     ("float64", Scalar::F64),
 ];
 
-/// Values as Python gives them: name, role, type, number of components, numbers.
+/// An attribute from Python: name, role, numpy's name of the type, number of components, values of all components.
 #[derive(FromPyObject)]
 pub struct Given<'py>(String, String, String, usize, PyReadonlyArray1<'py, f64>);
 
 impl Given<'_> {
-    /// The attribute.
+    /// The attribute of the library; a `ParameterError` if the type is not supported.
     pub fn attribute(&self) -> Result<Attribute, Failure> {
         let Self(name, role, scalar, components, values) = self;
         let role = match role.as_str() {
@@ -38,7 +39,7 @@ impl Given<'_> {
         let found = SCALARS.iter().find(|(name, _)| name == scalar);
         let Some(&(_, scalar)) = found else {
             let what =
-                format!("the values '{name}' are of the type {scalar}, which cannot be kept");
+                format!("the values '{name}' have the type {scalar}, which is not supported");
             return Err(Failure::parameter(what));
         };
         let mut attribute = Attribute::new(name, role, scalar, *components);
@@ -52,7 +53,8 @@ fn name_of(scalar: Scalar) -> &'static str {
     found.map_or("float64", |(name, _)| name)
 }
 
-/// The values as Python takes them: name, type, number of components, numbers, marks of those that are missing.
+/// An attribute for Python: name, numpy's name of the type, number of components, values of all components, and for each element
+/// whether its values are missing; no array of marks if none are missing.
 type Taken<'py> = (
     String,
     &'static str,
@@ -72,14 +74,15 @@ fn taken<'py>(py: Python<'py>, a: &Attribute) -> Taken<'py> {
     )
 }
 
-/// A list of values, but for those that mark patches and tell the errors of patches of earlier runs.
+/// The attributes as a list, without the patch marks and expected errors of earlier runs.
 pub fn list<'py>(py: Python<'py>, all: &[Attribute]) -> PyResult<Bound<'py, PyList>> {
     listed(py, all, |a| {
         a.name != PATCH_NAME && a.name != EXPECTED_ERROR_NAME
     })
 }
 
-/// A list of values, but for those that mark patches: expected errors that a file has, or patches alone, are values like others.
+/// The attributes as a list, without the patch marks of earlier runs. Expected errors that come with a file or with patches alone
+/// are included.
 pub fn list_with_errors<'py>(py: Python<'py>, all: &[Attribute]) -> PyResult<Bound<'py, PyList>> {
     listed(py, all, |a| a.name != PATCH_NAME)
 }
@@ -98,7 +101,7 @@ fn listed<'py>(
     )
 }
 
-/// A list of the values of corners.
+/// The attributes of face corners as a list, with one value for each corner.
 pub fn corner_list<'py>(py: Python<'py>, all: &[CornerAttribute]) -> PyResult<Bound<'py, PyList>> {
     let corners = |a: &CornerAttribute| {
         let places = a.corners.iter().flatten();

@@ -1,4 +1,4 @@
-//! Verdicts on meshes.
+//! The check of a mesh for defects: the verdict, its JSON document, page and picture.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use crate::model::Model;
 use crate::packed::json_of;
 use crate::worker;
 
-/// A verdict on a mesh.
+/// The verdict of a check, with the mesh that was checked.
 #[pyclass(frozen, module = "isomend._isomend")]
 pub struct Checked(Arc<Inner>);
 
@@ -29,7 +29,7 @@ struct Inner {
     document: String,
 }
 
-/// A kind of defect: its name, its number, the faces and the places.
+/// All defects of one kind: the kind's name, their number, faces at them (indices), positions (n, 3).
 type Row<'py> = (
     String,
     usize,
@@ -37,7 +37,7 @@ type Row<'py> = (
     Bound<'py, PyArray2<f64>>,
 );
 
-/// Looks for everything that may be wrong with a mesh; the parameters are JSON, such as `{"thin": 0.5}`.
+/// Checks a mesh for defects; the parameters are JSON, such as `{"thin": 0.5}`.
 #[pyfunction]
 #[pyo3(signature = (model, params, threads))]
 pub fn check(
@@ -64,7 +64,7 @@ pub fn check(
 }
 
 impl Inner {
-    /// Draws the mesh, which is inspected again for it.
+    /// Draws the mesh. It is inspected again, as the check does not keep the inspection.
     fn drawn<T>(&self, draw: impl FnOnce(&Unchanged) -> Result<T, Failure>) -> Result<T, Failure> {
         draw(&Unchanged {
             place: &self.source,
@@ -88,7 +88,7 @@ impl Checked {
         verdict_lines(&self.0.verdict, low.distance(high))
     }
 
-    /// All kinds of defects that there are.
+    /// One row for each kind of defect found.
     fn defects<'py>(&self, py: Python<'py>) -> PyResult<Vec<Row<'py>>> {
         let row = |d: &Defect| {
             let kind = serde_json::to_value(d.kind).ok();
@@ -105,7 +105,7 @@ impl Checked {
         self.0.verdict.defects.iter().map(row).collect()
     }
 
-    /// The page of the command.
+    /// The HTML page that `isomend check --report` writes.
     fn page(&self, py: Python<'_>) -> PyResult<String> {
         let inner = self.0.clone();
         worker::run(py, None, None, move |_| {
@@ -113,7 +113,7 @@ impl Checked {
         })
     }
 
-    /// The picture of the command.
+    /// The PNG file that `isomend check --picture` writes.
     fn picture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let inner = self.0.clone();
         let bytes = worker::run(py, None, None, move |_| {

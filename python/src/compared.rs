@@ -1,4 +1,4 @@
-//! Two meshes beside each other.
+//! The comparison of two meshes.
 
 use isomend::job::{self, Source};
 use pyo3::prelude::*;
@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::packed::json_of;
 use crate::worker;
 
-/// The document of a comparison of two meshes.
+/// Compares two meshes; returns the JSON document of `isomend compare`.
 #[pyfunction]
 #[pyo3(signature = (a, b, samples, threads))]
 pub fn compare(

@@ -1,4 +1,4 @@
-//! Pages and pictures: files, text and bytes.
+//! Settings of the HTML page and the PNG picture that are written with a mesh.
 
 use std::path::PathBuf;
 
@@ -6,12 +6,12 @@ use isomend::job::{Drawings, Output, Place};
 
 use crate::errors::Failure;
 
-/// The command line that a page shows: the call of a command's function.
+/// What a page shows in place of a command line: the call of the command's Python function.
 pub fn call(command: &str) -> String {
     format!("isomend.{command}(…)")
 }
 
-/// The page and the picture of a mesh that is written, where they are wanted.
+/// Where the page and the picture of a written mesh go; an error if a path cannot be used, such as the input's or the output's.
 pub fn drawings(
     command: &str,
     page: Option<PathBuf>,

@@ -1,4 +1,4 @@
-//! Errors of the library as exceptions of the package.
+//! Conversion of the library's errors to the Python package's exceptions.
 
 use std::error::Error;
 
@@ -11,7 +11,7 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 
-/// Why a call failed: the name of its exception in `isomend._errors`, and the message.
+/// Why a call failed: the name of the exception class in `isomend._errors`, and the message.
 #[derive(Debug)]
 pub struct Failure {
     exception: &'static str,
@@ -19,13 +19,13 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// A failure with a message of its own.
+    /// A failure that raises this exception with this message.
     pub fn new(exception: &'static str, message: impl Into<String>) -> Self {
         let message = message.into();
         Self { exception, message }
     }
 
-    /// A parameter that makes no sense.
+    /// A `ParameterError`.
     pub fn parameter(message: impl Into<String>) -> Self {
         Self::new("ParameterError", message)
     }

@@ -1,4 +1,4 @@
-//! What a mesh holds, found once; and its regions as tasks that can be worked on elsewhere.
+//! The inspection of a mesh (holes, defects, crease ends), and its regions as tasks that other processes can solve.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::packed::{json_of, packed, unpacked};
 use crate::spec::{fill_params, spec, work};
 use crate::worker;
 
-/// What a mesh holds.
+/// The inspection of a mesh, with the mesh.
 #[derive(Clone)]
 #[pyclass(frozen, module = "isomend._isomend")]
 pub struct Found {
@@ -28,7 +28,7 @@ pub struct Found {
 }
 
 impl Found {
-    /// Looks at a mesh.
+    /// Inspects a mesh.
     pub fn new(loaded: Arc<Loaded>, source: Place) -> Result<Self, Failure> {
         let read = Source::mesh(source.clone(), loaded.clone());
         let inspected = job::inspect(&read, &loaded, None, &Drawings::default())?;
@@ -46,7 +46,7 @@ impl Found {
 }
 
 impl Found {
-    /// What a page or a picture of it shows.
+    /// What a page or a picture shows.
     fn drawn<'a>(&'a self) -> Unchanged<'a> {
         Unchanged {
             place: &self.source,
@@ -64,7 +64,7 @@ impl Found {
         &self.document
     }
 
-    /// The page of the command.
+    /// The HTML page that `isomend inspect --report` writes.
     fn page(&self, py: Python<'_>) -> PyResult<String> {
         let seen = self.clone();
         worker::run(py, None, None, move |_| {
@@ -72,21 +72,21 @@ impl Found {
         })
     }
 
-    /// The picture of the command.
+    /// The PNG file that `isomend inspect --picture` writes.
     fn picture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let seen = self.clone();
         let bytes = worker::run(py, None, None, move |_| Ok(seen.drawn().picture()?))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// The vertices of each hole's rim.
+    /// The vertex indices of each hole's rim, in order along the rim.
     fn rims<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyArray1<i64>>> {
         let holes = self.found.holes.iter();
         let rim = |rim: &[u32]| rim.iter().map(|v| i64::from(*v)).collect();
         holes.map(|h| PyArray1::from_vec(py, rim(&h.rim))).collect()
     }
 
-    /// Does the work that the JSON tells.
+    /// Does the work that the JSON describes, such as `{"fill": {}}`.
     #[pyo3(signature = (json, threads, progress))]
     fn mend(
         &self,
@@ -105,14 +105,14 @@ impl Found {
         })
     }
 
-    /// Number of regions of a fill with these parameters.
+    /// The number of regions of a fill with these parameters (JSON).
     fn region_count(&self, params: &str) -> PyResult<usize> {
         let params = fill_params(params)?;
         let regions = self.found.regions(&params).map_err(Failure::from)?;
         Ok(regions.len())
     }
 
-    /// Calls a function with the bytes of each region's task, one after the other.
+    /// Calls a function with each region's task as bytes, in the order of the regions.
     fn each_task(&self, params: &str, take: &Bound<'_, PyAny>) -> PyResult<()> {
         let py = take.py();
         let params = fill_params(params)?;
@@ -125,7 +125,7 @@ impl Found {
         Ok(())
     }
 
-    /// The bytes of the task of a region, by its place, with all of the mesh that the region may look at.
+    /// The task of one region (its index, from 0) as bytes, with the largest part of the mesh that the region may use.
     fn wide_task<'py>(
         &self,
         py: Python<'py>,
@@ -143,13 +143,15 @@ impl Found {
         Ok(PyBytes::new(py, &packed(&task)?))
     }
 
-    /// Puts the patches of all regions, in order, to the mesh.
+    /// Joins the patches of all regions, in the order of the regions, to the mesh.
     fn assemble(&self, py: Python<'_>, json: &str, patches: Vec<Vec<u8>>) -> PyResult<Mended> {
         let spec = spec(&self.source, work(json)?);
         let (loaded, found) = (self.loaded.clone(), self.found.clone());
         worker::run(py, None, None, move |_| {
             let isomend::job::Work::Fill(params) = &spec.work else {
-                return Err(Failure::parameter("only a fill is put together"));
+                return Err(Failure::parameter(
+                    "only the patches of a fill can be assembled",
+                ));
             };
             let regions = found.regions(params)?;
             let patch = |bytes: &Vec<u8>| unpacked::<RegionPatch>(bytes, "patch");
@@ -161,7 +163,7 @@ impl Found {
     }
 }
 
-/// Works on the task of a region; the bytes of its patch.
+/// Solves the task of a region; returns its patch as bytes.
 #[pyfunction]
 #[pyo3(signature = (task, threads))]
 pub fn solve_task<'py>(
@@ -177,7 +179,7 @@ pub fn solve_task<'py>(
     Ok(PyBytes::new(py, &patch))
 }
 
-/// Whether the region of a patch, given as bytes, was to look farther than its task reaches.
+/// Whether a region needed more of the mesh than its task contains; `patch` is the result of `solve_task`.
 #[pyfunction]
 pub fn is_cramped(patch: &[u8]) -> PyResult<bool> {
     Ok(unpacked::<RegionPatch>(patch, "patch")?.is_cramped())

@@ -1,5 +1,5 @@
-//! The Python module `isomend._isomend`: jobs of the library on arrays and files, in threads of their own. What Python programs
-//! see, with names, defaults and documentation, is the package round it.
+//! The Python extension module `isomend._isomend`: jobs of the library on arrays and files, each in its own threads. The package
+//! around it is the interface for Python programs, with names, defaults and documentation.
 
 mod arrays;
 mod attributes;
@@ -20,13 +20,13 @@ use std::ffi::OsString;
 
 use pyo3::prelude::*;
 
-/// The command line; its exit code.
+/// Runs the command line; returns its exit code.
 #[pyfunction]
 fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
     py.detach(|| isomend::command_line(arguments.into_iter()).code())
 }
 
-/// The parameters of all commands as JSON: name, path, kind, bounds, default and sentence of each.
+/// The parameters of all commands as JSON: for each its name, path, kind, bounds, default and description.
 #[pyfunction]
 fn parameters() -> PyResult<String> {
     Ok(packed::json_of(&isomend::parameters::document())?)

@@ -1,12 +1,12 @@
-//! The library's log, passed on to Python's `logging` by the thread that waits for the work.
+//! Forwards the library's log records to Python's `logging`, from the thread that waits for the work.
 
 use std::sync::{Mutex, PoisonError};
 
 use log::{Level, LevelFilter, Log, Metadata, Record};
 use pyo3::prelude::*;
 
-/// Most records that are kept until they are passed on; later ones are left out.
-const MOST: usize = 10_000;
+/// Maximum number of records in the queue; later ones are dropped until the queue is emptied.
+const MAX_RECORDS: usize = 10_000;
 
 struct Queue(Mutex<Vec<(Level, String)>>);
 
@@ -22,7 +22,7 @@ impl Log for Queue {
             return;
         }
         let mut queue = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if queue.len() < MOST {
+        if queue.len() < MAX_RECORDS {
             queue.push((record.level(), record.args().to_string()));
         }
     }
@@ -30,7 +30,7 @@ impl Log for Queue {
     fn flush(&self) {}
 }
 
-/// Python's number of a level.
+/// The number of a level in Python's `logging`.
 fn number(level: Level) -> u8 {
     match level {
         Level::Error => 40,
@@ -41,9 +41,9 @@ fn number(level: Level) -> u8 {
     }
 }
 
-/// Keeps what Python's logger named `isomend` wants to hear.
+/// Starts to queue records, from the level of Python's logger `isomend` upwards.
 pub fn listen(py: Python<'_>) -> PyResult<()> {
-    // Another logger is there already where the command line is run in this process.
+    // Fails if the command line runs in this process and has set its own logger.
     let _ = log::set_logger(&QUEUE);
     let logger = py
         .import("logging")?
@@ -59,7 +59,7 @@ pub fn listen(py: Python<'_>) -> PyResult<()> {
     Ok(())
 }
 
-/// Passes on what was kept.
+/// Hands the queued records to Python's logger `isomend`.
 pub fn pass_on(py: Python<'_>) -> PyResult<()> {
     let records = {
         let mut queue = QUEUE.0.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,4 +1,4 @@
-//! A mended mesh.
+//! The result of a fill, repair, restoration or fairing: the mended mesh, its attributes, report, page and picture.
 
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -17,20 +17,20 @@ use crate::packed::{json_of, packed, unpacked};
 use crate::spec::{deliverables, output};
 use crate::worker;
 
-/// A mended mesh.
+/// The result of a job that mends a mesh.
 #[pyclass(frozen, module = "isomend._isomend")]
 pub struct Mended {
     mended: Arc<job::Mended<'static>>,
-    /// The mesh with what it carries, made when it is first asked for.
+    /// The mesh with its attributes, made on first use.
     model: OnceLock<isomend::Model>,
     source: job::Place,
 }
 
-/// Which vertices and faces were kept, if not all.
+/// For each vertex and each face of the input whether it was kept.
 type KeptArrays<'py> = Option<(Bound<'py, PyArray1<bool>>, Bound<'py, PyArray1<bool>>)>;
 
 impl Mended {
-    /// What a job made.
+    /// Wraps a job's result.
     pub fn new(mended: job::Mended<'static>) -> Self {
         Self {
             source: mended.source().clone(),
@@ -43,24 +43,24 @@ impl Mended {
         if self.model.get().is_none() {
             let mended = self.mended.clone();
             let model = worker::run(py, None, None, move |_| Ok(mended.model()))?;
-            // Another thread may have been faster, with the same.
+            // Another thread may have set it meanwhile, to the same value.
             let _ = self.model.set(model);
         }
-        let missing = || Failure::new("IsomendError", "the mesh could not be made").into();
+        let missing = || Failure::new("IsomendError", "the mended mesh could not be built").into();
         self.model.get().ok_or_else(missing)
     }
 
-    /// Where its input came from.
+    /// Where the input came from.
     pub fn source(&self) -> &job::Place {
         &self.source
     }
 
-    /// What the job made.
+    /// The job's result.
     pub fn made(&self) -> Arc<job::Mended<'static>> {
         self.mended.clone()
     }
 
-    /// It as if it had been read.
+    /// The mended mesh in the form of a mesh that was read, so that it can be mended again.
     pub fn loaded(&self, py: Python<'_>) -> PyResult<Loaded> {
         let model = self.model(py)?;
         let first = self.mended.first();
@@ -109,32 +109,34 @@ impl Mended {
         Ok([&self.mended.first().notes[..], &model.notes].concat())
     }
 
-    /// How many of its vertices and faces, from the first on, are the input's.
+    /// Number of leading vertices and of leading faces that are the input's.
     fn kept_size(&self) -> [usize; 2] {
         self.mended.kept_size()
     }
 
-    /// For each vertex and each face of the input whether it is kept; none where all or none are.
+    /// For each vertex and each face of the input whether it is kept; nothing if all or none are.
     fn kept<'py>(&self, py: Python<'py>) -> KeptArrays<'py> {
         let kept = self.mended.kept()?;
         let array = |marks: &[bool]| PyArray1::from_slice(py, marks);
         Some((array(&kept.vertices), array(&kept.faces)))
     }
 
-    /// For each vertex its expected error: 0 for those of the input, NaN where nothing can be said.
+    /// For each vertex the expected error in the mesh's units: 0 for vertices of the input, NaN where there is no estimate.
+    #[pyo3(name = "sigma")]
     fn expected_error<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let mut expected_error = vec![0.0; self.model(py)?.mesh.positions.len()];
-        let own = expected_error.iter_mut().skip(self.mended.kept_size()[0]);
-        let made = self.mended.new_vertices();
-        let told = self.mended.expected_error().iter().copied();
-        let told = told.chain(std::iter::repeat(None)).take(made);
-        for (value, told) in own.zip(told) {
-            *value = told.unwrap_or(f64::NAN);
+        let new_vertices = self.mended.new_vertices();
+        let values = expected_error.iter_mut().skip(self.mended.kept_size()[0]);
+        let known = self.mended.expected_error().iter().copied();
+        let known = known.chain(std::iter::repeat(None)).take(new_vertices);
+        for (value, known) in values.zip(known) {
+            *value = known.unwrap_or(f64::NAN);
         }
         Ok(PyArray1::from_vec(py, expected_error))
     }
 
-    /// The same with this handed on beside it, and reported so.
+    /// The same result with further outputs: files of the patches and of the missing piece, marks on patches, the unit and the
+    /// tolerance of the report.
     fn delivering(
         &self,
         patches: Option<PathBuf>,
@@ -160,14 +162,14 @@ impl Mended {
         self.mended.complete()
     }
 
-    /// All of it as bytes.
+    /// The result as bytes, for pickling.
     fn packed<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let mended = self.mended.clone();
         let bytes = worker::run(py, None, None, move |_| packed(&*mended))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// The same from its bytes.
+    /// A result from the bytes of `packed`.
     #[staticmethod]
     fn unpacked(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
         let bytes = bytes.to_vec();
@@ -177,21 +179,21 @@ impl Mended {
         })
     }
 
-    /// The page of the command.
+    /// The HTML page that the command's `--report` writes.
     fn page(&self, py: Python<'_>) -> PyResult<String> {
         let mended = self.mended.clone();
         let call = call(mended.command());
         worker::run(py, None, None, move |_| Ok(mended.page(&call)?))
     }
 
-    /// The picture of the command.
+    /// The PNG file that the command's `--picture` writes.
     fn picture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let mended = self.mended.clone();
         let bytes = worker::run(py, None, None, move |_| Ok(mended.picture()?))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// Writes it, and where they are wanted its page and its picture; remarks, and the bytes where there is no path.
+    /// Writes the mesh, and its page and picture if they have paths. Returns remarks, and the bytes of the mesh if `path` is none.
     #[pyo3(signature = (path, to, ascii, page, picture))]
     fn write<'py>(
         &self,

@@ -1,4 +1,4 @@
-//! Meshes with what they carry, from arrays and files.
+//! Meshes with their attributes, from arrays and files.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -22,10 +22,10 @@ use crate::packed::{json_of, packed, unpacked};
 use crate::spec::{format, output, spec, work};
 use crate::worker;
 
-/// The name of a mesh that is no file.
+/// The name, in messages, of a mesh that was not read from a file.
 const NO_FILE: &str = "the mesh";
 
-/// A mesh with what it carries.
+/// A mesh with its attributes, format, remarks and, if it was read from a glTF file, the rest of that file.
 #[pyclass(frozen, module = "isomend._isomend")]
 pub struct Model {
     loaded: Arc<Loaded>,
@@ -33,7 +33,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// A mesh that was made, without a file.
+    /// A mesh with attributes that was not read from a file.
     fn made(mesh: Mesh, attributes: Attributes) -> Self {
         let loaded = Loaded {
             f32_exact: Precision::of(&mesh) == Precision::F32,
@@ -49,22 +49,22 @@ impl Model {
         }
     }
 
-    /// A mesh with what it carries, without a file.
+    /// A mesh with attributes, from the library's type.
     pub fn of_model(model: isomend::Model) -> Self {
         Self::made(model.mesh, model.attributes)
     }
 
-    /// A mesh that carries nothing.
+    /// A mesh without attributes.
     pub fn of_mesh(mesh: Mesh) -> Self {
         Self::made(mesh, Attributes::default())
     }
 
-    /// The mesh with what it carries.
+    /// The mesh with its attributes.
     pub fn loaded(&self) -> &Arc<Loaded> {
         &self.loaded
     }
 
-    /// Where it came from.
+    /// Where the mesh came from.
     pub fn source(&self) -> &Place {
         &self.source
     }
@@ -119,7 +119,7 @@ impl Model {
         })
     }
 
-    /// A mended mesh as one that can be mended again.
+    /// A mended mesh as the input of further work.
     #[staticmethod]
     fn of(py: Python<'_>, mended: &Mended) -> PyResult<Self> {
         Ok(Self {
@@ -128,14 +128,14 @@ impl Model {
         })
     }
 
-    /// The new faces of a mended mesh alone.
+    /// The patches of a mended mesh as a mesh of their own.
     #[staticmethod]
     fn patches_of(py: Python<'_>, mended: &Mended) -> PyResult<Self> {
         let made = mended.made();
         worker::run(py, None, None, move |_| Ok(Self::of_model(made.patches())))
     }
 
-    /// The solid between the faces that were cut out of a mended mesh and its patches.
+    /// The missing piece: the solid between the faces that a restoration cut out and its patches.
     #[staticmethod]
     fn piece_of(py: Python<'_>, mended: &Mended) -> PyResult<Self> {
         let made = mended.made();
@@ -173,14 +173,14 @@ impl Model {
         self.loaded.notes.clone()
     }
 
-    /// What the mesh holds.
+    /// Inspects the mesh: holes, defects, crease ends.
     fn inspect(&self, py: Python<'_>) -> PyResult<Found> {
         let loaded = self.loaded.clone();
         let place = self.source.clone();
         worker::run(py, None, None, move |_| Found::new(loaded, place))
     }
 
-    /// What the work would do, as JSON.
+    /// What the work would do (a dry run), as JSON.
     fn plan(&self, py: Python<'_>, json: &str) -> PyResult<String> {
         let spec = spec(&self.source, work(json)?);
         let loaded = self.loaded.clone();
@@ -191,7 +191,7 @@ impl Model {
         })
     }
 
-    /// Does the work that the JSON tells.
+    /// Does the work that the JSON describes, such as `{"fill": {}}`.
     #[pyo3(signature = (json, threads, progress))]
     fn mend(
         &self,
@@ -209,14 +209,14 @@ impl Model {
         })
     }
 
-    /// All of it as bytes.
+    /// The mesh as bytes, for pickling.
     fn packed<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let (loaded, source) = (self.loaded.clone(), self.source.clone());
         let bytes = worker::run(py, None, None, move |_| packed(&(&*loaded, source)))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// The same from its bytes.
+    /// A mesh from the bytes of `packed`.
     #[staticmethod]
     fn unpacked(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
         let bytes = bytes.to_vec();
@@ -228,7 +228,8 @@ impl Model {
         })
     }
 
-    /// Writes it as it is, and where they are wanted its page and its picture; remarks, and the bytes where there is no path.
+    /// Writes the mesh unchanged, and its page and picture if they have paths. Returns remarks, and the bytes of the mesh if `path` is
+    /// none.
     #[pyo3(signature = (path, to, ascii, page, picture))]
     fn write<'py>(
         &self,
@@ -252,7 +253,7 @@ impl Model {
     }
 }
 
-/// Signed distances of points from a mesh.
+/// Signed distances of points (k, 3) from a mesh, negative inside.
 #[pyfunction]
 #[pyo3(signature = (points, vertices, faces, threads))]
 pub fn signed_distance<'py>(

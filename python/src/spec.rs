@@ -1,4 +1,4 @@
-//! What is to be done and where it goes, from JSON, names and paths.
+//! Specifications of jobs, from JSON, names and paths: the work, the output, further outputs.
 
 use std::path::PathBuf;
 
@@ -8,7 +8,7 @@ use isomend::job::{Deliverables, JobSpec, Output, Place, Work};
 
 use crate::errors::Failure;
 
-/// A job that writes nothing by itself.
+/// A job that keeps its result in memory and writes no file.
 pub fn spec(source: &Place, work: Work) -> JobSpec {
     let mut spec = JobSpec::plan(PathBuf::new(), work);
     spec.source.place = source.clone();
@@ -16,10 +16,10 @@ pub fn spec(source: &Place, work: Work) -> JobSpec {
     spec
 }
 
-/// Work as JSON, such as `{"fill": {"max_diameter": 2.0}}`.
+/// The work that JSON describes, such as `{"fill": {"max_diameter": 2.0}}`.
 pub fn work(json: &str) -> Result<Work, Failure> {
     serde_json::from_str(json).map_err(|error| {
-        // Where in the JSON it stands means nothing to the caller.
+        // The caller gave keywords, not JSON: the position in the JSON is left out.
         let error = error.to_string();
         let what = error
             .rsplit_once(" at line ")
@@ -28,18 +28,18 @@ pub fn work(json: &str) -> Result<Work, Failure> {
     })
 }
 
-/// A format by its name.
+/// The format with this name; a `ParameterError` with the list of formats if there is none.
 pub fn format(name: Option<&str>) -> Result<Option<Format>, Failure> {
-    let told = |name: &str| {
+    let parsed = |name: &str| {
         name.parse::<Format>().map_err(|_| {
             let list = Format::LIST;
             Failure::parameter(format!("there is no format '{name}'; there are {list}"))
         })
     };
-    name.map(told).transpose()
+    name.map(parsed).transpose()
 }
 
-/// An output to a file, or to bytes in the format named.
+/// An output to a file, or to bytes if there is no path; in the format `to`, or the format of the file's extension.
 pub fn output(path: Option<PathBuf>, to: Option<&str>, ascii: bool) -> Result<Output, Failure> {
     let place = path.map_or(Place::memory("bytes"), Place::File);
     let mut output = Output::new(place, format(to)?)?;
@@ -48,7 +48,8 @@ pub fn output(path: Option<PathBuf>, to: Option<&str>, ascii: bool) -> Result<Ou
     Ok(output)
 }
 
-/// What is handed on beside a mended mesh: the files of the patches and of the piece, the mark of patches, unit and tolerance.
+/// Outputs beside a mended mesh: the files of the patches and of the missing piece, the marks on patches, the unit and the tolerance
+/// of the report.
 pub fn deliverables(
     [patches, piece]: [Option<PathBuf>; 2],
     mark: Option<&str>,
@@ -71,10 +72,10 @@ pub fn deliverables(
     Ok(wanted)
 }
 
-/// The parameters of a fill as JSON, such as `{"max_diameter": 2.0}`.
+/// The parameters of a fill from JSON, such as `{"max_diameter": 2.0}`.
 pub fn fill_params(json: &str) -> Result<FillParams, Failure> {
     match work(&format!("{{\"fill\": {json}}}"))? {
         Work::Fill(params) => Ok(params),
-        _ => Err(Failure::parameter("the parameters are not those of a fill")),
+        _ => Err(Failure::parameter("the parameters do not belong to a fill")),
     }
 }

@@ -1,4 +1,4 @@
-//! Volumes: signed distances of meshes, and the surfaces at their levels.
+//! Volumes (values on a lattice): signed distances of meshes, level surfaces, VTI files.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -17,15 +17,15 @@ use crate::model::Model;
 use crate::packed::json_of;
 use crate::worker;
 
-/// Numbers on the nodes of a lattice.
+/// Values on the nodes of a box-shaped lattice.
 #[pyclass(frozen, module = "isomend._isomend")]
 pub struct Volume {
     volume: Arc<isomend::Volume>,
-    /// The document of the measurement, where it was measured.
+    /// The JSON document of `isomend sdf`; none if the volume was not measured from a mesh.
     document: Option<String>,
 }
 
-/// The signed distance of a mesh; the parameters are JSON, such as `{"band": 2.0}`.
+/// Measures the signed distance of a mesh on a lattice; the parameters are JSON, such as `{"band": 2.0}`.
 #[pyfunction]
 #[pyo3(signature = (model, params, threads))]
 pub fn sdf(
@@ -47,7 +47,7 @@ pub fn sdf(
 
 #[pymethods]
 impl Volume {
-    /// A volume from its numbers, x running fastest.
+    /// A volume from its values, x running fastest.
     #[staticmethod]
     fn from_arrays(
         values: PyReadonlyArray1<'_, f64>,
@@ -62,7 +62,7 @@ impl Volume {
             .filter(|n| *n == values.len());
         if nodes.is_none() {
             let what = format!(
-                "a volume of {dims:?} nodes cannot have {} values",
+                "a volume of {dims:?} nodes was given {} values; one for each node is needed",
                 values.len()
             );
             return Err(Failure::parameter(what).into());
@@ -79,7 +79,7 @@ impl Volume {
         })
     }
 
-    /// A volume from a file; `array` names its values where there are several.
+    /// A volume from a file; `array` names the point data to take if there are several.
     #[staticmethod]
     #[pyo3(signature = (path, array))]
     fn read(py: Python<'_>, path: PathBuf, array: Option<String>) -> PyResult<Self> {
@@ -102,7 +102,7 @@ impl Volume {
         })
     }
 
-    /// The numbers, x running fastest.
+    /// The values, x running fastest.
     fn values<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.volume.values)
     }
@@ -123,7 +123,7 @@ impl Volume {
         self.document.as_deref()
     }
 
-    /// The surface at a level.
+    /// The surface at a level; `close` adds flat caps where it ends at the faces of the lattice.
     fn surface(
         &self,
         py: Python<'_>,
@@ -138,7 +138,7 @@ impl Volume {
         })
     }
 
-    /// Writes a VTI file; the bytes where there is no path.
+    /// Writes a VTI file; returns its bytes if there is no path.
     #[pyo3(signature = (path, name, f64))]
     fn write<'py>(
         &self,

@@ -1,4 +1,4 @@
-//! Work in a thread of its own, while the caller's looks after signals, progress and log.
+//! Runs work in a separate thread, while the calling thread handles signals, progress and log records.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,16 +10,17 @@ use pyo3::prelude::*;
 use crate::errors::Failure;
 use crate::logging;
 
-/// How often the caller's thread looks after the work: a progress function is called 20 times a second at most.
+/// Time between two looks of the calling thread at the work: a progress function is called at most 20 times a second.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// How far the work is: its part from 0 to 1, regions done and all regions.
+/// Progress of the work: the part done, from 0 to 1, regions done, all regions.
 type State = Option<(f64, usize, usize)>;
 
-/// Does work in a thread of its own, on so many threads, and waits for it without holding Python's lock.
+/// Runs work in a separate thread with its own pool of `threads` threads (one per core if none), and waits for it without holding
+/// Python's global interpreter lock.
 ///
-/// A signal, or an exception in the progress function, stops the work and is raised at once: the thread ends by itself as soon as it
-/// finds that it was stopped. What the work needs is its own, so that nothing has to wait for it.
+/// A signal, or an exception in the progress function, stops the work and is raised at once; the thread ends by itself when it next
+/// checks for cancellation. The work owns its data, so the caller need not wait for the thread to end.
 pub fn run<T: Send + 'static>(
     py: Python<'_>,
     threads: Option<usize>,
@@ -31,8 +32,8 @@ pub fn run<T: Send + 'static>(
     logging::listen(py)?;
     let cancel = Cancel::new();
     let state = Arc::new(Mutex::new(State::None));
-    let told = progress.is_some().then(|| state.clone());
-    let receive = begin(threads, told, cancel.clone(), work)?;
+    let reported = progress.is_some().then(|| state.clone());
+    let receive = begin(threads, reported, cancel.clone(), work)?;
     let receive = Mutex::new(receive);
     let mut before = State::None;
     loop {
@@ -65,43 +66,42 @@ pub fn run<T: Send + 'static>(
                 return Err(Failure::new("Cancelled", "stopped by the progress function").into());
             }
             (_, Err(RecvTimeoutError::Disconnected)) => {
-                let what =
-                    "the work ended in a panic, which is a fault of isomend: please report it";
+                let what = "the work ended in a panic; this is a bug of isomend, please report it";
                 return Err(Failure::new("IsomendError", what).into());
             }
         }
     }
 }
 
-/// Begins work in a thread that tells how far it is, if that is asked for; what it makes is received in the end.
+/// Starts work in a thread. The thread writes its progress to `reported` if there is one, and sends the result to the receiver.
 fn begin<T: Send + 'static>(
     threads: Option<usize>,
-    told: Option<Arc<Mutex<State>>>,
+    reported: Option<Arc<Mutex<State>>>,
     cancel: Cancel,
     work: impl FnOnce(&Control) -> Result<T, Failure> + Send + 'static,
 ) -> std::io::Result<Receiver<Result<T, Failure>>> {
     let (send, receive) = channel();
     let all = move || {
-        let tell = |step: &Step| {
-            if let Some(told) = &told {
-                *locked(told) = Some((step.part, step.done, step.all));
+        let report = |step: &Step| {
+            if let Some(reported) = &reported {
+                *locked(reported) = Some((step.part, step.done, step.all));
             }
         };
         let mut control = Control::new().cancel(&cancel);
-        if told.is_some() {
-            control = control.progress(&tell);
+        if reported.is_some() {
+            control = control.progress(&report);
         }
-        // Threads of its own: those of a common pool would be missing in a process that was forked.
+        // A new pool for each call: the threads of a shared pool would be missing in a forked process.
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads.unwrap_or(0))
             .build();
         let done = match pool {
             Ok(pool) => pool.install(|| work(&control)),
             Err(_) => Err(Failure::parameter(
-                "the threads could not be started; take fewer",
+                "the threads could not be started; use fewer threads",
             )),
         };
-        // No receiver is left where a signal ended the call.
+        // Sending fails if a signal has ended the call: the receiver is gone.
         let _ = send.send(done);
     };
     std::thread::Builder::new()
@@ -110,7 +110,7 @@ fn begin<T: Send + 'static>(
     Ok(receive)
 }
 
-/// Whether a progress function returned `False` itself, not merely nothing or zero.
+/// Whether a progress function returned `False` itself, not `None` or 0.
 fn is_false(answer: &Bound<'_, PyAny>) -> bool {
     answer.extract::<bool>().is_ok_and(|go_on| !go_on)
 }

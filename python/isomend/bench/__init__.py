@@ -1,1 +1,1 @@
-"""The benchmark: `python -m isomend.bench` fills holes whose truth is known with all tools that are installed, and scores them."""
+"""The benchmark: `python -m isomend.bench` fills holes whose true surface is known, with all installed tools, and scores the patches."""

@@ -1,5 +1,5 @@
-"""Holes whose truth is known: in exact surfaces, in real meshes, and in solids with sharp edges. They need numpy alone; the real meshes are
-those that the package pymeshlab holds."""
+"""Test cases: holes whose true surface is known, in exact surfaces, in real meshes, and in solids with sharp edges. They need only numpy;
+the real meshes come from the package pymeshlab."""
 
 import re
 from pathlib import Path
@@ -8,8 +8,8 @@ import numpy as np
 
 from . import surfaces
 
-NECK = 0.55
-ELLIPSOID = np.array([1.0, 0.7, 0.5])
+NECK = 0.55  # half the height of the catenoid's part that is cut out, over the radius of its waist
+ELLIPSOID = np.array([1.0, 0.7, 0.5])  # semi-axes
 
 # --- exact surfaces: nearest points and unit normals ----------------------------------------------------------------
 
@@ -51,7 +51,7 @@ def on_catenoid(p):
 
 
 class Exact:
-    """A surface turned against the axes."""
+    """An exact surface, rotated by `surfaces.TURN`; `project` returns nearest points and normals of the surface before the rotation."""
 
     def __init__(self, project):
         self.project = project
@@ -73,7 +73,8 @@ def vertex_normals(v, f):
 
 
 class Case:
-    """An input with a hole, the truth, points spread on what is missing, and the removed triangles."""
+    """A mesh with a hole (`v`, `f`), the true surface, samples on the part that is missing (`points`), and the mesh before the cut with its
+    removed faces (`whole`). `noise` displaces vertices along normals, by this part of the mean edge (standard deviation)."""
 
     def __init__(self, name, v, f, gone, truth, turned=True, noise=0.0, bridge=False):
         self.name = name
@@ -126,7 +127,7 @@ def bunny():
     return np.array(rows["v"], float), np.array(rows["f"], int) - 1
 
 
-BUNNY = {  # where, as parts of the bounding box; radius over the diagonal
+BUNNY = {  # centre of a hole, as parts of the bounding box; its radius over the diagonal
     "back": ((0.72, 0.62, 0.30), 0.06),
     "haunch": ((0.80, 0.25, 0.75), 0.06),
     "chest": ((0.12, 0.35, 0.55), 0.05),
@@ -135,7 +136,7 @@ BUNNY = {  # where, as parts of the bounding box; radius over the diagonal
 
 
 def cases(pattern="", truth=None, with_bunny=True):
-    """Makes the cases whose names match the regular expression, one after the other. The bunny takes the package pymeshlab."""
+    """Yields the cases on exact surfaces, and on the bunny, whose names match the regular expression. The bunny needs pymeshlab."""
     spheres = {}
 
     def sphere(count):
@@ -168,9 +169,9 @@ def cases(pattern="", truth=None, with_bunny=True):
         size = np.ptp(v, axis=0)
         target = v[np.argmin(np.linalg.norm(v - (v.min(axis=0) + np.array(at) * size), axis=1))]
         gone = np.linalg.norm(v[f].mean(axis=1) - target, axis=1) < radius * np.linalg.norm(size)
-        piece = surfaces.pieces(f[gone])
-        number = np.bincount(piece).argmax()
-        gone[np.flatnonzero(gone)[piece != number]] = False
+        component = surfaces.components(f[gone])
+        largest = np.bincount(component).argmax()
+        gone[np.flatnonzero(gone)[component != largest]] = False
         return Case(name, v, f, gone, truth(v, f), turned=False)
 
     makers = {
@@ -195,28 +196,29 @@ def cases(pattern="", truth=None, with_bunny=True):
 
 
 def ragged():
-    """The sphere without its cap and without some of the faces round it; rims touch themselves."""
+    """A sphere without its cap of 60 degrees and without 40 % of the faces next to it: rims touch themselves."""
     case = next(case for case in cases("sphere 60°") if case.name == "sphere 60°")
     v, f = surfaces.sphere_mesh(2000, 21)
     gone = cap(v, f, 60)
     near = np.isin(f, np.unique(f[gone])).any(axis=1) & ~gone
     gone |= near & (np.random.default_rng(8).random(len(f)) < 0.4)
-    piece = surfaces.pieces(f[~gone])
+    component = surfaces.components(f[~gone])
     kept = np.flatnonzero(~gone)
-    gone[kept[piece != np.bincount(piece).argmax()]] = True
+    gone[kept[component != np.bincount(component).argmax()]] = True
     return Case("sphere 60°, ragged", v, f, gone, case.truth)
 
 
 # --- real meshes ----------------------------------------------------------------------------------------------------
 
 MESHES = ["bunny.obj", "bone.ply", "cow.obj"]
-CENTRES = 18
-RADII = (0.025, 0.04, 0.06)  # over the diagonal of the bounding box
-FEWEST = 12  # faces of a hole
+CENTRES = 18  # holes of each mesh, before unsuitable ones are skipped
+RADII = (0.025, 0.04, 0.06)  # of holes, in turn, over the diagonal of the bounding box
+FEWEST = 12  # least number of removed faces
 
 
 def read(name):
-    """Vertices and triangles, vertices at one place being one, in an order that only the positions tell."""
+    """Vertices and triangles of a mesh in pymeshlab. Vertices at the same position are merged and sorted by position; degenerate and
+    duplicate faces are dropped."""
     import pymeshlab
 
     meshes = pymeshlab.MeshSet()
@@ -231,7 +233,7 @@ def read(name):
 
 
 def centres(v, count):
-    """Vertices as far from each other as they can be, from the one that is farthest from the middle on."""
+    """Farthest-point samples of the vertices, from the vertex farthest from their mean on."""
     near = np.linalg.norm(v - v.mean(axis=0), axis=1)
     chosen = [int(near.argmax())]
     distance = np.linalg.norm(v - v[chosen[0]], axis=1)
@@ -242,11 +244,11 @@ def centres(v, count):
 
 
 def is_disc(f):
-    """Whether triangles are one disc: every edge with two of them at most, one simple border."""
+    """Whether triangles form a disc: at most two triangles at each edge, a boundary that does not touch itself, Euler characteristic 1."""
     half = np.concatenate([f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]])
     edges, number = np.unique(np.sort(half, axis=1), axis=0, return_counts=True)
-    border = boundary(f)
-    simple = len(np.unique(border[:, 0])) == len(border)
+    rim = boundary(f)
+    simple = len(np.unique(rim[:, 0])) == len(rim)
     return simple and number.max() <= 2 and len(np.unique(f)) - len(edges) + len(f) == 1
 
 
@@ -259,9 +261,9 @@ def real_cases(truth):
             gone = np.linalg.norm(middle - v[centre], axis=1) < RADII[number % len(RADII)] * size
             if gone.sum() < FEWEST:
                 continue
-            piece = surfaces.pieces(f[gone])
-            gone[np.flatnonzero(gone)[piece != np.bincount(piece).argmax()]] = False
-            # What is left must be bounded by the ball alone.
+            component = surfaces.components(f[gone])
+            gone[np.flatnonzero(gone)[component != np.bincount(component).argmax()]] = False
+            # The removed faces must be a disc whose boundary is entirely new, so that the hole is apart from the mesh's own holes.
             before, after = len(boundary(f)), len(boundary(f[~gone]))
             if not is_disc(f[gone]) or after - before != len(boundary(f[gone])):
                 continue
@@ -282,7 +284,7 @@ def real_cases(truth):
 
 
 def box(cells):
-    """A cube from 0 to 1, each side with cells × cells squares of two triangles."""
+    """A cube from 0 to 1; each side has cells × cells squares of two triangles."""
     at = {}
     faces = []
 
@@ -312,7 +314,7 @@ def cylinder(spacing):
 
 
 def solid_cases(truth):
-    """Holes over an edge, a corner and a side of a cube, and over the rim of a cylinder."""
+    """Yields holes over an edge, a corner and a side of a cube, and over the rim and the wall of a cylinder."""
     whole = {"box": box(24), "cylinder": cylinder(0.06)}
     for name, shape, middle, radius in (
         ("box, edge", "box", (0.5, 1, 1), 0.22),

@@ -1,4 +1,4 @@
-"""Other programs on the same holes. Each is imported when it is first used."""
+"""Hole filling with other programs: MeshLib, libigl, MeshLab, MeshFix. Each is imported on first use."""
 
 import time
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def triangulate(case, longest, smooth):
-    """MeshLib's filling: vertices and faces of the mesh, which of the faces are new, seconds."""
+    """Fills the holes with MeshLib, with edges up to `longest`; returns vertices, faces, which faces are new, seconds."""
     from meshlib import mrmeshnumpy, mrmeshpy
 
     mesh = mrmeshnumpy.meshFromFacesVerts(case.f.astype(np.int32), case.v.astype(np.float32))
@@ -37,7 +37,8 @@ def mean_edge(v, f):
 
 
 def fair(case, v, f, k, solves):
-    """k-harmonic positions of the new vertices, all others fixed; seconds."""
+    """k-harmonic positions of the new vertices by libigl, with all other vertices fixed. Returns all vertices (none if the solve fails) and
+    seconds."""
     import igl
 
     start = time.perf_counter()
@@ -45,6 +46,7 @@ def fair(case, v, f, k, solves):
     known = len(case.v)
     near = np.zeros(len(v), bool)
     near[known:] = True
+    # Only the new vertices and the vertices within six edges of them are solved for.
     for _ in range(6):
         near[f[near[f].any(axis=1)]] = True
     crop = np.ascontiguousarray(f[near[f].any(axis=1)])
@@ -61,7 +63,8 @@ def fair(case, v, f, k, solves):
 
 
 def triangulated(case, aim, smooth):
-    """MeshLib's filling with edges of the patch about as long as asked for; in real meshes, whose edges differ, tried three times."""
+    """Fills the holes with MeshLib so that the patch's mean edge is about `aim`. In real meshes, whose edges differ in length, the limit of
+    the edge length is corrected three times."""
     longest = aim / 0.75
     for _ in range(3 if hasattr(case, "centre") else 0):
         v, f, patch, _ = triangulate(case, longest, False)
@@ -74,7 +77,7 @@ def by_meshlib(case, aim):
 
 
 def by_libigl(case, aim, k=3, solves=1):
-    """k-harmonic fairing of MeshLib's triangulation; with several solves each starts from the positions of the one before."""
+    """k-harmonic fairing of MeshLib's triangulation. Each of several solves uses the positions of the previous one."""
     v, f, patch, seconds = triangulated(case, aim, False)
     moved, more = fair(case, v, f, k, solves)
     return (v if moved is None else moved), f, patch, seconds + more
@@ -105,8 +108,8 @@ def by_meshfix(case, aim):
     return np.asarray(v, float), np.asarray(f, np.int64), None, seconds
 
 
-# For each program its title, the packages that it takes, and a function of the case and the mean edge length of isomend's patch that
-# returns vertices, faces, which of them are new (None: to be found), and seconds.
+# For each program its title, the packages that it needs, and a function of the case and the mean edge length of isomend's patch that
+# returns vertices, faces, which faces are new (None if the program does not report them), and seconds.
 TOOLS = {
     "meshlib": ("MeshLib", ("meshlib",), by_meshlib),
     "libigl2": ("MeshLib + libigl, k = 2", ("meshlib", "igl"), lambda case, aim: by_libigl(case, aim, 2)),

@@ -1,23 +1,24 @@
-"""How near a patch comes to the truth. Distances are in 1/1000 of the hole's diameter."""
+"""Scores of patches: distances between patch and true surface, in 1/1000 of the hole's diameter, and whether the hole is closed."""
 
 import numpy as np
 
 import isomend
 
 from .cases import boundary, is_disc, spread
-from .surfaces import pieces
+from .surfaces import components
 
+# Samples on a patch.
 SAMPLES = 20_000
 
 
 class Reference:
-    """A mesh as the truth."""
+    """A mesh as the true surface of a case."""
 
     def __init__(self, vertices, faces):
         self.vertices, self.faces = vertices, faces
 
     def nearest(self, points):
-        """Points that lie on the mesh, as they are; their normals are not asked for."""
+        """Points on the mesh itself, unchanged; no normals, as cases from meshes have no noise."""
         return points, None
 
     def distance(self, points):
@@ -31,14 +32,14 @@ def to_mesh(points, vertices, faces):
 
 
 def to_truth(case, points):
-    """Distances of points from the truth of a case."""
+    """Distances of points from the true surface of a case."""
     if isinstance(case.truth, Reference):
         return case.truth.distance(points)
     return np.linalg.norm(points - case.truth.nearest(points)[0], axis=1)
 
 
 def score(case, vertices, faces, patch):
-    """Root mean square and largest distances of a patch (bool, one for each face), the larger of patch to truth and truth to mesh."""
+    """Scores a patch (bool, one for each face): root mean square and largest distance, the larger of patch to truth and truth to mesh."""
     samples = spread(vertices, faces[patch], SAMPLES, np.random.default_rng(2))
     both = to_truth(case, samples), to_mesh(case.points, vertices, faces)
     return {
@@ -49,7 +50,7 @@ def score(case, vertices, faces, patch):
 
 
 def numbered(case, vertices, faces):
-    """Faces of the input and of a result with one number for each position; and which faces of the result are not the input's."""
+    """Faces of the input and of a result with indices of positions (32-bit) in place of vertices, and which faces of the result are new."""
     both = np.vstack([case.v, vertices]).astype(np.float32)
     number = np.unique(both, axis=0, return_inverse=True)[1].reshape(-1)
     own, faces = np.sort(number[: len(case.v)][case.f], axis=1), number[len(case.v) :][faces]
@@ -58,21 +59,21 @@ def numbered(case, vertices, faces):
 
 
 def marked(case, vertices, faces):
-    """Which faces are not the input's, by the positions of their corners; whether the hole is closed with the truth's topology."""
+    """Which faces are new, by the positions of their corners, and whether the topology is the same as before the hole was cut."""
     _, faces, patch = numbered(case, vertices, faces)
     return patch, topology(faces) == topology(case.whole[1])
 
 
 def marked_at_rim(case, vertices, faces):
-    """The same of a mesh with other holes, which may be open or closed: the new faces connected to the rim of the hole that was cut;
-    whether these are one disc, as what was cut out, and all their edges and those of the rim have two faces."""
+    """As `marked`, for a mesh with further holes, which may be open or closed. Returns the new faces connected to the rim of the hole that
+    was cut, and whether they are a disc, like the faces that were cut out, and all edges of them and of the rim have two faces."""
     own, faces, patch = numbered(case, vertices, faces)
     rim = np.sort(rim_of(case, own), axis=1)
     new = np.flatnonzero(patch)
     if len(new) == 0:
         return patch, False
-    piece = pieces(faces[new])
-    patch[new] = np.isin(piece, piece[np.isin(faces[new], rim).any(axis=1)])
+    component = components(faces[new])
+    patch[new] = np.isin(component, component[np.isin(faces[new], rim).any(axis=1)])
     edges, count = np.unique(edges_of(faces), axis=0, return_counts=True)
     wrong = set(map(tuple, edges[count != 2].tolist()))
     closed = wrong.isdisjoint(map(tuple, np.concatenate([edges_of(faces[patch]), rim]).tolist()))
@@ -80,7 +81,7 @@ def marked_at_rim(case, vertices, faces):
 
 
 def rim_of(case, own):
-    """The boundary edges of the hole that was cut, without those of other holes; `own` are the input's faces in other numbers."""
+    """The boundary edges of the hole that was cut, without other holes; `own` are the input's faces with the indices of `numbered`."""
     _, whole, gone = case.whole
     used, first = np.unique(case.f, return_index=True)
     kept = np.full(whole.max() + 1, -1)
@@ -89,11 +90,11 @@ def rim_of(case, own):
 
 
 def edges_of(faces):
-    """The three edges of each face, the smaller number first."""
+    """The three edges of each face, the smaller index first."""
     return np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
 
 
 def topology(faces):
-    """The Euler characteristic, and how many edges have one, two and more faces."""
+    """The Euler characteristic, the number of edges with one face, and the number of edges with more than two faces."""
     edges, count = np.unique(edges_of(faces), axis=0, return_counts=True)
     return len(np.unique(faces)) - len(edges) + len(faces), int((count == 1).sum()), int((count > 2).sum())

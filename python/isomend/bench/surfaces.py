@@ -1,16 +1,17 @@
-"""Meshes of exact surfaces, in numpy alone: Delaunay triangulations of the sphere, tori, surfaces of revolution."""
+"""Meshes of exact surfaces: Delaunay triangulations of the sphere, tori, surfaces of revolution. It needs only numpy."""
 
 import numpy as np
 
 
 def turn(axis, degrees):
-    """Rotation about an axis."""
+    """Rotation matrix about an axis."""
     axis, angle = np.asarray(axis, float), np.radians(degrees)
     x, y, z = axis / np.linalg.norm(axis)
     k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
 
 
+# The rotation of all exact surfaces, so that they are not aligned with the grid's axes.
 TURN = turn([3, -5, 8], 37)
 
 
@@ -43,7 +44,7 @@ class SphereMesh:
         return self.volume(a, b, c) < -1e-12
 
     def locate(self, p):
-        """Walks to the face that holds p."""
+        """Walks to the face that contains p."""
         a, b = self.last
         while True:
             c = self.across[a, b]
@@ -77,7 +78,8 @@ class SphereMesh:
 
 
 def scattered(count, density, rng):
-    """Uneven points on the sphere: drawn by density, none too close to another, in a spatially coherent order."""
+    """Uneven points on the sphere, in a spatially coherent order: random points with a smallest distance of 0.62 of the mean spacing, over
+    the square root of the density."""
     mean = (4 * np.pi / count) ** 0.5
     cells, kept = {}, []
     while len(kept) < count:
@@ -108,7 +110,7 @@ def sphere_mesh(count, seed, density=lambda d: np.ones(len(d))):
 
 
 def cut(vertices, faces, removed):
-    """Removes faces, and the vertices that none uses then."""
+    """Removes faces, and vertices that no remaining face uses."""
     faces = faces[~removed]
     used = np.unique(faces)
     number = np.full(len(vertices), -1)
@@ -116,30 +118,30 @@ def cut(vertices, faces, removed):
     return vertices[used], number[faces]
 
 
-def pieces(faces):
-    """The piece of each face, connected through edges."""
+def components(faces):
+    """The connected component of each face, by the index of one of its faces. Faces are connected through edges."""
     owner = {}
-    piece = np.arange(len(faces))
+    parent = np.arange(len(faces))
 
     def root(f):
-        while piece[f] != f:
-            piece[f] = piece[piece[f]]
-            f = piece[f]
+        while parent[f] != f:
+            parent[f] = parent[parent[f]]
+            f = parent[f]
         return f
 
     for f, (a, b, c) in enumerate(faces):
         for edge in ((a, b), (b, c), (c, a)):
             key = min(edge), max(edge)
             if key in owner:
-                piece[root(f)] = root(owner[key])
+                parent[root(f)] = root(owner[key])
             owner[key] = f
     return np.array([root(f) for f in range(len(faces))])
 
 
 # --- analytic shapes ------------------------------------------------------------------------------------------------
 
-BIG = np.sqrt(2)  # larger radius of the torus; the smaller one is 1
-JOIN = 0.8  # where the catenoid of the dumb-bell meets its balls, over the radius of its waist
+BIG = np.sqrt(2)  # major radius of the torus; the minor radius is 1
+JOIN = 0.8  # height at which the catenoid of the dumb-bell meets its balls, over the radius of the catenoid's waist
 
 
 def torus(around, across):
@@ -158,7 +160,8 @@ def torus(around, across):
 
 
 def revolve(profile, spacing):
-    """A surface of revolution about z: rings with as many vertices as the spacing asks for, closed at both poles."""
+    """A surface of revolution about z: for each point (r, z) of the profile a ring of vertices about `spacing` apart, or a single vertex
+    where r is 0."""
     v, f, ring = [], [], []
     for k, (r, z) in enumerate(profile):
         n = 1 if r < 1e-9 else max(6, round(2 * np.pi * r / spacing))
@@ -180,7 +183,7 @@ def revolve(profile, spacing):
 
 
 def dumb_bell(spacing):
-    """Two balls joined by a catenoid, all of it."""
+    """A dumb-bell: two balls joined by a catenoid, closed."""
     ball = np.cosh(JOIN) ** 2
     centre = JOIN + np.cosh(JOIN) * np.sinh(JOIN)
     start = np.arccos(-np.tanh(JOIN))

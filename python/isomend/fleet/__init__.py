@@ -1,4 +1,4 @@
-"""Many meshes, on many cores or machines: `python -m isomend.fleet`, and the same as a function. It needs Ray:
+"""Batch filling of many meshes, on many cores or machines, as the program `python -m isomend.fleet` and as functions. It needs Ray:
 ``pip install isomend[fleet]``."""
 
 from isomend.fleet._driver import State, run

@@ -10,31 +10,31 @@ from isomend._errors import IsomendError, ParameterError
 from isomend.fleet import State, run
 
 EPILOG = """\
-All other options are those of `isomend fill`, for every mesh, such as --max-diameter 20 or --to glb.
+All other options are passed to `isomend fill` for every mesh, such as --max-diameter 20.
 
 IN is a file, a folder, a pattern such as 'scans/**/*.ply', or @FILE, a list of paths, one a line.
-OUT/.fleet/manifest.jsonl has a line for each mesh: a run that was stopped is taken up where it was by the same command.
+OUT/.fleet/manifest.jsonl has a line for each mesh: to continue a run that was stopped, use the same command again.
 
-Exit codes: 0 done; 1 failed, or at least one mesh did; 2 wrong usage; 3 a hole of some mesh is still open; 130 stopped."""
+Exit codes: 0 done; 1 the run or at least one mesh failed; 2 wrong usage; 3 a hole of some mesh is still open; 130 stopped."""
 FAILURES = ("failed", "timeout", "memory", "crashed")
 
 
 def arguments() -> tuple[argparse.Namespace, list[str]]:
-    """The fleet's own options, and those of `isomend fill`."""
+    """Parses the command line: the fleet's own options, and the options to pass to `isomend fill`."""
     parser = argparse.ArgumentParser(
         prog="python -m isomend.fleet", description="Fills the holes of many meshes, on many cores or machines.",
         epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False,
     )  # fmt: skip
     parser.add_argument("inputs", nargs="+", metavar="IN", help="meshes")
     parser.add_argument("-o", "--output", required=True, metavar="OUT", help="the folder of the results")
-    parser.add_argument("--to", metavar="FORMAT", help="format of the results [default: that of each input]")
-    parser.add_argument("--workers", type=int, metavar="N", help="meshes at a time [default: one a core]")
+    parser.add_argument("--to", metavar="FORMAT", help="format of the results [default: the format of each input]")
+    parser.add_argument("--workers", type=int, metavar="N", help="number of meshes processed at a time [default: one for each core]")
     parser.add_argument("--address", metavar="ray://HOST:PORT", help="a Ray cluster [default: this machine]")
     parser.add_argument("--threads", type=int, default=1, metavar="N", help="threads of each mesh [default: 1]")
-    parser.add_argument("--timeout", type=float, metavar="SECONDS", help="end the work on a mesh after so long")
-    parser.add_argument("--memory", type=float, metavar="GB", help="end the work on a mesh that needs more")
-    parser.add_argument("--retry", action="store_true", help="work again on meshes that failed, crashed or went beyond bounds")
-    parser.add_argument("-q", "--quiet", action="store_true", help="tell nothing but errors")
+    parser.add_argument("--timeout", type=float, metavar="SECONDS", help="stop the work on a mesh after this time")
+    parser.add_argument("--memory", type=float, metavar="GB", help="stop the work on a mesh that needs more memory")
+    parser.add_argument("--retry", action="store_true", help="process meshes again that failed, crashed, or exceeded a limit")
+    parser.add_argument("-q", "--quiet", action="store_true", help="print nothing but errors")
     own, others = parser.parse_known_args()
     for name in ("workers", "threads", "timeout", "memory"):
         value = getattr(own, name)
@@ -44,7 +44,7 @@ def arguments() -> tuple[argparse.Namespace, list[str]]:
 
 
 def words(seconds: float) -> str:
-    """A time for people."""
+    """A duration in hours, minutes and seconds."""
     whole = round(seconds)
     if whole < 90:
         return f"{whole} s"
@@ -53,8 +53,8 @@ def words(seconds: float) -> str:
     return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
-class Teller:
-    """Tells how far it is: on a terminal in one line, else now and then."""
+class ProgressPrinter:
+    """Prints the progress: on a terminal in one line that is updated, else a line every ten seconds."""
 
     def __init__(self) -> None:
         self._next = 0.0
@@ -72,12 +72,13 @@ class Teller:
 
 
 def main() -> int:
-    """Runs it; its exit code."""
+    """Runs the fleet; returns the exit code."""
     own, others = arguments()
     try:
         state = run(
             own.inputs, own.output, workers=own.workers, address=own.address, threads=own.threads, timeout=own.timeout,
-            memory=own.memory, to=own.to, retry=own.retry, progress=None if own.quiet else Teller(), arguments=others,
+            memory=own.memory, to=own.to, retry=own.retry, progress=None if own.quiet else ProgressPrinter(),
+            arguments=others,
         )  # fmt: skip
     except ParameterError as error:
         print(f"error: {error}", file=sys.stderr)
@@ -86,7 +87,7 @@ def main() -> int:
         print(f"error: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print("stopped; the same command takes it up", file=sys.stderr)
+        print("stopped; run the same command again to continue", file=sys.stderr)
         return 130
     if any(state.outcomes[name] for name in FAILURES):
         return 1

@@ -1,4 +1,4 @@
-"""The process that works on one mesh: the command line of isomend, within bounds."""
+"""The child process that fills one mesh: runs isomend's command line with a limit of its address space, and records its peak memory."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from isomend import _isomend
 
 
 def end_with_parent(parent: int) -> None:
-    """Ends this process once its parent is another: the worker died."""
+    """Ends this process when its parent changes, which means that the worker died."""
     while os.getppid() == parent:
         time.sleep(0.2)
     os._exit(1)
 
 
 def peak_of(process: str) -> int:
-    """The most memory that a process had, in bytes; 0 where that is not told. What is counted when it ends counts its parent's too."""
+    """Peak resident memory of a process in bytes; 0 if the system does not report it. Not taken from the usage reported at its end, which
+    includes memory of its parent from before the child's program was loaded."""
     try:
         with open(f"/proc/{process}/status") as status:
             lines = [line for line in status if line.startswith("VmHWM:")]
@@ -29,15 +30,15 @@ def peak_of(process: str) -> int:
 
 
 def main() -> None:
-    """``PARENT MOST PEAK ARGUMENTS…``: the worker's process, most bytes of address space or 0, a file for the most memory that was
-    used, the command line."""
-    parent, most, told = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3]
+    """Runs ``PARENT LIMIT PEAK ARGUMENTS…``: the worker's process number, the limit of address space in bytes (0 for none), the file to
+    write the peak memory to, the command line."""
+    parent, limit, peak = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3]
     threading.Thread(target=end_with_parent, args=(parent,), daemon=True).start()
-    if most:
-        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    if limit:
+        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     code = _isomend.main(["isomend", *sys.argv[4:]])
-    with open(told, "w") as file:
+    with open(peak, "w") as file:
         file.write(str(peak_of("self")))
     sys.exit(code)
 

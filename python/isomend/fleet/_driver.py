@@ -1,4 +1,4 @@
-"""The driver: hands meshes to workers, so many at a time, and writes down what became of each."""
+"""The driver of a fleet: hands meshes to Ray workers and records the outcome of each in the manifest."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from isomend.fleet._inputs import Item, counted, items
 from isomend.fleet._manifest import FOLDER, Manifest
 from isomend.fleet._task import Bounds, mend
 
-# How often a mesh whose worker died is given to another.
+# How often a mesh is given to another worker after its worker died.
 RETRIES = 3
-# Options of `isomend fill` that name one file, or make none.
+# Options of `isomend fill` that name a single file, or write no result.
 SINGLE = ("--report", "--picture", "--json", "--dry-run", "-o", "--output")
 
 
 @dataclass
 class State:
-    """How far a fleet is.
+    """Progress of a fleet.
 
     Attributes:
         all: Number of meshes.
-        earlier: Meshes that an earlier run was done with.
-        outcomes: How many of this run ended in which way: ``done``, ``in_part``, ``failed``, ``timeout``, ``memory``, ``crashed``,
+        earlier: Number of meshes that an earlier run has done.
+        outcomes: Number of meshes of this run for each outcome: ``done``, ``in_part``, ``failed``, ``timeout``, ``memory``, ``crashed``,
             ``same``.
-        seconds: Seconds since the begin.
+        seconds: Seconds since the start of this run.
     """
 
     all: int
@@ -47,18 +47,18 @@ class State:
 
     @property
     def done(self) -> int:
-        """Meshes that need no more work."""
+        """Number of meshes that need no more work."""
         return self.earlier + sum(self.outcomes.values())
 
     @property
     def seconds_left(self) -> float | None:
-        """Seconds that the rest will take if it goes on like this; none before the first mesh."""
+        """Expected seconds for the remaining meshes, at the mean rate of this run; None before its first mesh is done."""
         own = sum(self.outcomes.values())
         return self.seconds / own * (self.all - self.done) if own else None
 
 
 def arguments_of(options: Mapping[str, Any]) -> list[str]:
-    """Options of :func:`isomend.fill` as those of `isomend fill`."""
+    """Keywords of :func:`isomend.fill` as options of the command `isomend fill`."""
 
     def listed(ids: Iterable[int], by: str) -> str:
         return by.join(str(number) for number in ids)
@@ -80,10 +80,10 @@ def arguments_of(options: Mapping[str, Any]) -> list[str]:
 
 
 def check(arguments: Sequence[str]) -> None:
-    """Refuses options that `isomend fill` does not have, or that make sense for one mesh only."""
+    """Raises a `ParameterError` for options that `isomend fill` does not have, or that are for a single mesh."""
     for option in arguments:
         if option.split("=")[0] in SINGLE:
-            raise ParameterError(f"{option} is for one mesh; the fleet's table tells of all")
+            raise ParameterError(f"{option} is for one mesh and cannot be used for a fleet; summary.csv lists all meshes")
     with tempfile.TemporaryDirectory() as folder:
         nothing = os.path.join(folder, "none.ply")
         words = ["fill", nothing, "-o", nothing, "--json", nothing, "-q", "--threads", "1", *arguments]
@@ -95,7 +95,7 @@ def check(arguments: Sequence[str]) -> None:
 
 @contextmanager
 def cluster(workers: int | None, threads: int, address: str | None) -> Iterator[Any]:
-    """Ray, started here where it does not run."""
+    """Ray, as a context: started here and shut down at the end, unless it runs already."""
     try:
         import ray
     except ImportError:
@@ -103,7 +103,7 @@ def cluster(workers: int | None, threads: int, address: str | None) -> Iterator[
     if ray.is_initialized():
         yield ray
         return
-    # Neither figures of use sent away, nor a word on devices that no task asks for.
+    # No usage statistics, and no warnings about accelerators, which no task uses.
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
     own = {} if address else {"num_cpus": workers * threads if workers else None, "include_dashboard": False}
@@ -129,28 +129,28 @@ def run(
     arguments: Sequence[str] = (),
     **options: Any,
 ) -> State:
-    """Fills the holes of many meshes, on many cores or machines. What was done before, with the same options, is not done again.
+    """Fills the holes of many meshes, on many cores or machines. Meshes that are done with the same options are skipped.
 
     Args:
         inputs: Files, folders, patterns such as ``scans/**/*.ply``, and list files ``@FILE``.
-        output: The folder of the results, which all machines see. Its `.fleet/manifest.jsonl` has a line for each mesh;
+        output: The folder of the results, which all machines must be able to access. Its `.fleet/manifest.jsonl` has a line for each mesh;
             `summary.csv` and `summary.parquet` are written at the end.
-        workers: Meshes that are worked on at a time; by default as many as there are cores.
+        workers: Number of meshes processed at a time; by default one for each core.
         address: A Ray cluster, such as ``ray://host:10001``; by default Ray is started on this machine.
-        threads: Threads, and cores, of each mesh.
-        timeout: Seconds after which the work on a mesh is ended.
-        memory: Memory in GB (2³⁰ bytes) beyond which it is ended.
-        to: Format of the results; by default that of each input.
-        retry: Work again on meshes that failed, crashed, or went beyond their bounds.
+        threads: Number of threads, and of cores reserved, for each mesh.
+        timeout: Seconds after which the work on a mesh is stopped.
+        memory: Memory in GB (2³⁰ bytes) above which the work on a mesh is stopped.
+        to: Format of the results; by default the format of each input.
+        retry: Process meshes again that failed, crashed, or exceeded the time or the memory.
         progress: Called with a :class:`State` about once a second, and at the end.
         arguments: Options of `isomend fill` as on its command line.
-        options: The same as keywords, as for :func:`isomend.fill`.
+        options: Options of `isomend fill` as keywords of :func:`isomend.fill`.
 
     Returns:
-        How it ended.
+        The final :class:`State`.
 
     Raises:
-        ParameterError: There is no such option, or two results would have one name.
+        ParameterError: An option is not valid, there are no meshes, or two results would have the same name.
         IsomendError: Ray is not installed, or another fleet writes to the folder.
     """
     words = [*arguments_of(options), *(["--to", to] if to else []), *arguments]
@@ -177,7 +177,7 @@ def run(
 
 
 class _Run:
-    """A run, and what of it is in flight."""
+    """One run of a fleet, with the tasks that are pending at Ray."""
 
     def __init__(
         self,
@@ -193,20 +193,20 @@ class _Run:
         self._state = state
         self._progress = progress
         self._begun = time.monotonic()
-        self._told = 0.0
+        self._last_report = 0.0
         self._task = ray.remote(mend).options(num_cpus=bounds.threads, max_retries=RETRIES)
         self._bounds = ray.put(bounds)
         cores = int(ray.cluster_resources().get("CPU", 1))
-        # Some more than there are workers wait at them, so that none is idle while the driver writes.
+        # Twice as many tasks as can run, so that no worker is idle while the driver writes.
         self._most = workers or 2 * max(1, cores // bounds.threads)
         self._pending: dict[Any, Item] = {}
 
     def all(self, meshes: Iterator[Item]) -> None:
-        """Works on all meshes."""
+        """Processes all meshes."""
         for item in meshes:
             if self._manifest.is_done(item.output, _state_of(item.path)):
                 self._state.earlier += 1
-                self._tell()
+                self._report()
                 continue
             while len(self._pending) >= self._most:
                 self._collect()
@@ -215,10 +215,10 @@ class _Run:
             self._pending[self._task.remote(path, item.output, known, self._bounds)] = item
         while self._pending:
             self._collect()
-        self._tell(last=True)
+        self._report(last=True)
 
     def _collect(self) -> None:
-        """Waits for the next mesh, and writes down what became of it."""
+        """Waits up to a second for a mesh to end, and adds its row to the manifest."""
         ready, _ = self._ray.wait(list(self._pending), num_returns=1, timeout=1.0)
         for reference in ready:
             item = self._pending.pop(reference)
@@ -230,18 +230,19 @@ class _Run:
                 row |= {"outcome": "crashed", "error": message}
             self._manifest.add(row | {"input": item.path})
             self._state.outcomes[row["outcome"]] += 1
-        self._tell()
+        self._report()
 
-    def _tell(self, last: bool = False) -> None:
+    def _report(self, last: bool = False) -> None:
+        """Calls the progress function, at most once a second."""
         now = time.monotonic()
-        if self._progress is not None and (last or now - self._told > 1.0):
-            self._told = now
+        if self._progress is not None and (last or now - self._last_report > 1.0):
+            self._last_report = now
             self._state.seconds = now - self._begun
             self._progress(self._state)
 
 
 def _state_of(path: str) -> tuple[int, int]:
-    """Size and time of a file."""
+    """Size in bytes and modification time in nanoseconds of a file; zeros if it cannot be read."""
     try:
         stat = os.stat(path)
     except OSError:

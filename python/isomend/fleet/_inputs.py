@@ -1,4 +1,4 @@
-"""Which meshes there are, and where their results go: one after the other, never as one list."""
+"""The inputs of a fleet: iterates over the meshes of files, folders, patterns and list files, without holding them all in memory."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ EXTENSIONS = (".obj", ".ply", ".stl", ".gltf", ".glb", ".vtk", ".vtp")
 
 @dataclass(frozen=True)
 class Item:
-    """A mesh to read, and the name of its result in the output folder, with `/` between folders."""
+    """A mesh file, and the name of its result relative to the output folder, with `/` between folders."""
 
     path: str
     output: str
 
 
 def items(inputs: Sequence[str], output: Path, to: str | None) -> Iterator[Item]:
-    """All meshes: those of folders, with their folders kept, of patterns such as ``scans/*.ply``, and of list files (``@FILE``, a
-    path a line). What lies in the output folder is none."""
+    """Iterates over all meshes: files, meshes in folders (the results keep the folders), matches of patterns such as ``scans/*.ply``, and
+    paths in list files (``@FILE``, one path a line). Files in the output folder are skipped."""
     inside = output.resolve()
     for name in inputs:
         for path, relative in _paths(name):
@@ -33,7 +33,7 @@ def items(inputs: Sequence[str], output: Path, to: str | None) -> Iterator[Item]
 
 
 def _paths(name: str) -> Iterator[tuple[str, str]]:
-    """Paths, and their names relative to what names them."""
+    """The paths that an input stands for, each with the name of its result: relative to a folder, else the file's name."""
     if name.startswith("@"):
         with open(name[1:], encoding="utf-8") as lines:
             for line in lines:
@@ -42,7 +42,7 @@ def _paths(name: str) -> Iterator[tuple[str, str]]:
                     yield path, os.path.basename(path)
     elif os.path.isdir(name):
         for folder, folders, files in os.walk(name):
-            # Sorted, so that runs go the same way; names that begin with a dot are not meant.
+            # Sorted, so that every run has the same order; hidden files and folders are skipped.
             folders[:] = sorted(f for f in folders if not f.startswith("."))
             for file in sorted(files):
                 if file.lower().endswith(EXTENSIONS) and not file.startswith("."):
@@ -55,7 +55,7 @@ def _paths(name: str) -> Iterator[tuple[str, str]]:
     elif os.path.exists(name):
         yield name, os.path.basename(name)
     else:
-        raise ParameterError(f"there is no file or folder {name}; options of `isomend fill` stand behind all inputs")
+        raise ParameterError(f"there is no file or folder {name}; options of `isomend fill` must come after all inputs")
 
 
 def _renamed(relative: str, to: str | None) -> str:
@@ -64,7 +64,7 @@ def _renamed(relative: str, to: str | None) -> str:
 
 
 def counted(inputs: Sequence[str], output: Path, to: str | None) -> int:
-    """How many there are; an error if two results would have one name."""
+    """The number of meshes. A `ParameterError` if two results would have the same name."""
     seen: set[int] = set()
     count = 0
     for item in items(inputs, output, to):
@@ -72,8 +72,8 @@ def counted(inputs: Sequence[str], output: Path, to: str | None) -> int:
         name = hash(item.output)
         if name in seen:
             raise ParameterError(
-                f"two meshes would go to {item.output}, the second from {item.path}; give their common folder instead, whose "
-                "folders are kept, or several runs"
+                f"the results of two meshes would go to {item.output}, the second from {item.path}; give their common folder "
+                "instead, so that results keep their folders, or use a run and an output folder for each"
             )
         seen.add(name)
     return count

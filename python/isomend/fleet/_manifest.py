@@ -1,8 +1,8 @@
-"""The manifest of a fleet: a line for each mesh that was worked on, only ever appended to.
+"""The manifest of a fleet: an append-only file with a line of JSON for each mesh that was processed.
 
-A line counts if it ends and its checksum fits; what a dying machine left half written is passed over. A mesh is done if its last line
-was made with the same options by the same version from a file of the same size and time, or else the same content, and its result is
-there with the size that it had."""
+A line is valid if it is complete and its checksum matches; lines that a crash left incomplete are skipped. A mesh is done if its last line
+has the same options and version, the input file has the same size and time or else the same content, and the result still exists with the
+recorded size."""
 
 from __future__ import annotations
 
@@ -20,15 +20,16 @@ from isomend._errors import IsomendError
 
 FOLDER = ".fleet"
 NAME = "manifest.jsonl"
-# Seconds between two calls to have the file on the disk.
+# Seconds between two calls of fsync, at least: a crash of the machine loses the lines since the last one.
 SYNC = 1.0
-# Outcomes that come with a result.
+# Outcomes with a result file.
 MADE = ("done", "in_part")
+# Lowest 64 bits of the packed entries of `Manifest._known`.
 MASK = 2**64 - 1
 
 
 def short(*parts: object) -> int:
-    """64 bits that stand for some values."""
+    """A 64-bit hash of some values."""
     return int.from_bytes(blake2b("\0".join(map(str, parts)).encode(), digest_size=8).digest(), "big")
 
 
@@ -39,8 +40,8 @@ def line_of(row: dict[str, Any]) -> str:
 
 
 def row_of(line: bytes) -> dict[str, Any] | None:
-    """The row of a line that is whole."""
-    # `,"crc":"01234567"}` and the end of the line.
+    """The row of a line; none if the line is incomplete or its checksum does not match."""
+    # The last 19 bytes are `,"crc":"01234567"}` and the line end.
     head, tail = line[:-19], line[-19:]
     if not (tail.startswith(b',"crc":"') and tail.endswith(b'"}\n')):
         return None
@@ -51,7 +52,7 @@ def row_of(line: bytes) -> dict[str, Any] | None:
 
 
 class Manifest:
-    """The manifest of an output folder, which is this process's alone while it is open."""
+    """The manifest of an output folder. A lock keeps other processes out while it is open."""
 
     def __init__(self, output: Path, settings: str, retry: bool) -> None:
         self._settings = settings
@@ -65,7 +66,8 @@ class Manifest:
             raise IsomendError(f"another fleet is writing to {output}; wait for it, or stop it") from None
         self.path = self._folder / NAME
         self._output = output
-        # For each result, by 64 bits of its name: 64 bits each of its input's state, its input's content, and its size.
+        # For each result, by the hash of its name: hash of the input file's size and time, first 64 bits of the input's content hash,
+        # size of the result in bytes, 64 bits each. Packed in one integer, as a fleet may have millions of meshes.
         self._known: dict[int, int] = {}
         for row in rows(self.path):
             if row["settings"] != settings or (retry and row["outcome"] not in MADE):
@@ -78,7 +80,7 @@ class Manifest:
             end = read.seek(0, os.SEEK_END)
             read.seek(max(0, end - 1))
             if end and read.read(1) != b"\n":
-                # The line that was torn stays alone.
+                # Ends the incomplete last line, so that it does not spoil the next one.
                 self._file.write(b"\n")
                 self._file.flush()
 
@@ -87,14 +89,14 @@ class Manifest:
         self._known[short(row["output"])] = short(*row["state"]) << 128 | content << 64 | size
 
     def content(self, output: str) -> str | None:
-        """The first 64 bits of the content from which a result was made that is there."""
+        """First 64 bits (hexadecimal) of the content hash of the input of a result; none if the result does not exist any more."""
         known = self._known.get(short(output))
         if known is None or not self._is_there(output, known):
             return None
         return f"{known >> 64 & MASK:016x}"
 
     def is_done(self, output: str, state: tuple[int, int]) -> bool:
-        """Whether a file in this state was worked on, and its result, if it had one, is there."""
+        """Whether an input with this size and time was processed, and its result, if there was one, still exists."""
         known = self._known.get(short(output))
         return known is not None and known >> 128 == short(*state) and self._is_there(output, known)
 
@@ -116,14 +118,14 @@ class Manifest:
         self._remember(row)
 
     def close(self) -> None:
-        """Ends the writing."""
+        """Flushes the file to the disk, closes it, and releases the lock."""
         os.fsync(self._file.fileno())
         self._file.close()
         self._lock.close()
 
 
 def rows(path: Path) -> Iterator[dict[str, Any]]:
-    """The rows of all lines that are whole."""
+    """The rows of all valid lines."""
     if not path.exists():
         return
     with open(path, "rb") as lines:

@@ -1,4 +1,4 @@
-"""One mesh over many workers: the regions of its holes as tasks."""
+"""Filling one mesh on many workers: each region of holes is a Ray task."""
 
 from __future__ import annotations
 
@@ -17,15 +17,22 @@ if TYPE_CHECKING:
 def fill_regions(
     model: Model, *, workers: int | None = None, address: str | None = None, **options: Unpack[FillOptions]
 ) -> Mended:
-    """Fills the holes of one mesh on many cores or machines: the same, to the byte, as :meth:`isomend.Model.fill` makes.
+    """Fills the holes of one mesh on many cores or machines, with the same bytes as the result of :meth:`isomend.Model.fill`.
 
-    It pays where a mesh has many holes that take long: each region is sent with the part of the mesh that it may look at.
+    It pays if a mesh has many holes that take long, since each region is sent with the part of the mesh that it needs.
 
     Args:
         model: The mesh.
-        workers: Regions that are worked on at a time; by default twice as many as there are cores.
+        workers: Number of regions sent to workers at a time; by default two for each core.
         address: A Ray cluster; by default Ray is started on this machine.
-        options: As for :func:`isomend.fill`; ``threads`` are those of each region, 1 by default.
+        options: As for :func:`isomend.fill`; ``threads`` is the number of threads of each region, by default 1.
+
+    Returns:
+        The filled mesh, with a report.
+
+    Raises:
+        IsomendError: Ray is not installed.
+        MeshError, HoleIdError, ParameterError: As for :func:`isomend.fill`.
     """
     threads = options.pop("threads", None) or 1
     found = model.inspect()

@@ -1,4 +1,4 @@
-"""The table of what became of all meshes."""
+"""The summary of a fleet: a table (CSV, Parquet) with the outcome of each mesh."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ TEXT = ("input", "output", "outcome", "error", "content")
 NUMBERS = ("seconds", "cpu")
 WHOLE = ("memory", "bytes", "vertices", "faces", "filled", "faired", "triangulated", "left", "failed")
 COLUMNS = ("input", "output", "outcome", *NUMBERS, *WHOLE, "error", "content")
-# The outcome of a mesh whose file is another one with the same content: the earlier row stays true.
+# The outcome of a mesh whose file has changed, but not its content: the earlier row is still correct.
 SAME = "same"
-# Rows that are held at a time.
+# Rows of the Parquet file that are held in memory at a time.
 BATCH = 10_000
 
 
@@ -29,7 +29,7 @@ def last_rows(path: Path) -> Iterator[dict[str, Any]]:
 
 
 def write(output: Path) -> list[Path]:
-    """Writes `summary.csv` and, where pyarrow is there, `summary.parquet`; their paths."""
+    """Writes `summary.csv` and, if pyarrow is installed, `summary.parquet`; returns their paths."""
     manifest, made = output / FOLDER / NAME, [output / "summary.csv"]
     beside = made[0].with_suffix(".csv.part")
     with open(beside, "w", newline="", encoding="utf-8") as file:

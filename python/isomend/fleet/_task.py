@@ -1,4 +1,4 @@
-"""The work on one mesh, in a worker: a child process within bounds of time and memory, its result moved to its place when it is whole."""
+"""The work on one mesh, in a worker: runs a child process with limits of time and memory, and moves its complete result into place."""
 
 from __future__ import annotations
 
@@ -17,18 +17,27 @@ from typing import Any
 from isomend.fleet._child import peak_of
 from isomend.fleet._manifest import FOLDER
 
-# Seconds between two looks at a child.
+# Seconds between two looks at a child: the first, from which pauses grow by half each time, and the longest.
 PAUSES = (0.002, 0.05)
-# The address space that a child may have beside twice its memory: stacks and arenas of threads, which mostly are never used.
+# Bytes of address space that a child may have beyond twice its memory limit: stacks and arenas of threads, which are mostly unused.
 SPACE = 2 << 30
-# The most of a message that is kept.
+# Bytes of a child's messages that are kept, at the end.
 MESSAGE = 2000
+# Outcomes of holes whose numbers are recorded.
 COUNTS = ("filled", "faired", "triangulated", "left", "failed")
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """What all meshes share: the output folder, options of `isomend fill`, and bounds for each."""
+    """What all meshes of a fleet share.
+
+    Attributes:
+        output: The output folder.
+        arguments: Options of `isomend fill`.
+        threads: Threads of each mesh.
+        timeout: Limit of the time for a mesh, in seconds.
+        memory: Limit of the memory for a mesh, in bytes.
+    """
 
     output: str
     arguments: tuple[str, ...]
@@ -38,7 +47,7 @@ class Bounds:
 
 
 def content_of(path: str) -> str:
-    """128 bits that stand for the content of a file."""
+    """A 128-bit hash of the content of a file, hexadecimal."""
     digest = blake2b(digest_size=16)
     with open(path, "rb") as file:
         while block := file.read(1 << 20):
@@ -47,7 +56,10 @@ def content_of(path: str) -> str:
 
 
 def mend(path: str, output: str, known: str | None, bounds: Bounds) -> dict[str, Any]:
-    """Fills the holes of a file; what came of it. Where the result of the same content is there, nothing is done."""
+    """Fills the holes of a mesh file; returns its row for the manifest.
+
+    `known` is the beginning of the content hash of the input from which the existing result was made. If the file still has this content,
+    nothing is done, and the outcome is `same`."""
     begun = time.time()
     row: dict[str, Any] = {"input": path, "output": output, "state": [0, 0], "content": "0" * 32}
     target = Path(bounds.output, output)
@@ -70,18 +82,19 @@ def mend(path: str, output: str, known: str | None, bounds: Bounds) -> dict[str,
 
 
 def _in_child(path: str, output: Path, bounds: Bounds) -> dict[str, Any]:
-    report, told, peak = (output.parent / name for name in (".report.json", ".told", ".peak"))
-    most = 2 * bounds.memory + SPACE if bounds.memory else 0
-    # `-m` would warn that the package has imported the module already.
+    """Fills the holes of a file in a child process; returns the outcome, its message, counts, memory and processor time."""
+    report, messages, peak = (output.parent / name for name in (".report.json", ".messages", ".peak"))
+    space = 2 * bounds.memory + SPACE if bounds.memory else 0
+    # Not with `-m`: Python would warn that the package has already imported the module.
     start = "from isomend.fleet._child import main; main()"
-    command = [sys.executable, "-c", start, str(os.getpid()), str(most), str(peak)]
+    command = [sys.executable, "-c", start, str(os.getpid()), str(space), str(peak)]
     command += ["fill", path, "-o", str(output), "--json", str(report), "-q", "--threads", str(bounds.threads), *bounds.arguments]
-    with open(told, "wb") as errors:
+    with open(messages, "wb") as errors:
         child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=errors, stderr=errors, start_new_session=True)
         try:
             stopped, status, usage, most_used = _watched(child.pid, bounds)
         except BaseException:
-            # Such as that the task is cancelled: the child is not left alone.
+            # For example the task was cancelled: the child must not run on.
             _kill(child.pid)
             child.wait()
             raise
@@ -90,19 +103,19 @@ def _in_child(path: str, output: Path, bounds: Bounds) -> dict[str, Any]:
         most_used = int(peak.read_text() or 0)
         peak.unlink()
     row: dict[str, Any] = {"memory": most_used, "cpu": round(usage.ru_utime + usage.ru_stime, 4)}
-    message = told.read_bytes()[-MESSAGE:].decode(errors="replace").strip().removeprefix("error: ")
+    message = messages.read_bytes()[-MESSAGE:].decode(errors="replace").strip().removeprefix("error: ")
     if stopped is None and child.returncode < 0 and "memory allocation of" in message:
         stopped = "memory"
     if stopped == "timeout":
-        return row | {"outcome": stopped, "error": f"not done after {bounds.timeout:g} s"}
+        return row | {"outcome": stopped, "error": f"stopped after {bounds.timeout:g} s, the limit of the time"}
     if stopped == "memory":
-        return row | {"outcome": stopped, "error": f"it needs more than {(bounds.memory or 0) / 2**30:g} GB"}
+        return row | {"outcome": stopped, "error": f"stopped above {(bounds.memory or 0) / 2**30:g} GB, the limit of the memory"}
     if child.returncode in (0, 3):
-        told_of = json.loads(report.read_text())
-        counts = {name: told_of["outcomes"][name] for name in COUNTS}
+        document = json.loads(report.read_text())
+        counts = {name: document["outcomes"][name] for name in COUNTS}
         report.unlink()
-        told.unlink()
-        size = {"vertices": told_of["input"]["vertices"], "faces": told_of["input"]["faces"]}
+        messages.unlink()
+        size = {"vertices": document["input"]["vertices"], "faces": document["input"]["faces"]}
         done = child.returncode == 0
         return row | size | counts | {"outcome": "done" if done else "in_part", "error": "" if done else message}
     if child.returncode < 0:
@@ -112,8 +125,8 @@ def _in_child(path: str, output: Path, bounds: Bounds) -> dict[str, Any]:
 
 
 def _watched(pid: int, bounds: Bounds) -> tuple[str | None, int, Any, int]:
-    """Waits for a child, and ends it if it goes beyond its bounds: why it was ended, its status and use of the machine, and the most
-    memory that was seen."""
+    """Waits for a child, and kills it if it exceeds its time or memory. Returns why it was killed (`timeout`, `memory` or none), its exit
+    status, its resource usage, and the peak memory seen, in bytes."""
     begun, stopped, pause, most = time.monotonic(), None, PAUSES[0], 0
     while True:
         done, status, usage = os.wait4(pid, os.WNOHANG)
@@ -139,7 +152,7 @@ def _kill(pid: int) -> None:
 
 
 def _moved(work: Path, target: Path) -> int:
-    """Moves what a child wrote to its place, the mesh itself last; its size."""
+    """Moves the files that a child wrote into place, the mesh last; returns the size of the mesh file in bytes."""
     target.parent.mkdir(parents=True, exist_ok=True)
     written = work / target.name
     for file in sorted(work.iterdir(), key=lambda file: file == written):
