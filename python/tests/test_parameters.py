@@ -50,7 +50,7 @@ def test_documentation_has_the_sentences_of_the_tables(command):
         # Parameters that work as in a fill are listed by name only.
         as_fill = row["path"][:1] == ["fill"] and row["name"] != "max_diameter"
         if as_fill or command in ("restore", "fair"):
-            assert row["name"] in documented or "those of :func:fill" in documented, row["name"]
+            assert row["name"] in documented or "further options as for :func:fill" in documented, row["name"]
         else:
             assert words(f"{row['name']}: {row['sentence']}") in documented, row["name"]
     for row in TABLES["fill"]:

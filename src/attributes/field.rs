@@ -138,7 +138,7 @@ impl Field {
     /// which is interpolated harmonically.
     fn spread_normals(&mut self, laplacian: &Laplacian, fixed: &[bool], normals: &[DVec3]) {
         let at = |values: &[f64], s: usize| DVec3::from_slice(&values[3 * s..]);
-        // If the normals of the file point inwards, those of the patches do too.
+        // If the normals of the file point inwards, the normals of the patches do too.
         let agreement: f64 = (0..fixed.len())
             .filter(|&s| fixed[s])
             .map(|s| at(&self.values, s).dot(normals[s]))

@@ -67,7 +67,12 @@ fn joined(text: &str) -> (String, Vec<usize>) {
     let (mut all, mut starts) = (String::new(), Vec::new());
     for line in text.lines() {
         starts.push(all.len());
-        let line = line.trim_start();
+        // Old names of serialised fields stay readable.
+        let line = if line.contains("alias = ") {
+            ""
+        } else {
+            line.trim_start()
+        };
         let line = line.trim_start_matches(['/', '!', '#', '*']);
         all += line.trim().to_lowercase().as_str();
         all.push(' ');
