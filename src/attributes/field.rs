@@ -9,7 +9,7 @@ use crate::mesh::attributes::{Attribute, CornerAttribute, NONE, Role};
 
 /// Where the corners of the mesh's own faces have their values.
 #[derive(Clone, Copy)]
-pub(super) enum Source<'a> {
+pub(crate) enum Source<'a> {
     Vertex(&'a Attribute),
     Corner(&'a CornerAttribute),
     Face(&'a Attribute),
@@ -17,7 +17,7 @@ pub(super) enum Source<'a> {
 
 impl<'a> Source<'a> {
     /// The value at a corner of a face of the mesh.
-    pub(super) fn at(&self, mesh: &Mesh, face: usize, corner: usize) -> Option<&'a [f64]> {
+    pub(crate) fn at(&self, mesh: &Mesh, face: usize, corner: usize) -> Option<&'a [f64]> {
         match self {
             Source::Vertex(a) => a.get(mesh.faces[face][corner] as usize),
             Source::Corner(a) => a.get(face, corner),
@@ -26,7 +26,7 @@ impl<'a> Source<'a> {
     }
 
     /// The attribute, as a pool of values.
-    pub(super) fn attribute(&self) -> &'a Attribute {
+    pub(crate) fn attribute(&self) -> &'a Attribute {
         match self {
             Source::Vertex(a) | Source::Face(a) => a,
             Source::Corner(a) => &a.pool,

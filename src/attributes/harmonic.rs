@@ -16,7 +16,7 @@ const TOLERANCE: f64 = 1e-9;
 const MOST_ITERATIONS: usize = 5000;
 
 /// The weights of the edges of patches.
-pub(super) struct Laplacian {
+pub(crate) struct Laplacian {
     /// Symmetric, without a diagonal.
     weights: SparseMatrix,
 }
@@ -38,7 +38,7 @@ impl LinearOperator for System {
 
 impl Laplacian {
     /// For the faces between the points.
-    pub(super) fn new(points: &[DVec3], faces: &[[u32; 3]]) -> Self {
+    pub(crate) fn new(points: &[DVec3], faces: &[[u32; 3]]) -> Self {
         let count = points.len();
         let mut entries = TriMatI::with_capacity((count, count), 6 * faces.len());
         for face in faces {
@@ -87,7 +87,7 @@ impl Laplacian {
     }
 
     /// Fills in the values, of so many components, of all points that are connected with a fixed one.
-    pub(super) fn solve(&self, fixed: &[bool], components: usize, values: &mut [f64]) {
+    pub(crate) fn solve(&self, fixed: &[bool], components: usize, values: &mut [f64]) {
         let nearest = self.nearest(fixed);
         let mut unknown = vec![NONE; fixed.len()];
         let free: Vec<usize> = (0..fixed.len())

@@ -21,10 +21,15 @@ use crate::mesh::attributes::{
     Attribute, CornerAttribute, LabelKind, Labels, NONE, PATCH_NAME, Role, SIGMA_NAME, Scalar,
 };
 use crate::mesh::{Attributes, Mesh, Model, area_vector};
-use field::{Field, Source};
-use harmonic::Laplacian;
-use rim::Patches;
+pub(crate) use field::Source;
+pub(crate) use harmonic::Laplacian;
+pub(crate) use rim::{Patches, Slot};
 
+use field::Field;
+
+/// How the remark on patches begins that got no texture coordinates.
+pub(crate) const SEAM_NOTE: &str =
+    "patches without texture coordinates, because their rims cross seams of the texture";
 /// The expected error of a vertex of which nothing can be said.
 const UNKNOWN: f64 = -1.0;
 /// Lengths that 32-bit floats hold to their full precision.
@@ -194,7 +199,7 @@ impl<'a> Transfer<'a> {
         let without = self.crosses_seam.iter().filter(|c| **c).count();
         if without > 0 {
             out.notes.push(format!(
-                "patches without texture coordinates, because their rims cross seams of the texture: {without} of {}",
+                "{SEAM_NOTE}: {without} of {}",
                 self.crosses_seam.len()
             ));
         }

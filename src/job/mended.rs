@@ -11,9 +11,11 @@ use super::draw::{Before, Drawings, Drawn};
 use super::outcome::JobResult;
 use super::output::Saving;
 use super::result::{Extent, Kept};
+use super::staging::Staging;
 use super::unchanged::Unchanged;
 use super::{JobError, JobSpec, Output, Place};
 use crate::attributes::transfer;
+use crate::cancel::Cancel;
 use crate::fill::RegionReport;
 use crate::io::Loaded;
 use crate::mend::{FillReport, Inspection};
@@ -42,6 +44,9 @@ pub struct Mended<'s> {
     /// SHA-256 of what was read, where it was a file or bytes.
     #[serde(default)]
     pub(super) sha256: Option<String>,
+    /// The token that stops its writing.
+    #[serde(skip)]
+    pub(super) cancel: Cancel,
     /// What was done beside filling.
     pub extent: Extent,
     /// What was found and done.
@@ -89,6 +94,7 @@ impl<'s> Mended<'s> {
             kept: self.kept,
             face_origins: self.face_origins,
             sha256: self.sha256,
+            cancel: self.cancel,
             extent: self.extent,
             report: self.report,
         }
@@ -273,9 +279,11 @@ impl<'s> Mended<'s> {
         };
         let regions: &mut [RegionReport] = &mut self.report.regions;
         let own = std::mem::take(&mut self.made);
+        let mut staging = Staging::default();
         let (mesh, notes, bytes, sha256) = match &self.extent {
             Extent::Copied => {
-                let stored = output.write_copy(&self.first, self.spec.deliverables.unit)?;
+                let stored =
+                    output.write_copy(&self.first, self.spec.deliverables.unit, &mut staging)?;
                 (None, stored.notes, stored.bytes, stored.sha256)
             }
             _ => {
@@ -289,9 +297,11 @@ impl<'s> Mended<'s> {
                     components: &components,
                     mark: self.spec.deliverables.mark,
                     unit: self.spec.deliverables.unit,
+                    source: &self.spec.source.place,
+                    plain_patches: self.spec.deliverables.no_texture,
                 };
-                let saved = output.write_mended(own, &saving, regions)?;
-                self.deliver(&saved, &components, &mut delivered)?;
+                let saved = output.write_mended(own, &saving, regions, &mut staging)?;
+                self.deliver(&saved, &components, &mut delivered, &mut staging)?;
                 self.extent.judge(&saved.mesh, saved.verdict)?;
                 (Some(saved.mesh), saved.notes, saved.bytes, saved.sha256)
             }
@@ -301,12 +311,16 @@ impl<'s> Mended<'s> {
         let drawings = &self.spec.drawings;
         match &mesh {
             None if !drawings.is_wanted() => {}
-            None => self.unchanged(|drawn| drawings.write_unchanged(drawn))?,
+            None => self.unchanged(|drawn| drawings.stage_unchanged(drawn, &mut staging))?,
             Some(mesh) => {
                 let filed = self.filed_facts(Some(&delivered), Some(&sha256));
-                drawings.write(&self.drawing(mesh, &output.place, &notes, filed))?;
+                drawings.stage(
+                    &self.drawing(mesh, &output.place, &notes, filed),
+                    &mut staging,
+                )?;
             }
         }
+        staging.finish(&self.cancel)?;
         Ok(JobResult {
             spec: self.spec,
             format: self.first.format,

@@ -36,8 +36,10 @@ mod places;
 mod read;
 mod result;
 mod spec;
+mod staging;
 mod steps;
 mod surface;
+mod texels;
 mod unchanged;
 mod volumes;
 

@@ -9,8 +9,11 @@ use serde::{Deserialize, Serialize};
 
 use super::deliver::{Component, Mark};
 use super::hash::sha256;
+use super::staging::Staging;
+use super::texels::refer_to_material;
 use super::{JobError, Place};
 use crate::attributes::transfer;
+use crate::cancel::Cancel;
 use crate::check::{CheckParams, Verdict};
 use crate::fill::RegionReport;
 use crate::io::{
@@ -18,14 +21,8 @@ use crate::io::{
     no_side_files, read_bytes, replace_file,
 };
 use crate::mend::Inspection;
-use crate::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
 use crate::mesh::{Attributes, Mesh, Model, Unit};
 use crate::stitch::count_crossing;
-
-/// The file that describes the material of patches, beside an OBJ file that has material files.
-pub(super) const PATCH_LIBRARY: &str = "isomend_patch.mtl";
-pub(super) const PATCH_MATERIAL: &str = "# The material of patches that the texture of what is round them cannot cover.\n\
-                              newmtl isomend_patch\nKd 0.8 0.8 0.8\n";
 
 /// Where a mesh goes, in which format.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -74,6 +71,10 @@ pub(super) struct Saving<'a> {
     pub(super) mark: Option<Mark>,
     /// The unit of the coordinates, where it was given.
     pub(super) unit: Option<Unit>,
+    /// Where the input came from.
+    pub(super) source: &'a Place,
+    /// Whether patches across seams of a texture get no texels of their own.
+    pub(super) plain_patches: bool,
 }
 
 /// Bytes that were written.
@@ -165,6 +166,7 @@ impl Output {
         mut mesh: Mesh,
         saving: &Saving,
         regions: &mut [RegionReport],
+        staging: &mut Staging,
     ) -> Result<Saved, JobError> {
         let (input, whole) = (saving.input, saving.whole);
         let kept = if whole { 0 } else { input.mesh.positions.len() };
@@ -182,9 +184,11 @@ impl Output {
             count_crossing_again(&written, input, whole, regions);
         }
         if whole {
-            return self.write_whole(mesh, saving);
+            return self.write_whole(mesh, saving, staging);
         }
         let mut done = transfer(&input.mesh, &input.attributes, mesh);
+        let mut side_files = Staging::default();
+        self.add_texels(&mut done, saving, &mut side_files)?;
         if saving.unit.is_some() {
             done.attributes.unit = saving.unit;
         }
@@ -199,11 +203,12 @@ impl Output {
         let in_file = self.format == Format::Obj && self.place.folder().is_some();
         let material = in_file && refer_to_material(&mut done.attributes);
         let document = input.document.as_ref();
-        let mut saved = self.write_model(done.mesh, done.attributes, document, saving)?;
+        let mut saved = self.write_model(done.mesh, done.attributes, document, saving, staging)?;
         saved.notes = [done.notes, saved.notes].concat();
         if material {
-            self.write_material()?;
+            self.add_material(&mut side_files)?;
         }
+        staging.append(side_files);
         saved.notes.extend(self.side_files(input));
         Ok(saved)
     }
@@ -213,6 +218,7 @@ impl Output {
         &self,
         input: &Loaded,
         unit: Option<Unit>,
+        staging: &mut Staging,
     ) -> Result<Stored, JobError> {
         let mut attributes = Cow::Borrowed(&input.attributes);
         if unit.is_some() && self.format == Format::ThreeMf {
@@ -223,18 +229,23 @@ impl Output {
             attributes: &attributes,
             document: input.document.as_ref(),
         };
-        let mut stored = self.write_contents(&model, precision_of(input))?;
+        let mut stored = self.write_contents(&model, precision_of(input), staging)?;
         stored.notes.extend(self.side_files(input));
         Ok(stored)
     }
 
     /// Writes level sets by themselves.
-    fn write_whole(&self, mesh: Mesh, saving: &Saving) -> Result<Saved, JobError> {
+    fn write_whole(
+        &self,
+        mesh: Mesh,
+        saving: &Saving,
+        staging: &mut Staging,
+    ) -> Result<Saved, JobError> {
         let attributes = Attributes {
             unit: saving.unit.or(saving.input.attributes.unit),
             ..Attributes::default()
         };
-        let mut saved = self.write_model(mesh, attributes, None, saving)?;
+        let mut saved = self.write_model(mesh, attributes, None, saving, staging)?;
         let listed = saving.input.attributes.listed();
         if !listed.is_empty() {
             let what = format!("left out, because a whole level set has none: {listed}");
@@ -243,21 +254,13 @@ impl Output {
         Ok(saved)
     }
 
-    /// Writes the file that describes the material of patches, unless there is one, which may be the user's own.
-    fn write_material(&self) -> Result<(), JobError> {
-        let beside = self.place.path().map(|p| p.with_file_name(PATCH_LIBRARY));
-        match beside.filter(|path| !path.exists()) {
-            Some(path) => write_text(&path, PATCH_MATERIAL),
-            None => Ok(()),
-        }
-    }
-
     fn write_model(
         &self,
         mesh: Mesh,
         attributes: Attributes,
         document: Option<&Document>,
         saving: &Saving,
+        staging: &mut Staging,
     ) -> Result<Saved, JobError> {
         let model = Contents {
             mesh: &mesh,
@@ -278,7 +281,7 @@ impl Output {
             }
         };
         let sha256 = sha256(&bytes);
-        let bytes = self.store(bytes)?;
+        let bytes = self.store(bytes, staging)?;
         Ok(Saved {
             mesh,
             attributes,
@@ -298,7 +301,9 @@ impl Output {
         model: &Contents<'_>,
         precision: Precision,
     ) -> Result<(Vec<String>, Vec<u8>), JobError> {
-        let stored = self.write_contents(model, precision)?;
+        let mut staging = Staging::default();
+        let stored = self.write_contents(model, precision, &mut staging)?;
+        staging.finish(&Cancel::new())?;
         Ok((stored.notes, stored.bytes))
     }
 
@@ -307,25 +312,27 @@ impl Output {
         &self,
         model: &Model,
         precision: Precision,
+        staging: &mut Staging,
     ) -> Result<Stored, JobError> {
         let contents = Contents {
             mesh: &model.mesh,
             attributes: &model.attributes,
             document: None,
         };
-        self.write_contents(&contents, precision)
+        self.write_contents(&contents, precision, staging)
     }
 
     fn write_contents(
         &self,
         model: &Contents<'_>,
         precision: Precision,
+        staging: &mut Staging,
     ) -> Result<Stored, JobError> {
         let written = self.encode(model, precision)?;
         Ok(Stored {
             sha256: sha256(&written.bytes),
             notes: written.notes,
-            bytes: self.store(written.bytes)?,
+            bytes: self.store(written.bytes, staging)?,
         })
     }
 
@@ -345,19 +352,25 @@ impl Output {
         })
     }
 
-    /// Writes bytes to the file, or returns them where they are the caller's.
-    fn store(&self, bytes: Vec<u8>) -> Result<Vec<u8>, JobError> {
+    /// Stages the bytes of the file, or returns them where they are the caller's.
+    fn store(&self, bytes: Vec<u8>, staging: &mut Staging) -> Result<Vec<u8>, JobError> {
         let Place::File(path) = &self.place else {
             return Ok(bytes);
         };
-        if let Some(folder) = path.parent().filter(|_| self.make_folder) {
-            fs::create_dir_all(folder).map_err(|cause| JobError::Unwritable {
+        self.make_folder_of(path)?;
+        staging.add(path, &bytes)?;
+        Ok(Vec::new())
+    }
+
+    /// Makes the folder of a file where that is asked for.
+    pub(super) fn make_folder_of(&self, path: &Path) -> Result<(), JobError> {
+        match path.parent().filter(|_| self.make_folder) {
+            Some(folder) => fs::create_dir_all(folder).map_err(|cause| JobError::Unwritable {
                 path: folder.to_path_buf(),
                 what: format!("the folder cannot be made: {cause}"),
-            })?;
+            }),
+            None => Ok(()),
         }
-        write_bytes(path, &bytes)?;
-        Ok(Vec::new())
     }
 
     /// A remark on material and texture files that the output refers to and that are not beside it.
@@ -431,22 +444,4 @@ fn count_crossing_again(mesh: &Mesh, input: &Loaded, whole: bool, regions: &mut 
     for (region, count) in regions.iter_mut().zip(counts) {
         region.set_intersecting(count);
     }
-}
-
-/// Names the file of the patches' material where other material files are named and a patch has that material.
-fn refer_to_material(attributes: &mut Attributes) -> bool {
-    let materials = attributes.labels_of(LabelKind::Material);
-    let place = materials.and_then(|m| m.names.iter().position(|name| name == PATCH_NAME));
-    let used = |m: &Labels| place.is_some_and(|place| m.of_face.contains(&(place as u32)));
-    if attributes.libraries.is_empty() || !materials.is_some_and(used) {
-        return false;
-    }
-    if !attributes
-        .libraries
-        .iter()
-        .any(|name| name == PATCH_LIBRARY)
-    {
-        attributes.libraries.push(PATCH_LIBRARY.to_owned());
-    }
-    true
 }

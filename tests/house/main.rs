@@ -18,7 +18,7 @@ const ROWS: [&[&str]; 14] = [
     &["sdf", "extract", "compare", "check"],
     &["flow"],
     &["attributes", "creases", "finish", "region", "stitch"],
-    &["fill", "volume"],
+    &["fill", "texture", "volume"],
     &["mend"],
     &["repair"],
     &["report", "study"],

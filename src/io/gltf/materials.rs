@@ -32,10 +32,9 @@ impl<'a> Materials<'a> {
         for name in materials.names {
             let mut material = materials.described(name);
             if let Some(image) = materials.look(name).and_then(|m| m.texture.as_deref()) {
-                let texture = *textures.entry(image).or_insert_with(|| {
-                    let image = builder.push("images", json!({ "uri": percent_encoded(image) }));
-                    builder.push("textures", json!({ "source": image }))
-                });
+                let texture = *textures
+                    .entry(image)
+                    .or_insert_with(|| builder.texture(image));
                 material["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": texture });
             }
             builder.push("materials", material);
@@ -84,7 +83,7 @@ impl<'a> Materials<'a> {
 }
 
 /// The number with the digits that a 32-bit float has.
-fn decimal(value: f32) -> f64 {
+pub(super) fn decimal(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(f64::from(value))
 }
 
@@ -103,7 +102,7 @@ pub(super) fn turned(uv: &Attribute) -> Option<Attribute> {
 }
 
 /// A path as a relative reference (RFC 3986).
-fn percent_encoded(path: &str) -> String {
+pub(super) fn percent_encoded(path: &str) -> String {
     let mut out = String::with_capacity(path.len());
     for byte in path.bytes() {
         match byte {

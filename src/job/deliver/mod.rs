@@ -38,6 +38,8 @@ pub struct Deliverables {
     /// The largest error that is allowed, in the mesh's units: holes are listed where twice the expected error is larger on more than
     /// `tuning().deliver.beyond_part` of their patches.
     pub tolerance: Option<f64>,
+    /// Leave patches across seams of a texture without texels of their own, in a plain material.
+    pub no_texture: bool,
 }
 
 impl Deliverables {
