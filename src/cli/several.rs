@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
+use isomend::Unit;
 use isomend::io::Loaded;
 use isomend::job::{Document, Drawings, JobError, Source};
 use serde::Serialize;
@@ -11,6 +12,7 @@ use super::console::{self, Console};
 use super::json::Target;
 use super::report::ReportArgs;
 use super::{CommonArgs, End, Usage, input};
+use crate::job::contradiction;
 
 /// What was found in a file.
 pub struct Found {
@@ -38,6 +40,8 @@ pub struct Looking<'a> {
     pub inputs: &'a [PathBuf],
     pub report: &'a ReportArgs,
     pub common: &'a CommonArgs,
+    /// The unit of the coordinates, where it was given.
+    pub unit: Option<Unit>,
     /// The headings of the table after that of the names.
     pub headings: &'a [&'a str],
     /// Whether anything is printed.
@@ -58,6 +62,9 @@ impl Looking<'_> {
         let mut one = |path: &PathBuf| {
             let source = input::source(path, self.common.from)?;
             let loaded = input::read(&source, console)?;
+            if let Some(note) = contradiction(loaded.attributes.unit, self.unit) {
+                console.note(&format!("{}: {note}", source.place.name()));
+            }
             look(&source, &loaded, &drawings)
         };
         if let [path] = self.inputs {

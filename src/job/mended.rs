@@ -117,6 +117,8 @@ impl<'s> Mended<'s> {
     #[must_use]
     pub fn to(mut self, output: Output) -> Self {
         self.spec.to_mut().output = Some(output);
+        // The run that made it is over.
+        self.cancel = Cancel::new();
         self
     }
 
@@ -238,6 +240,7 @@ impl<'s> Mended<'s> {
             found: &found,
             crease_ends: &[],
             verdict: None,
+            unit: self.spec.deliverables.unit,
         })
     }
 
@@ -298,7 +301,7 @@ impl<'s> Mended<'s> {
                     mark: self.spec.deliverables.mark,
                     unit: self.spec.deliverables.unit,
                     source: &self.spec.source.place,
-                    plain_patches: self.spec.deliverables.no_texture,
+                    plain_patches: self.spec.deliverables.has_plain_patches(),
                 };
                 let saved = output.write_mended(own, &saving, regions, &mut staging)?;
                 self.deliver(&saved, &components, &mut delivered, &mut staging)?;

@@ -11,6 +11,7 @@ use super::deliver::{Component, Mark};
 use super::hash::sha256;
 use super::staging::Staging;
 use super::texels::refer_to_material;
+use super::units::unit_notes;
 use super::{JobError, Place};
 use crate::attributes::transfer;
 use crate::cancel::Cancel;
@@ -194,7 +195,8 @@ impl Output {
         }
         if let Some(mark) = saving.mark {
             let kept = input.mesh.faces.len();
-            let notes = mark.apply(&mut done, kept, saving.components, self.format);
+            let file = (self.format, input.document.as_ref());
+            let notes = mark.apply(&mut done, kept, saving.components, file);
             done.notes.extend(notes);
         }
         if matches!(self.format, Format::Ply | Format::Vtk | Format::Vtp) {
@@ -209,6 +211,10 @@ impl Output {
             self.add_material(&mut side_files)?;
         }
         staging.append(side_files);
+        let own = input.attributes.unit;
+        saved
+            .notes
+            .extend(unit_notes(own, saving.unit, self.format));
         saved.notes.extend(self.side_files(input));
         Ok(saved)
     }
@@ -230,6 +236,8 @@ impl Output {
             document: input.document.as_ref(),
         };
         let mut stored = self.write_contents(&model, precision_of(input), staging)?;
+        let own = input.attributes.unit;
+        stored.notes.extend(unit_notes(own, unit, self.format));
         stored.notes.extend(self.side_files(input));
         Ok(stored)
     }
@@ -246,6 +254,10 @@ impl Output {
             ..Attributes::default()
         };
         let mut saved = self.write_model(mesh, attributes, None, saving, staging)?;
+        let own = saving.input.attributes.unit;
+        saved
+            .notes
+            .extend(unit_notes(own, saving.unit, self.format));
         let listed = saving.input.attributes.listed();
         if !listed.is_empty() {
             let what = format!("left out, because a whole level set has none: {listed}");

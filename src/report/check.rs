@@ -1,16 +1,17 @@
 //! A verdict in lines.
 
-use super::{length, point};
+use super::point;
 use crate::check::{Defect, DefectKind, Verdict};
+use crate::mesh::Unit;
 
 /// Most places in a line.
 const MOST_PLACES: usize = 3;
 
 /// A verdict in lines: the verdict itself first, then what was looked for, what was found and where.
-pub fn verdict_lines(verdict: &Verdict, size: f64) -> Vec<String> {
+pub fn verdict_lines(verdict: &Verdict, size: f64, unit: Option<Unit>) -> Vec<String> {
     let mut lines = vec![verdict.line(), String::new()];
     lines.extend(
-        verdict_rows(verdict, size)
+        verdict_rows(verdict, size, unit)
             .into_iter()
             .map(|(name, value)| {
                 let name = format!("{name}:");
@@ -20,8 +21,12 @@ pub fn verdict_lines(verdict: &Verdict, size: f64) -> Vec<String> {
     lines
 }
 
-/// The rows of a verdict: names and values; `size` is the extent of the mesh.
-pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)> {
+/// The rows of a verdict: names and values; `size` is the extent of the mesh, `unit` that of its coordinates, where it is known.
+pub fn verdict_rows(
+    verdict: &Verdict,
+    size: f64,
+    unit: Option<Unit>,
+) -> Vec<(&'static str, String)> {
     let mut rows = vec![(
         "mesh",
         format!(
@@ -39,13 +44,16 @@ pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)>
         let found = verdict.defects.iter().find(|d| d.kind == kind);
         let name = name(kind);
         match (found, kind) {
-            (Some(defect), _) => Some((name, told(defect, verdict, size))),
+            (Some(defect), _) => Some((name, told(defect, verdict, size, unit))),
             (None, DefectKind::Thin) if verdict.params.thin.is_none() => None,
             (None, DefectKind::ThinWall) if verdict.params.min_wall.is_none() => None,
             (None, _) => Some((name, "none".to_owned())),
         }
     }));
-    if let Some(walls) = walls(verdict, size) {
+    if let Some(unit) = unit {
+        rows.push(("unit of lengths", unit.to_string()));
+    }
+    if let Some(walls) = walls(verdict, size, unit) {
         rows.push(("walls", walls));
     }
     if verdict.t_junctions > 0 {
@@ -60,8 +68,9 @@ pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)>
             true => "; `isomend repair` merges them by itself",
             false => "",
         };
+        let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
         let what = format!(
-            "{edges} of {} border edges close where vertices within {length:e} are merged{by_itself}",
+            "{edges} of {} border edges close where vertices within {length:e}{unit} are merged{by_itself}",
             verdict.count(DefectKind::Border)
         );
         rows.push(("nearly closed", what));
@@ -80,7 +89,7 @@ pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)>
 }
 
 /// The least wall, with where it is, and the mean one.
-fn walls(verdict: &Verdict, size: f64) -> Option<String> {
+fn walls(verdict: &Verdict, size: f64, unit: Option<Unit>) -> Option<String> {
     let (number, thinnest, mean) = verdict.walls()?;
     let own = match verdict.components.len() {
         1 => String::new(),
@@ -89,9 +98,9 @@ fn walls(verdict: &Verdict, size: f64) -> Option<String> {
     let at = thinnest.thinnest_at.unwrap_or(thinnest.centre);
     Some(format!(
         "{} at least,{own} at {}; {} in the mean",
-        length(thinnest.least_wall?),
+        Unit::text(unit, thinnest.least_wall?),
         point(at, size),
-        length(mean)
+        Unit::text(unit, mean)
     ))
 }
 
@@ -111,7 +120,7 @@ fn name(kind: DefectKind) -> &'static str {
     }
 }
 
-fn told(defect: &Defect, verdict: &Verdict, size: f64) -> String {
+fn told(defect: &Defect, verdict: &Verdict, size: f64, unit: Option<Unit>) -> String {
     let mut text = defect.count.to_string();
     match (defect.kind, verdict.params.thin) {
         (DefectKind::Border, _) => {
@@ -122,11 +131,11 @@ fn told(defect: &Defect, verdict: &Verdict, size: f64) -> String {
         }
         (DefectKind::InsideOut, _) => text += " closed components",
         (DefectKind::Thin, Some(thin)) => {
-            text += &format!(" faces where it is thinner than {}", length(thin));
+            text += &format!(" faces where it is thinner than {}", Unit::text(unit, thin));
         }
         (DefectKind::ThinWall, _) => {
             let limit = verdict.params.min_wall.unwrap_or_default();
-            text += &format!(" faces at walls thinner than {}", length(limit));
+            text += &format!(" faces at walls thinner than {}", Unit::text(unit, limit));
         }
         _ => {}
     }

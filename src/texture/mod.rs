@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use crate::attributes::{Laplacian, Patches, Slot, Source};
 use crate::io::{Loaded, Resolve};
-use crate::mesh::attributes::{Attribute, LabelKind, Material, NONE, Role};
+use crate::mesh::attributes::{Attribute, LabelKind, Material, NONE, PATCH_NAME, Role};
 use crate::mesh::{Attributes, Mesh, Model, area_vector};
 use chart::{Border, Weights, layout};
 use disk::Disk;
@@ -523,6 +523,16 @@ impl Page {
             .names
             .get(self.like as usize)
             .map(|n| n.trim().to_owned());
+        // The plain material of patches goes where none has it any more.
+        let plain = labels.names.iter().position(|n| n == PATCH_NAME);
+        let on_page = |f: usize| self.faces.binary_search(&(f as u32)).is_ok();
+        let of_face = || labels.of_face.iter().enumerate();
+        let free = plain.filter(|p| of_face().all(|(f, l)| *l != *p as u32 || on_page(f)));
+        let is_new = |p: &usize| labels.names.len() == p + 1;
+        match free.filter(is_new) {
+            Some(place) => labels.names[place] = name.to_owned(),
+            None => _ = labels.place(name),
+        }
         let place = labels.place(name);
         for &face in &self.faces {
             labels.of_face[face as usize] = place;

@@ -229,7 +229,7 @@ fn looked_at(
     source: &Source,
     loaded: &Loaded,
 ) -> Result<(Vec<Hole>, Vec<CreaseEnd>, Value), JobError> {
-    let inspected = inspect(source, loaded, None, &Drawings::default())?;
+    let inspected = inspect(source, loaded, None, None, &Drawings::default())?;
     let document = serde_json::to_value(inspected.document()).unwrap_or_default();
     Ok((inspected.found.holes, inspected.crease_ends, document))
 }

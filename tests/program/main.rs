@@ -14,5 +14,6 @@ mod report;
 mod several;
 mod signals;
 mod streams;
+mod texels;
 mod usage;
 mod walls;

@@ -3,6 +3,7 @@
 mod components;
 mod invented;
 mod mark;
+mod mark_surface;
 mod patches;
 mod piece;
 mod write;
@@ -46,6 +47,12 @@ impl Deliverables {
     /// Whether reports are to be filed: they have no run times.
     pub fn is_filed(&self) -> bool {
         self.unit.is_some() || self.tolerance.is_some()
+    }
+
+    /// Whether patches across seams of a texture get no texels of their own: where that is asked for, and where they are marked, since a
+    /// texture would show through the mark.
+    pub(super) fn has_plain_patches(&self) -> bool {
+        self.no_texture || self.mark.is_some()
     }
 
     /// Checks what can be known before anything is read.
