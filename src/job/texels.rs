@@ -68,7 +68,12 @@ impl Output {
             done.notes.remove(note);
             let name = self.page_name(input, &done.attributes);
             self.put_page(page, &name, &mut done.attributes, staging)?;
-            done.notes.push(remark(page, saving.components, &name));
+            let is_inside = self.place.path().is_none() || self.format == Format::Glb;
+            let image = match is_inside {
+                true => format!("the image {name}"),
+                false => format!("{name}.png"),
+            };
+            done.notes.push(remark(page, saving.components, &image));
         }
         for (why, count) in painted.refused {
             if painted.page.is_some() {
@@ -197,7 +202,7 @@ fn page_material(attributes: &Attributes, name: &str, file: &str) -> String {
 }
 
 /// Which patches have texels of their own.
-fn remark(page: &Page, components: &[Component], name: &str) -> String {
+fn remark(page: &Page, components: &[Component], image: &str) -> String {
     let on_page = |c: &&Component| {
         let first = c.faces.first();
         first.is_some_and(|f| page.faces.binary_search(f).is_ok())
@@ -213,7 +218,7 @@ fn remark(page: &Page, components: &[Component], name: &str) -> String {
     };
     let [width, height] = page.size;
     let mut note = format!(
-        "texels of their own, since their rims cross seams of the texture: {which}, {width} by {height} in {name}.png"
+        "texels of their own, since their rims cross seams of the texture: {which}, {width} by {height} in {image}"
     );
     if page.density < 1.0 {
         note += &format!(

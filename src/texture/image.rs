@@ -257,6 +257,32 @@ mod tests {
         );
     }
 
+    /// 8 by 8 texels of the colour (200, 60, 30).
+    const JPEG: &str = "/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDAAMCAgMCAgMDAwMEAwMEBQgFBQQEBQoHBwYIDAoMDAsKCwsNDhIQDQ4RDgsLEBYQERMUFRUVDA8XGBYUGBIUFRT/\
+        2wBDAQMEBAUEBQkFBQkUDQsNFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBQUFBT/wAARCAAIAAgDASIAAhEBAxEB/8QA\
+        FQABAQAAAAAAAAAAAAAAAAAAAAf/xAAUEAEAAAAAAAAAAAAAAAAAAAAA/8QAFQEBAQAAAAAAAAAAAAAAAAAABwj/xAAUEQEAAAAAAAAAAAAAAAAAAAAA/9oA\
+        DAMBAAIRAxEAPwCXgBdYD//Z";
+
+    #[test]
+    fn jpeg_files_are_read() {
+        use base64::Engine;
+        let bytes = base64::engine::general_purpose::STANDARD
+            .decode(JPEG)
+            .unwrap();
+        let image = Image::read(&bytes).unwrap();
+        assert_eq!(image.size, [8, 8]);
+        for texel in &image.texels {
+            let apart = texel
+                .iter()
+                .zip([200, 60, 30, 255])
+                .map(|(a, b)| a.abs_diff(b));
+            assert!(apart.max().unwrap() <= 3, "{texel:?}");
+        }
+        for length in 0..bytes.len() {
+            let _ = Image::read(&bytes[..length]);
+        }
+    }
+
     #[test]
     fn colours_survive_linear_light() {
         for byte in 0..=255 {

@@ -5,26 +5,29 @@
 //! on both sides, in linear light; inside they are harmonic. The images of the input stay as they are.
 
 mod chart;
+mod coordinates;
 mod disk;
 mod image;
 mod looks;
 mod pack;
 mod tile;
+mod unfolded;
 
 use std::collections::{BTreeMap, HashMap};
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::attributes::{Laplacian, Patches, Slot, Source};
+use crate::attributes::{Laplacian, Patches};
 use crate::io::{Loaded, Resolve};
-use crate::mesh::attributes::{Attribute, LabelKind, Material, NONE, PATCH_NAME, Role};
-use crate::mesh::{Attributes, Mesh, Model, area_vector};
-use chart::{Border, Weights, layout};
-use disk::Disk;
+use crate::mesh::attributes::{LabelKind, Material, NONE, PATCH_NAME};
+use crate::mesh::{Attributes, Mesh, Model};
+use chart::{Weights, layout};
+use coordinates::{first_set, put, uv_rounding};
 use image::Linear;
 use looks::Looks;
 use tile::{Canvas, LEAST_RADIUS, in_tile, side};
+use unfolded::Chart;
 
 pub(crate) use image::is_own;
 
@@ -138,92 +141,6 @@ fn across_seams(input: &Loaded, model: &Model, patches: &Patches) -> BTreeMap<u3
     faces
 }
 
-/// The first set of texture coordinates of two numbers.
-fn first_set(attributes: &Attributes) -> Option<Source<'_>> {
-    let pools = attributes.corner.iter().map(Source::Corner);
-    let mut all = pools.chain(attributes.vertex.iter().map(Source::Vertex));
-    all.find(|s| s.attribute().role == Role::Uv(0) && s.attribute().components >= 2)
-}
-
-/// A patch laid out in a circle.
-struct Chart {
-    /// Its faces among the new ones.
-    faces: Vec<usize>,
-    disk: Disk,
-    points: Vec<DVec3>,
-    border: Border,
-    /// For each edge of the border the mesh's own face across it, with the corners at its ends; nothing on a cut.
-    across: Vec<Option<(u32, [u8; 2])>>,
-    /// The radius in texels that keeps as many of them for a length as there are at the rim.
-    radius: f64,
-    places: Vec<DVec2>,
-}
-
-impl Chart {
-    fn new(
-        faces: Vec<usize>,
-        patches: &Patches,
-        filled: &Mesh,
-        looks: &Looks<'_>,
-    ) -> Result<Self, String> {
-        let in_slots: Vec<[u32; 3]> = faces.iter().map(|f| patches.faces[*f]).collect();
-        let disk = Disk::cut(&in_slots).ok_or("the patch cannot be cut open into a disk")?;
-        let slot = |v: u32| &patches.slots[disk.slots[v as usize] as usize];
-        let points: Vec<DVec3> = (0..disk.slots.len() as u32)
-            .map(|v| filled.positions[slot(v).vertex as usize])
-            .collect();
-        let border = Border::new(&disk, &points);
-        let across: Vec<Option<(u32, [u8; 2])>> = (0..border.len())
-            .map(|edge| {
-                let [a, b] = border.ends(edge);
-                common_face(slot(a), slot(b))
-            })
-            .collect();
-        let (mut texels, mut length) = (0.0, 0.0);
-        for (edge, found) in across.iter().enumerate() {
-            let found = found.and_then(|(face, corners)| looks.texels(face, corners));
-            let [a, b] = border.ends(edge).map(|v| points[v as usize]);
-            texels += found.unwrap_or(0.0);
-            length += found.map_or(0.0, |_| a.distance(b));
-        }
-        let density = texels / length;
-        if !(density.is_finite() && density > 0.0) {
-            return Err("there is no image round the patch".to_owned());
-        }
-        let area: f64 = (disk.faces.iter())
-            .map(|f| 0.5 * area_vector(f.map(|v| points[v as usize])).length())
-            .sum();
-        let round = border.length / std::f64::consts::TAU;
-        let radius = density * round.max((area / std::f64::consts::PI).sqrt());
-        let places = layout(&disk, &points, &border, Weights::MeanValue);
-        Ok(Self {
-            faces,
-            disk,
-            points,
-            border,
-            across,
-            radius,
-            places,
-        })
-    }
-
-    /// Whether a triangle is flipped over once the places of its corners are rounded.
-    fn is_folded(&self, rounded: impl Fn(DVec2) -> [f64; 2]) -> bool {
-        let places: Vec<DVec2> = self.places.iter().map(|p| rounded(*p).into()).collect();
-        self.disk.faces.iter().any(|face| {
-            let [a, b, c] = face.map(|v| places[v as usize]);
-            (b - a).perp_dot(c - a) <= 0.0
-        })
-    }
-}
-
-/// The mesh's own face that meets two slots on a rim, and its corners there.
-fn common_face(a: &Slot, b: &Slot) -> Option<(u32, [u8; 2])> {
-    let mut pairs = a.rim.iter().flat_map(|p| b.rim.iter().map(move |q| (p, q)));
-    let found = pairs.find(|(p, q)| p.0 == q.0 && p.1 != q.1);
-    found.map(|(p, q)| (p.0, [p.1, q.1]))
-}
-
 /// What pages are made of.
 struct Work<'a> {
     /// Vertices and faces of the input.
@@ -251,38 +168,7 @@ impl Work<'_> {
         refused: &mut BTreeMap<String, usize>,
     ) -> Option<Page> {
         let goes_up = self.looks.goes_up();
-        let mut charts = charts;
-        let sheet = loop {
-            let Some(sheet) = sheet(&charts) else {
-                if !charts.is_empty() {
-                    *refused
-                        .entry("a page cannot hold so many".to_owned())
-                        .or_default() += charts.len();
-                }
-                return None;
-            };
-            let rounds = uv_rounding(&model.attributes)?;
-            let place = |i: usize, p: DVec2| sheet.uv(i, p, goes_up).map(&rounds);
-            let turned = |i: usize, p: DVec2| {
-                let [u, v] = place(i, p);
-                [u, if goes_up { v } else { -v }]
-            };
-            let laid = charts.into_par_iter().enumerate().map(|(i, mut chart)| {
-                if chart.is_folded(|p| turned(i, p)) {
-                    chart.places =
-                        layout(&chart.disk, &chart.points, &chart.border, Weights::Equal);
-                }
-                (!chart.is_folded(|p| turned(i, p))).then_some(chart)
-            });
-            let laid: Vec<Option<Chart>> = laid.collect();
-            let count = laid.len();
-            charts = laid.into_iter().flatten().collect();
-            if charts.len() == count {
-                break sheet;
-            }
-            let why = "triangles of the patch are too small for texture coordinates".to_owned();
-            *refused.entry(why).or_default() += count - charts.len();
-        };
+        let (charts, sheet) = laid_out(charts, goes_up, &model.attributes, refused)?;
         let texels = self.texels(&charts, &sheet);
         let png = image::png_file(sheet.size, &texels).ok()?;
         let mut faces: Vec<u32> = Vec::new();
@@ -381,6 +267,45 @@ impl Work<'_> {
     }
 }
 
+/// Charts laid out on a page, all triangles of which keep their side once texture coordinates are rounded; the others are refused.
+fn laid_out(
+    mut charts: Vec<Chart>,
+    goes_up: bool,
+    attributes: &Attributes,
+    refused: &mut BTreeMap<String, usize>,
+) -> Option<(Vec<Chart>, Sheet)> {
+    loop {
+        let Some(sheet) = sheet(&charts) else {
+            if !charts.is_empty() {
+                *refused
+                    .entry("a page cannot hold so many".to_owned())
+                    .or_default() += charts.len();
+            }
+            return None;
+        };
+        let rounds = uv_rounding(attributes)?;
+        let place = |i: usize, p: DVec2| sheet.uv(i, p, goes_up).map(&rounds);
+        let turned = |i: usize, p: DVec2| {
+            let [u, v] = place(i, p);
+            [u, if goes_up { v } else { -v }]
+        };
+        let laid = charts.into_par_iter().enumerate().map(|(i, mut chart)| {
+            if chart.is_folded(|p| turned(i, p)) {
+                chart.places = layout(&chart.disk, &chart.points, &chart.border, Weights::Equal);
+            }
+            (!chart.is_folded(|p| turned(i, p))).then_some(chart)
+        });
+        let laid: Vec<Option<Chart>> = laid.collect();
+        let count = laid.len();
+        charts = laid.into_iter().flatten().collect();
+        if charts.len() == count {
+            return Some((charts, sheet));
+        }
+        let why = "triangles of the patch are too small for texture coordinates".to_owned();
+        *refused.entry(why).or_default() += count - charts.len();
+    }
+}
+
 /// The charts with as many texels as a page can hold.
 fn sheet(charts: &[Chart]) -> Option<Sheet> {
     let mut density = 1.0;
@@ -410,91 +335,6 @@ impl Sheet {
             [0, 1].map(|k| (at[k] + f64::from(self.corners[chart][k])) / f64::from(self.size[k]));
         [x, if goes_up { 1.0 - y } else { y }]
     }
-}
-
-/// How texture coordinates are rounded by the type of their numbers; none where there are none.
-fn uv_rounding(attributes: &Attributes) -> Option<impl Fn(f64) -> f64 + Sync + use<>> {
-    let source = first_set(attributes)?;
-    let (scalar, unit) = (source.attribute().scalar, source.attribute().unit());
-    // Files hold no more than 32-bit floats in most formats.
-    Some(move |x: f64| f64::from((scalar.nearest(x * unit) / unit) as f32))
-}
-
-/// Gives the faces of a chart their texture coordinates.
-fn put(chart: &Chart, uv: &[[f64; 2]], [first_new, kept]: [usize; 2], model: &mut Model) {
-    let is_uv = |a: &Attribute| a.role == Role::Uv(0) && a.components >= 2;
-    let Model {
-        mesh, attributes, ..
-    } = model;
-    if let Some(pool) = attributes.corner.iter_mut().find(|c| is_uv(&c.pool)) {
-        let first = pool.pool.len() as u32;
-        let (unit, components) = (pool.pool.unit(), pool.pool.components);
-        for value in uv {
-            pool.pool.push(Some(&padded(*value, unit, components)));
-        }
-        for (face, f) in chart.disk.faces.iter().zip(&chart.faces) {
-            pool.corners[kept + f] = face.map(|v| first + v);
-        }
-        return;
-    }
-    let Some(place) = attributes.vertex.iter().position(is_uv) else {
-        return;
-    };
-    // A vertex of the patch that has no texture coordinates yet gets those of the first corner that uses it; others use copies.
-    let mut vertex_of = vec![NONE; uv.len()];
-    for (face, f) in chart.disk.faces.iter().zip(&chart.faces) {
-        for (k, &v) in face.iter().enumerate() {
-            if vertex_of[v as usize] == NONE {
-                let there = mesh.faces[kept + f][k];
-                vertex_of[v as usize] = own_vertex(there, first_new, mesh, attributes, place);
-                let uvs = &mut attributes.vertex[place];
-                let value = padded(uv[v as usize], uvs.unit(), uvs.components);
-                set(uvs, vertex_of[v as usize] as usize, &value);
-            }
-            mesh.faces[kept + f][k] = vertex_of[v as usize];
-        }
-    }
-}
-
-/// The vertex itself where it is new and has no texture coordinates, else a copy of it.
-fn own_vertex(
-    vertex: u32,
-    first_new: usize,
-    mesh: &mut Mesh,
-    attributes: &mut Attributes,
-    uv: usize,
-) -> u32 {
-    let is_free = attributes.vertex[uv].get(vertex as usize).is_none();
-    if is_free && vertex as usize >= first_new {
-        return vertex;
-    }
-    let copy = mesh.positions.len() as u32;
-    mesh.positions.push(mesh.positions[vertex as usize]);
-    attributes.copies.push((copy, vertex));
-    for attribute in &mut attributes.vertex {
-        let value: Option<Vec<f64>> = attribute.get(vertex as usize).map(<[f64]>::to_vec);
-        attribute.push(value.as_deref());
-    }
-    copy
-}
-
-/// Gives an item a value.
-fn set(attribute: &mut Attribute, item: usize, value: &[f64]) {
-    let (scalar, start) = (attribute.scalar, item * attribute.components);
-    for (to, from) in attribute.values[start..].iter_mut().zip(value) {
-        *to = scalar.nearest(*from);
-    }
-    if let Some(missing) = attribute.missing.get_mut(item) {
-        *missing = false;
-    }
-}
-
-/// A texture coordinate as an attribute has it.
-fn padded([u, v]: [f64; 2], unit: f64, components: usize) -> Vec<f64> {
-    let mut value = vec![0.0; components];
-    value[0] = u * unit;
-    value[1] = v * unit;
-    value
 }
 
 /// The mean of texels, each number by itself.

@@ -72,11 +72,6 @@ impl Mark {
         let plain = if textured { [255.0; 3] } else { [200.0; 3] };
         let on_faces = has_face_colours(format);
         let mut of_corners = mark_surface::corner_colours(attributes, mesh, format);
-        let has_vertex = attributes.vertex.iter().any(|a| a.role == Role::Colour);
-        if let Some(of_corners) = of_corners.as_ref().filter(|_| !has_vertex) {
-            let mean = mark_surface::vertex_colours(of_corners, mesh);
-            attributes.vertex.push(mean);
-        }
         let mut vertex = colours(&mut attributes.vertex, mesh.positions.len(), plain);
         let has_own = attributes.face.iter().any(|a| a.role == Role::Colour);
         let mut face = on_faces.then(|| colours(&mut attributes.face, mesh.faces.len(), plain));

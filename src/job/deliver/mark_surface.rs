@@ -16,9 +16,22 @@ fn is_colour(a: &Attribute) -> bool {
     a.role == Role::Colour && (3..=4).contains(&a.components)
 }
 
-/// The colours of corners, taken out of the attributes of a model. Where it is coloured by materials alone, and the format has either
+/// The colours of corners, taken out of the attributes of a model, to which colours of vertices are added where there are none. Where it is coloured by materials alone, and the format has either
 /// colours or materials, they are those of the materials: else the colours of patches would take all others away.
 pub(super) fn corner_colours(
+    attributes: &mut Attributes,
+    mesh: &Mesh,
+    format: Format,
+) -> Option<CornerAttribute> {
+    let found = found_colours(attributes, mesh, format)?;
+    if !attributes.vertex.iter().any(is_colour) {
+        attributes.vertex.push(vertex_colours(&found, mesh));
+    }
+    Some(found)
+}
+
+/// The same without those of vertices.
+fn found_colours(
     attributes: &mut Attributes,
     mesh: &Mesh,
     format: Format,
@@ -53,7 +66,7 @@ pub(super) fn corner_colours(
 }
 
 /// The colours of vertices that stand for those of corners, where a format has those of vertices alone: the mean of the corners'.
-pub(super) fn vertex_colours(of_corners: &CornerAttribute, mesh: &Mesh) -> Attribute {
+fn vertex_colours(of_corners: &CornerAttribute, mesh: &Mesh) -> Attribute {
     let pool = &of_corners.pool;
     let mut sums = vec![vec![0.0; pool.components + 1]; mesh.positions.len()];
     for (f, face) in mesh.faces.iter().enumerate() {
