@@ -302,6 +302,7 @@ impl<'s> Mended<'s> {
                     unit: self.spec.deliverables.unit,
                     source: &self.spec.source.place,
                     plain_patches: self.spec.deliverables.has_plain_patches(),
+                    cancel: &self.cancel,
                 };
                 let saved = output.write_mended(own, &saving, regions, &mut staging)?;
                 self.deliver(&saved, &components, &mut delivered, &mut staging)?;

@@ -76,6 +76,8 @@ pub(super) struct Saving<'a> {
     pub(super) source: &'a Place,
     /// Whether patches across seams of a texture get no texels of their own.
     pub(super) plain_patches: bool,
+    /// The token that stops the writing.
+    pub(super) cancel: &'a Cancel,
 }
 
 /// Bytes that were written.

@@ -63,7 +63,7 @@ impl Output {
                 false => no_side_files(name, most),
             }
         };
-        let painted = paint(input, done, &resolve);
+        let painted = paint(input, done, &resolve, saving.cancel);
         if let Some(page) = &painted.page {
             done.notes.remove(note);
             let name = self.page_name(input, &done.attributes);

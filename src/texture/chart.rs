@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 use sprs::TriMatI;
 
 use super::disk::Disk;
+use crate::cancel::Cancel;
 use crate::linalg::{Csr, Jacobi, LinearOperator, SparseMatrix, bicgstab};
 use crate::mesh::attributes::NONE;
 
@@ -84,12 +85,13 @@ impl Border {
     }
 }
 
-/// The places of the vertices of a disk in the unit circle.
+/// The places of the vertices of a disk in the unit circle; without meaning once the token is set.
 pub(super) fn layout(
     disk: &Disk,
     points: &[DVec3],
     border: &Border,
     weights: Weights,
+    cancel: &Cancel,
 ) -> Vec<DVec2> {
     let mut places = vec![DVec2::ZERO; points.len()];
     let mut row = vec![0; points.len()];
@@ -103,7 +105,8 @@ pub(super) fn layout(
         count += 1;
     }
     if count > 0 {
-        let system = System::new(disk, points, &row, count as usize, weights);
+        let mut system = System::new(disk, points, &row, count as usize, weights);
+        system.cancel = cancel.clone();
         let mut x = vec![0.0; count as usize];
         for axis in 0..2 {
             let mut b = vec![0.0; count as usize];
@@ -126,6 +129,7 @@ struct System {
     inverse_diagonal: Vec<f64>,
     /// Rows, neighbours on the border and their weights.
     fixed: Vec<(u32, u32, f64)>,
+    cancel: Cancel,
 }
 
 impl LinearOperator for System {
@@ -135,6 +139,10 @@ impl LinearOperator for System {
 
     fn jacobi(&self) -> &[f64] {
         &self.inverse_diagonal
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.cancel.is_cancelled()
     }
 }
 
@@ -170,6 +178,7 @@ impl System {
             matrix: matrix.into(),
             inverse_diagonal: vec![1.0; count],
             fixed,
+            cancel: Cancel::new(),
         }
     }
 }
@@ -233,13 +242,19 @@ mod tests {
             let own: Vec<DVec3> = disk.slots.iter().map(|s| points[*s as usize]).collect();
             let border = Border::new(&disk, &own);
             for weights in [Weights::MeanValue, Weights::Equal] {
-                let places = layout(&disk, &own, &border, weights);
+                let places = layout(&disk, &own, &border, weights, &Cancel::new());
                 assert!(areas(&disk, &places).into_iter().all(|a| a > 0.0));
             }
             let flat: Vec<DVec3> = own.iter().map(|p| p.truncate().extend(0.0)).collect();
             if angle < 1.6 {
                 let radius = angle.sin();
-                let places = layout(&disk, &flat, &Border::new(&disk, &flat), Weights::MeanValue);
+                let places = layout(
+                    &disk,
+                    &flat,
+                    &Border::new(&disk, &flat),
+                    Weights::MeanValue,
+                    &Cancel::new(),
+                );
                 let first =
                     DVec2::from_angle(-flat[border.vertices[0] as usize].truncate().to_angle());
                 for (place, point) in places.iter().zip(&flat) {
@@ -255,7 +270,7 @@ mod tests {
         let disk = Disk::cut(&[[0, 1, 2], [0, 2, 3]]).unwrap();
         let points = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 2.0, 0.0), DVec3::Y];
         let border = Border::new(&disk, &points);
-        let places = layout(&disk, &points, &border, Weights::MeanValue);
+        let places = layout(&disk, &points, &border, Weights::MeanValue, &Cancel::new());
         for i in 0..100 {
             let angle = 0.0628 * f64::from(i) + 0.01;
             let (edge, part, distance) = border.at_angle(angle);

@@ -19,6 +19,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::attributes::{Laplacian, Patches};
+use crate::cancel::Cancel;
 use crate::io::{Loaded, Resolve};
 use crate::mesh::attributes::{LabelKind, Material, NONE, PATCH_NAME};
 use crate::mesh::{Attributes, Mesh, Model};
@@ -63,7 +64,12 @@ pub(crate) struct Painted {
 
 /// Gives the patches of a model that have no texture coordinates, because their rims cross seams, places on a new page. The model begins
 /// with the vertices and faces of `input`, as [`transfer`](crate::attributes::transfer) leaves it; `resolve` loads images.
-pub(crate) fn paint(input: &Loaded, model: &mut Model, resolve: &Resolve<'_>) -> Painted {
+pub(crate) fn paint(
+    input: &Loaded,
+    model: &mut Model,
+    resolve: &Resolve<'_>,
+    cancel: &Cancel,
+) -> Painted {
     let mut painted = Painted::default();
     let kept = input.mesh.faces.len();
     let positions = &model.mesh.positions;
@@ -93,7 +99,7 @@ pub(crate) fn paint(input: &Loaded, model: &mut Model, resolve: &Resolve<'_>) ->
             .find_map(|f| looks.refusal(*f));
         match refusal {
             Some(why) => Err(why),
-            None => Chart::new(faces, &patches, &filled, &looks),
+            None => Chart::new(faces, &patches, &filled, &looks, cancel),
         }
     });
     let mut charts = Vec::new();
@@ -108,6 +114,7 @@ pub(crate) fn paint(input: &Loaded, model: &mut Model, resolve: &Resolve<'_>) ->
         patches: &patches,
         filled: &filled,
         looks: &looks,
+        cancel,
     };
     painted.page = work.page(charts, model, &mut painted.refused);
     painted
@@ -148,6 +155,7 @@ struct Work<'a> {
     patches: &'a Patches,
     filled: &'a Mesh,
     looks: &'a Looks<'a>,
+    cancel: &'a Cancel,
 }
 
 /// Charts on a page.
@@ -168,7 +176,7 @@ impl Work<'_> {
         refused: &mut BTreeMap<String, usize>,
     ) -> Option<Page> {
         let goes_up = self.looks.goes_up();
-        let (charts, sheet) = laid_out(charts, goes_up, &model.attributes, refused)?;
+        let (charts, sheet) = laid_out(charts, goes_up, &model.attributes, refused, self.cancel)?;
         let texels = self.texels(&charts, &sheet);
         let png = image::png_file(sheet.size, &texels).ok()?;
         let mut faces: Vec<u32> = Vec::new();
@@ -273,6 +281,7 @@ fn laid_out(
     goes_up: bool,
     attributes: &Attributes,
     refused: &mut BTreeMap<String, usize>,
+    cancel: &Cancel,
 ) -> Option<(Vec<Chart>, Sheet)> {
     loop {
         let Some(sheet) = sheet(&charts) else {
@@ -291,7 +300,13 @@ fn laid_out(
         };
         let laid = charts.into_par_iter().enumerate().map(|(i, mut chart)| {
             if chart.is_folded(|p| turned(i, p)) {
-                chart.places = layout(&chart.disk, &chart.points, &chart.border, Weights::Equal);
+                chart.places = layout(
+                    &chart.disk,
+                    &chart.points,
+                    &chart.border,
+                    Weights::Equal,
+                    cancel,
+                );
             }
             (!chart.is_folded(|p| turned(i, p))).then_some(chart)
         });

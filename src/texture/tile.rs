@@ -274,7 +274,13 @@ mod tests {
         let disk = Disk::cut(&faces).unwrap();
         let own: Vec<DVec3> = disk.slots.iter().map(|s| points[*s as usize]).collect();
         let border = Border::new(&disk, &own);
-        let places = layout(&disk, &own, &border, Weights::MeanValue);
+        let places = layout(
+            &disk,
+            &own,
+            &border,
+            Weights::MeanValue,
+            &crate::cancel::Cancel::new(),
+        );
         // A wave that the vertices of the rim do not see.
         let wave = |edge: usize, part: f64| {
             0.5 + 0.2 * places[border.ends(edge)[0] as usize].x + 0.1 * (TAU * part).sin()

@@ -6,6 +6,7 @@ use super::chart::{Border, Weights, layout};
 use super::disk::Disk;
 use super::looks::Looks;
 use crate::attributes::{Patches, Slot};
+use crate::cancel::Cancel;
 use crate::mesh::{Mesh, area_vector};
 
 /// Texels for a length over those of the rim in the mean, at most: the area of a patch grows with the square.
@@ -31,6 +32,7 @@ impl Chart {
         patches: &Patches,
         filled: &Mesh,
         looks: &Looks<'_>,
+        cancel: &Cancel,
     ) -> Result<Self, String> {
         let in_slots: Vec<[u32; 3]> = faces.iter().map(|f| patches.faces[*f]).collect();
         let disk = Disk::cut(&in_slots).ok_or("the patch cannot be cut open into a disk")?;
@@ -52,7 +54,7 @@ impl Chart {
             .sum();
         let round = border.length / std::f64::consts::TAU;
         let radius = density * round.max((area / std::f64::consts::PI).sqrt());
-        let places = layout(&disk, &points, &border, Weights::MeanValue);
+        let places = layout(&disk, &points, &border, Weights::MeanValue, cancel);
         Ok(Self {
             faces,
             disk,

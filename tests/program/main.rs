@@ -9,6 +9,7 @@ mod shapes;
 mod cli;
 mod creases;
 mod deliver;
+mod handed_on;
 mod manual;
 mod report;
 mod several;
