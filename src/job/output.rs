@@ -1,7 +1,6 @@
 //! Writing.
 
 use std::borrow::Cow;
-use std::fs;
 use std::path::Path;
 
 use glam::{DMat4, DVec3};
@@ -9,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::deliver::{Component, Mark};
 use super::hash::sha256;
-use super::staging::Staging;
-use super::texels::refer_to_material;
+use super::staging::{Staging, make_folder};
+use super::texels::{Texels, add_material, refer_to_material};
 use super::units::unit_notes;
 use super::{JobError, Place};
 use crate::attributes::transfer;
@@ -189,9 +188,48 @@ impl Output {
         if whole {
             return self.write_whole(mesh, saving, staging);
         }
-        let mut done = transfer(&input.mesh, &input.attributes, mesh);
         let mut side_files = Staging::default();
-        self.add_texels(&mut done, saving, &mut side_files)?;
+        let mut done = self.dressed(mesh, kept, saving, &mut side_files)?;
+        let in_file = self.format == Format::Obj && self.place.folder().is_some();
+        let material = in_file && refer_to_material(&mut done.attributes);
+        let document = input.document.as_ref();
+        let mut saved = self.write_model(done.mesh, done.attributes, document, saving, staging)?;
+        saved.notes = [done.notes, saved.notes].concat();
+        if material {
+            add_material(&self.place, self.make_folder, &mut side_files)?;
+        }
+        staging.append(side_files);
+        let own = input.attributes.unit;
+        saved
+            .notes
+            .extend(unit_notes(own, saving.unit, self.format));
+        saved.notes.extend(self.side_files(input));
+        Ok(saved)
+    }
+
+    /// A mended mesh with what it carries: attributes continued on patches, texels, marks, expected errors of vertices, of which the first
+    /// `kept` are the input's.
+    fn dressed(
+        &self,
+        mesh: Mesh,
+        kept: usize,
+        saving: &Saving,
+        staging: &mut Staging,
+    ) -> Result<Model, JobError> {
+        let input = saving.input;
+        let mut done = transfer(&input.mesh, &input.attributes, mesh);
+        if !saving.plain_patches {
+            let texels = Texels {
+                place: &self.place,
+                format: self.format,
+                make_folder: self.make_folder,
+                input,
+                source: saving.source,
+                components: saving.components,
+                cancel: saving.cancel,
+            };
+            texels.add(&mut done, staging)?;
+        }
         if saving.unit.is_some() {
             done.attributes.unit = saving.unit;
         }
@@ -204,21 +242,7 @@ impl Output {
         if matches!(self.format, Format::Ply | Format::Vtk | Format::Vtp) {
             done.tell_errors(kept, saving.expected_error);
         }
-        let in_file = self.format == Format::Obj && self.place.folder().is_some();
-        let material = in_file && refer_to_material(&mut done.attributes);
-        let document = input.document.as_ref();
-        let mut saved = self.write_model(done.mesh, done.attributes, document, saving, staging)?;
-        saved.notes = [done.notes, saved.notes].concat();
-        if material {
-            self.add_material(&mut side_files)?;
-        }
-        staging.append(side_files);
-        let own = input.attributes.unit;
-        saved
-            .notes
-            .extend(unit_notes(own, saving.unit, self.format));
-        saved.notes.extend(self.side_files(input));
-        Ok(saved)
+        Ok(done)
     }
 
     /// Writes a mesh as it was read: remarks, and the bytes where they are the caller's.
@@ -371,20 +395,9 @@ impl Output {
         let Place::File(path) = &self.place else {
             return Ok(bytes);
         };
-        self.make_folder_of(path)?;
+        make_folder(path, self.make_folder)?;
         staging.add(path, &bytes)?;
         Ok(Vec::new())
-    }
-
-    /// Makes the folder of a file where that is asked for.
-    pub(super) fn make_folder_of(&self, path: &Path) -> Result<(), JobError> {
-        match path.parent().filter(|_| self.make_folder) {
-            Some(folder) => fs::create_dir_all(folder).map_err(|cause| JobError::Unwritable {
-                path: folder.to_path_buf(),
-                what: format!("the folder cannot be made: {cause}"),
-            }),
-            None => Ok(()),
-        }
     }
 
     /// A remark on material and texture files that the output refers to and that are not beside it.

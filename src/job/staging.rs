@@ -89,6 +89,20 @@ impl Staging {
     }
 }
 
+/// Makes the folder of a file where that is asked for.
+///
+/// # Errors
+/// [`JobError::Unwritable`].
+pub(super) fn make_folder(path: &Path, wanted: bool) -> Result<(), JobError> {
+    match path.parent().filter(|_| wanted) {
+        Some(folder) => fs::create_dir_all(folder).map_err(|cause| JobError::Unwritable {
+            path: folder.to_path_buf(),
+            what: format!("the folder cannot be made: {cause}"),
+        }),
+        None => Ok(()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -8,10 +8,10 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::deliver::Component;
-use super::output::Saving;
-use super::staging::Staging;
-use super::{JobError, Output, Place};
+use super::staging::{Staging, make_folder};
+use super::{JobError, Place};
 use crate::attributes::SEAM_NOTE;
+use crate::cancel::Cancel;
 use crate::io::{Format, Image, IoError, Loaded, beside, no_side_files};
 use crate::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
 use crate::mesh::{Attributes, HoleId, Model};
@@ -29,16 +29,26 @@ const HEAD: u64 = 512;
 /// Most names that are tried for a page.
 const MOST_NAMES: usize = 1000;
 
-impl Output {
+/// Texels for the patches of a mesh that is written.
+pub(super) struct Texels<'a> {
+    /// Where the mesh goes, in which format, and whether its folder is made.
+    pub(super) place: &'a Place,
+    pub(super) format: Format,
+    pub(super) make_folder: bool,
+    /// What the mesh begins with, and where that came from.
+    pub(super) input: &'a Loaded,
+    pub(super) source: &'a Place,
+    /// The components of the patches.
+    pub(super) components: &'a [Component],
+    /// The token that stops the work.
+    pub(super) cancel: &'a Cancel,
+}
+
+impl Texels<'_> {
     /// Gives patches across seams of the texture texels of their own, where the format can hold them: in a file `NAME_isomend.png` beside
     /// the mesh, or inside a GLB file. Remarks say which patches have some, and why others have none.
-    pub(super) fn add_texels(
-        &self,
-        done: &mut Model,
-        saving: &Saving,
-        staging: &mut Staging,
-    ) -> Result<(), JobError> {
-        let input = saving.input;
+    pub(super) fn add(&self, done: &mut Model, staging: &mut Staging) -> Result<(), JobError> {
+        let input = self.input;
         let from_gltf = matches!(input.format, Format::Gltf | Format::Glb);
         let holds = match self.format {
             Format::Obj => input.format == Format::Obj && self.place.path().is_some(),
@@ -46,10 +56,10 @@ impl Output {
             _ => false,
         };
         let note = done.notes.iter().position(|n| n.starts_with(SEAM_NOTE));
-        let Some(note) = note.filter(|_| holds && !saving.plain_patches) else {
+        let Some(note) = note.filter(|_| holds) else {
             return Ok(());
         };
-        let (folder, mesh) = match saving.source {
+        let (folder, mesh) = match self.source {
             Place::File(path) => (true, path.clone()),
             Place::Memory { folder, .. } => {
                 let inside = folder.as_ref().map(|f| f.join("mesh"));
@@ -63,17 +73,17 @@ impl Output {
                 false => no_side_files(name, most),
             }
         };
-        let painted = paint(input, done, &resolve, saving.cancel);
+        let painted = paint(input, done, &resolve, self.cancel);
         if let Some(page) = &painted.page {
             done.notes.remove(note);
-            let name = self.page_name(input, &done.attributes);
+            let name = self.page_name(&done.attributes);
             self.put_page(page, &name, &mut done.attributes, staging)?;
             let is_inside = self.place.path().is_none() || self.format == Format::Glb;
             let image = match is_inside {
                 true => format!("the image {name}"),
                 false => format!("{name}.png"),
             };
-            done.notes.push(remark(page, saving.components, &image));
+            done.notes.push(remark(page, self.components, &image));
         }
         for (why, count) in painted.refused {
             if painted.page.is_some() {
@@ -107,7 +117,7 @@ impl Output {
             return Ok(());
         };
         page.dress(attributes, name, file.clone());
-        self.make_folder_of(path)?;
+        make_folder(path, self.make_folder)?;
         staging.add(&path.with_file_name(&file), &page.png)?;
         if self.format == Format::Obj {
             let library = format!("{name}.mtl");
@@ -119,7 +129,7 @@ impl Output {
     }
 
     /// The name of a page's material and files: one that the input does not use, and that no file has which was not written here.
-    fn page_name(&self, input: &Loaded, attributes: &Attributes) -> String {
+    fn page_name(&self, attributes: &Attributes) -> String {
         let stem = self.place.path().and_then(Path::file_stem);
         let stem = stem.map_or("patches".to_owned(), |s| s.to_string_lossy().into_owned());
         let word = |c: char| {
@@ -139,7 +149,7 @@ impl Output {
                 .iter()
                 .filter_map(|m| m.texture.clone()),
         );
-        if let Some(document) = &input.document {
+        if let Some(document) = &self.input.document {
             let files = (0..)
                 .map_while(|i| document.image(i))
                 .map(|image| match image {
@@ -167,17 +177,21 @@ impl Output {
             .find(fits)
             .unwrap_or_else(|| name(MOST_NAMES))
     }
+}
 
-    /// Stages the file that describes the material of patches, unless there is one, which may be the user's own.
-    pub(super) fn add_material(&self, staging: &mut Staging) -> Result<(), JobError> {
-        let beside = self.place.path().map(|p| p.with_file_name(PATCH_LIBRARY));
-        match beside.filter(|path| !path.exists()) {
-            Some(path) => {
-                self.make_folder_of(&path)?;
-                staging.add(&path, PATCH_MATERIAL.as_bytes())
-            }
-            None => Ok(()),
+/// Stages the file that describes the material of patches beside a mesh, unless there is one, which may be the user's own.
+pub(super) fn add_material(
+    mesh: &Place,
+    makes_folder: bool,
+    staging: &mut Staging,
+) -> Result<(), JobError> {
+    let beside = mesh.path().map(|p| p.with_file_name(PATCH_LIBRARY));
+    match beside.filter(|path| !path.exists()) {
+        Some(path) => {
+            make_folder(&path, makes_folder)?;
+            staging.add(&path, PATCH_MATERIAL.as_bytes())
         }
+        None => Ok(()),
     }
 }
 

@@ -283,7 +283,7 @@ impl Seen {
                 steps.push(self.colour(f, parts(a, b)) - self.colour(other, parts(c, d)));
             }
         }
-        assert!(steps.len() > 300, "{}", steps.len());
+        assert!(steps.len() > 200, "{}", steps.len());
         Self::root_mean_square(&steps)
     }
 
@@ -316,7 +316,7 @@ impl Seen {
                 pages += 1;
             }
         }
-        assert!(pages > 300, "{pages}");
+        assert!(pages > 150, "{pages}");
         let (step, inside) = (self.rim_step(), self.inside());
         assert!(step < 2.0, "the step at rims is {step} of 255");
         assert!(inside < 6.0, "colours inside err by {inside} of 255");
