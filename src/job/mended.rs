@@ -283,10 +283,10 @@ impl<'s> Mended<'s> {
         let regions: &mut [RegionReport] = &mut self.report.regions;
         let own = std::mem::take(&mut self.made);
         let mut staging = Staging::default();
+        let wanted = &self.spec.deliverables;
         let (mesh, notes, bytes, sha256) = match &self.extent {
             Extent::Copied => {
-                let stored =
-                    output.write_copy(&self.first, self.spec.deliverables.unit, &mut staging)?;
+                let stored = output.write_copy(&self.first, wanted.unit, &mut staging)?;
                 (None, stored.notes, stored.bytes, stored.sha256)
             }
             _ => {
@@ -298,10 +298,10 @@ impl<'s> Mended<'s> {
                     expected_error: &self.expected_error,
                     judges: self.extent.judged_by(),
                     components: &components,
-                    mark: self.spec.deliverables.mark,
-                    unit: self.spec.deliverables.unit,
+                    mark: wanted.mark,
+                    unit: wanted.unit,
                     source: &self.spec.source.place,
-                    plain_patches: self.spec.deliverables.has_plain_patches(),
+                    plain_patches: wanted.has_plain_patches(),
                     cancel: &self.cancel,
                 };
                 let saved = output.write_mended(own, &saving, regions, &mut staging)?;
@@ -312,18 +312,8 @@ impl<'s> Mended<'s> {
         };
         let notes_read = self.first.notes.len();
         let notes = [&self.first.notes[..], &notes, &delivered.notes].concat();
-        let drawings = &self.spec.drawings;
-        match &mesh {
-            None if !drawings.is_wanted() => {}
-            None => self.unchanged(|drawn| drawings.stage_unchanged(drawn, &mut staging))?,
-            Some(mesh) => {
-                let filed = self.filed_facts(Some(&delivered), Some(&sha256));
-                drawings.stage(
-                    &self.drawing(mesh, &output.place, &notes, filed),
-                    &mut staging,
-                )?;
-            }
-        }
+        let filed = (&delivered, &sha256[..]);
+        self.stage_drawings(mesh.as_ref(), &notes, filed, &mut staging)?;
         staging.finish(&self.cancel)?;
         Ok(JobResult {
             spec: self.spec,
@@ -338,6 +328,29 @@ impl<'s> Mended<'s> {
             sha256: [self.sha256, Some(sha256)],
             delivered,
         })
+    }
+}
+
+impl Mended<'_> {
+    /// Stages the drawings of a mesh as it was written; of a copy there is none. `delivered` and the hash of the mesh stand on the page.
+    fn stage_drawings(
+        &self,
+        mesh: Option<&Mesh>,
+        notes: &[String],
+        (delivered, sha256): (&Delivered, &str),
+        staging: &mut Staging,
+    ) -> Result<(), JobError> {
+        let drawings = &self.spec.drawings;
+        let Some(mesh) = mesh else {
+            return match drawings.is_wanted() {
+                true => self.unchanged(|drawn| drawings.stage_unchanged(drawn, staging)),
+                false => Ok(()),
+            };
+        };
+        let nowhere = nowhere();
+        let place = self.spec.output.as_ref().map_or(&nowhere, |o| &o.place);
+        let filed = self.filed_facts(Some(delivered), Some(sha256));
+        drawings.stage(&self.drawing(mesh, place, notes, filed), staging)
     }
 }
 

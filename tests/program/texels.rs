@@ -47,7 +47,7 @@ fn linear(byte: u8) -> f64 {
 
 /// A point of a side of the cube [-1, 1]³, right-handed seen from outside.
 fn on_side(side: usize, a: f64, b: f64) -> DVec3 {
-    let sign = if side % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = if side.is_multiple_of(2) { 1.0 } else { -1.0 };
     let mut p = [0.0; 3];
     p[side / 2] = sign;
     p[(side / 2 + 1) % 3] = sign * a;
@@ -57,7 +57,11 @@ fn on_side(side: usize, a: f64, b: f64) -> DVec3 {
 
 /// Where the upper left corner of a chart lies in the image, and the place in it of a point of its side: every other one is turned.
 fn in_image(side: usize, a: f64, b: f64) -> DVec2 {
-    let (a, b) = if side % 2 == 0 { (a, b) } else { (-b, a) };
+    let (a, b) = if side.is_multiple_of(2) {
+        (a, b)
+    } else {
+        (-b, a)
+    };
     let corner = DVec2::new((side % 3) as f64, (side / 3) as f64) * f64::from(SIDE);
     corner + MARGIN + (DVec2::new(a, b) + 1.0) * 0.5 * (f64::from(SIDE) - 2.0 * MARGIN)
 }
