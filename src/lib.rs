@@ -115,6 +115,8 @@ mod sdf;
 mod setters;
 mod spatial;
 mod stitch;
+#[cfg(all(feature = "io", feature = "report"))]
+mod texture;
 mod tuning;
 #[cfg(feature = "view")]
 mod view;

@@ -37,8 +37,9 @@ from isomend._functions import (
     restore,
     solve_task,
 )
+from isomend._holes import CreaseEnd, Hole
 from isomend._isomend import __version__
-from isomend._mesh import CreaseEnd, Hole, Inspection, Mended, Model, StrictError
+from isomend._mesh import Inspection, Mended, Model, StrictError
 from isomend._volume import Volume
 
 __all__ = [

@@ -5,14 +5,15 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal
 
 from isomend import _isomend, _params
 from isomend._check import Verdict
 from isomend._errors import EmptyMaskError, IsomendError
+from isomend._holes import CreaseEnd, Hole, crease_end_of, hole_of
 from isomend._isomend import Found, Mended as CoreMended, Model as CoreModel
 from isomend._reports import Drawn, report_of
+from isomend._shape import Shape
 from isomend._volume import Volume
 
 if TYPE_CHECKING:
@@ -22,160 +23,10 @@ if TYPE_CHECKING:
     from isomend._options import FairOptions, FillOptions, RepairOptions, RestoreOptions
     from isomend._params import Mask, Voxel
 
-T = TypeVar("T")
 LOG = logging.getLogger("isomend")
 
 
-@dataclass(frozen=True, eq=False)
-class Hole:
-    """A hole: one closed loop of boundary edges. Lengths are in the units of the mesh.
-
-    Attributes:
-        id: Its number, from 1, by falling length: what ``holes``, ``keep_open`` and ``bridge`` take.
-        rim: int64 (k,), its vertices in order, as indices into the mesh's vertices.
-        edges: Number of edges.
-        length: Length of the rim.
-        diameter: Largest distance of two vertices of the rim.
-        width: Four times the area over the length: the diameter for a circle.
-        planarity: Root mean square distance of the rim from its best plane over the diameter; 0 is planar.
-        height: Extent of the rim along its normal.
-        centre: Mean of the rim (x, y, z).
-        normal: Unit normal of the rim's plane, out of the surface.
-        piece: The connected piece of the mesh that it bounds, from 0.
-        is_border: Whether it is taken for the outer border of an open sheet, which is filled only when it is named.
-    """
-
-    id: int
-    rim: NDArray[Any]
-    edges: int
-    length: float
-    diameter: float
-    width: float
-    planarity: float
-    height: float
-    centre: tuple[float, float, float]
-    normal: tuple[float, float, float]
-    piece: int
-    is_border: bool
-
-
-@dataclass(frozen=True)
-class CreaseEnd:
-    """A vertex of a hole's rim at which a sharp edge of the mesh ends.
-
-    Attributes:
-        id: Its number, from 1: what ``crease`` takes.
-        hole: The number of its hole.
-        vertex: The vertex of the rim, as an index into the mesh's vertices.
-        position: Where it is (x, y, z).
-        angle: Angle between the normals of the two smooth sides that meet in the sharp edge, in degrees.
-    """
-
-    id: int
-    hole: int
-    vertex: int
-    position: tuple[float, float, float]
-    angle: float
-
-
-def _crease_end(row: dict[str, Any]) -> CreaseEnd:
-    return CreaseEnd(**{**row, "position": tuple(row["position"])})
-
-
-def _hole(row: dict[str, Any], rim: NDArray[Any]) -> Hole:
-    names = ("id", "edges", "length", "diameter", "width", "planarity", "height", "piece")
-    own = {name: row[name] for name in names}
-    centre, normal = tuple(row["centre"]), tuple(row["normal"])
-    return Hole(rim=rim, centre=centre, normal=normal, is_border=row["outer_border"], **own)
-
-
-class _Shape:
-    """The arrays of a mesh, made when they are first asked for. They are copies: to change them changes no mesh."""
-
-    _core: CoreModel | CoreMended
-    _made: dict[str, Any]
-    _given: tuple[Mapping[str, ArrayLike] | None, Mapping[str, ArrayLike] | None]
-
-    def _once(self, name: str, make: Callable[[], T]) -> T:
-        if name not in self._made:
-            self._made[name] = make()
-        made: T = self._made[name]
-        return made
-
-    @property
-    def vertices(self) -> NDArray[Any]:
-        """float64 (n, 3): coordinates in the units of the mesh."""
-        return self._once("vertices", self._core.vertices)
-
-    @property
-    def faces(self) -> NDArray[Any]:
-        """int64 (m, 3): vertex indices of each triangle, counter-clockwise from outside."""
-        return self._once("faces", self._core.faces)
-
-    @property
-    def point_data(self) -> dict[str, NDArray[Any]]:
-        """Named values of vertices: (n,) or (n, k) each, in their own types."""
-        return self._once("point_data", lambda: self._data(self._core.point_data(), self._given[0]))
-
-    @property
-    def cell_data(self) -> dict[str, NDArray[Any]]:
-        """Named values of faces: (m,) or (m, k) each, in their own types."""
-        return self._once("cell_data", lambda: self._data(self._core.cell_data(), self._given[1]))
-
-    @property
-    def corner_data(self) -> dict[str, NDArray[Any]]:
-        """Named values of the corners of faces, such as texture coordinates with seams: (m, 3, k) each, NaN where there is
-        none."""
-        from isomend import _arrays
-
-        rows = (self._core.size()[1], 3)
-        return self._once("corner_data", lambda: _arrays.taken(self._core.corner_data(), rows))
-
-    @property
-    def notes(self) -> list[str]:
-        """Remarks of the reader, and on values that could not be continued."""
-        return list(self._core.notes())
-
-    @staticmethod
-    def _data(values: Any, given: Mapping[str, ArrayLike] | None) -> dict[str, NDArray[Any]]:
-        from isomend import _arrays
-
-        return _arrays.restored_types(_arrays.taken(values), given)
-
-    def write(
-        self,
-        path: str | os.PathLike[str],
-        *,
-        format: str | None = None,
-        ascii: bool = False,
-        report: str | os.PathLike[str] | None = None,
-        picture: str | os.PathLike[str] | None = None,
-    ) -> list[str]:
-        """Writes the mesh with all that it carries, whole or not at all; the same bytes as the command line's.
-
-        Args:
-            path: The file. Its extension tells the format: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
-            format: The format, whatever the extension.
-            ascii: Text instead of binary: PLY, STL and VTK legacy.
-            report: A page to look at, in one HTML file: a 3D view, plots and tables of the mesh as it is written.
-            picture: A picture of it, in a PNG file.
-
-        Returns:
-            Remarks, such as on values that the format cannot hold.
-
-        Raises:
-            FileError: A file cannot be written.
-            ParameterError: There is no such format, or a page or picture has the name of another kind of file.
-        """
-        files = [None if file is None else os.fspath(file) for file in (report, picture)]
-        return self._core.write(os.fspath(path), format, ascii, *files)[0]
-
-    def to_bytes(self, format: str, *, ascii: bool = False) -> bytes:
-        """The bytes of a file in a format; see :meth:`write`."""
-        return self._core.write(None, format, ascii, None, None)[1]
-
-
-class Model(_Shape):
+class Model(Shape):
     """A mesh with what it carries, from :func:`isomend.read` or from arrays. It can be pickled, with all of that.
 
     >>> import isomend
@@ -299,9 +150,9 @@ class Inspection(Drawn):
         self.report: dict[str, Any] = report_of(self._core.document())
         rims = self._core.rims()
         #: The holes, the longest first.
-        self.holes: tuple[Hole, ...] = tuple(map(_hole, self.report["holes"], rims))
+        self.holes: tuple[Hole, ...] = tuple(map(hole_of, self.report["holes"], rims))
         #: Where sharp edges end at the rims of holes, in the order of their numbers.
-        self.crease_ends: tuple[CreaseEnd, ...] = tuple(map(_crease_end, self.report["crease_ends"]))
+        self.crease_ends: tuple[CreaseEnd, ...] = tuple(map(crease_end_of, self.report["crease_ends"]))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """An inspection goes through pickle as its mesh, which is inspected again."""
@@ -355,8 +206,8 @@ class Inspection(Drawn):
         return _judged(Mended._made_of(self._model, self._core.assemble(work, list(patches))), run)
 
 
-class Mended(_Shape, Drawn):
-    """A mended mesh: what is kept of the input first, bit for bit and in order, then the new vertices and faces.
+class Mended(Shape, Drawn):
+    """A mended mesh: what is kept of the input first, bit for bit and in order, then what is new.
 
     It can be pickled, whole: with corner data, materials, the rest of a glTF file, and its report."""
 
@@ -446,6 +297,7 @@ class Mended(_Shape, Drawn):
         mark: str | None = None,
         unit: Literal["um", "mm", "cm", "m", "in", "ft"] | None = None,
         tolerance: float | None = None,
+        texture: bool = True,
     ) -> Mended:
         """The same result, handed on as the options of the same names of ``isomend restore`` do it.
 
@@ -456,6 +308,8 @@ class Mended(_Shape, Drawn):
             unit: The unit of the coordinates. With a unit or a tolerance ``report`` and pages have no run times, so that the same run
                 gives the same bytes.
             tolerance: The largest error that is allowed: ``report["invented"]`` then lists the holes that are beyond it.
+
+            texture: Whether patches across seams of a texture get texels of their own in OBJ, glTF and GLB files.
 
         Raises:
             ParameterError: That makes no sense.
@@ -473,6 +327,7 @@ class Mended(_Shape, Drawn):
             mark,
             unit,
             None if tolerance is None else float(tolerance),
+            texture,
         )
         mended = Mended.__new__(Mended)
         mended._core, mended._made, mended._given = core, {}, self._given

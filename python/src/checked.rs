@@ -51,7 +51,7 @@ pub fn check(
     let (source, loaded) = (model.source().clone(), model.loaded().clone());
     worker::run(py, threads, None, move |_| {
         let read = Source::from(source.clone());
-        let checked = job::check(&read, &loaded, &params, &Drawings::default())?;
+        let checked = job::check(&read, &loaded, &params, None, &Drawings::default())?;
         let document = json_of(&checked.document())?;
         let verdict = checked.verdict;
         Ok(Checked(Arc::new(Inner {
@@ -72,6 +72,7 @@ impl Inner {
             found: &Inspection::new(&self.loaded.mesh)?,
             crease_ends: &[],
             verdict: Some(&self.verdict),
+            unit: None,
         })
     }
 }
@@ -85,7 +86,7 @@ impl Checked {
     /// The lines that the command prints.
     fn lines(&self) -> Vec<String> {
         let [low, high] = self.0.loaded.mesh.bounds();
-        verdict_lines(&self.0.verdict, low.distance(high))
+        verdict_lines(&self.0.verdict, low.distance(high), None)
     }
 
     /// One row for each kind of defect found.

@@ -22,7 +22,7 @@ pub fn compare(
     worker::run(py, threads, None, move |_| {
         let [first, second] = &sources;
         let [a, b] = &loaded;
-        let compared = job::compare([(first, a), (second, b)], samples)?;
+        let compared = job::compare([(first, a), (second, b)], samples, None)?;
         json_of(&compared.document())
     })
 }

@@ -31,7 +31,7 @@ impl Found {
     /// Inspects a mesh.
     pub fn new(loaded: Arc<Loaded>, source: Place) -> Result<Self, Failure> {
         let read = Source::mesh(source.clone(), loaded.clone());
-        let inspected = job::inspect(&read, &loaded, None, &Drawings::default())?;
+        let inspected = job::inspect(&read, &loaded, None, None, &Drawings::default())?;
         let document = json_of(&inspected.document())?;
         let crease_ends = Arc::new(inspected.crease_ends);
         let found = Arc::new(inspected.found.into_owned());
@@ -54,6 +54,7 @@ impl Found {
             found: &self.found,
             crease_ends: &self.crease_ends,
             verdict: None,
+            unit: None,
         }
     }
 }

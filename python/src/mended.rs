@@ -144,8 +144,10 @@ impl Mended {
         mark: Option<&str>,
         unit: Option<&str>,
         tolerance: Option<f64>,
+        texture: bool,
     ) -> PyResult<Self> {
-        let wanted = deliverables([patches, piece], mark, unit, tolerance)?;
+        let mut wanted = deliverables([patches, piece], mark, unit, tolerance)?;
+        wanted.no_texture = !texture;
         let mended = (*self.mended).clone().delivering(wanted);
         Ok(Self::new(mended.map_err(Failure::from)?))
     }

@@ -9,15 +9,15 @@ use crate::mesh::attributes::{Attribute, CornerAttribute, NONE, Role};
 
 /// Where the values of the input's face corners are stored.
 #[derive(Clone, Copy)]
-pub(super) enum Source<'a> {
+pub(crate) enum Source<'a> {
     Vertex(&'a Attribute),
     Corner(&'a CornerAttribute),
     Face(&'a Attribute),
 }
 
 impl<'a> Source<'a> {
-    /// The value at a corner of an input face.
-    pub(super) fn at(&self, mesh: &Mesh, face: usize, corner: usize) -> Option<&'a [f64]> {
+    /// The value at a corner of a face of the mesh.
+    pub(crate) fn at(&self, mesh: &Mesh, face: usize, corner: usize) -> Option<&'a [f64]> {
         match self {
             Source::Vertex(a) => a.get(mesh.faces[face][corner] as usize),
             Source::Corner(a) => a.get(face, corner),
@@ -25,8 +25,8 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The attribute that holds the values.
-    pub(super) fn attribute(&self) -> &'a Attribute {
+    /// The attribute, as a pool of values.
+    pub(crate) fn attribute(&self) -> &'a Attribute {
         match self {
             Source::Vertex(a) | Source::Face(a) => a,
             Source::Corner(a) => &a.pool,

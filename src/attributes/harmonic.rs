@@ -17,9 +17,9 @@ const WEIGHTS: [f64; 2] = [0.02, 50.0];
 const TOLERANCE: f64 = 1e-9;
 const MOST_ITERATIONS: usize = 5000;
 
-/// The edge weights of the patches.
-pub(super) struct Laplacian {
-    /// Symmetric, without the diagonal.
+/// The weights of the edges of patches.
+pub(crate) struct Laplacian {
+    /// Symmetric, without a diagonal.
     weights: SparseMatrix,
 }
 
@@ -40,8 +40,8 @@ impl LinearOperator for System {
 }
 
 impl Laplacian {
-    /// The Laplacian of the faces on the points.
-    pub(super) fn new(points: &[DVec3], faces: &[[u32; 3]]) -> Self {
+    /// For the faces between the points.
+    pub(crate) fn new(points: &[DVec3], faces: &[[u32; 3]]) -> Self {
         let count = points.len();
         let mut entries = TriMatI::with_capacity((count, count), 6 * faces.len());
         // Half the cotangent of the angle at corner c belongs to the opposite edge ab: cot = p·q / |p × q|.
@@ -90,9 +90,8 @@ impl Laplacian {
         nearest
     }
 
-    /// Computes the values of all points that are connected with a fixed point. `values` has `components` numbers per
-    /// point.
-    pub(super) fn solve(&self, fixed: &[bool], components: usize, values: &mut [f64]) {
+    /// Fills in the values, of so many components, of all points that are connected with a fixed one.
+    pub(crate) fn solve(&self, fixed: &[bool], components: usize, values: &mut [f64]) {
         let nearest = self.nearest(fixed);
         let mut unknown = vec![NONE; fixed.len()];
         let free: Vec<usize> = (0..fixed.len())

@@ -23,11 +23,16 @@ use crate::mesh::attributes::{
     Scalar,
 };
 use crate::mesh::{Attributes, Mesh, Model, area_vector};
-use field::{Field, Source};
-use harmonic::Laplacian;
-use rim::Patches;
+pub(crate) use field::Source;
+pub(crate) use harmonic::Laplacian;
+pub(crate) use rim::{Patches, Slot};
 
-/// The expected error of a vertex if it is not known.
+use field::Field;
+
+/// How the remark on patches begins that got no texture coordinates.
+pub(crate) const SEAM_NOTE: &str =
+    "patches without texture coordinates, because their rims cross seams of the texture";
+/// The expected error of a vertex of which nothing can be said.
 const UNKNOWN: f64 = -1.0;
 /// Lengths that 32-bit floats hold with full precision.
 const SINGLE: std::ops::Range<f64> = 1e-30..1e38;
@@ -198,8 +203,8 @@ impl<'a> Transfer<'a> {
         let without = self.has_seam_at_rim.iter().filter(|c| **c).count();
         if without > 0 {
             out.notes.push(format!(
-                "patches without texture coordinates, because their rims cross seams of the texture: {without} of {}",
-                self.has_seam_at_rim.len()
+                "{SEAM_NOTE}: {without} of {}",
+                self.crosses_seam.len()
             ));
         }
     }

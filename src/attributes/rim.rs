@@ -4,33 +4,33 @@ use std::collections::HashMap;
 
 use crate::mesh::{Mesh, weld_map};
 
-/// A vertex of a patch. A vertex where several patches meet has a slot in each of them.
-pub(super) struct Slot {
-    /// Index of the patch.
-    pub(super) patch: u32,
-    /// Index of the vertex in the filled mesh.
-    pub(super) vertex: u32,
-    /// Corners (face, corner) of the input's faces across the rim edges at this slot. Empty inside the patch.
-    pub(super) rim: Vec<(u32, u8)>,
+/// A vertex of one patch. A vertex of the mesh where several patches meet is a slot in each of them.
+pub(crate) struct Slot {
+    /// The patch.
+    pub(crate) patch: u32,
+    /// The vertex of the filled mesh.
+    pub(crate) vertex: u32,
+    /// Corners of the mesh's own faces across the rim edges at the slot: face and corner. Empty inside the patch.
+    pub(crate) rim: Vec<(u32, u8)>,
 }
 
-/// The new faces, split into patches, that is, components connected through edges.
-pub(super) struct Patches {
-    pub(super) slots: Vec<Slot>,
-    /// The new faces in order, with slots as corners.
-    pub(super) faces: Vec<[u32; 3]>,
+/// The new faces, taken apart into patches that are connected through edges.
+pub(crate) struct Patches {
+    pub(crate) slots: Vec<Slot>,
+    /// The new faces, in order, as slots.
+    pub(crate) faces: Vec<[u32; 3]>,
     /// The patch of each new face.
-    pub(super) of_face: Vec<u32>,
-    /// For each patch, the input's faces at its rim, in ascending order.
-    pub(super) rim_faces: Vec<Vec<u32>>,
-    /// For each vertex of the input, the first one at the same position.
-    pub(super) weld: Vec<u32>,
+    pub(crate) of_face: Vec<u32>,
+    /// For each patch the mesh's own faces at its rim, in rising order.
+    pub(crate) rim_faces: Vec<Vec<u32>>,
+    /// For each vertex of the original mesh the first one in its place.
+    pub(crate) weld: Vec<u32>,
 }
 
 impl Patches {
-    pub(super) fn new(original: &Mesh, filled: &Mesh) -> Self {
-        // Vertices of the input at the same position count as one, so that a patch stays connected where the input has
-        // duplicate vertices (texture seams).
+    pub(crate) fn new(original: &Mesh, filled: &Mesh) -> Self {
+        // Vertices of the mesh at the same position count as one, so that a patch stays connected where the mesh doubles
+        // vertices (seams of texture coordinates).
         let weld = weld_map(original);
         let canonical = |v: u32| weld.get(v as usize).copied().unwrap_or(v);
         let faces: Vec<[u32; 3]> = filled.faces[original.faces.len()..]

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use isomend::Unit;
 use isomend::check::{CheckParams, Verdict};
 use isomend::job;
 use isomend::report::verdict_lines;
@@ -39,6 +40,10 @@ pub struct CheckArgs {
     #[command(flatten)]
     parameters: ParameterArgs<Check>,
 
+    /// The unit of the mesh's coordinates: mm, cm, m, in, um or ft. It stands with lengths, also in --json and --report.
+    #[arg(long, value_name = "UNIT")]
+    unit: Option<Unit>,
+
     #[command(flatten)]
     report: ReportArgs,
 
@@ -54,15 +59,17 @@ pub fn run(args: &CheckArgs, console: &Console) -> anyhow::Result<End> {
         inputs: &args.inputs,
         report: &args.report,
         common: &args.common,
+        unit: args.unit,
         headings: &["faces", "components", "watertight and printable"],
         prints: !args.common.run.quiet,
     };
-    inspector.each(console, &mut |source, loaded, drawings| {
-        let checked = job::check(source, loaded, &params, drawings).map_err(super::cli_error)?;
+    looking.each(console, &mut |source, loaded, drawings| {
+        let checked =
+            job::check(source, loaded, &params, args.unit, drawings).map_err(super::told)?;
         let verdict = &checked.verdict;
         let [low, high] = loaded.mesh.bounds();
-        let mut lines = verdict_lines(verdict, low.distance(high));
-        if let Some(command) = repair_command(verdict, &source.place.name()) {
+        let mut lines = verdict_lines(verdict, low.distance(high), args.unit);
+        if let Some(command) = mending(verdict, &source.place.name()) {
             lines.extend([String::new(), command]);
         }
         let answer = match verdict.is_sound() {

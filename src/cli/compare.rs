@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use isomend::Unit;
 use isomend::compare::{Comparison, Distances, SurfaceFacts};
 use isomend::job;
 use isomend::report::{length, point};
@@ -13,6 +14,7 @@ use super::input::{self, is_stream};
 use super::json::Target;
 use super::parameters::{Compare, ParameterArgs};
 use super::{CommonArgs, End, Usage};
+use crate::job::contradiction;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -33,6 +35,10 @@ pub struct CompareArgs {
     /// The second mesh.
     #[arg(value_name = "B")]
     b: PathBuf,
+
+    /// The unit of the coordinates of both meshes: mm, cm, m, in, um or ft. It stands with lengths, also in --json.
+    #[arg(long, value_name = "UNIT")]
+    unit: Option<Unit>,
 
     #[command(flatten)]
     parameters: ParameterArgs<Compare>,
@@ -59,23 +65,28 @@ pub fn run(args: &CompareArgs, console: &Console) -> anyhow::Result<End> {
     let a = input::read(&first, console)?;
     let second = input::source(&args.b, args.common.from)?;
     let b = input::read(&second, console)?;
+    for (source, loaded) in [(&first, &a), (&second, &b)] {
+        if let Some(note) = contradiction(loaded.attributes.unit, args.unit) {
+            console.note(&format!("{}: {note}", source.place.name()));
+        }
+    }
     let Samples { samples } = args.parameters.params()?;
     let compared =
-        job::compare([(&first, &a), (&second, &b)], samples).map_err(super::cli_error)?;
+        job::compare([(&first, &a), (&second, &b)], samples, args.unit).map_err(super::told)?;
     if let Some(json) = &args.common.json {
         json.write(&compared.document())?;
     }
     if !matches!(args.common.json, Some(Target::Stdout)) {
-        console::print_out(&table(&compared.comparison))?;
+        console::print_out(&table(&compared.comparison, args.unit))?;
     }
     Ok(End::Done)
 }
 
-/// The comparison as text.
-fn table(c: &Comparison) -> String {
+fn table(c: &Comparison, unit: Option<Unit>) -> String {
+    let square = unit.map_or(String::new(), |unit| format!(" {unit}²"));
     let facts = |name: &str, s: &SurfaceFacts| {
         format!(
-            "{name}: {} vertices, {} faces, area {}, bending energy {:.4} without {} boundary vertices\n",
+            "{name}: {} vertices, {} faces, area {}{square}, bending energy {:.4} without {} border vertices\n",
             s.vertices,
             s.faces,
             length(s.area),
@@ -100,6 +111,7 @@ fn table(c: &Comparison) -> String {
     facts("A", &c.a)
         + &facts("B", &c.b)
         + "\n"
+        + &unit.map_or(String::new(), |unit| format!("lengths in {unit}:\n"))
         + &console::heading(&format!(
             "{:>7} {:>12} {:>12} {:>12} {:>12} {:>12}  {}",
             "", "max", "rms", "mean", "angle mean", "angle max", "where it is largest"

@@ -22,8 +22,14 @@ pub struct DeliverArgs {
     #[arg(long, value_name = "colour=RRGGBB|hatch")]
     mark: Option<Mark>,
 
-    /// The largest error allowed, in the mesh's units: exit with 3 and list the holes where twice the expected error is larger on more
-    /// than 5 % of the patch.
+    /// Make no texels for patches that lie across seams of the texture: they get a plain material.
+    ///
+    /// Without it they get a page of their own, in OBJ, glTF and GLB files: NAME_isomend.png beside the output, or inside a GLB file.
+    #[arg(long)]
+    no_texture: bool,
+
+    /// The largest error that is allowed, in the mesh's units: exit with 3 and list the holes where twice the expected error is larger
+    /// on more than 5 % of their patches.
     #[arg(long, value_name = "LENGTH", value_parser = arguments::positive)]
     tolerance: Option<f64>,
 }
@@ -37,6 +43,7 @@ impl DeliverArgs {
         Ok(Deliverables {
             patches: self.patches.as_deref().map(output).transpose()?,
             mark: self.mark,
+            no_texture: self.no_texture,
             tolerance: self.tolerance,
             ..Deliverables::default()
         })

@@ -4,12 +4,12 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use isomend::Selection;
 use isomend::io::Loaded;
 use isomend::job::{self, Inspected};
 use isomend::report::{
     chain_lines, crease_end_line, crease_end_table, defect_lines, hole_table, length, point,
 };
+use isomend::{Selection, Unit};
 
 use super::console::{self, Console};
 use super::mask::MaskArgs;
@@ -37,6 +37,10 @@ pub struct InspectArgs {
     #[arg(value_name = "IN", required = true)]
     inputs: Vec<PathBuf>,
 
+    /// The unit of the mesh's coordinates: mm, cm, m, in, um or ft. It stands with lengths, also in --json and --report.
+    #[arg(long, value_name = "UNIT")]
+    unit: Option<Unit>,
+
     #[command(flatten)]
     report: ReportArgs,
 
@@ -55,6 +59,7 @@ pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
         inputs: &args.inputs,
         report: &args.report,
         common: &args.common,
+        unit: args.unit,
         headings: &[
             "format",
             "vertices",
@@ -66,13 +71,13 @@ pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
         ],
         prints: true,
     };
-    inspector.each(console, &mut |source, loaded, drawings| {
-        let inspected =
-            job::inspect(source, loaded, mask.as_ref(), drawings).map_err(super::cli_error)?;
+    looking.each(console, &mut |source, loaded, drawings| {
+        let inspected = job::inspect(source, loaded, mask.as_ref(), args.unit, drawings)
+            .map_err(super::told)?;
         let mut text = table(loaded, &inspected);
         text += &creases(&inspected, console.is_verbose());
         if let Some((mask, marked)) = &inspected.marked {
-            text += &mask_line(mask, &marked.missed);
+            text += &mask_line(mask, &marked.missed, args.unit);
         }
         Ok(FileResult {
             text,
@@ -100,7 +105,7 @@ fn cells(loaded: &Loaded, inspected: &Inspected) -> Vec<String> {
         found.holes.len().to_string(),
         match found.holes.is_empty() {
             true => "-".to_owned(),
-            false => length(widest),
+            false => Unit::text(inspected.unit, widest),
         },
         match defects.is_empty() {
             true => "none".to_owned(),
@@ -109,8 +114,7 @@ fn cells(loaded: &Loaded, inspected: &Inspected) -> Vec<String> {
     ]
 }
 
-/// The line on the faces that a mask marks, or why it marks none.
-fn mask_line(mask: &Selection, missed: &[String]) -> String {
+fn mask_line(mask: &Selection, missed: &[String], unit: Option<Unit>) -> String {
     let Some([low, high]) = mask.bounds else {
         return format!("\nmask: no faces: {}\n", missed.join("; "));
     };
@@ -120,10 +124,11 @@ fn mask_line(mask: &Selection, missed: &[String]) -> String {
         "components"
     };
     format!(
-        "\nmask: {} faces in {} {components}, area {}, from {} to {}\n",
+        "\nmask: {} faces in {} {pieces}, area {}{}, from {} to {}\n",
         mask.faces,
         mask.pieces,
         length(mask.area),
+        unit.map_or(String::new(), |unit| format!(" {unit}²")),
         point(low, low.distance(high)),
         point(high, low.distance(high)),
     )
@@ -151,13 +156,16 @@ fn table(loaded: &Loaded, inspected: &Inspected) -> String {
     let components = found.topology.component_faces.len();
     let [low, high] = loaded.mesh.bounds();
     let size = high - low;
+    let of_unit = inspected
+        .unit
+        .map_or(String::new(), |unit| format!(" {unit}"));
     let mut text = String::new();
     let mut line = |line: String| {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{line}");
     };
     line(format!(
-        "{}: {} vertices, {} faces, {} {}, {} {}; size {}",
+        "{}: {} vertices, {} faces, {} {}, {} {}; size {}{of_unit}",
         loaded.format,
         loaded.mesh.positions.len(),
         loaded.mesh.faces.len(),
@@ -176,7 +184,7 @@ fn table(loaded: &Loaded, inspected: &Inspected) -> String {
         size.to_array().map(length).join(" x "),
     ));
     line(format!(
-        "bounds: from {} to {}",
+        "bounds: from {} to {}{of_unit}",
         point(low, size.length()),
         point(high, size.length())
     ));
@@ -188,6 +196,10 @@ fn table(loaded: &Loaded, inspected: &Inspected) -> String {
     }
     if !found.holes.is_empty() {
         line(String::new());
+        inspected
+            .unit
+            .into_iter()
+            .for_each(|unit| line(format!("lengths in {unit}:")));
         let mut rows = hole_table(&found.holes, &inspected.crease_ends).into_iter();
         rows.next()
             .into_iter()

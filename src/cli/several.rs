@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
+use isomend::Unit;
 use isomend::io::Loaded;
 use isomend::job::{Document, Drawings, JobError, Source};
 use serde::Serialize;
@@ -12,6 +13,7 @@ use super::console::{self, Console};
 use super::json::Target;
 use super::report::ReportArgs;
 use super::{CommonArgs, End, Usage, input};
+use crate::job::contradiction;
 
 /// The result for one file.
 pub struct FileResult {
@@ -39,7 +41,9 @@ pub struct MeshInspector<'a> {
     pub inputs: &'a [PathBuf],
     pub report: &'a ReportArgs,
     pub common: &'a CommonArgs,
-    /// The headings of the table, without the first column, the names.
+    /// The unit of the coordinates, where it was given.
+    pub unit: Option<Unit>,
+    /// The headings of the table after that of the names.
     pub headings: &'a [&'a str],
     /// Whether anything is printed.
     pub prints: bool,
@@ -59,7 +63,10 @@ impl MeshInspector<'_> {
         let mut one = |path: &PathBuf| {
             let source = input::source(path, self.common.from)?;
             let loaded = input::read(&source, console)?;
-            inspect(&source, &loaded, &drawings)
+            if let Some(note) = contradiction(loaded.attributes.unit, self.unit) {
+                console.note(&format!("{}: {note}", source.place.name()));
+            }
+            look(&source, &loaded, &drawings)
         };
         if let [path] = self.inputs {
             let found = one(path)?;

@@ -41,6 +41,8 @@ mod text;
 mod threemf;
 mod vtk;
 
+#[cfg(feature = "report")]
+pub(crate) use self::gltf::{BaseImage, Wrapping};
 pub use self::gltf::{Document, Image};
 pub use error::{IoError, Location};
 #[cfg_attr(not(feature = "cli"), allow(unused_imports))]
@@ -49,6 +51,8 @@ pub use files::{
     read_path, read_text, read_volume_path, write_model, write_path, write_volume_path,
 };
 pub use format::Format;
+#[cfg(feature = "report")]
+pub(crate) use save::Staged;
 #[cfg(feature = "view")]
 pub(crate) use save::write_new;
 #[cfg(feature = "internals")]

@@ -99,40 +99,77 @@ impl Drop for Temporary {
     }
 }
 
-/// Writes bytes to a temporary file beside the target and renames it to the target, so that a failure leaves the target
-/// unchanged.
-///
-/// A symbolic link is kept and its target is written, whether the target exists or not. The new file takes the
-/// permissions of the file that it replaces and, where the system allows it, the owner.
+/// Bytes that are written beside their target but not yet in its place. Dropped, they vanish.
+pub(crate) struct Staged {
+    target: PathBuf,
+    /// The file beside the target; none where the target is a pipe or the like, which gets its bytes at the end.
+    temporary: Option<Temporary>,
+    bytes: Vec<u8>,
+}
+
+impl Staged {
+    /// Writes bytes beside a target. A link stays, and what it points to is to be replaced, whether it is there or not. A file that is
+    /// replaced hands on its permissions and, as far as the user may do so, its owner.
+    ///
+    /// # Errors
+    /// When the target is a folder or may not be changed, or the file cannot be written.
+    pub(crate) fn new(path: &Path, bytes: &[u8]) -> Result<Self> {
+        let old = match fs::metadata(path) {
+            Ok(old) if old.is_dir() => {
+                return Err(Error::other("it is a folder: name a file in it"));
+            }
+            Ok(old) if !old.is_file() => {
+                return Ok(Self {
+                    target: path.to_path_buf(),
+                    temporary: None,
+                    bytes: bytes.to_vec(),
+                });
+            }
+            Ok(old) if old.permissions().readonly() => {
+                return Err(Error::other("the file is there and may not be changed"));
+            }
+            Ok(old) => Some(old),
+            Err(_) => None,
+        };
+        let target = end_of_links(path)?;
+        let mut temporary = Temporary::beside(&target)?;
+        if let Some(file) = &mut temporary.0 {
+            // Before the content is there, so that nobody can read it who could not read the old one.
+            if let Some(old) = &old {
+                keep_owner(file.as_file(), old);
+                fs::set_permissions(file.path(), old.permissions())?;
+            }
+            file.write_all(bytes)?;
+        }
+        Ok(Self {
+            target,
+            temporary: Some(temporary),
+            bytes: Vec::new(),
+        })
+    }
+
+    /// Moves the bytes into place.
+    ///
+    /// # Errors
+    /// When the system refuses it; then the target is as it was.
+    pub(crate) fn commit(self) -> Result<()> {
+        match self.temporary {
+            Some(temporary) => temporary.become_file(&self.target),
+            None => {
+                let mut file = fs::OpenOptions::new().write(true).open(&self.target)?;
+                file.write_all(&self.bytes)
+            }
+        }
+    }
+}
+
+/// Writes bytes to a file beside the target and moves it over the target, so that a failure leaves the target as it was. Links and
+/// permissions stay, as [`Staged::new`] says.
 ///
 /// # Errors
 /// When the target is a folder or read-only, or the file cannot be written.
 pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
-    let old = match fs::metadata(path) {
-        Ok(old) if old.is_dir() => {
-            return Err(Error::other("it is a folder: name a file in it"));
-        }
-        Ok(old) if !old.is_file() => {
-            let mut file = fs::OpenOptions::new().write(true).open(path)?;
-            return file.write_all(bytes);
-        }
-        Ok(old) if old.permissions().readonly() => {
-            return Err(Error::other("the file exists and is read-only"));
-        }
-        Ok(old) => Some(old),
-        Err(_) => None,
-    };
-    let target = end_of_links(path)?;
-    let mut temporary = Temporary::beside(&target)?;
-    if let Some(file) = &mut temporary.0 {
-        // Set before the content is written, so that nobody can read it who could not read the old file.
-        if let Some(old) = &old {
-            keep_owner(file.as_file(), old);
-            fs::set_permissions(file.path(), old.permissions())?;
-        }
-        file.write_all(bytes)?;
-    }
-    temporary.become_file(&target)
+    Staged::new(path, bytes)?.commit()
 }
 
 /// Follows symbolic links to the file that they name, which need not exist.

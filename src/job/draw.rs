@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::output::{write_bytes, write_text};
+use super::staging::Staging;
 use super::unchanged::{FACES, Unchanged, rims, title};
 use super::{JobError, Place};
+use crate::cancel::Cancel;
 use crate::io::Loaded;
 use crate::mend::FillReport;
 use crate::mesh::Mesh;
@@ -134,34 +135,46 @@ impl Drawings {
 
     /// Draws a mesh that was not changed.
     pub(super) fn write_unchanged(&self, drawn: &Unchanged) -> Result<(), JobError> {
+        let mut staging = Staging::default();
+        self.stage_unchanged(drawn, &mut staging)?;
+        staging.finish(&Cancel::new())
+    }
+
+    /// Stages the drawings of a mesh as it is.
+    pub(super) fn stage_unchanged(
+        &self,
+        drawn: &Unchanged,
+        staging: &mut Staging,
+    ) -> Result<(), JobError> {
         if !self.is_wanted() {
             return Ok(());
         }
         let scene = drawn.scene();
         let page = || drawn.page_of(&scene, &self.command_line);
-        self.write_files(page, || drawn.picture_of(&scene))
+        self.stage_files(page, || drawn.picture_of(&scene), staging)
     }
 
-    /// Draws a mesh before and after.
-    pub(super) fn write(&self, drawn: &Drawn) -> Result<(), JobError> {
+    /// Stages the drawings of what became of a mesh.
+    pub(super) fn stage(&self, drawn: &Drawn, staging: &mut Staging) -> Result<(), JobError> {
         if !self.is_wanted() {
             return Ok(());
         }
         let scene = drawn.scene();
         let page = || drawn.page_of(&scene, &self.command_line);
-        self.write_files(page, || picture(&scene))
+        self.stage_files(page, || picture(&scene), staging)
     }
 
-    fn write_files(
+    fn stage_files(
         &self,
         page: impl FnOnce() -> String,
         picture: impl FnOnce() -> Result<Vec<u8>, PictureError>,
+        staging: &mut Staging,
     ) -> Result<(), JobError> {
         if let Some(path) = &self.page {
-            write_text(path, &page())?;
+            staging.add(path, page().as_bytes())?;
         }
         if let Some(path) = &self.picture {
-            write_bytes(path, &picture()?)?;
+            staging.add(path, &picture()?)?;
         }
         Ok(())
     }

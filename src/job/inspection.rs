@@ -10,7 +10,7 @@ use crate::compare::{Comparison, compare as compare_meshes};
 use crate::io::Loaded;
 use crate::mend::{Control, CreaseEnd, FillError, Inspection};
 use crate::mesh::mask::Selection;
-use crate::mesh::{Defects, OpenChain};
+use crate::mesh::{Defects, OpenChain, Unit};
 
 /// The holes and properties of a mesh file.
 #[non_exhaustive]
@@ -24,6 +24,8 @@ pub struct Inspected<'a> {
     pub crease_ends: Vec<CreaseEnd>,
     /// The faces that a mask marks, if one was given.
     pub marked: Option<(Selection, Marked)>,
+    /// The unit of the coordinates, where it was given.
+    pub unit: Option<Unit>,
 }
 
 /// Inspects a mesh, draws it if requested, and applies a mask if one is given.
@@ -34,6 +36,7 @@ pub fn inspect<'a>(
     source: &'a Source,
     loaded: &'a Loaded,
     mask: Option<&MaskSpec>,
+    unit: Option<Unit>,
     drawings: &Drawings,
 ) -> Result<Inspected<'a>, JobError> {
     let place = &source.place;
@@ -50,6 +53,7 @@ pub fn inspect<'a>(
         found: &found,
         crease_ends: &crease_ends,
         verdict: None,
+        unit,
     })?;
     Ok(Inspected {
         place,
@@ -57,6 +61,7 @@ pub fn inspect<'a>(
         found,
         crease_ends,
         marked,
+        unit,
     })
 }
 
@@ -64,6 +69,8 @@ pub fn inspect<'a>(
 struct InspectBody<'a> {
     input: FileInfo,
     notes: &'a [String],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unit: Option<Unit>,
     vertices: usize,
     faces: usize,
     /// Smallest and largest coordinates.
@@ -86,6 +93,7 @@ impl Inspected<'_> {
         let body = InspectBody {
             input: FileInfo::new(self.place, loaded.format, &loaded.mesh),
             notes: &loaded.notes,
+            unit: self.unit,
             vertices: loaded.mesh.positions.len(),
             faces: loaded.mesh.faces.len(),
             bounds: loaded.mesh.bounds(),
@@ -111,6 +119,8 @@ pub struct Checked<'a> {
     pub found: Inspection<'a>,
     /// The verdict.
     pub verdict: Verdict,
+    /// The unit of the coordinates, where it was given.
+    pub unit: Option<Unit>,
 }
 
 /// Checks a mesh for all kinds of defects, and draws it if requested.
@@ -121,6 +131,7 @@ pub fn check<'a>(
     source: &'a Source,
     loaded: &'a Loaded,
     params: &CheckParams,
+    unit: Option<Unit>,
     drawings: &Drawings,
 ) -> Result<Checked<'a>, JobError> {
     params.check().map_err(FillError::from)?;
@@ -136,12 +147,14 @@ pub fn check<'a>(
         found: &found,
         crease_ends: &[],
         verdict: Some(&verdict),
+        unit,
     })?;
     Ok(Checked {
         place,
         loaded,
         found,
         verdict,
+        unit,
     })
 }
 
@@ -149,6 +162,8 @@ pub fn check<'a>(
 struct CheckBody<'a> {
     input: FileInfo,
     notes: &'a [String],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unit: Option<Unit>,
     #[serde(flatten)]
     verdict: VerdictRow<'a>,
 }
@@ -159,6 +174,7 @@ impl Checked<'_> {
         let body = CheckBody {
             input: FileInfo::new(self.place, self.loaded.format, &self.loaded.mesh),
             notes: &self.loaded.notes,
+            unit: self.unit,
             verdict: VerdictRow::new(&self.verdict),
         };
         Document::new("check", body)
@@ -169,6 +185,8 @@ impl Checked<'_> {
 struct CompareBody<'a> {
     first: &'a FileInfo,
     second: &'a FileInfo,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unit: Option<Unit>,
     #[serde(flatten)]
     comparison: &'a Comparison,
 }
@@ -179,13 +197,19 @@ pub struct Compared {
     files: [FileInfo; 2],
     /// The distances between the meshes.
     pub comparison: Comparison,
+    /// The unit of the coordinates, where it was given.
+    pub unit: Option<Unit>,
 }
 
 /// Compares two meshes, with `samples` sample points on each.
 ///
 /// # Errors
-/// [`JobError::Compare`] if the meshes cannot be compared, for example because one has no surface.
-pub fn compare(meshes: [(&Source, &Loaded); 2], samples: usize) -> Result<Compared, JobError> {
+/// [`JobError::Compare`] when there is nothing to compare.
+pub fn compare(
+    meshes: [(&Source, &Loaded); 2],
+    samples: usize,
+    unit: Option<Unit>,
+) -> Result<Compared, JobError> {
     let [(first, a), (second, b)] = meshes;
     let comparison = compare_meshes(&a.mesh, &b.mesh, samples);
     let comparison = comparison.map_err(|error| JobError::Compare {
@@ -199,6 +223,7 @@ pub fn compare(meshes: [(&Source, &Loaded); 2], samples: usize) -> Result<Compar
     Ok(Compared {
         files: meshes.map(info),
         comparison,
+        unit,
     })
 }
 
@@ -210,6 +235,7 @@ impl Compared {
         let body = CompareBody {
             first,
             second,
+            unit: self.unit,
             comparison,
         };
         Document::new("compare", body)

@@ -10,10 +10,12 @@ use super::deliver::{Deliverables, Delivered, clear_run_times};
 use super::draw::{Before, Drawings, Drawn};
 use super::outcome::JobResult;
 use super::output::Saving;
-use super::result::{Kept, OperationReport};
+use super::result::{Extent, Kept};
+use super::staging::Staging;
 use super::unchanged::Unchanged;
 use super::{JobError, JobSpec, Output, Place};
 use crate::attributes::transfer;
+use crate::cancel::Cancel;
 use crate::fill::RegionReport;
 use crate::io::Loaded;
 use crate::mend::{FillReport, Inspection};
@@ -43,9 +45,12 @@ pub struct Mended<'s> {
     /// SHA-256 of the file or the bytes that were read; `None` if the mesh was given in memory.
     #[serde(default)]
     pub(super) sha256: Option<String>,
-    /// The kind of work, with its report without the fill.
-    pub extent: OperationReport,
-    /// The report of the fill.
+    /// The token that stops its writing.
+    #[serde(skip)]
+    pub(super) cancel: Cancel,
+    /// What was done beside filling.
+    pub extent: Extent,
+    /// What was found and done.
     pub report: FillReport,
 }
 
@@ -90,6 +95,7 @@ impl<'s> Mended<'s> {
             kept: self.kept,
             face_origins: self.face_origins,
             sha256: self.sha256,
+            cancel: self.cancel,
             extent: self.extent,
             report: self.report,
         }
@@ -112,6 +118,8 @@ impl<'s> Mended<'s> {
     #[must_use]
     pub fn to(mut self, output: Output) -> Self {
         self.spec.to_mut().output = Some(output);
+        // The run that made it is over.
+        self.cancel = Cancel::new();
         self
     }
 
@@ -235,6 +243,7 @@ impl<'s> Mended<'s> {
             found: &found,
             crease_ends: &[],
             verdict: None,
+            unit: self.spec.deliverables.unit,
         })
     }
 
@@ -277,9 +286,11 @@ impl<'s> Mended<'s> {
         };
         let regions: &mut [RegionReport] = &mut self.report.regions;
         let own = std::mem::take(&mut self.made);
+        let mut staging = Staging::default();
+        let wanted = &self.spec.deliverables;
         let (mesh, notes, bytes, sha256) = match &self.extent {
-            OperationReport::Copied => {
-                let stored = output.write_copy(&self.kept_input, self.spec.deliverables.unit)?;
+            Extent::Copied => {
+                let stored = output.write_copy(&self.first, wanted.unit, &mut staging)?;
                 (None, stored.notes, stored.bytes, stored.sha256)
             }
             _ => {
@@ -291,26 +302,23 @@ impl<'s> Mended<'s> {
                     expected_error: &self.expected_error,
                     judges: self.extent.judged_by(),
                     components: &components,
-                    mark: self.spec.deliverables.mark,
-                    unit: self.spec.deliverables.unit,
+                    mark: wanted.mark,
+                    unit: wanted.unit,
+                    source: &self.spec.source.place,
+                    plain_patches: wanted.has_plain_patches(),
+                    cancel: &self.cancel,
                 };
-                let saved = output.write_mended(own, &saving, regions)?;
-                self.deliver(&saved, &components, &mut delivered)?;
+                let saved = output.write_mended(own, &saving, regions, &mut staging)?;
+                self.deliver(&saved, &components, &mut delivered, &mut staging)?;
                 self.extent.judge(&saved.mesh, saved.verdict)?;
                 (Some(saved.mesh), saved.notes, saved.bytes, saved.sha256)
             }
         };
-        let notes_read = self.kept_input.notes.len();
-        let notes = [&self.kept_input.notes[..], &notes, &delivered.notes].concat();
-        let drawings = &self.spec.drawings;
-        match &mesh {
-            None if !drawings.is_wanted() => {}
-            None => self.unchanged(|drawn| drawings.write_unchanged(drawn))?,
-            Some(mesh) => {
-                let filed = self.filed_facts(Some(&delivered), Some(&sha256));
-                drawings.write(&self.drawing(mesh, &output.place, &notes, filed))?;
-            }
-        }
+        let notes_read = self.first.notes.len();
+        let notes = [&self.first.notes[..], &notes, &delivered.notes].concat();
+        let filed = (&delivered, &sha256[..]);
+        self.stage_drawings(mesh.as_ref(), &notes, filed, &mut staging)?;
+        staging.finish(&self.cancel)?;
         Ok(JobResult {
             spec: self.spec,
             format: self.kept_input.format,
@@ -327,7 +335,30 @@ impl<'s> Mended<'s> {
     }
 }
 
-/// The output that the page of an unwritten result shows.
+impl Mended<'_> {
+    /// Stages the drawings of a mesh as it was written; of a copy there is none. `delivered` and the hash of the mesh stand on the page.
+    fn stage_drawings(
+        &self,
+        mesh: Option<&Mesh>,
+        notes: &[String],
+        (delivered, sha256): (&Delivered, &str),
+        staging: &mut Staging,
+    ) -> Result<(), JobError> {
+        let drawings = &self.spec.drawings;
+        let Some(mesh) = mesh else {
+            return match drawings.is_wanted() {
+                true => self.unchanged(|drawn| drawings.stage_unchanged(drawn, staging)),
+                false => Ok(()),
+            };
+        };
+        let nowhere = nowhere();
+        let place = self.spec.output.as_ref().map_or(&nowhere, |o| &o.place);
+        let filed = self.filed_facts(Some(delivered), Some(sha256));
+        drawings.stage(&self.drawing(mesh, place, notes, filed), staging)
+    }
+}
+
+/// The place of a result that is written nowhere, on its page.
 fn nowhere() -> Place {
     Place::memory("in memory")
 }

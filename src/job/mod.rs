@@ -36,9 +36,12 @@ mod places;
 mod read;
 mod result;
 mod spec;
+mod staging;
 mod steps;
 mod surface;
+mod texels;
 mod unchanged;
+mod units;
 mod volumes;
 
 pub use batch::{Batch, BatchObserver, BatchResult};
@@ -61,4 +64,4 @@ pub use unchanged::Unchanged;
 pub use volumes::{MeasuredFile, VolumeSeconds, measure, write_volume};
 
 #[cfg_attr(not(feature = "cli"), allow(unused_imports))]
-pub(crate) use {output::write_text, volumes::DISTANCE};
+pub(crate) use {output::write_text, units::contradiction, volumes::DISTANCE};

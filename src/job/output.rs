@@ -1,7 +1,6 @@
 //! Writes mended meshes and copies: rounding to the format, attributes, marks, materials of patches, and the check of written bytes.
 
 use std::borrow::Cow;
-use std::fs;
 use std::path::Path;
 
 use glam::{DMat4, DVec3};
@@ -9,8 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use super::deliver::{Component, Mark};
 use super::hash::sha256;
+use super::staging::{Staging, make_folder};
+use super::texels::{Texels, add_material, refer_to_material};
+use super::units::unit_notes;
 use super::{JobError, Place};
 use crate::attributes::transfer;
+use crate::cancel::Cancel;
 use crate::check::{CheckParams, Verdict};
 use crate::fill::RegionReport;
 use crate::io::{
@@ -18,17 +21,10 @@ use crate::io::{
     no_side_files, read_bytes, replace_file,
 };
 use crate::mend::Inspection;
-use crate::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
 use crate::mesh::{Attributes, Mesh, Model, Unit};
 use crate::stitch::count_intersecting_faces;
 
-/// The file with the material of patches, written next to an OBJ file that has material files.
-pub(super) const PATCH_LIBRARY: &str = "isomend_patch.mtl";
-/// The content of that file.
-pub(super) const PATCH_MATERIAL: &str = "# The material of patches that the texture of their surroundings cannot cover.\n\
-                              newmtl isomend_patch\nKd 0.8 0.8 0.8\n";
-
-/// The place and the format of a mesh to write.
+/// Where a mesh goes, in which format.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Output {
@@ -76,6 +72,12 @@ pub(super) struct Saving<'a> {
     pub(super) mark: Option<Mark>,
     /// The unit of the coordinates, if it was given.
     pub(super) unit: Option<Unit>,
+    /// Where the input came from.
+    pub(super) source: &'a Place,
+    /// Whether patches across seams of a texture get no texels of their own.
+    pub(super) plain_patches: bool,
+    /// The token that stops the writing.
+    pub(super) cancel: &'a Cancel,
 }
 
 /// Bytes that were written.
@@ -167,6 +169,7 @@ impl Output {
         mut mesh: Mesh,
         saving: &Saving,
         regions: &mut [RegionReport],
+        staging: &mut Staging,
     ) -> Result<Saved, JobError> {
         let (input, whole) = (saving.input, saving.whole);
         let kept = if whole { 0 } else { input.mesh.positions.len() };
@@ -184,30 +187,63 @@ impl Output {
             recount_intersections(&written, input, whole, regions);
         }
         if whole {
-            return self.write_whole(mesh, saving);
+            return self.write_whole(mesh, saving, staging);
         }
+        let mut side_files = Staging::default();
+        let mut done = self.dressed(mesh, kept, saving, &mut side_files)?;
+        let in_file = self.format == Format::Obj && self.place.folder().is_some();
+        let material = in_file && refer_to_material(&mut done.attributes);
+        let document = input.document.as_ref();
+        let mut saved = self.write_model(done.mesh, done.attributes, document, saving, staging)?;
+        saved.notes = [done.notes, saved.notes].concat();
+        if material {
+            add_material(&self.place, self.make_folder, &mut side_files)?;
+        }
+        staging.append(side_files);
+        let own = input.attributes.unit;
+        saved
+            .notes
+            .extend(unit_notes(own, saving.unit, self.format));
+        saved.notes.extend(self.side_files(input));
+        Ok(saved)
+    }
+
+    /// A mended mesh with what it carries: attributes continued on patches, texels, marks, expected errors of vertices, of which the first
+    /// `kept` are the input's.
+    fn dressed(
+        &self,
+        mesh: Mesh,
+        kept: usize,
+        saving: &Saving,
+        staging: &mut Staging,
+    ) -> Result<Model, JobError> {
+        let input = saving.input;
         let mut done = transfer(&input.mesh, &input.attributes, mesh);
+        if !saving.plain_patches {
+            let texels = Texels {
+                place: &self.place,
+                format: self.format,
+                make_folder: self.make_folder,
+                input,
+                source: saving.source,
+                components: saving.components,
+                cancel: saving.cancel,
+            };
+            texels.add(&mut done, staging)?;
+        }
         if saving.unit.is_some() {
             done.attributes.unit = saving.unit;
         }
         if let Some(mark) = saving.mark {
             let kept = input.mesh.faces.len();
-            let notes = mark.apply(&mut done, kept, saving.components, self.format);
+            let file = (self.format, input.document.as_ref());
+            let notes = mark.apply(&mut done, kept, saving.components, file);
             done.notes.extend(notes);
         }
         if matches!(self.format, Format::Ply | Format::Vtk | Format::Vtp) {
             done.set_expected_errors(kept, saving.expected_error);
         }
-        let in_file = self.format == Format::Obj && self.place.folder().is_some();
-        let material = in_file && refer_to_material(&mut done.attributes);
-        let document = input.document.as_ref();
-        let mut saved = self.write_model(done.mesh, done.attributes, document, saving)?;
-        saved.notes = [done.notes, saved.notes].concat();
-        if material {
-            self.write_material()?;
-        }
-        saved.notes.extend(self.side_files(input));
-        Ok(saved)
+        Ok(done)
     }
 
     /// Writes a mesh as it was read.
@@ -215,6 +251,7 @@ impl Output {
         &self,
         input: &Loaded,
         unit: Option<Unit>,
+        staging: &mut Staging,
     ) -> Result<Stored, JobError> {
         let mut attributes = Cow::Borrowed(&input.attributes);
         if unit.is_some() && self.format == Format::ThreeMf {
@@ -225,18 +262,29 @@ impl Output {
             attributes: &attributes,
             document: input.document.as_ref(),
         };
-        let mut stored = self.write_contents(&model, precision_of(input))?;
+        let mut stored = self.write_contents(&model, precision_of(input), staging)?;
+        let own = input.attributes.unit;
+        stored.notes.extend(unit_notes(own, unit, self.format));
         stored.notes.extend(self.side_files(input));
         Ok(stored)
     }
 
-    /// Writes whole level sets, which have no attributes of the input.
-    fn write_whole(&self, mesh: Mesh, saving: &Saving) -> Result<Saved, JobError> {
+    /// Writes level sets by themselves.
+    fn write_whole(
+        &self,
+        mesh: Mesh,
+        saving: &Saving,
+        staging: &mut Staging,
+    ) -> Result<Saved, JobError> {
         let attributes = Attributes {
             unit: saving.unit.or(saving.input.attributes.unit),
             ..Attributes::default()
         };
-        let mut saved = self.write_model(mesh, attributes, None, saving)?;
+        let mut saved = self.write_model(mesh, attributes, None, saving, staging)?;
+        let own = saving.input.attributes.unit;
+        saved
+            .notes
+            .extend(unit_notes(own, saving.unit, self.format));
         let listed = saving.input.attributes.listed();
         if !listed.is_empty() {
             let what = format!("left out, because a whole level set has no attributes: {listed}");
@@ -245,22 +293,13 @@ impl Output {
         Ok(saved)
     }
 
-    /// Writes the file with the material of patches, unless it exists: the user may have edited it.
-    fn write_material(&self) -> Result<(), JobError> {
-        let beside = self.place.path().map(|p| p.with_file_name(PATCH_LIBRARY));
-        match beside.filter(|path| !path.exists()) {
-            Some(path) => write_text(&path, PATCH_MATERIAL),
-            None => Ok(()),
-        }
-    }
-
-    /// Encodes a mesh, checks the bytes if requested, and stores them.
     fn write_model(
         &self,
         mesh: Mesh,
         attributes: Attributes,
         document: Option<&Document>,
         saving: &Saving,
+        staging: &mut Staging,
     ) -> Result<Saved, JobError> {
         let model = Contents {
             mesh: &mesh,
@@ -281,7 +320,7 @@ impl Output {
             }
         };
         let sha256 = sha256(&bytes);
-        let bytes = self.store(bytes)?;
+        let bytes = self.store(bytes, staging)?;
         Ok(Saved {
             mesh,
             attributes,
@@ -301,7 +340,9 @@ impl Output {
         model: &Contents<'_>,
         precision: Precision,
     ) -> Result<(Vec<String>, Vec<u8>), JobError> {
-        let stored = self.write_contents(model, precision)?;
+        let mut staging = Staging::default();
+        let stored = self.write_contents(model, precision, &mut staging)?;
+        staging.finish(&Cancel::new())?;
         Ok((stored.notes, stored.bytes))
     }
 
@@ -310,25 +351,27 @@ impl Output {
         &self,
         model: &Model,
         precision: Precision,
+        staging: &mut Staging,
     ) -> Result<Stored, JobError> {
         let contents = Contents {
             mesh: &model.mesh,
             attributes: &model.attributes,
             document: None,
         };
-        self.write_contents(&contents, precision)
+        self.write_contents(&contents, precision, staging)
     }
 
     fn write_contents(
         &self,
         model: &Contents<'_>,
         precision: Precision,
+        staging: &mut Staging,
     ) -> Result<Stored, JobError> {
         let written = self.encode(model, precision)?;
         Ok(Stored {
             sha256: sha256(&written.bytes),
             notes: written.notes,
-            bytes: self.store(written.bytes)?,
+            bytes: self.store(written.bytes, staging)?,
         })
     }
 
@@ -348,18 +391,13 @@ impl Output {
         })
     }
 
-    /// Writes bytes to the file, or returns them if the output is the caller's memory.
-    fn store(&self, bytes: Vec<u8>) -> Result<Vec<u8>, JobError> {
+    /// Stages the bytes of the file, or returns them where they are the caller's.
+    fn store(&self, bytes: Vec<u8>, staging: &mut Staging) -> Result<Vec<u8>, JobError> {
         let Place::File(path) = &self.place else {
             return Ok(bytes);
         };
-        if let Some(folder) = path.parent().filter(|_| self.make_folder) {
-            fs::create_dir_all(folder).map_err(|cause| JobError::Unwritable {
-                path: folder.to_path_buf(),
-                what: format!("the folder cannot be created: {cause}"),
-            })?;
-        }
-        write_bytes(path, &bytes)?;
+        make_folder(path, self.make_folder)?;
+        staging.add(path, &bytes)?;
         Ok(Vec::new())
     }
 
@@ -436,23 +474,4 @@ fn recount_intersections(mesh: &Mesh, input: &Loaded, whole: bool, regions: &mut
     for (region, count) in regions.iter_mut().zip(counts) {
         region.set_intersecting(count);
     }
-}
-
-/// Adds the material file of patches to the list of material files, if that list is not empty and a patch uses the material. Returns
-/// whether the file is needed.
-fn refer_to_material(attributes: &mut Attributes) -> bool {
-    let materials = attributes.labels_of(LabelKind::Material);
-    let place = materials.and_then(|m| m.names.iter().position(|name| name == PATCH_NAME));
-    let used = |m: &Labels| place.is_some_and(|place| m.of_face.contains(&(place as u32)));
-    if attributes.libraries.is_empty() || !materials.is_some_and(used) {
-        return false;
-    }
-    if !attributes
-        .libraries
-        .iter()
-        .any(|name| name == PATCH_LIBRARY)
-    {
-        attributes.libraries.push(PATCH_LIBRARY.to_owned());
-    }
-    true
 }

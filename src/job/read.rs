@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::hash::sha256;
-use super::output::{PATCH_LIBRARY, PATCH_MATERIAL};
+use super::texels::{PATCH_LIBRARY, PATCH_MATERIAL};
 use super::{JobError, Place};
 use crate::io::{Format, IoError, Loaded, beside, bytes_of, no_side_files, read_as, read_bytes};
 

@@ -11,6 +11,8 @@ use super::mended::Mended;
 use super::outcome::{JobPlan, JobResult, WorkPlan};
 use super::result::{KeptInput, Made, OperationReport, repaired};
 use super::{JobError, JobSpec, MaskSpec, Work};
+use crate::cancel::Cancel;
+use crate::fill::SurfaceKind;
 use crate::io::Loaded;
 use crate::mend::{Control, FairError, Filled, Inspection, RestoreError};
 use crate::mesh::Mesh;
@@ -133,7 +135,7 @@ impl<'s> Read<'s> {
             Work::Copy => Made::copy(&self.loaded.mesh),
             work => self.make(&work.inspect(&self.loaded.mesh)?, control)?,
         };
-        Ok(self.mended(made))
+        Ok(self.mended(made).stopped_by(control))
     }
 
     /// Does the work on a mesh that has been inspected; `found` is the inspection.
@@ -142,7 +144,7 @@ impl<'s> Read<'s> {
     /// As [`Read::mend`].
     pub fn mend_found(self, found: &Inspection, control: &Control) -> Result<Mended<'s>, JobError> {
         let made = self.make(found, control)?;
-        Ok(self.mended(made))
+        Ok(self.mended(made).stopped_by(control))
     }
 
     /// Takes a mesh that was filled elsewhere, for example by [`crate::Regions::assemble`].
@@ -212,9 +214,18 @@ impl<'s> Read<'s> {
             kept,
             face_origins,
             sha256,
+            cancel: Cancel::default(),
             extent: made.extent,
             report: made.report,
         }
+    }
+}
+
+impl Mended<'_> {
+    /// The same, whose writing is stopped by the token of a run.
+    fn stopped_by(mut self, control: &Control) -> Self {
+        self.cancel = control.token();
+        self
     }
 }
 

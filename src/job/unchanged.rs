@@ -7,7 +7,7 @@ use crate::check::{DefectKind, Verdict};
 use crate::fill::{HoleOutcome, LeftReason};
 use crate::io::Loaded;
 use crate::mend::{CreaseEnd, HoleReport, Inspection};
-use crate::mesh::{Hole, Mesh, point};
+use crate::mesh::{Hole, Mesh, Unit, point};
 use crate::report::html::{Page, page};
 use crate::report::picture::{PictureError, picture_of_marked, picture_of_one};
 use crate::report::scene::{Change, Colour, Scene};
@@ -29,6 +29,8 @@ pub struct Unchanged<'a> {
     pub crease_ends: &'a [CreaseEnd],
     /// The verdict whose defects are drawn instead of the holes.
     pub verdict: Option<&'a Verdict>,
+    /// The unit of its coordinates, where it was given.
+    pub unit: Option<Unit>,
 }
 
 impl Unchanged<'_> {
@@ -99,7 +101,7 @@ impl Unchanged<'_> {
     fn facts_of_verdict(&self, verdict: &Verdict) -> Vec<(&'static str, String)> {
         let [low, high] = self.loaded.mesh.bounds();
         let mut facts = vec![("input", self.place.name()), ("verdict", verdict.line())];
-        facts.extend(verdict_rows(verdict, low.distance(high)));
+        facts.extend(verdict_rows(verdict, low.distance(high), self.unit));
         let marked = verdict.defects.iter().map(|d| {
             let colour = colour(d.kind).name;
             format!("{colour}: {}", d.kind.text(d.count))
@@ -125,6 +127,9 @@ impl Unchanged<'_> {
             ("from", point(low, size)),
             ("to", point(high, size)),
         ];
+        if let Some(unit) = self.unit {
+            facts.push(("unit of lengths", unit.to_string()));
+        }
         if let Some(line) = crease_end_line(self.crease_ends) {
             facts.push(("sharp edges", line));
         }

@@ -63,7 +63,12 @@ impl<'a> Control<'a> {
         self.cancel.is_some_and(Cancel::is_cancelled)
     }
 
-    /// Checks that the parameters are within their bounds. Every run does so first.
+    /// The token that stops the run; one that is never set where none was given.
+    pub(crate) fn token(&self) -> Cancel {
+        self.cancel.cloned().unwrap_or_default()
+    }
+
+    /// Whether its parameters are within their bounds. Every run checks that first.
     ///
     /// # Errors
     /// [`FillError::Threads`] for more than [`Control::MOST_THREADS`] threads.

@@ -1,17 +1,17 @@
 //! The verdict of a mesh check as text: one line per kind of defect, with counts and positions.
 
-use super::{length, point};
+use super::point;
 use crate::check::{Defect, DefectKind, Verdict};
+use crate::mesh::Unit;
 
 /// Most positions in a line.
 const MOST_PLACES: usize = 3;
 
-/// A verdict in lines: the verdict itself, then one line for each kind of defect that was looked for. `size` is the diagonal of the
-/// mesh's bounding box, to which positions are rounded.
-pub fn verdict_lines(verdict: &Verdict, size: f64) -> Vec<String> {
+/// A verdict in lines: the verdict itself first, then what was looked for, what was found and where.
+pub fn verdict_lines(verdict: &Verdict, size: f64, unit: Option<Unit>) -> Vec<String> {
     let mut lines = vec![verdict.line(), String::new()];
     lines.extend(
-        verdict_rows(verdict, size)
+        verdict_rows(verdict, size, unit)
             .into_iter()
             .map(|(name, value)| {
                 let name = format!("{name}:");
@@ -21,8 +21,12 @@ pub fn verdict_lines(verdict: &Verdict, size: f64) -> Vec<String> {
     lines
 }
 
-/// The rows of a verdict as names and values; `size` is as in [`verdict_lines`].
-pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)> {
+/// The rows of a verdict: names and values; `size` is the extent of the mesh, `unit` that of its coordinates, where it is known.
+pub fn verdict_rows(
+    verdict: &Verdict,
+    size: f64,
+    unit: Option<Unit>,
+) -> Vec<(&'static str, String)> {
     let mut rows = vec![(
         "mesh",
         format!(
@@ -40,13 +44,16 @@ pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)>
         let found = verdict.defects.iter().find(|d| d.kind == kind);
         let name = name(kind);
         match (found, kind) {
-            (Some(defect), _) => Some((name, defect_text(defect, verdict, size))),
+            (Some(defect), _) => Some((name, told(defect, verdict, size, unit))),
             (None, DefectKind::Thin) if verdict.params.thin.is_none() => None,
             (None, DefectKind::ThinWall) if verdict.params.min_wall.is_none() => None,
             (None, _) => Some((name, "none".to_owned())),
         }
     }));
-    if let Some(walls) = walls(verdict, size) {
+    if let Some(unit) = unit {
+        rows.push(("unit of lengths", unit.to_string()));
+    }
+    if let Some(walls) = walls(verdict, size, unit) {
         rows.push(("walls", walls));
     }
     if verdict.t_junctions > 0 {
@@ -61,9 +68,10 @@ pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)>
             true => "; `isomend repair` merges them by default",
             false => "",
         };
+        let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
         let what = format!(
-            "{edges} of {} boundary edges close if vertices within {length:e} are merged{by_itself}",
-            verdict.count(DefectKind::BoundaryEdge)
+            "{edges} of {} border edges close where vertices within {length:e}{unit} are merged{by_itself}",
+            verdict.count(DefectKind::Border)
         );
         rows.push(("nearly closed", what));
     }
@@ -80,8 +88,8 @@ pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)>
     rows
 }
 
-/// The least wall thickness with its position, and the mean.
-fn walls(verdict: &Verdict, size: f64) -> Option<String> {
+/// The least wall, with where it is, and the mean one.
+fn walls(verdict: &Verdict, size: f64, unit: Option<Unit>) -> Option<String> {
     let (number, thinnest, mean) = verdict.walls()?;
     let own = match verdict.components.len() {
         1 => String::new(),
@@ -89,10 +97,10 @@ fn walls(verdict: &Verdict, size: f64) -> Option<String> {
     };
     let at = thinnest.thinnest_at.unwrap_or(thinnest.centre);
     Some(format!(
-        "least thickness {}{own} at {}; mean {}",
-        length(thinnest.least_wall?),
+        "{} at least,{own} at {}; {} in the mean",
+        Unit::text(unit, thinnest.least_wall?),
         point(at, size),
-        length(mean)
+        Unit::text(unit, mean)
     ))
 }
 
@@ -112,8 +120,7 @@ fn name(kind: DefectKind) -> &'static str {
     }
 }
 
-/// The count of a defect with details and its first positions.
-fn defect_text(defect: &Defect, verdict: &Verdict, size: f64) -> String {
+fn told(defect: &Defect, verdict: &Verdict, size: f64, unit: Option<Unit>) -> String {
     let mut text = defect.count.to_string();
     match (defect.kind, verdict.params.thin) {
         (DefectKind::BoundaryEdge, _) => {
@@ -127,11 +134,11 @@ fn defect_text(defect: &Defect, verdict: &Verdict, size: f64) -> String {
         }
         (DefectKind::InsideOut, _) => text += " closed components",
         (DefectKind::Thin, Some(thin)) => {
-            text += &format!(" faces where the body is thinner than {}", length(thin));
+            text += &format!(" faces where it is thinner than {}", Unit::text(unit, thin));
         }
         (DefectKind::ThinWall, _) => {
             let limit = verdict.params.min_wall.unwrap_or_default();
-            text += &format!(" faces at walls thinner than {}", length(limit));
+            text += &format!(" faces at walls thinner than {}", Unit::text(unit, limit));
         }
         _ => {}
     }

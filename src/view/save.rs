@@ -91,7 +91,7 @@ impl App {
             }
             None => {
                 let drawings = drawn(format!("isomend inspect {}", self.input.display()));
-                inspect(&self.source_of(state), &state.loaded, None, &drawings)?;
+                inspect(&self.source_of(state), &state.loaded, None, None, &drawings)?;
             }
         }
         Ok(Saved {

@@ -231,7 +231,7 @@ fn inspect_mesh(
     source: &Source,
     loaded: &Loaded,
 ) -> Result<(Vec<Hole>, Vec<CreaseEnd>, Value), JobError> {
-    let inspected = inspect(source, loaded, None, &Drawings::default())?;
+    let inspected = inspect(source, loaded, None, None, &Drawings::default())?;
     let document = serde_json::to_value(inspected.document()).unwrap_or_default();
     Ok((inspected.found.holes, inspected.crease_ends, document))
 }

@@ -19,7 +19,7 @@ const LAYERS: [&[&str]; 14] = [
     &["sdf", "extract", "compare", "check"],
     &["flow"],
     &["attributes", "creases", "finish", "region", "stitch"],
-    &["fill", "volume"],
+    &["fill", "texture", "volume"],
     &["mend"],
     &["repair"],
     &["report", "study"],

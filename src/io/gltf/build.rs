@@ -54,14 +54,38 @@ impl Builder {
 
     /// Appends a buffer view, aligned to four bytes.
     fn view(&mut self, bytes: impl Iterator<Item = u8>, target: u32) -> usize {
+        let view = self.plain_view(bytes);
+        self.list("bufferViews")[view]["target"] = json!(target);
+        view
+    }
+
+    /// Appends a buffer view of what is neither vertices nor indices.
+    fn plain_view(&mut self, bytes: impl Iterator<Item = u8>) -> usize {
         self.align();
         let start = self.data.len();
         self.data.extend(bytes);
         let length = self.data.len() - start;
         self.push(
             "bufferViews",
-            json!({ "buffer": 0, "byteOffset": start, "byteLength": length, "target": target }),
+            json!({ "buffer": 0, "byteOffset": start, "byteLength": length }),
         )
+    }
+
+    /// Appends a texture with an image of its own, which is a path relative to the file's folder, or a PNG image as a data URI, whose
+    /// bytes go into the buffer.
+    pub(super) fn texture(&mut self, image: &str) -> usize {
+        let bytes = image
+            .strip_prefix("data:")
+            .and_then(super::buffers::decode_data_uri);
+        let image = match bytes {
+            Some(bytes) => {
+                let view = self.plain_view(bytes.into_iter());
+                json!({ "bufferView": view, "mimeType": "image/png" })
+            }
+            None => json!({ "uri": super::materials::percent_encoded(image) }),
+        };
+        let image = self.push("images", image);
+        self.push("textures", json!({ "source": image }))
     }
 
     fn align(&mut self) {

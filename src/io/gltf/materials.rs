@@ -32,10 +32,9 @@ impl<'a> Materials<'a> {
         for name in materials.names {
             let mut material = materials.described(name);
             if let Some(image) = materials.look(name).and_then(|m| m.texture.as_deref()) {
-                let texture = *textures.entry(image).or_insert_with(|| {
-                    let image = builder.push("images", json!({ "uri": percent_encoded(image) }));
-                    builder.push("textures", json!({ "source": image }))
-                });
+                let texture = *textures
+                    .entry(image)
+                    .or_insert_with(|| builder.texture(image));
                 material["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": texture });
             }
             builder.push("materials", material);
@@ -83,8 +82,8 @@ impl<'a> Materials<'a> {
     }
 }
 
-/// The shortest decimal that gives the same 32-bit float, as a 64-bit float.
-fn decimal(value: f32) -> f64 {
+/// The number with the digits that a 32-bit float has.
+pub(super) fn decimal(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(f64::from(value))
 }
 
@@ -102,8 +101,8 @@ pub(super) fn turned(uv: &Attribute) -> Option<Attribute> {
     Some(turned)
 }
 
-/// A path as a percent-encoded relative reference (RFC 3986).
-fn percent_encoded(path: &str) -> String {
+/// A path as a relative reference (RFC 3986).
+pub(super) fn percent_encoded(path: &str) -> String {
     let mut out = String::with_capacity(path.len());
     for byte in path.bytes() {
         match byte {

@@ -1,15 +1,20 @@
 //! Reads and writes glTF 2.0, as JSON (.gltf) or binary (.glb).
 
 mod accessor;
+#[cfg(feature = "report")]
+mod base_colour;
 mod buffers;
 mod build;
 mod document;
 mod materials;
 mod patch;
+mod patch_materials;
 mod scene;
 mod values;
 mod write;
 
+#[cfg(feature = "report")]
+pub(crate) use base_colour::{BaseImage, Wrapping};
 pub use document::{Document, Image};
 
 use gltf_json::Root;

@@ -9,6 +9,7 @@ use serde_json::{Map, Value, json};
 use super::super::{Contents, Format, IoError, Written};
 use super::build::Builder;
 use super::document::Document;
+use super::patch_materials;
 use super::scene::{Block, PlacedPrimitive};
 use super::values;
 use super::write::push_floats;
@@ -27,10 +28,15 @@ pub(super) fn write(
     }
     let mut notes = Vec::new();
     let patches = Patches::new(document, model);
+    let mut materials =
+        patch_materials::PatchMaterials::new(document, model.attributes, &mut builder);
     let mut meshes: BTreeMap<usize, Vec<Value>> = BTreeMap::new();
     for ((node_of, material), faces) in &patches.groups {
         let block = &document.blocks[*node_of];
-        let primitive = patches.primitive(&mut builder, block, *material, faces, format)?;
+        let mut primitive = patches.primitive(&mut builder, block, faces, format)?;
+        if *material != NONE {
+            primitive["material"] = json!(materials.index(&mut builder, *material));
+        }
         meshes.entry(*node_of).or_default().push(primitive);
     }
     for (block, primitives) in meshes {
@@ -267,7 +273,6 @@ impl<'a> Patches<'a> {
         &self,
         builder: &mut Builder,
         block: &Block,
-        material: u32,
         faces: &[[u32; 3]],
         format: Format,
     ) -> Result<Value, IoError> {
@@ -288,30 +293,9 @@ impl<'a> Patches<'a> {
         attributes.insert("POSITION".to_owned(), json!(builder.positions(&points)));
         self.attributes(builder, block, &vertices, &mut attributes);
         let indices = builder.indices(&corners);
-        let mut primitive = json!({
+        Ok(json!({
             "attributes": attributes, "indices": indices, "mode": 4, "extras": { PATCH_NAME: true }
-        });
-        if material != NONE {
-            primitive["material"] = json!(self.material(builder, material as usize));
-        }
-        Ok(primitive)
-    }
-
-    /// The index of a material in the document. The plain material of patches is added on first use.
-    fn material(&self, builder: &mut Builder, place: usize) -> usize {
-        let there = builder.list("materials").len();
-        if place < there {
-            return place;
-        }
-        builder.push(
-            "materials",
-            json!({
-                "name": PATCH_NAME,
-                "pbrMetallicRoughness": {
-                    "baseColorFactor": [0.8, 0.8, 0.8, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8
-                }
-            }),
-        )
+        }))
     }
 
     /// Positions in the local coordinates of the block's node. Vertices of the block keep the coordinates of the file.

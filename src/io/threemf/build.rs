@@ -38,6 +38,9 @@ pub(super) fn build(models: Models, file: usize) -> Result<Loaded, IoError> {
         uses: 0,
         colours: Colours::default(),
         objects: Names::new(LabelKind::Object),
+        names: BTreeSet::new(),
+        counts: BTreeMap::new(),
+        renamed: 0,
         materials: Names::new(LabelKind::Material),
         appearances: BTreeMap::new(),
         patches: Vec::new(),
@@ -51,6 +54,7 @@ pub(super) fn build(models: Models, file: usize) -> Result<Loaded, IoError> {
     };
     for item in &all {
         let name = build.name_of(item);
+        let name = build.own_name(name);
         build.place(&models.main, item, DAffine3::IDENTITY, &name, 0)?;
     }
     build.finish()
@@ -79,6 +83,10 @@ struct Build<'a> {
     uses: usize,
     colours: Colours,
     objects: Names,
+    /// The names of the items, how many have each one that several have, and how many were given another one.
+    names: BTreeSet<String>,
+    counts: BTreeMap<String, usize>,
+    renamed: usize,
     materials: Names,
     appearances: BTreeMap<String, [u8; 4]>,
     patches: Vec<bool>,
@@ -140,7 +148,23 @@ impl<'a> Build<'a> {
         name.unwrap_or_else(|| format!("object_{}", item.object))
     }
 
-    /// Places an object, which `part` refers to, and its components.
+    /// A name that no item before has: items of the same name, as of one object that is there several times, are numbered.
+    fn own_name(&mut self, name: String) -> String {
+        if self.names.insert(name.clone()) {
+            return name;
+        }
+        self.renamed += 1;
+        let count = self.counts.entry(name.clone()).or_insert(1);
+        loop {
+            *count += 1;
+            let numbered = format!("{name}_{count}");
+            if self.names.insert(numbered.clone()) {
+                return numbered;
+            }
+        }
+    }
+
+    /// Puts an object, named in `part`, and what it consists of somewhere.
     fn place(
         &mut self,
         part: &str,
@@ -297,7 +321,11 @@ impl<'a> Build<'a> {
             marked.for_each(|mark| marks.push(Some(&[mark])));
             all.face.push(marks);
         }
-        if self.unread_properties > 0 {
+        if self.renamed > 0 {
+            let what = "objects that were numbered, since others have the same name";
+            loaded.notes.push(format!("{what}: {}", self.renamed));
+        }
+        if self.passed_over > 0 {
             let what = "triangles with properties that are not read, such as textures";
             loaded
                 .notes

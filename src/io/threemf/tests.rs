@@ -451,3 +451,21 @@ fn faults_are_described() {
     assert!(refusal(b"PK\x03\x04 no archive", Format::ThreeMf).contains("ZIP archive is damaged"));
     assert_eq!(Mesh::default().faces.len(), 0);
 }
+
+#[test]
+fn objects_of_one_name_stay_apart() {
+    let named = |id: u32| triangle(id, "").replace(&format!("name=\"o{id}\""), "name=\"part\"");
+    let other = triangle(3, "").replace("name=\"o3\"", "name=\"part_2\"");
+    let resources = named(1) + &named(2) + &other;
+    let items = [3, 1, 2, 1].map(|id| format!("<item objectid=\"{id}\"/>"));
+    let bytes = alone(&model("meter", &resources, &items.concat()));
+    let loaded = read_alone(&bytes, Format::ThreeMf).unwrap();
+    let labels = loaded.attributes.labels_of(LabelKind::Object).unwrap();
+    assert_eq!(labels.names, ["part_2", "part", "part_3", "part_4"]);
+    assert_eq!(labels.of_face, [0, 1, 2, 3]);
+    assert!(
+        loaded.notes[0].ends_with("have the same name: 2"),
+        "{:?}",
+        loaded.notes
+    );
+}

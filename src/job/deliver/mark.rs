@@ -6,7 +6,8 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::components::Component;
-use crate::io::Format;
+use super::mark_surface;
+use crate::io::{Document, Format};
 use crate::mesh::attributes::{Attribute, Role, Scalar};
 use crate::mesh::{Mesh, Model, area_vector};
 use crate::tuning::tuning;
@@ -56,7 +57,7 @@ impl Mark {
         model: &mut Model,
         kept: usize,
         components: &[Component],
-        format: Format,
+        (format, document): (Format, Option<&Document>),
     ) -> Vec<String> {
         let Model {
             mesh, attributes, ..
@@ -70,6 +71,7 @@ impl Mark {
         // Renderers multiply textures by the colour: white leaves a texture unchanged.
         let plain = if textured { [255.0; 3] } else { [200.0; 3] };
         let on_faces = has_face_colours(format);
+        let mut of_corners = mark_surface::corner_colours(attributes, mesh, format);
         let mut vertex = colours(&mut attributes.vertex, mesh.positions.len(), plain);
         let has_own = attributes.face.iter().any(|a| a.role == Role::Colour);
         let mut face = on_faces.then(|| colours(&mut attributes.face, mesh.faces.len(), plain));
@@ -77,12 +79,16 @@ impl Mark {
             mean_of_corners(face, &vertex, mesh);
         }
         let mut hidden = 0;
-        for component in components {
-            let stripes = Stripes::new(mesh, component);
-            let colour_at = |p: DVec3| match self {
-                Self::Colour(colour) => Some(colour),
-                Self::Hatch => stripes.is_dark(p).then_some(ORANGE),
-            };
+        let stripes: Vec<Stripes> = components.iter().map(|c| Stripes::new(mesh, c)).collect();
+        let colour_of = |component: usize, p: DVec3| match self {
+            Self::Colour(colour) => Some(colour),
+            Self::Hatch => stripes[component].is_dark(p).then_some(ORANGE),
+        };
+        if let Some(of_corners) = &mut of_corners {
+            mark_surface::paint_corners(of_corners, components, mesh, &colour_of);
+        }
+        for (c, component) in components.iter().enumerate() {
+            let colour_at = |p: DVec3| colour_of(c, p);
             for &f in &component.faces {
                 let corners = mesh.faces[f as usize];
                 for v in corners.into_iter().filter(|v| is_own[*v as usize]) {
@@ -99,11 +105,14 @@ impl Mark {
         }
         attributes.vertex.push(vertex);
         attributes.face.extend(face);
+        attributes.corner.extend(of_corners);
+        let through = mark_surface::material_note(model, kept, format, document);
         let note = format!(
             "new faces that could not be marked: {hidden} ({format} stores colours at vertices only, and all vertices of these faces \
              belong to the input)"
         );
-        (hidden > 0).then_some(note).into_iter().collect()
+        let hidden = (hidden > 0).then_some(note);
+        hidden.into_iter().chain(through).collect()
     }
 }
 

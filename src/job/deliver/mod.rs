@@ -4,6 +4,7 @@
 mod components;
 mod invented;
 mod mark;
+mod mark_surface;
 mod patches;
 mod piece;
 mod write;
@@ -39,6 +40,8 @@ pub struct Deliverables {
     /// The largest error allowed, in the mesh's units. Reports list a hole if twice the expected error exceeds this on more than the
     /// fraction `tuning().deliver.beyond_part` of its patch.
     pub tolerance: Option<f64>,
+    /// Leave patches across seams of a texture without texels of their own, in a plain material.
+    pub no_texture: bool,
 }
 
 impl Deliverables {
@@ -47,7 +50,13 @@ impl Deliverables {
         self.unit.is_some() || self.tolerance.is_some()
     }
 
-    /// Checks files and parameters without reading a mesh.
+    /// Whether patches across seams of a texture get no texels of their own: where that is asked for, and where they are marked, since a
+    /// texture would show through the mark.
+    pub(super) fn has_plain_patches(&self) -> bool {
+        self.no_texture || self.mark.is_some()
+    }
+
+    /// Checks what can be known before anything is read.
     pub(super) fn check(&self, spec: &JobSpec) -> Result<(), JobError> {
         let wrong = |what: String| Err(JobError::Deliverable { what });
         if let Some(tolerance) = self.tolerance.filter(|t| !(t.is_finite() && *t > 0.0)) {

@@ -9,6 +9,7 @@ use super::piece::{Piece, piece};
 use crate::io::Precision;
 use crate::job::documents::FileInfo;
 use crate::job::output::Saved;
+use crate::job::staging::Staging;
 use crate::job::{JobError, Mended, Output};
 use crate::mend::Control;
 use crate::mesh::{Mesh, Model, Part, Unit};
@@ -269,6 +270,7 @@ impl Mended<'_> {
         saved: &Saved,
         components: &[Component],
         delivered: &mut Delivered,
+        staging: &mut Staging,
     ) -> Result<(), JobError> {
         let wanted = &self.spec.deliverables;
         if let Some(output) = &wanted.patches {
@@ -283,23 +285,30 @@ impl Mended<'_> {
                 let name = output.place.name();
                 delivered
                     .notes
-                    .push(format!("{name} was not written: the mesh has no patches"));
+                    .push(format!("{name} was not written: there are no patches"));
+                let stale = staging.set_aside(output.place.path());
+                delivered.notes.extend(stale);
             } else {
-                let file = write_aside(output, &model, delivered)?;
+                let file = write_aside(output, &model, delivered, staging)?;
                 delivered.patches = Some(file);
             }
         }
         if let Some(output) = &wanted.piece {
-            let stored = output.stored(&self.kept_input);
-            delivered.piece = Some(match self.piece_of(&saved.mesh, stored, &Control::new()) {
-                Err(reason) => PieceRow::Refused { reason },
+            let stored = output.stored(&self.first);
+            let control = Control::new().cancel(&self.cancel);
+            delivered.piece = Some(match self.piece_of(&saved.mesh, stored, &control) {
+                Err(reason) => {
+                    let stale = staging.set_aside(output.place.path());
+                    delivered.notes.extend(stale);
+                    PieceRow::Refused { reason }
+                }
                 Ok(made) => {
                     let name = output.place.name();
                     let notes = made.notes.iter().map(|note| format!("{name}: {note}"));
                     delivered.notes.extend(notes);
                     let mut model = Model::from(made.mesh);
                     model.attributes.unit = saved.attributes.unit;
-                    PieceRow::File(write_aside(output, &model, delivered)?)
+                    PieceRow::File(write_aside(output, &model, delivered, staging)?)
                 }
             });
         }
@@ -312,8 +321,9 @@ fn write_aside(
     output: &Output,
     model: &Model,
     delivered: &mut Delivered,
+    staging: &mut Staging,
 ) -> Result<FileInfo, JobError> {
-    let stored = output.write_beside(model, Precision::of(&model.mesh))?;
+    let stored = output.write_beside(model, Precision::of(&model.mesh), staging)?;
     let name = output.place.name();
     let notes = stored.notes.iter().map(|note| format!("{name}: {note}"));
     delivered.notes.extend(notes);

@@ -35,6 +35,7 @@ impl FiledRow {
         let wanted = &spec.deliverables;
         let mut options = json!({
             "work": spec.work, "mark": wanted.mark, "unit": wanted.unit, "tolerance": wanted.tolerance,
+            "no_texture": wanted.no_texture,
         });
         let options_sha256 = sha256(options.to_string().as_bytes());
         for command in ["restore", "fair"] {

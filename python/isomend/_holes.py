@@ -1,0 +1,72 @@
+"""The holes of a mesh, and the sharp edges that end at their rims."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class Hole:
+    """A hole: one closed loop of boundary edges. Lengths are in the units of the mesh.
+
+    Attributes:
+        id: Its number, from 1, by falling length: what ``holes``, ``keep_open`` and ``bridge`` take.
+        rim: int64 (k,), its vertices in order, as indices into the mesh's vertices.
+        edges: Number of edges.
+        length: Length of the rim.
+        diameter: Largest distance of two vertices of the rim.
+        width: Four times the area over the length: the diameter for a circle.
+        planarity: Root mean square distance of the rim from its best plane over the diameter; 0 is planar.
+        height: Extent of the rim along its normal.
+        centre: Mean of the rim (x, y, z).
+        normal: Unit normal of the rim's plane, out of the surface.
+        piece: The connected piece of the mesh that it bounds, from 0.
+        is_border: Whether it is taken for the outer border of an open sheet, which is filled only when it is named.
+    """
+
+    id: int
+    rim: NDArray[Any]
+    edges: int
+    length: float
+    diameter: float
+    width: float
+    planarity: float
+    height: float
+    centre: tuple[float, float, float]
+    normal: tuple[float, float, float]
+    piece: int
+    is_border: bool
+
+
+@dataclass(frozen=True)
+class CreaseEnd:
+    """A vertex of a hole's rim at which a sharp edge of the mesh ends.
+
+    Attributes:
+        id: Its number, from 1: what ``crease`` takes.
+        hole: The number of its hole.
+        vertex: The vertex of the rim, as an index into the mesh's vertices.
+        position: Where it is (x, y, z).
+        angle: Angle between the normals of the two smooth sides that meet in the sharp edge, in degrees.
+    """
+
+    id: int
+    hole: int
+    vertex: int
+    position: tuple[float, float, float]
+    angle: float
+
+
+def crease_end_of(row: dict[str, Any]) -> CreaseEnd:
+    return CreaseEnd(**{**row, "position": tuple(row["position"])})
+
+
+def hole_of(row: dict[str, Any], rim: NDArray[Any]) -> Hole:
+    names = ("id", "edges", "length", "diameter", "width", "planarity", "height", "piece")
+    own = {name: row[name] for name in names}
+    centre, normal = tuple(row["centre"]), tuple(row["normal"])
+    return Hole(rim=rim, centre=centre, normal=normal, is_border=row["outer_border"], **own)

@@ -1,0 +1,100 @@
+"""The arrays of a mesh, and its files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from isomend._isomend import Mended as CoreMended, Model as CoreModel
+
+T = TypeVar("T")
+
+
+class Shape:
+    """The arrays of a mesh, made when they are first asked for. They are copies: to change them changes no mesh."""
+
+    _core: CoreModel | CoreMended
+    _made: dict[str, Any]
+    _given: tuple[Mapping[str, ArrayLike] | None, Mapping[str, ArrayLike] | None]
+
+    def _once(self, name: str, make: Callable[[], T]) -> T:
+        if name not in self._made:
+            self._made[name] = make()
+        made: T = self._made[name]
+        return made
+
+    @property
+    def vertices(self) -> NDArray[Any]:
+        """float64 (n, 3): coordinates in the units of the mesh."""
+        return self._once("vertices", self._core.vertices)
+
+    @property
+    def faces(self) -> NDArray[Any]:
+        """int64 (m, 3): vertex indices of each triangle, counter-clockwise from outside."""
+        return self._once("faces", self._core.faces)
+
+    @property
+    def point_data(self) -> dict[str, NDArray[Any]]:
+        """Named values of vertices: (n,) or (n, k) each, in their own types."""
+        return self._once("point_data", lambda: self._data(self._core.point_data(), self._given[0]))
+
+    @property
+    def cell_data(self) -> dict[str, NDArray[Any]]:
+        """Named values of faces: (m,) or (m, k) each, in their own types."""
+        return self._once("cell_data", lambda: self._data(self._core.cell_data(), self._given[1]))
+
+    @property
+    def corner_data(self) -> dict[str, NDArray[Any]]:
+        """Named values of the corners of faces, such as texture coordinates with seams: (m, 3, k) each, NaN where there is
+        none."""
+        from isomend import _arrays
+
+        rows = (self._core.size()[1], 3)
+        return self._once("corner_data", lambda: _arrays.taken(self._core.corner_data(), rows))
+
+    @property
+    def notes(self) -> list[str]:
+        """Remarks of the reader, and on values that could not be continued."""
+        return list(self._core.notes())
+
+    @staticmethod
+    def _data(values: Any, given: Mapping[str, ArrayLike] | None) -> dict[str, NDArray[Any]]:
+        from isomend import _arrays
+
+        return _arrays.restored_types(_arrays.taken(values), given)
+
+    def write(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        format: str | None = None,
+        ascii: bool = False,
+        report: str | os.PathLike[str] | None = None,
+        picture: str | os.PathLike[str] | None = None,
+    ) -> list[str]:
+        """Writes the mesh with all that it carries, whole or not at all; the same bytes as the command line's.
+
+        Args:
+            path: The file. Its extension tells the format: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
+            format: The format, whatever the extension.
+            ascii: Text instead of binary: PLY, STL and VTK legacy.
+            report: A page to look at, in one HTML file: a 3D view, plots and tables of the mesh as it is written.
+            picture: A picture of it, in a PNG file.
+
+        Returns:
+            Remarks, such as on values that the format cannot hold.
+
+        Raises:
+            FileError: A file cannot be written.
+            ParameterError: There is no such format, or a page or picture has the name of another kind of file.
+        """
+        files = [None if file is None else os.fspath(file) for file in (report, picture)]
+        return self._core.write(os.fspath(path), format, ascii, *files)[0]
+
+    def to_bytes(self, format: str, *, ascii: bool = False) -> bytes:
+        """The bytes of a file in a format; see :meth:`write`."""
+        return self._core.write(None, format, ascii, None, None)[1]

@@ -1,0 +1,127 @@
+//! The materials of patches in a document that was read: those of the document, one without a texture, and one for a page of texels.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Map, Value, json};
+
+use super::build::Builder;
+use super::document::Document;
+use super::materials::decimal;
+use crate::mesh::Attributes;
+use crate::mesh::attributes::{LabelKind, Material, PATCH_NAME};
+
+/// An extension that gives a surface its colour without light; it has no textures of its own.
+const UNLIT: &str = "KHR_materials_unlit";
+
+/// The materials that labels of patches stand for.
+pub(super) struct PatchMaterials<'a> {
+    names: &'a [String],
+    looks: &'a [Material],
+    /// How many materials the document had.
+    there: usize,
+    /// The document's material with a texture that most faces have.
+    like: Value,
+    /// Materials that were added, by their labels.
+    added: BTreeMap<u32, usize>,
+}
+
+impl<'a> PatchMaterials<'a> {
+    pub(super) fn new(
+        document: &Document,
+        attributes: &'a Attributes,
+        builder: &mut Builder,
+    ) -> Self {
+        let labels = attributes.labels_of(LabelKind::Material);
+        // A document without materials has no list of them either.
+        let there = match builder.json.get("materials") {
+            Some(_) => builder.list("materials").len(),
+            None => 0,
+        };
+        Self {
+            names: labels.map_or(&[], |l| &l.names),
+            looks: &attributes.materials,
+            there,
+            like: most_used(document),
+            added: BTreeMap::new(),
+        }
+    }
+
+    /// The place of a label's material in the file; one that is new is added when it is first used.
+    pub(super) fn index(&mut self, builder: &mut Builder, label: u32) -> usize {
+        if (label as usize) < self.there {
+            return label as usize;
+        }
+        if let Some(place) = self.added.get(&label) {
+            return *place;
+        }
+        let name = self.names.get(label as usize);
+        let look = self.looks.iter().find(|m| Some(&m.name) == name);
+        let image = look.and_then(|look| Some((look, look.texture.as_deref()?)));
+        let material = match image {
+            Some((look, image)) => {
+                let texture = builder.texture(image);
+                self.textured(look, texture)
+            }
+            None => json!({
+                "name": PATCH_NAME,
+                "pbrMetallicRoughness": {
+                    "baseColorFactor": [0.8, 0.8, 0.8, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8
+                }
+            }),
+        };
+        let place = builder.push("materials", material);
+        self.added.insert(label, place);
+        place
+    }
+
+    /// A material like those of the document with another texture: with the same light, opacity and sides, but without maps of normals and
+    /// the like, for which patches have no texture coordinates.
+    fn textured(&self, look: &Material, texture: usize) -> Value {
+        let before = &self.like["pbrMetallicRoughness"];
+        let mut metal = Map::new();
+        let [r, g, b] = look.colour.unwrap_or([1.0; 3]);
+        let factor = [r, g, b, look.opacity.unwrap_or(1.0)];
+        if factor != [1.0; 4] {
+            metal.insert("baseColorFactor".to_owned(), json!(factor.map(decimal)));
+        }
+        metal.insert("baseColorTexture".to_owned(), json!({ "index": texture }));
+        // Factors of a map that is not there any more say nothing.
+        let has_map = before.get("metallicRoughnessTexture").is_some();
+        for (key, otherwise) in [("metallicFactor", 0.0), ("roughnessFactor", 1.0)] {
+            match before.get(key).filter(|_| !has_map) {
+                Some(own) => _ = metal.insert(key.to_owned(), own.clone()),
+                None if has_map => _ = metal.insert(key.to_owned(), json!(otherwise)),
+                None => {}
+            }
+        }
+        let mut material = json!({ "name": look.name, "pbrMetallicRoughness": metal });
+        for key in ["alphaMode", "alphaCutoff", "doubleSided"] {
+            if let Some(own) = self.like.get(key) {
+                material[key] = own.clone();
+            }
+        }
+        if self.like.pointer(&format!("/extensions/{UNLIT}")).is_some() {
+            material["extensions"] = json!({ UNLIT: {} });
+        }
+        material
+    }
+}
+
+/// The material with a texture that most faces of a document have.
+fn most_used(document: &Document) -> Value {
+    let material = |number: usize| document.json.get("materials")?.get(number);
+    let mut count: BTreeMap<usize, usize> = BTreeMap::new();
+    for part in &document.parts {
+        if let Some(number) = part.material {
+            *count.entry(number).or_default() += part.faces.1;
+        }
+    }
+    let textured = count.iter().filter(|(number, _)| {
+        let texture = "/pbrMetallicRoughness/baseColorTexture";
+        material(**number).is_some_and(|m| m.pointer(texture).is_some())
+    });
+    let most = textured.max_by_key(|(number, n)| (**n, usize::MAX - **number));
+    most.and_then(|(number, _)| material(*number))
+        .cloned()
+        .unwrap_or(Value::Null)
+}

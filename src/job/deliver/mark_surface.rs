@@ -1,0 +1,157 @@
+//! Marks on meshes that have their colours at corners or from materials.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::components::Component;
+use crate::io::{Document, Format};
+use crate::mesh::attributes::{
+    Attribute, CornerAttribute, LabelKind, NONE, PATCH_NAME, Role, Scalar,
+};
+use crate::mesh::{Attributes, Mesh, Model};
+
+/// Whether values are colours.
+fn is_colour(a: &Attribute) -> bool {
+    a.role == Role::Colour && (3..=4).contains(&a.components)
+}
+
+/// The colours of corners, taken out of the attributes of a model, to which colours of vertices are added where there are none. Where it is coloured by materials alone, and the format has either
+/// colours or materials, they are those of the materials: else the colours of patches would take all others away.
+pub(super) fn corner_colours(
+    attributes: &mut Attributes,
+    mesh: &Mesh,
+    format: Format,
+) -> Option<CornerAttribute> {
+    let found = found_colours(attributes, mesh, format)?;
+    if !attributes.vertex.iter().any(is_colour) {
+        attributes.vertex.push(vertex_colours(&found, mesh));
+    }
+    Some(found)
+}
+
+/// The same without those of vertices.
+fn found_colours(
+    attributes: &mut Attributes,
+    mesh: &Mesh,
+    format: Format,
+) -> Option<CornerAttribute> {
+    if let Some(place) = attributes.corner.iter().position(|c| is_colour(&c.pool)) {
+        return Some(attributes.corner.remove(place));
+    }
+    let has_others = attributes
+        .vertex
+        .iter()
+        .chain(&attributes.face)
+        .any(is_colour);
+    if format != Format::ThreeMf || has_others {
+        return None;
+    }
+    let labels = attributes.labels_of(LabelKind::Material)?;
+    let looks = labels.names.iter().map(|name| {
+        let own = attributes.materials.iter().find(|m| m.name == name.trim());
+        let [r, g, b] = own.and_then(|m| m.colour)?;
+        let opacity = own.and_then(|m| m.opacity).unwrap_or(1.0);
+        Some([r, g, b, opacity].map(|x| (255.0 * f64::from(x)).round()))
+    });
+    let looks: Vec<Option<[f64; 4]>> = looks.collect();
+    looks.iter().flatten().next()?;
+    let mut pool = Attribute::new("colour", Role::Colour, Scalar::U8, 4);
+    for look in &looks {
+        pool.push(Some(&look.unwrap_or([200.0, 200.0, 200.0, 255.0])));
+    }
+    let corner = |f: usize| labels.of_face.get(f).copied().unwrap_or(NONE);
+    let corners = (0..mesh.faces.len()).map(|f| [corner(f); 3]).collect();
+    Some(CornerAttribute { pool, corners })
+}
+
+/// The colours of vertices that stand for those of corners, where a format has those of vertices alone: the mean of the corners'.
+fn vertex_colours(of_corners: &CornerAttribute, mesh: &Mesh) -> Attribute {
+    let pool = &of_corners.pool;
+    let mut sums = vec![vec![0.0; pool.components + 1]; mesh.positions.len()];
+    for (f, face) in mesh.faces.iter().enumerate() {
+        for (k, &v) in face.iter().enumerate() {
+            let Some(value) = of_corners.get(f, k) else {
+                continue;
+            };
+            let sum = &mut sums[v as usize];
+            sum.iter_mut().zip(value).for_each(|(s, x)| *s += x);
+            sum[pool.components] += 1.0;
+        }
+    }
+    let mut colours = Attribute {
+        values: Vec::new(),
+        missing: Vec::new(),
+        ..pool.clone()
+    };
+    for sum in sums {
+        let count = sum[pool.components];
+        let mean: Vec<f64> = sum[..pool.components].iter().map(|s| s / count).collect();
+        colours.push((count > 0.0).then_some(&mean));
+    }
+    colours
+}
+
+/// Gives the corners of patches the colour that `colour_at` has for a component and a corner; corners without one keep theirs.
+pub(super) fn paint_corners(
+    of_corners: &mut CornerAttribute,
+    components: &[Component],
+    mesh: &Mesh,
+    colour_at: &dyn Fn(usize, DVec3) -> Option<[u8; 3]>,
+) {
+    let mut places: BTreeMap<[u8; 3], u32> = BTreeMap::new();
+    let pool = &mut of_corners.pool;
+    for (c, component) in components.iter().enumerate() {
+        for &f in &component.faces {
+            let points = mesh.corners(f);
+            for (k, point) in points.into_iter().enumerate() {
+                let Some(colour) = colour_at(c, point) else {
+                    continue;
+                };
+                let place = *places.entry(colour).or_insert_with(|| {
+                    let unit = pool.unit();
+                    let part = |k: usize| colour.get(k).map_or(1.0, |x| f64::from(*x) / 255.0);
+                    let value: Vec<f64> = (0..pool.components).map(|k| unit * part(k)).collect();
+                    pool.push(Some(&value));
+                    pool.len() as u32 - 1
+                });
+                of_corners.corners[f as usize][k] = place;
+            }
+        }
+    }
+}
+
+/// A remark on marks under which materials show: viewers multiply the colours of vertices by those of materials, or show the latter alone.
+/// `document` has the materials of a glTF file.
+pub(super) fn material_note(
+    model: &Model,
+    kept: usize,
+    format: Format,
+    document: Option<&Document>,
+) -> Option<String> {
+    if !matches!(format, Format::Obj | Format::Gltf | Format::Glb) {
+        return None;
+    }
+    let attributes = &model.attributes;
+    let labels = attributes.labels_of(LabelKind::Material)?;
+    let is_plain = |(place, name): (usize, &String)| {
+        let look = attributes.materials.iter().find(|m| m.name == name.trim());
+        match (look, document) {
+            _ if name == PATCH_NAME => true,
+            (Some(m), _) => m.texture.is_none() && m.colour.is_none_or(|c| c == [1.0; 3]),
+            (None, Some(document)) => {
+                let own = document.base_colour(place);
+                own.image.is_none() && own.factor[..3] == [1.0; 3]
+            }
+            (None, None) => true,
+        }
+    };
+    let plain: Vec<bool> = labels.names.iter().enumerate().map(is_plain).collect();
+    let is_coloured = |f: &&u32| plain.get(**f as usize) == Some(&false);
+    let count = labels.of_face[kept..].iter().filter(is_coloured).count();
+    (count > 0).then(|| {
+        format!(
+            "marked faces whose material has a colour or texture, by which viewers multiply the mark, or which they show instead: {count}"
+        )
+    })
+}

@@ -1,0 +1,262 @@
+//! Materials of patches beside the mesh: a plain one, and a page of texels for patches that lie across seams of the texture.
+
+use std::fs;
+use std::io::Read;
+use std::path::Path;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
+use super::deliver::Component;
+use super::staging::{Staging, make_folder};
+use super::{JobError, Place};
+use crate::attributes::SEAM_NOTE;
+use crate::cancel::Cancel;
+use crate::io::{Format, Image, IoError, Loaded, beside, no_side_files};
+use crate::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
+use crate::mesh::{Attributes, HoleId, Model};
+use crate::report::ranges;
+use crate::texture::{Page, is_own, paint};
+
+/// The file that describes the material of patches, beside an OBJ file that has material files.
+pub(super) const PATCH_LIBRARY: &str = "isomend_patch.mtl";
+pub(super) const PATCH_MATERIAL: &str = "# The material of patches that the texture of what is round them cannot cover.\n\
+                              newmtl isomend_patch\nKd 0.8 0.8 0.8\n";
+/// The first line of a material file that describes a page of texels.
+const PAGE_HEAD: &str = "# Texels of patches that lie across seams of the texture, by isomend.\n";
+/// As many bytes tell whether a file is one that was written here.
+const HEAD: u64 = 512;
+/// Most names that are tried for a page.
+const MOST_NAMES: usize = 1000;
+
+/// Texels for the patches of a mesh that is written.
+pub(super) struct Texels<'a> {
+    /// Where the mesh goes, in which format, and whether its folder is made.
+    pub(super) place: &'a Place,
+    pub(super) format: Format,
+    pub(super) make_folder: bool,
+    /// What the mesh begins with, and where that came from.
+    pub(super) input: &'a Loaded,
+    pub(super) source: &'a Place,
+    /// The components of the patches.
+    pub(super) components: &'a [Component],
+    /// The token that stops the work.
+    pub(super) cancel: &'a Cancel,
+}
+
+impl Texels<'_> {
+    /// Gives patches across seams of the texture texels of their own, where the format can hold them: in a file `NAME_isomend.png` beside
+    /// the mesh, or inside a GLB file. Remarks say which patches have some, and why others have none.
+    pub(super) fn add(&self, done: &mut Model, staging: &mut Staging) -> Result<(), JobError> {
+        let input = self.input;
+        let from_gltf = matches!(input.format, Format::Gltf | Format::Glb);
+        let holds = match self.format {
+            Format::Obj => input.format == Format::Obj && self.place.path().is_some(),
+            Format::Gltf | Format::Glb => from_gltf || input.format == Format::Obj,
+            _ => false,
+        };
+        let note = done.notes.iter().position(|n| n.starts_with(SEAM_NOTE));
+        let Some(note) = note.filter(|_| holds) else {
+            return Ok(());
+        };
+        let (folder, mesh) = match self.source {
+            Place::File(path) => (true, path.clone()),
+            Place::Memory { folder, .. } => {
+                let inside = folder.as_ref().map(|f| f.join("mesh"));
+                (inside.is_some(), inside.unwrap_or_default())
+            }
+        };
+        let load = beside(&mesh);
+        let resolve = |name: &str, most: u64| -> Result<Vec<u8>, IoError> {
+            match folder {
+                true => load(name, most),
+                false => no_side_files(name, most),
+            }
+        };
+        let painted = paint(input, done, &resolve, self.cancel);
+        if let Some(page) = &painted.page {
+            done.notes.remove(note);
+            let name = self.page_name(&done.attributes);
+            self.put_page(page, &name, &mut done.attributes, staging)?;
+            let is_inside = self.place.path().is_none() || self.format == Format::Glb;
+            let image = match is_inside {
+                true => format!("the image {name}"),
+                false => format!("{name}.png"),
+            };
+            done.notes.push(remark(page, self.components, &image));
+        }
+        for (why, count) in painted.refused {
+            if painted.page.is_some() {
+                let what = match count {
+                    1 => "a patch has".to_owned(),
+                    _ => format!("{count} patches have"),
+                };
+                done.notes.push(format!(
+                    "{what} no texels of its own across seams of the texture: {why}"
+                ));
+            } else {
+                done.notes[note] += &format!("; {count} have no texels of their own: {why}");
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds a page's material under a name, and stages its files.
+    fn put_page(
+        &self,
+        page: &Page,
+        name: &str,
+        attributes: &mut Attributes,
+        staging: &mut Staging,
+    ) -> Result<(), JobError> {
+        let file = format!("{name}.png");
+        let path = self.place.path().filter(|_| self.format != Format::Glb);
+        let Some(path) = path else {
+            let image = format!("data:image/png;base64,{}", STANDARD.encode(&page.png));
+            page.dress(attributes, name, image);
+            return Ok(());
+        };
+        page.dress(attributes, name, file.clone());
+        make_folder(path, self.make_folder)?;
+        staging.add(&path.with_file_name(&file), &page.png)?;
+        if self.format == Format::Obj {
+            let library = format!("{name}.mtl");
+            let text = page_material(attributes, name, &file);
+            staging.add(&path.with_file_name(&library), text.as_bytes())?;
+            attributes.libraries.push(library);
+        }
+        Ok(())
+    }
+
+    /// The name of a page's material and files: one that the input does not use, and that no file has which was not written here.
+    fn page_name(&self, attributes: &Attributes) -> String {
+        let stem = self.place.path().and_then(Path::file_stem);
+        let stem = stem.map_or("patches".to_owned(), |s| s.to_string_lossy().into_owned());
+        let word = |c: char| {
+            if c.is_whitespace() || c.is_control() || c == '#' {
+                '_'
+            } else {
+                c
+            }
+        };
+        let stem: String = stem.chars().map(word).collect();
+        let labels = attributes.labels_of(LabelKind::Material);
+        let mut used: Vec<String> = labels.map_or(Vec::new(), |l| l.names.clone());
+        used.extend(attributes.libraries.iter().cloned());
+        used.extend(
+            attributes
+                .materials
+                .iter()
+                .filter_map(|m| m.texture.clone()),
+        );
+        if let Some(document) = &self.input.document {
+            let files = (0..)
+                .map_while(|i| document.image(i))
+                .map(|image| match image {
+                    Image::File(name) => name,
+                    Image::Bytes(_) => String::new(),
+                });
+            used.extend(files);
+        }
+        let is_free = |file: &str| {
+            let path = self.place.path().map(|p| p.with_file_name(file));
+            let head = path.filter(|p| p.exists()).map(|p| head_of(&p));
+            head.is_none_or(|head| is_own(&head) || head.starts_with(PAGE_HEAD.as_bytes()))
+        };
+        let name = |count: usize| match count {
+            1 => format!("{stem}_isomend"),
+            _ => format!("{stem}_isomend_{count}"),
+        };
+        let fits = |name: &String| {
+            let files = [format!("{name}.png"), format!("{name}.mtl")];
+            let taken = |n: &String| n == name || files.contains(n);
+            !used.iter().any(taken) && files.iter().all(|file| is_free(file))
+        };
+        (1..MOST_NAMES)
+            .map(name)
+            .find(fits)
+            .unwrap_or_else(|| name(MOST_NAMES))
+    }
+}
+
+/// Stages the file that describes the material of patches beside a mesh, unless there is one, which may be the user's own.
+pub(super) fn add_material(
+    mesh: &Place,
+    makes_folder: bool,
+    staging: &mut Staging,
+) -> Result<(), JobError> {
+    let beside = mesh.path().map(|p| p.with_file_name(PATCH_LIBRARY));
+    match beside.filter(|path| !path.exists()) {
+        Some(path) => {
+            make_folder(&path, makes_folder)?;
+            staging.add(&path, PATCH_MATERIAL.as_bytes())
+        }
+        None => Ok(()),
+    }
+}
+
+/// The first bytes of a file; none where it cannot be read.
+fn head_of(path: &Path) -> Vec<u8> {
+    let mut head = Vec::new();
+    if let Ok(file) = fs::File::open(path) {
+        let _ = file.take(HEAD).read_to_end(&mut head);
+    }
+    head
+}
+
+/// The material file of a page.
+fn page_material(attributes: &Attributes, name: &str, file: &str) -> String {
+    let found = attributes.materials.iter().find(|m| m.name == name);
+    let [r, g, b] = found.and_then(|m| m.colour).unwrap_or([1.0; 3]);
+    let mut text = format!("{PAGE_HEAD}newmtl {name}\nKd {r} {g} {b}\n");
+    if let Some(opacity) = found.and_then(|m| m.opacity) {
+        text += &format!("d {opacity}\n");
+    }
+    text + &format!("map_Kd {file}\n")
+}
+
+/// Which patches have texels of their own.
+fn remark(page: &Page, components: &[Component], image: &str) -> String {
+    let on_page = |c: &&Component| {
+        let first = c.faces.first();
+        first.is_some_and(|f| page.faces.binary_search(f).is_ok())
+    };
+    let of_page: Vec<&Component> = components.iter().filter(on_page).collect();
+    let mut holes: Vec<HoleId> = of_page.iter().flat_map(|c| c.holes.clone()).collect();
+    holes.sort_unstable();
+    holes.dedup();
+    let which = match &holes[..] {
+        [] => format!("{} patches", of_page.len()),
+        [one] => format!("the patch of hole {one}"),
+        all => format!("the patches of holes {}", ranges(all)),
+    };
+    let [width, height] = page.size;
+    let mut note = format!(
+        "texels of their own, since their rims cross seams of the texture: {which}, {width} by {height} in {image}"
+    );
+    if page.density < 1.0 {
+        note += &format!(
+            ", of {:.0} % of the resolution round them, for which the page has no room",
+            100.0 * page.density
+        );
+    }
+    note
+}
+
+/// Names the file of the patches' material where other material files are named and a patch has that material.
+pub(super) fn refer_to_material(attributes: &mut Attributes) -> bool {
+    let materials = attributes.labels_of(LabelKind::Material);
+    let place = materials.and_then(|m| m.names.iter().position(|name| name == PATCH_NAME));
+    let used = |m: &Labels| place.is_some_and(|place| m.of_face.contains(&(place as u32)));
+    if attributes.libraries.is_empty() || !materials.is_some_and(used) {
+        return false;
+    }
+    if !attributes
+        .libraries
+        .iter()
+        .any(|name| name == PATCH_LIBRARY)
+    {
+        attributes.libraries.push(PATCH_LIBRARY.to_owned());
+    }
+    true
+}

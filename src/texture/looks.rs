@@ -1,0 +1,278 @@
+//! The colours of a mesh's own faces: factors and images of their materials.
+
+use std::collections::BTreeMap;
+
+use super::image::{Image, Linear, MOST_BYTES, Wrap};
+use crate::attributes::Source;
+use crate::io::{BaseImage, Format, Image as Stored, Loaded, Resolve, Wrapping};
+use crate::mesh::attributes::{LabelKind, NONE, Role};
+
+/// Most images that are read.
+const MOST_IMAGES: usize = 64;
+/// Most texels of all images together: 2²⁷, which take half a gigabyte.
+const MOST_TEXELS: f64 = (1u64 << 27) as f64;
+
+/// How the faces of a material look.
+#[derive(Clone, Debug)]
+struct Look {
+    /// By which the image is multiplied.
+    factor: Linear,
+    opaque: bool,
+    texture: Option<Texture>,
+}
+
+/// An image as it lies on faces.
+#[derive(Clone, Debug)]
+struct Texture {
+    /// The image; none where it is of no kind that is known.
+    key: Option<Key>,
+    set: u32,
+    /// Texture coordinates (u, v, 1) to fractions of the image from its upper left corner.
+    rows: [[f64; 3]; 2],
+    wrap: [Wrap; 2],
+}
+
+/// Where an image is.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Key {
+    /// In the mesh file.
+    Inside(usize),
+    /// Beside it.
+    Beside(String),
+}
+
+/// The looks of the materials of a mesh, and the images that were asked for.
+pub(super) struct Looks<'a> {
+    loaded: &'a Loaded,
+    looks: BTreeMap<u32, Look>,
+    /// Sets of texture coordinates.
+    sets: Vec<(u32, Source<'a>)>,
+    images: BTreeMap<Key, Result<Image, String>>,
+    /// Whether all materials that were asked for have the same factor: then it stays one of the material.
+    factor: Option<Linear>,
+}
+
+impl<'a> Looks<'a> {
+    /// The looks of the given faces, whose images `resolve` loads.
+    pub(super) fn new(loaded: &'a Loaded, faces: &[u32], resolve: &Resolve<'_>) -> Self {
+        let attributes = &loaded.attributes;
+        let pools = attributes.corner.iter().map(Source::Corner);
+        let all = pools.chain(attributes.vertex.iter().map(Source::Vertex));
+        let sets = all.filter_map(|source| match source.attribute().role {
+            Role::Uv(set) if source.attribute().components >= 2 => Some((set, source)),
+            _ => None,
+        });
+        let mut looks = Self {
+            loaded,
+            looks: BTreeMap::new(),
+            sets: sets.collect(),
+            images: BTreeMap::new(),
+            factor: None,
+        };
+        for &face in faces {
+            let label = looks.label(face);
+            if !looks.looks.contains_key(&label) {
+                let look = looks.of_label(label);
+                looks.load(&look, resolve);
+                looks.looks.insert(label, look);
+            }
+        }
+        let mut factors = looks.looks.values().map(|look| look.factor);
+        let first = factors.next();
+        looks.factor = first.filter(|first| factors.all(|f| f == *first));
+        looks
+    }
+
+    /// The factor that all materials have; white where they differ.
+    pub(super) fn factor(&self) -> Linear {
+        self.factor.unwrap_or([1.0; 4])
+    }
+
+    /// The place of a face's label among the materials.
+    pub(super) fn label(&self, face: u32) -> u32 {
+        let labels = self.loaded.attributes.labels_of(LabelKind::Material);
+        let label = labels.and_then(|l| l.of_face.get(face as usize));
+        label.copied().unwrap_or(NONE)
+    }
+
+    /// Whether the second texture coordinate goes up in the image, as it does in all formats but glTF.
+    pub(super) fn goes_up(&self) -> bool {
+        !matches!(self.loaded.format, Format::Gltf | Format::Glb)
+    }
+
+    fn set(&self, number: u32) -> Option<Source<'a>> {
+        let found = self.sets.iter().find(|(set, _)| *set == number);
+        found.map(|(_, source)| *source)
+    }
+
+    fn of_label(&self, label: u32) -> Look {
+        let plain = Look {
+            factor: [1.0; 4],
+            opaque: true,
+            texture: None,
+        };
+        if label == NONE {
+            return plain;
+        }
+        if let Some(document) = &self.loaded.document {
+            let found = document.base_colour(label as usize);
+            return Look {
+                factor: found.factor,
+                opaque: found.opaque,
+                texture: found.image.map(|image| Texture::of_document(&image)),
+            };
+        }
+        let labels = self.loaded.attributes.labels_of(LabelKind::Material);
+        let name = labels.and_then(|l| l.names.get(label as usize));
+        let materials = &self.loaded.attributes.materials;
+        let Some(found) = name.and_then(|name| materials.iter().find(|m| m.name == name.trim()))
+        else {
+            return plain;
+        };
+        let [r, g, b] = found.colour.unwrap_or([1.0; 3]).map(f64::from);
+        let texture = |path: &String| Texture {
+            key: Some(Key::Beside(path.clone())),
+            set: 0,
+            // The second coordinate counts from the bottom.
+            rows: [[1.0, 0.0, 0.0], [0.0, -1.0, 1.0]],
+            wrap: [Wrap::Repeat; 2],
+        };
+        Look {
+            factor: [r, g, b, f64::from(found.opacity.unwrap_or(1.0))],
+            opaque: true,
+            texture: found.texture.as_ref().map(texture),
+        }
+    }
+
+    /// Reads the image of a look.
+    fn load(&mut self, look: &Look, resolve: &Resolve<'_>) {
+        let Some(key) = look.texture.as_ref().and_then(|t| t.key.clone()) else {
+            return;
+        };
+        if self.images.contains_key(&key) {
+            return;
+        }
+        let texels = |image: &Image| image.size()[0] * image.size()[1];
+        let used: f64 = self.images.values().flatten().map(texels).sum();
+        let image = match self.images.len() < MOST_IMAGES && used < MOST_TEXELS {
+            true => self
+                .bytes(&key, resolve)
+                .and_then(|bytes| Image::read(&bytes)),
+            false => Err("is one of more images than are read".to_owned()),
+        };
+        self.images.insert(key, image);
+    }
+
+    fn bytes(&self, key: &Key, resolve: &Resolve<'_>) -> Result<Vec<u8>, String> {
+        let document = self.loaded.document.as_ref();
+        let found = match key {
+            Key::Beside(name) => Some(Stored::File(name.clone())),
+            Key::Inside(number) => document.and_then(|d| d.image(*number)),
+        };
+        match found {
+            None => Err("is not in the file".to_owned()),
+            Some(Stored::Bytes(bytes)) => Ok(bytes),
+            Some(Stored::File(name)) => {
+                let bytes = resolve(&name, MOST_BYTES + 1);
+                let bytes = bytes.map_err(|error| format!("cannot be read ({error})"))?;
+                match bytes.len() as u64 > MOST_BYTES {
+                    true => Err(format!("is larger than {} MB", MOST_BYTES >> 20)),
+                    false => Ok(bytes),
+                }
+            }
+        }
+    }
+
+    /// Why the look of a face cannot be had, if so.
+    pub(super) fn refusal(&self, face: u32) -> Option<String> {
+        let texture = self.look(face)?.texture.as_ref()?;
+        let Some(key) = &texture.key else {
+            return Some("an image is in a format that is not read".to_owned());
+        };
+        let name = match key {
+            Key::Inside(number) => format!("image {number}"),
+            Key::Beside(name) => format!("the image '{}'", name.escape_debug()),
+        };
+        let why = self.images.get(key)?.as_ref().err()?;
+        Some(format!("{name} {why}"))
+    }
+
+    fn look(&self, face: u32) -> Option<&Look> {
+        self.looks.get(&self.label(face))
+    }
+
+    /// The image of a look with its texture.
+    fn texture(&self, face: u32) -> Option<(&Texture, &Image, Source<'a>)> {
+        let texture = self.look(face)?.texture.as_ref()?;
+        let image = self.images.get(texture.key.as_ref()?)?.as_ref().ok()?;
+        Some((texture, image, self.set(texture.set)?))
+    }
+
+    /// The place on its image, in texels, of a point of a face between two of its corners, such a part of the way.
+    fn place(
+        &self,
+        face: u32,
+        corners: [u8; 2],
+        part: f64,
+    ) -> Option<([f64; 2], &Texture, &Image)> {
+        let (texture, image, source) = self.texture(face)?;
+        let unit = source.attribute().unit();
+        let ends = corners.map(|k| source.at(&self.loaded.mesh, face as usize, usize::from(k)));
+        let [a, b] = [ends[0]?, ends[1]?];
+        let [u, v] = [0, 1].map(|k| (a[k] + part * (b[k] - a[k])) / unit);
+        let size = image.size();
+        let at = [0, 1].map(|k| {
+            let [x, y, one] = texture.rows[k];
+            size[k] * (x * u + y * v + one)
+        });
+        at.iter()
+            .all(|x| x.is_finite())
+            .then_some((at, texture, image))
+    }
+
+    /// The colour of a face between two of its corners, such a part of the way from the first, without the common factor.
+    pub(super) fn colour(&self, face: u32, corners: [u8; 2], part: f64) -> Linear {
+        let Some(look) = self.look(face) else {
+            return [1.0; 4];
+        };
+        let mut colour = match self.place(face, corners, part) {
+            Some((at, texture, image)) => image.sample(at, texture.wrap),
+            None => [1.0; 4],
+        };
+        if self.factor.is_none() {
+            colour
+                .iter_mut()
+                .zip(look.factor)
+                .for_each(|(c, f)| *c *= f);
+        }
+        if look.opaque {
+            colour[3] = 1.0;
+        }
+        colour
+    }
+
+    /// How many texels lie along an edge of a face; none where it has no image.
+    pub(super) fn texels(&self, face: u32, [a, b]: [u8; 2]) -> Option<f64> {
+        let (start, ..) = self.place(face, [a, b], 0.0)?;
+        let (end, ..) = self.place(face, [a, b], 1.0)?;
+        Some((end[0] - start[0]).hypot(end[1] - start[1]))
+    }
+}
+
+impl Texture {
+    fn of_document(image: &BaseImage) -> Self {
+        let ([ox, oy], [sx, sy]) = (image.offset, image.scale);
+        let (sin, cos) = image.rotation.sin_cos();
+        Self {
+            key: image.number.map(Key::Inside),
+            set: image.set,
+            // Offset · rotation · scale, as KHR_texture_transform has it.
+            rows: [[cos * sx, sin * sy, ox], [-sin * sx, cos * sy, oy]],
+            wrap: image.wrap.map(|wrap| match wrap {
+                Wrapping::Repeat => Wrap::Repeat,
+                Wrapping::Mirror => Wrap::Mirror,
+                Wrapping::Clamp => Wrap::Clamp,
+            }),
+        }
+    }
+}
