@@ -204,7 +204,7 @@ impl<'a> Transfer<'a> {
         if without > 0 {
             out.notes.push(format!(
                 "{SEAM_NOTE}: {without} of {}",
-                self.crosses_seam.len()
+                self.has_seam_at_rim.len()
             ));
         }
     }

@@ -63,13 +63,13 @@ pub fn run(args: &CheckArgs, console: &Console) -> anyhow::Result<End> {
         headings: &["faces", "components", "watertight and printable"],
         prints: !args.common.run.quiet,
     };
-    looking.each(console, &mut |source, loaded, drawings| {
+    inspector.each(console, &mut |source, loaded, drawings| {
         let checked =
-            job::check(source, loaded, &params, args.unit, drawings).map_err(super::told)?;
+            job::check(source, loaded, &params, args.unit, drawings).map_err(super::cli_error)?;
         let verdict = &checked.verdict;
         let [low, high] = loaded.mesh.bounds();
         let mut lines = verdict_lines(verdict, low.distance(high), args.unit);
-        if let Some(command) = mending(verdict, &source.place.name()) {
+        if let Some(command) = repair_command(verdict, &source.place.name()) {
             lines.extend([String::new(), command]);
         }
         let answer = match verdict.is_sound() {

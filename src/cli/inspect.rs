@@ -71,9 +71,9 @@ pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
         ],
         prints: true,
     };
-    looking.each(console, &mut |source, loaded, drawings| {
+    inspector.each(console, &mut |source, loaded, drawings| {
         let inspected = job::inspect(source, loaded, mask.as_ref(), args.unit, drawings)
-            .map_err(super::told)?;
+            .map_err(super::cli_error)?;
         let mut text = table(loaded, &inspected);
         text += &creases(&inspected, console.is_verbose());
         if let Some((mask, marked)) = &inspected.marked {
@@ -124,7 +124,7 @@ fn mask_line(mask: &Selection, missed: &[String], unit: Option<Unit>) -> String 
         "components"
     };
     format!(
-        "\nmask: {} faces in {} {pieces}, area {}{}, from {} to {}\n",
+        "\nmask: {} faces in {} {components}, area {}{}, from {} to {}\n",
         mask.faces,
         mask.pieces,
         length(mask.area),

@@ -66,7 +66,7 @@ impl MeshInspector<'_> {
             if let Some(note) = contradiction(loaded.attributes.unit, self.unit) {
                 console.note(&format!("{}: {note}", source.place.name()));
             }
-            look(&source, &loaded, &drawings)
+            inspect(&source, &loaded, &drawings)
         };
         if let [path] = self.inputs {
             let found = one(path)?;

@@ -104,6 +104,7 @@ pub enum FailedReason {
     /// In a repair: it was still open after the last steps, and every triangulation of its rim intersects other faces.
     #[error("every triangulation of its rim intersects other faces")]
     #[serde(alias = "nothing_fits")]
+    #[serde(alias = "nothing_fits")]
     EveryTriangulationIntersects,
 }
 
@@ -118,9 +119,11 @@ pub enum AttemptFailure {
     /// The surrounding faces are inconsistent: the flow diverges.
     #[error("the faces around it are inconsistent: the level set diverged")]
     #[serde(alias = "contradiction")]
+    #[serde(alias = "contradiction")]
     Diverged,
     /// The flow did not converge on this grid.
     #[error("the level set did not converge on this grid")]
+    #[serde(alias = "not_steady")]
     #[serde(alias = "not_steady")]
     NotConverged,
     /// The surface reached the side of its box.

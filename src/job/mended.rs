@@ -10,7 +10,7 @@ use super::deliver::{Deliverables, Delivered, clear_run_times};
 use super::draw::{Before, Drawings, Drawn};
 use super::outcome::JobResult;
 use super::output::Saving;
-use super::result::{Extent, Kept};
+use super::result::{Kept, OperationReport};
 use super::staging::Staging;
 use super::unchanged::Unchanged;
 use super::{JobError, JobSpec, Output, Place};
@@ -49,7 +49,7 @@ pub struct Mended<'s> {
     #[serde(skip)]
     pub(super) cancel: Cancel,
     /// What was done beside filling.
-    pub extent: Extent,
+    pub extent: OperationReport,
     /// What was found and done.
     pub report: FillReport,
 }
@@ -289,8 +289,8 @@ impl<'s> Mended<'s> {
         let mut staging = Staging::default();
         let wanted = &self.spec.deliverables;
         let (mesh, notes, bytes, sha256) = match &self.extent {
-            Extent::Copied => {
-                let stored = output.write_copy(&self.first, wanted.unit, &mut staging)?;
+            OperationReport::Copied => {
+                let stored = output.write_copy(&self.kept_input, wanted.unit, &mut staging)?;
                 (None, stored.notes, stored.bytes, stored.sha256)
             }
             _ => {
@@ -314,8 +314,8 @@ impl<'s> Mended<'s> {
                 (Some(saved.mesh), saved.notes, saved.bytes, saved.sha256)
             }
         };
-        let notes_read = self.first.notes.len();
-        let notes = [&self.first.notes[..], &notes, &delivered.notes].concat();
+        let notes_read = self.kept_input.notes.len();
+        let notes = [&self.kept_input.notes[..], &notes, &delivered.notes].concat();
         let filed = (&delivered, &sha256[..]);
         self.stage_drawings(mesh.as_ref(), &notes, filed, &mut staging)?;
         staging.finish(&self.cancel)?;

@@ -12,7 +12,6 @@ use super::outcome::{JobPlan, JobResult, WorkPlan};
 use super::result::{KeptInput, Made, OperationReport, repaired};
 use super::{JobError, JobSpec, MaskSpec, Work};
 use crate::cancel::Cancel;
-use crate::fill::SurfaceKind;
 use crate::io::Loaded;
 use crate::mend::{Control, FairError, Filled, Inspection, RestoreError};
 use crate::mesh::Mesh;

@@ -71,7 +71,7 @@ pub fn verdict_rows(
         let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
         let what = format!(
             "{edges} of {} border edges close where vertices within {length:e}{unit} are merged{by_itself}",
-            verdict.count(DefectKind::Border)
+            verdict.count(DefectKind::BoundaryEdge)
         );
         rows.push(("nearly closed", what));
     }

@@ -325,7 +325,7 @@ impl<'a> Build<'a> {
             let what = "objects that were numbered, since others have the same name";
             loaded.notes.push(format!("{what}: {}", self.renamed));
         }
-        if self.passed_over > 0 {
+        if self.unread_properties > 0 {
             let what = "triangles with properties that are not read, such as textures";
             loaded
                 .notes

@@ -294,7 +294,7 @@ impl Mended<'_> {
             }
         }
         if let Some(output) = &wanted.piece {
-            let stored = output.stored(&self.first);
+            let stored = output.stored(&self.kept_input);
             let control = Control::new().cancel(&self.cancel);
             delivered.piece = Some(match self.piece_of(&saved.mesh, stored, &control) {
                 Err(reason) => {

@@ -310,7 +310,7 @@ impl CheckQuery {
 fn checked(app: &App, state: &MeshState, params: &CheckParams) -> Result<Value, Refused> {
     let source = app.source_of(state);
     let checked = check_mesh(&source, &state.loaded, params, None, &Drawings::default());
-    let checked = checked.map_err(|error| Refused::failed(told(&error)))?;
+    let checked = checked.map_err(|error| Refused::failed(error_text(&error)))?;
     let mut value = serde_json::to_value(checked.document()).unwrap_or_default();
     let mut marks = Map::new();
     for defect in &checked.verdict.defects {
