@@ -164,7 +164,7 @@ impl Staged {
 }
 
 /// Writes bytes to a file beside the target and moves it over the target, so that a failure leaves the target as it was. Links and
-/// permissions stay, as [`Staged::new`] says.
+/// permissions stay, as `Staged::new` says.
 ///
 /// # Errors
 /// When the target is a folder or read-only, or the file cannot be written.

@@ -21,7 +21,7 @@ pub fn verdict_lines(verdict: &Verdict, size: f64, unit: Option<Unit>) -> Vec<St
     lines
 }
 
-/// The rows of a verdict: names and values; `size` is the extent of the mesh, `unit` that of its coordinates, where it is known.
+/// The rows of a verdict: names and values; `size` is the extent of the mesh, `unit` the unit of its coordinates, where it is known.
 pub fn verdict_rows(
     verdict: &Verdict,
     size: f64,

@@ -45,7 +45,7 @@ pub(super) fn put(
     let Some(place) = attributes.vertex.iter().position(is_uv) else {
         return;
     };
-    // A vertex of the patch that has no texture coordinates yet gets those of the first corner that uses it; others use copies.
+    // A vertex of the patch that has no texture coordinates yet takes them from the first corner that uses it; others use copies.
     let mut vertex_of = vec![NONE; uv.len()];
     for (face, f) in chart.disk.faces.iter().zip(&chart.faces) {
         for (k, &v) in face.iter().enumerate() {

@@ -81,7 +81,7 @@ fn next(half: u32) -> u32 {
     half / 3 * 3 + (half + 1) % 3
 }
 
-/// For each half-edge, three to a face, the one on the other side; nothing where an edge cannot be told.
+/// For each half-edge, three to a face, the one on the other side; nothing where an edge has more than two faces or faces are turned against each other.
 fn across(faces: &[[u32; 3]]) -> Option<Vec<Option<u32>>> {
     let mut halves: HashMap<(u32, u32), u32> = HashMap::new();
     let edge = |half: usize| {

@@ -313,7 +313,7 @@ mod tests {
             }
         }
         // A header that claims 2¹⁵ by 2¹⁵ texels, with its checksum.
-        let mut header = *b"IHDR\0\0\x80\0\0\0\x80\0\x08\x02\0\0\0";
+        let header = *b"IHDR\0\0\x80\0\0\0\x80\0\x08\x02\0\0\0";
         let mut bomb = b"\x89PNG\r\n\x1a\n\0\0\0\x0d".to_vec();
         bomb.extend(header);
         bomb.extend(crc(&header).to_be_bytes());
@@ -322,7 +322,6 @@ mod tests {
         // Start of image, then a frame of 65535 by 65535 texels.
         let jpeg = b"\xff\xd8\xff\xc0\0\x11\x08\xff\xff\xff\xff\x03\x01\x11\0\x02\x11\0\x03\x11\0";
         assert!(Image::read(jpeg).is_err());
-        header[4] = 1;
         assert!(Image::read(b"GIF89a").err().unwrap().contains("neither"));
     }
 

@@ -1,7 +1,7 @@
 //! Texels for patches that lie across seams of a texture: a page of their own.
 //!
 //! Over a seam no texture coordinates can be continued. Such a patch is cut open into a disk, laid out in a circle by mean value coordinates
-//! and put on a new page, with as many texels for a length as the images round it have. The colours at its rim are those of the images
+//! and put on a new page, with as many texels for a length as the images round it have. The colours at its rim are read from the images
 //! on both sides, in linear light; inside they are harmonic. The images of the input stay as they are.
 
 mod chart;
@@ -32,7 +32,7 @@ use unfolded::Chart;
 
 pub(crate) use image::is_own;
 
-/// By so much fewer texels than at the rim are tried next where a page cannot hold all charts.
+/// Factor on the texels per length for the next try where a page cannot hold all charts: the area of charts falls to 0.64.
 const COARSER: f64 = 0.8;
 /// The least part of the texels at the rim.
 const COARSEST: f64 = 0.02;
@@ -235,7 +235,7 @@ impl Work<'_> {
         texels
     }
 
-    /// The colours of all slots: at the rims of the charts those of the faces there in the mean, inside harmonic.
+    /// The colours of all slots: at the rims of the charts the mean of the faces' colours there, inside harmonic.
     fn colours(&self, charts: &[Chart]) -> Vec<Linear> {
         let slots = &self.patches.slots;
         let points: Vec<DVec3> = slots
@@ -287,7 +287,7 @@ fn laid_out(
         let Some(sheet) = sheet(&charts) else {
             if !charts.is_empty() {
                 *refused
-                    .entry("a page cannot hold so many".to_owned())
+                    .entry("a page cannot hold all of them".to_owned())
                     .or_default() += charts.len();
             }
             return None;

@@ -15,7 +15,7 @@ pub(super) struct Packed {
 pub(super) fn packed(sides: &[u32]) -> Option<Packed> {
     let area: f64 = sides.iter().map(|s| f64::from(*s).powi(2)).sum();
     let largest = sides.iter().copied().max()?;
-    // Rows of unequal squares leave about a tenth of them free.
+    // Room for the gaps that rows of unequal squares leave; chosen, not measured.
     let width = ((1.1 * area).sqrt().ceil().min(f64::from(LONGEST)) as u32).max(largest);
     let width = width.next_multiple_of(4);
     let mut order: Vec<usize> = (0..sides.len()).collect();

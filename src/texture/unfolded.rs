@@ -9,7 +9,7 @@ use crate::attributes::{Patches, Slot};
 use crate::cancel::Cancel;
 use crate::mesh::{Mesh, area_vector};
 
-/// Texels for a length over those of the rim in the mean, at most: the area of a patch grows with the square.
+/// Upper bound of the texels per length, over the mean at the rim: the area of a patch on the page grows with the square.
 const DENSEST: f64 = 4.0;
 
 /// A patch laid out in a circle.
@@ -76,8 +76,8 @@ impl Chart {
     }
 }
 
-/// Texels for a length at a rim: as many as nine tenths of it have at most, since charts that meet there may differ by a factor of 50, as
-/// those of an eye and of the skin round it; but no more than [`DENSEST`] times the mean. Nothing where there are no images.
+/// Texels for a length at a rim: as many as nine tenths of it have at most, since charts that meet there may differ widely: at the eyes
+/// of the duck of the glTF samples edges of one rim had from 0.2 to 23 texels; but no more than [`DENSEST`] times the mean. Nothing where there are no images.
 fn density(
     across: &[Option<(u32, [u8; 2])>],
     border: &Border,

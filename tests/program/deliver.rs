@@ -139,11 +139,13 @@ fn the_missing_piece_is_a_sound_solid_of_the_missing_volume() {
         *p = (*p * 1.1).as_vec3().as_dvec3();
     }
     desk.save("chipped.ply", &bump, Format::Ply);
-    fs::remove_file(desk.path("chip.stl")).unwrap();
+    let earlier = fs::read(desk.path("chip.stl")).unwrap();
     let done = desk.run(&restore);
     assert_code(&done, 3);
-    assert!(text(&done.stderr).contains("no piece was written: the patch is below"));
+    assert!(text(&done.stderr).contains("no piece was written: the patch lies below"));
+    // The piece of the run before is no result of this one, but is kept.
     assert!(!desk.path("chip.stl").exists());
+    assert_eq!(fs::read(desk.path("chip_earlier.stl")).unwrap(), earlier);
     let reason = &desk.json("out.json")["piece"]["reason"];
     assert!(reason.as_str().unwrap().contains("nothing is missing"));
 }

@@ -291,7 +291,7 @@ impl Seen {
         Self::root_mean_square(&steps)
     }
 
-    /// How far the colours inside patches with an image of their own are from those of the texture in space, root mean square of 255.
+    /// Error of the colours inside patches with an image of their own against the texture in space, root mean square of 255.
     fn inside(&self) -> f64 {
         let own = |f: &usize| self.is_patch(*f) && self.of_face[*f] != self.of_face[0];
         let difference = |f: usize| {

@@ -1,4 +1,4 @@
-//! The materials of patches in a document that was read: those of the document, one without a texture, and one for a page of texels.
+//! The materials of patches in a document that was read: the document's own, one without a texture, and one for a page of texels.
 
 use std::collections::BTreeMap;
 
@@ -74,7 +74,7 @@ impl<'a> PatchMaterials<'a> {
         place
     }
 
-    /// A material like those of the document with another texture: with the same light, opacity and sides, but without maps of normals and
+    /// A material like the document's with another texture: with the same light, opacity and sides, but without maps of normals and
     /// the like, for which patches have no texture coordinates.
     fn textured(&self, look: &Material, texture: usize) -> Value {
         let before = &self.like["pbrMetallicRoughness"];

@@ -17,7 +17,7 @@ fn is_colour(a: &Attribute) -> bool {
 }
 
 /// The colours of corners, taken out of the attributes of a model, to which colours of vertices are added where there are none. Where it is coloured by materials alone, and the format has either
-/// colours or materials, they are those of the materials: else the colours of patches would take all others away.
+/// colours or materials, the materials give them: else the colours of patches would take all others away.
 pub(super) fn corner_colours(
     attributes: &mut Attributes,
     mesh: &Mesh,
@@ -30,7 +30,7 @@ pub(super) fn corner_colours(
     Some(found)
 }
 
-/// The same without those of vertices.
+/// The same without colours of vertices.
 fn found_colours(
     attributes: &mut Attributes,
     mesh: &Mesh,
@@ -65,7 +65,7 @@ fn found_colours(
     Some(CornerAttribute { pool, corners })
 }
 
-/// The colours of vertices that stand for those of corners, where a format has those of vertices alone: the mean of the corners'.
+/// The mean of the corners' colours at each vertex, for formats that have colours of vertices alone.
 fn vertex_colours(of_corners: &CornerAttribute, mesh: &Mesh) -> Attribute {
     let pool = &of_corners.pool;
     let mut sums = vec![vec![0.0; pool.components + 1]; mesh.positions.len()];
@@ -121,7 +121,7 @@ pub(super) fn paint_corners(
     }
 }
 
-/// A remark on marks under which materials show: viewers multiply the colours of vertices by those of materials, or show the latter alone.
+/// A remark on marks under which materials show: viewers multiply the colours of vertices by the colours of materials, or show the latter alone.
 /// `document` has the materials of a glTF file.
 pub(super) fn material_note(
     model: &Model,
