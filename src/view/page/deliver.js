@@ -93,14 +93,20 @@ export class Deliver {
   }
 
   async measure() {
-    const asked = this.asked += 1, { model } = this.app, put = (text) => {
-      find("#deliver-said").textContent = find("#scale-said").textContent = text;
+    const asked = this.asked += 1, { model } = this.app, put = (panel, legend = "") => {
+      find("#deliver-said").textContent = panel;
+      find("#scale-said").textContent = legend;
     };
     if (!PATCHING.includes(this.command)) return put("");
     const wanted = this.wanted(), { invented, piece } = await askJson(`deliver/${model.state.current}?${this.query()}`);
     // Another mesh or other values were chosen in the meantime.
     if (asked !== this.asked) return undefined;
-    put(invented?.area > 0 ? this.sentences(invented, wanted.tolerance).join(" ") : tr("invented_none"));
+    if (invented?.area > 0) {
+      const { area, error, within } = this.sentences(invented, wanted.tolerance);
+      put([area, error, within].join(" "), [area, within].join(" "));
+    } else {
+      put(tr("invented_none"));
+    }
     const beyond = invented?.beyond_tolerance || [], troubles = [];
     if (beyond.length) troubles.push(tr("beyond", { holes: beyond.join(", ") }));
     if (piece && !piece.made) troubles.push(tr("no_piece", { reason: piece.reason }));
@@ -111,9 +117,10 @@ export class Deliver {
   /** Area and expected error of the patches, and the share that is within the tolerance. */
   sentences({ area, percent, expected_error: { mean, largest, within_percent: within } }, tolerance) {
     const format = (x, power = 1) => this.app.measure.format(x, power), known = mean !== null;
-    const said = [tr("invented", { area: format(area, 2), percent: digits(percent) })];
-    said.push(known ? tr("expected", { mean: format(mean), largest: format(largest) }) : tr("expected_unknown"));
-    if (tolerance) said.push(tr("within", { part: digits(within), tolerance: format(tolerance) }));
-    return said;
+    return {
+      area: tr("invented", { area: format(area, 2), percent: digits(percent) }),
+      error: known ? tr("expected", { mean: format(mean), largest: format(largest) }) : tr("expected_unknown"),
+      within: tolerance ? tr("within", { part: digits(within), tolerance: format(tolerance) }) : "",
+    };
   }
 }
