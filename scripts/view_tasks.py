@@ -3,10 +3,15 @@ edges, cancelling and continuing, two tabs, keys only, small windows. Pixels and
 view_test.py."""
 
 import base64
+import json
+import os
 import re
+import shutil
+import subprocess
 
 import numpy as np
 
+from browser_test import ROOT
 from view_layout import STAND, check_keyboard, check_layout, check_rows, dark, resize
 from view_meshes import open_cube
 from view_page import Server
@@ -233,6 +238,84 @@ def going_on(page, program, mesh, folder):
         server.stop()
 
 
+# The faces of the mesh that have a vertex nearer to the centre than the others: those of a dent in a sphere.
+DENT = """(() => { const { positions: p, faces, centre } = isomend.mesh(), size = (v) => Math.hypot(...[0, 1, 2].map((k) => p[3 * v + k] + centre[k]));
+  const on = []; for (let f = 0; f < faces.length / 3; f++) if ([0, 1, 2].some((k) => size(faces[3 * f + k]) < 0.96)) on.push(f); return on; })()"""
+
+
+def handing_over(page, program, folder):
+    """A dent is restored; unit, tolerance, mark, patches and piece are handed over, and the recipe makes the same files."""
+    mesh = folder / "painted.ply"
+    shutil.copy(ROOT / "data" / "painted.ply", mesh)
+    server = Server(program, mesh, folder / "log.txt")
+    text = "document.querySelector('{}').textContent".format
+    try:
+        begin(page, server)
+        page.tab("save")
+        off = page.run("[...document.querySelectorAll('#deliver :disabled')].map((e) => e.id)")
+        page.expect(off == ["tolerance", "mark", "mark-colour", "patches-file", "piece-file"] and page.run(text("#deliver-hint")), f"before a step {off} are off")
+        faces = page.run(DENT)
+        page.run(f"isomend.masks.takeFile(new File([{json.dumps(' '.join(map(str, faces)))}], 'dent.txt'))")
+        page.until(f"isomend.mask().count === {len(faces)}", "the dent is marked")
+        page.tab("paint")
+        page.click_on("#grow")
+        page.click_on("#to-restore")
+        page.click_on("#run")
+        page.until_done()
+        page.reaches(1, "the dent is restored")
+        page.tab("save")
+        page.until(text("#deliver-said") + ".includes('Invented')", "the figures of the patch are shown")
+        page.expect(not page.run("document.querySelectorAll('#deliver :disabled').length"), "a restored mesh cannot be handed over")
+        page.fill_in("#deliver-unit", "mm")
+        page.expect(page.run("document.querySelector('#unit').value === 'mm' && document.querySelector('#deliver .unit').textContent === 'mm'"), "the unit is not the same everywhere")
+        page.fill_in("#tolerance", "-1")
+        page.until(text("#deliver-trouble") + ".includes('positive')", "a wrong tolerance is refused")
+        page.fill_in("#tolerance", "0.5")
+        page.fill_in("#mark", "colour")
+        page.fill_in("#mark-colour", "#0a64ff")
+        page.click_on("#patches-file")
+        page.click_on("#piece-file")
+        page.until(text("#deliver-said") + ".includes('within 0.5 mm on 100')", "the share within the tolerance is shown")
+        page.expect("mm²" in page.run(text("#deliver-said")), "the new area has no unit")
+        page.expect(not page.run(text("#deliver-trouble")), "all is right, but: " + page.run(text("#deliver-trouble")))
+        options = "--patches painted.mended_patches.ply --piece painted.mended_piece.stl --mark colour=0a64ff --tolerance 0.5 --unit mm"
+        page.until(text("#recipe") + f".includes({json.dumps(options)})", f"the recipe has {options}")
+        page.fill_in("#colour", "sigma")
+        page.until("isomend.display.coloured === 'sigma'", "expected errors are shown")
+        page.expect(page.run("document.querySelector('#scale-said').checkVisibility() && document.querySelector('#scale-said').textContent.includes('mm²')"), "the legend does not say what is invented")
+        page.expect(", mm" in page.run(text("#scale-name")), "the legend has no unit")
+        check_layout(page)
+        page.tab("save")
+        page.fill_in("#save-path", "whole.ply")
+        page.click_on("#save")
+        page.until(text("#saved") + ".includes('whole_piece.stl')", "mesh, patches and piece are saved")
+        names = ["whole.ply", "whole_patches.ply", "whole_piece.stl"]
+        saved = [(folder / name).read_bytes() for name in names]
+        page.fill_in("#save-kind", "recipe")
+        page.fill_in("#save-path", "whole.sh")
+        page.click_on("#save")
+        page.until(text("#saved") + ".includes('whole.sh')", "the recipe is saved")
+        for name in names:
+            (folder / name).unlink()
+        (folder / "bin").mkdir()
+        (folder / "bin" / "isomend").symlink_to(program)
+        done = subprocess.run(["sh", "whole.sh"], cwd=folder, capture_output=True, text=True, env={**os.environ, "PATH": f"{folder / 'bin'}:{os.environ['PATH']}"})
+        page.expect(done.returncode == 0 and [(folder / name).read_bytes() for name in names] == saved, f"the recipe makes other files: {done.stderr[-500:]}")
+        page.fill_in("#save-kind", "mesh")
+        downloads = folder / "handed"
+        page.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(downloads))
+        page.click_on("#download")
+        page.until(text("#saved") + ".includes('_piece.stl')", "the piece is downloaded")
+        page.fill_in("#tolerance", "0.000001")
+        page.until(text("#deliver-trouble") + ".includes('holes 1')", "holes that are not within the tolerance are listed")
+        german(page, server)
+        page.tell_troubles()
+        # A page that is open when its program ends would report errors.
+        page.call("Page.navigate", url="about:blank")
+    finally:
+        server.stop()
+
+
 def opening(page, folder):
     """A dropped mesh is sent and opened on a new page; going back shows the first mesh."""
     text = (folder / "scan.ply").read_bytes()
@@ -275,8 +358,10 @@ def tasks(page, program, folder, mesh):
         opening(page, folder)
         german(page, server)
         page.tell_troubles()
+        page.call("Page.navigate", url="about:blank")
     finally:
         server.stop()
+    handing_over(page, program, folder)
     cube = folder / "cube.ply"
     open_cube(cube)
     going_on(page, program, cube, folder)

@@ -12,11 +12,16 @@ const OWN_STYLE: &str = include_str!("page/page.css");
 const LAYOUT: &str = include_str!("page/layout.css");
 const WORKER: &str = include_str!("page/worker.js");
 /// The page's own modules, in no order: `main.js` imports what it needs.
-const OWN: [Script; 24] = [
+const OWN: [Script; 26] = [
     ("band.js", include_str!("page/band.js")),
     ("choices.js", include_str!("page/choices.js")),
     ("creases.js", include_str!("page/creases.js")),
     ("defects.js", include_str!("page/defects.js")),
+    ("deliver.js", include_str!("page/deliver.js")),
+    (
+        "deliver_strings.js",
+        include_str!("page/deliver_strings.js"),
+    ),
     ("display.js", include_str!("page/display.js")),
     ("fields.js", include_str!("page/fields.js")),
     ("folds.js", include_str!("page/folds.js")),

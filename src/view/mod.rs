@@ -10,6 +10,7 @@ mod assets;
 mod choices;
 mod connections;
 mod container;
+mod deliver;
 mod delta;
 mod deviation;
 mod errors;

@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use super::deliver::{add_options, add_unit};
 use super::files::relative;
 use super::runs::Runs;
 use super::state::State;
 use super::words::Command;
+use crate::job::Deliverables;
 
 /// Exit code of a command that left a hole open that was to be filled.
 const IN_PART: u8 = 3;
@@ -41,6 +43,10 @@ pub struct Places<'a> {
     pub between: &'a dyn Fn(usize) -> PathBuf,
     /// The saved file.
     pub output: &'a Path,
+    /// What is handed over with the saved file.
+    pub deliverables: &'a Deliverables,
+    /// Whether all deliverables can be made, and all patches are within the tolerance.
+    pub delivers: bool,
 }
 
 impl Recipe {
@@ -52,9 +58,16 @@ impl Recipe {
             .iter()
             .map(|s| (s.command.clone(), s.mask.as_ref(), !s.complete))
             .collect();
-        commands.extend(last.map(|command| (command, None, false)));
-        let count = commands.len();
         let argument = |path: &Path| path_argument(&relative(places.folder, path));
+        if let Some((command, _, in_part)) = commands.last_mut() {
+            add_options(command, places.deliverables, &argument);
+            *in_part |= !places.delivers;
+        }
+        commands.extend(last.map(|mut command| {
+            add_unit(&mut command, places.deliverables.unit);
+            (command, None, false)
+        }));
+        let count = commands.len();
         let mut recipe = Self {
             lines: Vec::new(),
             between: Vec::new(),

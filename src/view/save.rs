@@ -2,11 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use serde_json::Value;
+
 use super::app::App;
+use super::deliver::{SavedAs, add_options, unit_alone, without_files};
 use super::recipe::{Places, Recipe};
 use super::state::{State, between};
 use crate::io::Format;
-use crate::job::{Drawings, JobError, JobSpec, Output, Source, Work, inspect};
+use crate::job::{Deliverables, Drawings, JobError, JobSpec, Output, Place, Source, Work, inspect};
 use crate::mend::Control;
 
 /// The result of saving.
@@ -15,6 +18,10 @@ pub struct Saved {
     pub path: PathBuf,
     /// Remarks.
     pub notes: Vec<String>,
+    /// The JSON document of the command that writes the deliverables; null if there is none.
+    pub document: Value,
+    /// Deliverables that were not written, and patches that are not within the tolerance, in lines.
+    pub warnings: Vec<String>,
 }
 
 impl App {
@@ -30,35 +37,60 @@ impl App {
         between(&self.input, depth, self.format_between.extension())
     }
 
-    /// Writes a mesh, as the last command of its recipe does.
+    /// Writes a mesh and what is handed over with it, as the last commands of its recipe do.
     ///
     /// # Errors
-    /// When the format does not allow it, or the file cannot be written.
-    pub fn save_mesh(&self, state: &State, path: &Path, ascii: bool) -> Result<Saved, JobError> {
-        let mut output = Output::new(path, None)?;
-        output.ascii = ascii;
+    /// When the format does not allow it, the last step does not make the deliverables, or a file cannot be written.
+    pub fn save_mesh(
+        &self,
+        state: &State,
+        output: &Output,
+        wanted: &Deliverables,
+    ) -> Result<Saved, JobError> {
         output.check()?;
-        let step = state
-            .step
-            .as_ref()
-            .filter(|_| self.is_last(state, output.format));
-        let done = match step {
-            Some(step) => step
-                .mended
-                .clone()
-                .drawn(Drawings::default())
-                .to(output)
-                .write()?,
-            None => {
-                let mut spec = JobSpec::plan(self.source_of(state), Work::Copy);
-                spec.output = Some(output);
-                spec.read()?.mend(&Control::new())?.into_owned().write()?
-            }
+        state.check_deliverables(wanted)?;
+        let mut saved = Saved {
+            path: output.place.path().unwrap_or(&self.input).to_path_buf(),
+            notes: Vec::new(),
+            document: Value::Null,
+            warnings: Vec::new(),
         };
-        Ok(Saved {
-            path: path.to_path_buf(),
-            notes: done.notes_written().to_vec(),
-        })
+        let mut source = self.source_of(state);
+        if let Some(step) = &state.step {
+            // Checks the deliverables against the format and the file of the mesh.
+            let mended = step.mended.clone().drawn(Drawings::default());
+            let mended = mended.to(output.clone()).delivering(wanted.clone())?;
+            let is_last = self.is_last(state, output.format);
+            let is_plain = *wanted == unit_alone(wanted);
+            if is_last || !is_plain {
+                let mended = match is_last {
+                    true => mended,
+                    // The deliverables come from the command before the one that converts the mesh.
+                    false => mended.to(Output::new(
+                        state.place(&self.input),
+                        Some(self.format_between),
+                    )?),
+                };
+                let done = mended.write()?;
+                saved.document = serde_json::to_value(done.document()).unwrap_or_default();
+                saved.warnings = done.delivery_warnings();
+                saved.notes = done.notes_written().to_vec();
+                if is_last {
+                    return Ok(saved);
+                }
+                source = Source {
+                    bytes: done.bytes,
+                    format: Some(self.format_between),
+                    ..Source::from(state.place(&self.input))
+                };
+            }
+        }
+        let mut spec = JobSpec::plan(source, Work::Copy);
+        spec.output = Some(output.clone());
+        spec.deliverables = unit_alone(wanted);
+        let done = spec.read()?.mend(&Control::new())?.into_owned().write()?;
+        saved.notes.extend_from_slice(done.notes_written());
+        Ok(saved)
     }
 
     /// Whether the command of a mesh's last step gives the same mesh in the given format. Steps with glTF as the intermediate format keep
@@ -73,11 +105,16 @@ impl App {
             .is_some_and(|step| same || fills(&step.work))
     }
 
-    /// Writes the report page of a step, or of the input.
+    /// Writes the report page of a step, or of the input. It names the unit and measures the patches by the tolerance.
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn save_report(&self, state: &State, path: &Path) -> Result<Saved, JobError> {
+    pub fn save_report(
+        &self,
+        state: &State,
+        path: &Path,
+        wanted: &Deliverables,
+    ) -> Result<Saved, JobError> {
         let drawn = |command_line: String| Drawings {
             page: Some(path.to_path_buf()),
             command_line,
@@ -85,9 +122,13 @@ impl App {
         };
         match &state.step {
             Some(step) => {
-                let drawings = drawn(format!("isomend {}", step.command.words().join(" ")));
-                let output = Output::new(state.place(&self.input), Some(self.format_between))?;
-                step.mended.clone().drawn(drawings).to(output).write()?;
+                state.check_deliverables(wanted)?;
+                let (output, wanted) = self.reported(state, wanted)?;
+                let mut command = step.command.clone();
+                add_options(&mut command, &wanted, &|path| path.display().to_string());
+                let drawings = drawn(format!("isomend {}", command.words().join(" ")));
+                let mended = step.mended.clone().drawn(drawings).to(output);
+                mended.delivering(wanted)?.write()?;
             }
             None => {
                 let drawings = drawn(format!("isomend inspect {}", self.input.display()));
@@ -97,7 +138,38 @@ impl App {
         Ok(Saved {
             path: path.to_path_buf(),
             notes: Vec::new(),
+            document: Value::Null,
+            warnings: Vec::new(),
         })
+    }
+
+    /// The output and the deliverables of a report, without files besides the mesh. If the mesh was saved as its last command writes it,
+    /// the output has the same bytes, so that the report names the hash of the saved file.
+    fn reported(
+        &self,
+        state: &State,
+        wanted: &Deliverables,
+    ) -> Result<(Output, Deliverables), JobError> {
+        let mut wanted = without_files(wanted);
+        let between = state.place(&self.input);
+        let saved = self.session().output(state.id).cloned();
+        let format = saved
+            .as_ref()
+            .and_then(|saved| Format::from_extension(&saved.path));
+        let (Some(saved), Some(format)) =
+            (saved, format.filter(|format| self.is_last(state, *format)))
+        else {
+            wanted.mark = None;
+            return Ok((Output::new(between, Some(self.format_between))?, wanted));
+        };
+        let place = Place::Memory {
+            name: saved.path.display().to_string(),
+            folder: saved.path.parent().map(Path::to_path_buf),
+        };
+        let mut output = Output::new(place, Some(format))?;
+        output.ascii = saved.ascii;
+        wanted.mark = saved.deliverables.mark;
+        Ok((output, wanted))
     }
 
     /// The recipe that makes a mesh and saves it to a file.
@@ -108,8 +180,9 @@ impl App {
         &self,
         state: &State,
         (folder, stem): (&Path, &str),
-        (output, ascii): (&Path, bool),
+        saved: &SavedAs,
     ) -> Result<Recipe, String> {
+        let output = &saved.path;
         if [&self.input, output]
             .iter()
             .any(|path| path.to_str().is_none())
@@ -130,7 +203,9 @@ impl App {
             input: (&self.input, self.from),
             between: &|depth| self.between(depth),
             output,
+            deliverables: &saved.deliverables,
+            delivers: saved.delivered,
         };
-        Ok(Recipe::new(state, last, ascii, &places))
+        Ok(Recipe::new(state, last, saved.ascii, &places))
     }
 }

@@ -1,11 +1,11 @@
 //! A session: the history of meshes with undo and redo, previews, the running job, and the user's choices on each mesh.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::SystemTime;
 
 use super::choices::{Change, Choices};
+use super::deliver::SavedAs;
 use super::state::State;
 use super::store::{Snapshot, StoredStep};
 use crate::Cancel;
@@ -28,8 +28,8 @@ pub struct Session {
     pub busy: Option<Busy>,
     /// The mesh that was saved last; at first the input.
     saved: u32,
-    /// For each saved mesh the last file, and whether it is text.
-    outputs: BTreeMap<u32, (PathBuf, bool)>,
+    /// For each saved mesh the last file.
+    outputs: BTreeMap<u32, SavedAs>,
     /// The choices on each mesh.
     choices: BTreeMap<u32, Choices>,
     /// Number of changes of choices: until now, and until the last save.
@@ -258,14 +258,14 @@ impl Session {
     }
 
     /// Records that a mesh was saved.
-    pub fn was_saved(&mut self, id: u32, path: PathBuf, ascii: bool) {
+    pub fn was_saved(&mut self, id: u32, saved: SavedAs) {
         self.saved = id;
         self.chosen[1] = self.chosen[0];
-        self.outputs.insert(id, (path, ascii));
+        self.outputs.insert(id, saved);
     }
 
-    /// The file that a mesh was last saved to, and whether it is text.
-    pub fn output(&self, id: u32) -> Option<&(PathBuf, bool)> {
+    /// The file that a mesh was last saved to.
+    pub fn output(&self, id: u32) -> Option<&SavedAs> {
         self.outputs.get(&id)
     }
 

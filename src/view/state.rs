@@ -47,6 +47,8 @@ pub struct State {
     textures: OnceLock<Textures>,
     /// Parameters and result of the last check for defects.
     pub checked: Mutex<Option<(CheckParams, Value)>>,
+    /// Once the missing piece was requested: why there is none, or `None` if it can be made.
+    pub piece: Mutex<Option<Option<String>>>,
 }
 
 /// The origin of a face.
@@ -104,6 +106,7 @@ impl State {
             delta: None,
             textures: OnceLock::new(),
             checked: Mutex::default(),
+            piece: Mutex::default(),
         })
     }
 
@@ -155,6 +158,7 @@ impl State {
             delta,
             textures: OnceLock::new(),
             checked: Mutex::default(),
+            piece: Mutex::default(),
         })
     }
 

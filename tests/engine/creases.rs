@@ -130,7 +130,7 @@ fn invalid_pairs_of_ends_are_refused_before_the_fill() {
     assert!(refused(one().with_flat([hole])).contains("flat cap"));
     assert!(refused(one().with_bridges([[1, 2]])).contains("together with others"));
     assert!(refused(one().with_sharp(Sharp::Off)).contains("`sharp` off"));
-    assert!(refused(one().with_finish(Finish::None)).contains("without a finish"));
+    assert!(refused(one().with_finish(Finish::None)).contains("only with a finish"));
     found.plan(&one()).unwrap();
 }
 

@@ -8,6 +8,7 @@ mod served;
 #[path = "../common/shapes.rs"]
 mod shapes;
 
+mod deliver;
 mod files;
 mod recipes;
 mod requests;

@@ -1,10 +1,14 @@
-//! The texts of the page are in one file, in English and in German.
+//! The texts of the page are in two files, in English and in German.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const STRINGS: &str = "strings.js";
+/// The files of texts, each with the line that begins its table.
+const STRINGS: [(&str, &str); 2] = [
+    ("strings.js", "const WORDS = {\n"),
+    ("deliver_strings.js", "const DELIVER_WORDS = {\n"),
+];
 /// Parts of literals that are not texts for a user: CSS, command lines, keys of the program's tables, and the page's name.
 const NO_WORDS: [&str; 6] = [
     "isomend view",
@@ -15,7 +19,7 @@ const NO_WORDS: [&str; 6] = [
     "use strict",
 ];
 /// Texts allowed in the markup: names that are the same in every language, units, and the text for browsers without scripts.
-const MARKUP: [&str; 13] = [
+const MARKUP: [&str; 14] = [
     "isomend view",
     "English",
     "Deutsch",
@@ -25,6 +29,7 @@ const MARKUP: [&str; 13] = [
     "m",
     "µm",
     "in",
+    "ft",
     "x",
     "y",
     "z",
@@ -39,12 +44,17 @@ fn text(name: &str) -> String {
     fs::read_to_string(folder().join(name)).unwrap()
 }
 
-/// The scripts of the page, except the file of texts.
+/// Whether a script is a file of texts.
+fn has_texts(name: &str) -> bool {
+    STRINGS.iter().any(|(file, _)| *file == name)
+}
+
+/// The scripts of the page, except the files of texts.
 fn scripts() -> BTreeMap<String, String> {
     let names = fs::read_dir(folder()).unwrap();
     let names = names.map(|entry| entry.unwrap().file_name().into_string().unwrap());
     names
-        .filter(|name| name.ends_with(".js") && name != STRINGS)
+        .filter(|name| name.ends_with(".js") && !has_texts(name))
         .map(|name| (name.clone(), text(&name)))
         .collect()
 }
@@ -109,9 +119,13 @@ fn has_words(literal: &str) -> bool {
 
 /// The table of texts: each name with its English and German text.
 fn table() -> BTreeMap<String, (String, String)> {
-    let text = text(STRINGS);
-    let (_, words) = text.split_once("const WORDS = {\n").unwrap();
-    let (words, _) = words.split_once("\n};").unwrap();
+    let mut words = String::new();
+    for (file, begin) in STRINGS {
+        let text = text(file);
+        let (_, own) = text.split_once(begin).unwrap();
+        words += own.split_once("\n};").unwrap().0;
+        words.push('\n');
+    }
     let joined = words
         .replace("[\n    \"", "[\"")
         .replace("\",\n    \"", "\", \"")
@@ -150,7 +164,7 @@ fn scripts_of_the_page_have_no_texts_for_users() {
             .collect();
         assert!(
             found.is_empty(),
-            "{name} has words that belong to {STRINGS}: {found:?}"
+            "{name} has words that belong to {STRINGS:?}: {found:?}"
         );
     }
     assert!(has_words("The mesh is open.") && has_words(", lost again"));
@@ -187,7 +201,7 @@ fn every_text_is_in_both_languages() {
         }
     }
     let mut all: Vec<(String, String)> = scripts().into_iter().collect();
-    all.push((STRINGS.to_owned(), text(STRINGS)));
+    all.extend(STRINGS.map(|(file, _)| (file.to_owned(), text(file))));
     for (file, script) in &all {
         for part in script.split("tr(\"").skip(1) {
             let name = part.split('"').next().unwrap();

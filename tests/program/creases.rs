@@ -122,5 +122,5 @@ fn an_edge_is_chosen_by_the_numbers_of_its_ends() {
     }
     let smooth = fill(&["--crease", &pair, "--sharp", "off"]);
     assert_code(&smooth, 1);
-    assert!(text(&smooth.stderr).contains("none are continued with `sharp` off"));
+    assert!(text(&smooth.stderr).contains("not with `sharp` off"));
 }

@@ -184,7 +184,7 @@ fn marks_are_written_in_formats_with_colours_and_refused_in_others() {
     assert_code(&done, 0);
     let done = desk.run(&["fill", "ball.ply", "-o", "out.ply", "--mark", "red"]);
     assert_code(&done, 2);
-    assert!(text(&done.stderr).contains("'red' is no mark"));
+    assert!(text(&done.stderr).contains("'red' is not a mark"));
 }
 
 #[test]

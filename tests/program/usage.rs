@@ -128,12 +128,10 @@ fn numbers_out_of_bounds_are_refused_with_the_bounds() {
     let desk = Desk::new();
     let fill = |option: &str| desk.run(&["fill", "ball.ply", "-o", "out.ply", option]);
     let long = "18446744073709551615";
-    for option in ["threads", "steps"] {
-        for value in [long, "0", "99999999999999999999"] {
-            let done = fill(&format!("--{option}={value}"));
-            assert_code(&done, 2);
-            assert!(text(&done.stderr).contains("from 1 to"), "{option}");
-        }
+    for value in [long, "0", "99999999999999999999"] {
+        let done = fill(&format!("--threads={value}"));
+        assert_code(&done, 2);
+        assert!(text(&done.stderr).contains("from 1 to"), "{value}");
     }
     assert!(text(&fill("--threads=100000").stderr).contains("to 1024"));
     let done = desk.run(&["compare", "ball.ply", "ball.ply", "--samples", long]);

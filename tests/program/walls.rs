@@ -64,7 +64,7 @@ fn a_sheet_gets_walls_and_the_report_gives_their_thickness() {
     // A check of the file reports the thickness of its walls, and fails if they are thinner than a limit.
     let checked = desk.run(&["check", "out.stl"]);
     assert_code(&checked, 0);
-    assert!(text(&checked.stdout).contains("walls:                 0.0"));
+    assert!(text(&checked.stdout).contains("walls:                 least thickness 0.0"));
     assert_code(&desk.run(&["check", "out.stl", "--min-wall", "0.03"]), 0);
     let thin = desk.run(&["check", "out.stl", "--min-wall", "0.1"]);
     assert_code(&thin, 3);

@@ -5,31 +5,49 @@ use std::sync::Arc;
 use axum::extract::{Path, Query, State};
 use serde::Deserialize;
 
-use super::super::app::{App, error_text};
+use super::super::app::App;
+use super::deliver::{DeliveryRequest, refused};
 use super::http::{Answer, Refused, bytes_answer, long_work};
 use super::mesh::state_of;
 use crate::io::Format;
+use crate::job::Output;
 
 #[derive(Deserialize)]
 pub struct DownloadQuery {
-    /// The file extension of the format.
+    /// The file extension of the format of the mesh.
     format: String,
+    /// A [`DeliveryRequest`] as JSON.
+    deliver: Option<String>,
+    #[serde(default)]
+    file: Part,
 }
 
-/// `GET api/download/ID?format=…`: the bytes of the file that saving the mesh would write.
+/// The file of a save that is downloaded.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Part {
+    #[default]
+    Mesh,
+    Patches,
+    Piece,
+}
+
+/// `GET api/download/ID?format=…&deliver=…&file=…`: the bytes of a file that saving the mesh would write: of the mesh, the patches or the
+/// missing piece.
 pub async fn download(
     State(app): State<Arc<App>>,
     Path((_, id)): Path<(String, u32)>,
-    Query(DownloadQuery { format }): Query<DownloadQuery>,
+    Query(query): Query<DownloadQuery>,
 ) -> Answer {
-    let bytes = long_work(&app, move |app| app.downloaded(id, &format)).await?;
+    let bytes = long_work(&app, move |app| app.downloaded(id, &query)).await?;
     Ok(bytes_answer(bytes))
 }
 
 impl App {
-    /// A mesh as the bytes of a file; refused if the format needs several files.
-    fn downloaded(&self, id: u32, extension: &str) -> Result<Vec<u8>, Refused> {
-        let known = Format::ALL.iter().any(|f| f.extension() == extension);
+    /// A file as bytes; refused if the format of the mesh needs several files.
+    fn downloaded(&self, id: u32, query: &DownloadQuery) -> Result<Vec<u8>, Refused> {
+        let extension = &query.format;
+        let known = Format::ALL.iter().any(|f| f.extension() == &extension[..]);
         if !known {
             let what = format!(
                 "there is no format {extension}; the formats are {}",
@@ -42,8 +60,18 @@ impl App {
         let folder = tempfile::tempdir().map_err(failed)?;
         let stem = self.input.file_stem().unwrap_or_default();
         let path = folder.path().join(stem).with_extension(extension);
-        let saved = self.save_mesh(&state, &path, false);
-        saved.map_err(|error| Refused::failed(error_text(&error)))?;
+        let mut request = DeliveryRequest::parse(query.deliver.as_deref())?.unwrap_or_default();
+        request.patches = query.file == Part::Patches;
+        request.piece = query.file == Part::Piece;
+        let wanted = request.beside(&path)?;
+        let output = Output::new(path.as_path(), None).map_err(refused)?;
+        let saved = self.save_mesh(&state, &output, &wanted).map_err(refused)?;
+        if let Some(output) = wanted.patches.or(wanted.piece) {
+            let lines = [saved.warnings, saved.notes].concat();
+            let own = output.place.path().filter(|path| path.exists());
+            let own = own.ok_or_else(|| Refused::wrong(lines.join("; "), "deliver"))?;
+            return std::fs::read(own).map_err(failed);
+        }
         if std::fs::read_dir(folder.path()).map_err(failed)?.count() > 1 {
             let what =
                 "this mesh needs several files in this format: save it in the folder instead";

@@ -1,6 +1,7 @@
 //! The HTTP API of the local page: its routes.
 
 mod choices;
+mod deliver;
 mod download;
 mod http;
 mod mesh;
@@ -52,6 +53,7 @@ pub fn router(app: Arc<App>, gate: Arc<Gate>) -> Router {
         .route("/{token}/api/report/{id}", get(save::report))
         .route("/{token}/api/mask/load", post(save::load_mask))
         .route("/{token}/api/download/{id}", get(download::download))
+        .route("/{token}/api/deliver/{id}", get(deliver::figures))
         .route("/{token}/api/files", get(open::files))
         .route("/{token}/api/open", post(open::open))
         .route("/{token}/api/send", post(open::send))

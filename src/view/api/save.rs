@@ -1,22 +1,26 @@
 //! API requests that save meshes, reports, recipes and masks, and that load masks.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use axum::body::Body;
-use axum::extract::{Path as InPath, State};
+use axum::extract::{Path as InPath, Query, State};
 use axum::http::header::{CONTENT_SECURITY_POLICY, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::super::app::{App, error_text};
+use super::super::deliver::SavedAs;
 use super::super::files::{Denied, to_read, to_write};
+use super::super::recipe::Recipe;
 use super::super::runs::Runs;
+use super::super::state::State as MeshState;
+use super::deliver::{DeliverQuery, DeliveryRequest, refused};
 use super::http::{Answer, MARKS, Refused, SMALL, json_answer, long_work, read, work};
 use super::mesh::state_of;
 use crate::io::Format;
-use crate::job::{parse_face_numbers, write_text};
+use crate::job::{Deliverables, Output, parse_face_numbers, write_text};
 
 /// Upper bound of the size of a file of face numbers, in bytes.
 const FACE_LIST: u64 = 256 << 20;
@@ -53,6 +57,9 @@ struct SaveRequest {
     /// The mesh; none for the current one.
     #[serde(default)]
     id: Option<u32>,
+    /// What is handed over with the mesh; none for what was saved with it last.
+    #[serde(default)]
+    deliver: Option<DeliveryRequest>,
 }
 
 #[derive(Clone, Copy, Deserialize, PartialEq)]
@@ -109,18 +116,14 @@ impl App {
         let id = request.id.unwrap_or_else(|| self.session().current().id);
         let state = state_of(self, id)?;
         let failed = |error| Refused::failed(error_text(&error));
-        let mut notes = Vec::new();
         match request.kind {
-            Content::Mesh => {
-                let saved = self
-                    .save_mesh(&state, &path, request.ascii)
-                    .map_err(failed)?;
-                notes = saved.notes;
-                self.session().was_saved(id, saved.path, request.ascii);
-                self.changed();
+            Content::Mesh => return self.save_with_files(request, &state, &path),
+            Content::Report => {
+                let wanted = self.deliverables(request.deliver.as_ref(), id, &path)?;
+                let saved = self.save_report(&state, &path, &wanted);
+                saved.map(drop).map_err(refused)?;
             }
-            Content::Report => self.save_report(&state, &path).map(drop).map_err(failed)?,
-            Content::Recipe => return self.save_recipe(id, &path, request.overwrite),
+            Content::Recipe => return self.save_recipe(id, &path, request),
             Content::Mask => {
                 let mask = request.mask.as_ref();
                 let mask = mask.ok_or_else(|| Refused::wrong("no face is marked", "mask"))?;
@@ -138,11 +141,58 @@ impl App {
             }
         }
         let bytes = std::fs::metadata(&path).map_or(0, |about| about.len());
-        Ok(json!({ "path": self.shown(&path), "bytes": bytes, "notes": notes }))
+        Ok(json!({ "path": self.shown(&path), "bytes": bytes, "notes": [] }))
+    }
+
+    /// Saves a mesh, and the files that are handed over with it.
+    fn save_with_files(
+        &self,
+        request: &SaveRequest,
+        state: &MeshState,
+        path: &Path,
+    ) -> Result<Value, Refused> {
+        let wanted = request.deliver.clone().unwrap_or_default().beside(path)?;
+        self.check_files(&wanted, request.overwrite)?;
+        let mut output = Output::new(path, None).map_err(refused)?;
+        output.ascii = request.ascii;
+        let saved = self.save_mesh(state, &output, &wanted).map_err(refused)?;
+        let file = |name: &str| {
+            let row = saved.document.get(name)?;
+            let path = Path::new(row.get("path")?.as_str()?);
+            Some(self.shown(path))
+        };
+        let [patches, piece] = ["patches", "piece"].map(file);
+        let bytes = std::fs::metadata(path).map_or(0, |about| about.len());
+        let answer = json!({
+            "path": self.shown(path), "bytes": bytes, "notes": saved.notes, "patches": patches, "piece": piece, "warnings": saved.warnings,
+        });
+        let saved = SavedAs {
+            path: saved.path,
+            ascii: request.ascii,
+            deliverables: wanted,
+            delivered: saved.warnings.is_empty(),
+        };
+        self.session().was_saved(state.id, saved);
+        self.changed();
+        Ok(answer)
+    }
+
+    /// The deliverables of a request, with files beside `mesh`; without a request those that were saved with the mesh.
+    fn deliverables(
+        &self,
+        request: Option<&DeliveryRequest>,
+        id: u32,
+        mesh: &Path,
+    ) -> Result<Deliverables, Refused> {
+        let saved = || self.session().output(id).map(|s| s.deliverables.clone());
+        match request {
+            Some(request) => request.beside(mesh),
+            None => Ok(saved().unwrap_or_default()),
+        }
     }
 
     /// Refuses to overwrite the input of any page of this server.
-    fn refuse_input(&self, path: &Path) -> Result<(), Refused> {
+    pub(super) fn refuse_input(&self, path: &Path) -> Result<(), Refused> {
         match (self.is_input)(path) {
             true => Err(Refused::conflict(INPUT)),
             false => Ok(()),
@@ -156,30 +206,46 @@ impl App {
     }
 
     /// The recipe of a mesh, with paths relative to the recipe file `path`.
-    fn recipe_at(&self, id: u32, path: &Path) -> Result<super::super::recipe::Recipe, Refused> {
+    fn recipe_at(
+        &self,
+        id: u32,
+        path: &Path,
+        request: Option<&DeliveryRequest>,
+    ) -> Result<Recipe, Refused> {
         let state = state_of(self, id)?;
-        let (output, ascii) = self.output_of(id);
+        let mut saved = self.output_of(id);
+        let wanted = self.deliverables(request, id, &saved.path)?;
+        if wanted != saved.deliverables {
+            state.check_deliverables(&wanted).map_err(refused)?;
+            saved.delivered = state.delivers(&wanted).map_err(refused)?;
+            saved.deliverables = wanted;
+        }
         let folder = path.parent().unwrap_or(&self.root);
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        self.recipe(&state, (folder, &stem), (&output, ascii))
+        self.recipe(&state, (folder, &stem), &saved)
             .map_err(|error| Refused::wrong(error, "path"))
     }
 
-    /// The file that a mesh was last saved to, or a default name, and whether it is text.
-    fn output_of(&self, id: u32) -> (PathBuf, bool) {
+    /// The file that a mesh was last saved to, or one with a default name.
+    fn output_of(&self, id: u32) -> SavedAs {
         let session = self.session();
-        if let Some((output, ascii)) = session.output(id) {
-            return (output.clone(), *ascii);
+        if let Some(saved) = session.output(id) {
+            return saved.clone();
         }
         let stem = self.input.file_stem().unwrap_or_default().to_string_lossy();
         let format = session.current().loaded.format;
         let name = format!("{stem}.mended.{}", format.extension());
-        (self.root.join(name), false)
+        SavedAs {
+            path: self.root.join(name),
+            ascii: false,
+            deliverables: Deliverables::default(),
+            delivered: true,
+        }
     }
 
     /// Writes a recipe as shell script and as TOML, with its mask files beside it.
-    fn save_recipe(&self, id: u32, path: &Path, overwrite: bool) -> Result<Value, Refused> {
-        let recipe = self.recipe_at(id, path)?;
+    fn save_recipe(&self, id: u32, path: &Path, request: &SaveRequest) -> Result<Value, Refused> {
+        let recipe = self.recipe_at(id, path, request.deliver.as_ref())?;
         let mut files = vec![
             (path.with_extension("sh"), recipe.shell()),
             (path.with_extension("toml"), recipe.toml()),
@@ -191,7 +257,7 @@ impl App {
             let name = file.to_str().ok_or_else(|| {
                 Refused::wrong("the name of the file is not valid Unicode", "path")
             })?;
-            self.refuse_input(&to_write(&self.root, name, overwrite)?)?;
+            self.refuse_input(&to_write(&self.root, name, request.overwrite)?)?;
         }
         let mut bytes = 0;
         for (file, text) in &files {
@@ -203,11 +269,12 @@ impl App {
     }
 }
 
-/// `GET api/recipe`: the recipe of the current mesh, and the names of its mask files.
-pub async fn recipe(State(app): State<Arc<App>>) -> Answer {
-    let value = work(&app, |app| {
+/// `GET api/recipe?deliver=…`: the recipe of the current mesh, and the names of its mask files.
+pub async fn recipe(State(app): State<Arc<App>>, Query(query): Query<DeliverQuery>) -> Answer {
+    let request = DeliveryRequest::parse(query.deliver.as_deref())?;
+    let value = long_work(&app, move |app| {
         let id = app.session().current().id;
-        let recipe = app.recipe_at(id, &app.root.join("recipe.sh"))?;
+        let recipe = app.recipe_at(id, &app.root.join("recipe.sh"), request.as_ref())?;
         let masks: Vec<&str> = recipe.masks().map(|(name, _)| name).collect();
         Ok(json!({ "shell": recipe.shell(), "toml": recipe.toml(), "masks": masks }))
     });
@@ -250,15 +317,21 @@ pub async fn load_mask(State(app): State<Arc<App>>, body: Body) -> Answer {
     Ok(json_answer(&value.await?))
 }
 
-/// `GET api/report/ID`: the report page of a step.
-pub async fn report(State(app): State<Arc<App>>, InPath((_, id)): InPath<(String, u32)>) -> Answer {
+/// `GET api/report/ID?deliver=…`: the report page of a step.
+pub async fn report(
+    State(app): State<Arc<App>>,
+    InPath((_, id)): InPath<(String, u32)>,
+    Query(query): Query<DeliverQuery>,
+) -> Answer {
+    let request = DeliveryRequest::parse(query.deliver.as_deref())?;
     let page = long_work(&app, move |app| {
         let state = state_of(app, id)?;
         let failed = |error: std::io::Error| Refused::failed(error.to_string());
         let folder = tempfile::tempdir().map_err(failed)?;
         let path = folder.path().join("report.html");
-        let drawn = app.save_report(&state, &path);
-        drawn.map_err(|error| Refused::failed(error_text(&error)))?;
+        let wanted = app.deliverables(request.as_ref(), id, &path)?;
+        let drawn = app.save_report(&state, &path, &wanted);
+        drawn.map_err(refused)?;
         std::fs::read_to_string(&path).map_err(failed)
     });
     let headers = [

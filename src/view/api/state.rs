@@ -15,9 +15,11 @@ use serde_json::{Value, json};
 use tokio::sync::broadcast::error::RecvError;
 
 use super::super::app::App;
+use super::super::deliver::{patches_extension, piece_extension};
 use super::super::events::event;
 use super::super::session::Busy;
 use super::super::state::State as MeshState;
+use super::deliver::saved_row;
 use super::http::{Answer, json_answer, work};
 use crate::fill::FillParams;
 use crate::io::Format;
@@ -61,7 +63,9 @@ fn document(app: &App) -> Value {
             "format": current.loaded.format.extension(),
             "bytes": app.bytes,
             "root": app.root.display().to_string(),
+            "unit": current.loaded.attributes.unit,
         },
+        "deliver": saved_row(app, current.id),
         "current": current.id,
         "states": states,
         "undo": undo,
@@ -105,6 +109,8 @@ fn format_row(format: Format) -> Value {
         "extension": format.extension(),
         "name": format.to_string(),
         "attributes": format != Format::Stl,
+        "patches": patches_extension(format),
+        "piece": piece_extension(format),
     })
 }
 

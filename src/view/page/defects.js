@@ -27,7 +27,7 @@ export class Defects {
       // The current mesh has changed in the meantime.
       if (model.state.current !== id) return;
       const { walls } = found, sound = found.sound ? tr("sound") : (found.reasons || []).join("; ") + ".";
-      verdict.textContent = sound + (walls ? " " + tr("walls", { least: digits(walls.least), mean: digits(walls.mean) }) : "");
+      verdict.textContent = sound + (walls ? " " + tr("walls", { least: digits(walls.least) + this.app.unit(), mean: digits(walls.mean) + this.app.unit() }) : "");
       const { marks = {}, defects = [] } = found, there = defects.filter((d) => d.count).map((d) => ({ ...d, ...marks[d.kind] }));
       find("#defect-list").replaceChildren(...there.map((defect) => this.defect(defect, id)));
     } catch (error) {

@@ -162,6 +162,7 @@ export class Display {
   async setColour(name) {
     const { viewer } = this.app, colouring = this.colouring = {};
     this.colour = find("#colour").value = name;
+    find("#scale").dataset.colour = name;
     find("#scale").hidden = true;
     this.app.band.take(null);
     try {

@@ -124,7 +124,7 @@ export class Holes {
     button.tabIndex = -1;
     button.append(part("name", hole.id), part("size", digits(hole.diameter)), part("edges", hole.edges));
     if (this.isBorder(hole)) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("border_short") }));
-    button.title = hole.outcome ? `${name}: ${has("outcome_" + hole.outcome) ? tr("outcome_" + hole.outcome) : hole.outcome}${hole.reason ? ", " + hole.reason : ""}` : tr("row_title", { name, height: digits(hole.height, hole.diameter) });
+    button.title = hole.outcome ? `${name}: ${has("outcome_" + hole.outcome) ? tr("outcome_" + hole.outcome) : hole.outcome}${hole.reason ? ", " + hole.reason : ""}` : tr("row_title", { name, height: digits(hole.height, hole.diameter) + this.app.unit() });
     button.addEventListener("click", (event) => this.choose(hole.id, true, { adds: event.ctrlKey || event.metaKey, range: event.shiftKey }));
     select.setAttribute("aria-label", tr("what_with", { name }));
     select.tabIndex = -1;
@@ -188,7 +188,7 @@ export class Holes {
       button.setAttribute("aria-pressed", this.picked.has(id));
       button.tabIndex = item === first ? 0 : -1;
       const name = tr(this.isBorder(hole) ? "border_name" : "hole_name", { id });
-      button.setAttribute("aria-label", tr("row_label", { name, diameter: digits(hole.diameter), edges: hole.edges, doing: doingName(doing) }));
+      button.setAttribute("aria-label", tr("row_label", { name, diameter: digits(hole.diameter) + this.app.unit(), edges: hole.edges, doing: doingName(doing) }));
     }
     find("#holes-text").textContent = this.text();
     find("#copy-holes").hidden = !find("#holes-text").textContent.startsWith("--");

@@ -14,6 +14,7 @@ import { Holes } from "./holes.js";
 import { Defects } from "./defects.js";
 import { Steps } from "./steps.js";
 import { Save } from "./save.js";
+import { Deliver } from "./deliver.js";
 import { Masks } from "./masks.js";
 import { Measure, MEASURES } from "./measure.js";
 import { Band } from "./band.js";
@@ -108,6 +109,7 @@ class App {
     if (fresh) this.defects.renew();
     if (fresh) this.band.take(null);
     this.creases.update(state, fresh);
+    this.deliver.update(fresh);
     this.holes.update(state, fresh);
     this.display.offer();
     this.steps.list();
@@ -225,6 +227,8 @@ async function begin() {
   app.defects = new Defects(app);
   app.steps = new Steps(app);
   app.save = new Save(app);
+  app.deliver = new Deliver(app);
+  app.deliver.start(state);
   app.paint = new Paint(viewer, find("#overlay"), () => {
     const mesh = app.mesh();
     return mesh?.topology ? { mesh, mask: mesh.mask, topology: mesh.topology } : null;

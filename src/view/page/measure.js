@@ -4,7 +4,7 @@ import { cross, dot, minus, plus, times } from "../../report/viewer/camera.js";
 import { cornersOf } from "../../report/viewer/geometry.js";
 import { digits, find } from "../../report/viewer/controls.js";
 import { lineSizes, planeAxes, sectionLines, svgOf } from "./outline.js";
-import { kept, keep } from "./layout.js";
+import { symbolOf, useUnits } from "./deliver.js";
 import { has, tr } from "./strings.js";
 
 /** The measuring tools, with the number of points that each takes. */
@@ -50,15 +50,15 @@ export class Measure {
     this.points = [];
     this.items = [];
     this.outline = null;
-    find("#unit").value = kept("unit", "");
-    find("#unit").addEventListener("change", () => { keep("unit", this.unit); this.changedUnit(); });
+    useUnits(() => this.changedUnit());
     find("#measure-clear").addEventListener("click", () => this.clear());
     find("#outline").addEventListener("click", () => this.cutOutline());
     this.changedUnit();
   }
 
+  /** The symbol of the chosen unit; without a choice, of the unit of the file, if it has one. */
   get unit() {
-    return find("#unit").value;
+    return symbolOf(find("#unit").value || this.app.model.state.file.unit);
   }
 
   /** A length, area or volume with its unit. */
@@ -78,6 +78,8 @@ export class Measure {
     document.querySelectorAll(".unit").forEach((element) => { element.textContent = this.unit; });
     find("[data-sort=diameter]").textContent = this.unit ? `⌀ ${this.unit}` : tr("column_diameter");
     this.app.views?.drawn();
+    if (this.app.deliver) this.app.holes.filter();
+    this.app.deliver?.changed();
     this.list();
   }
 

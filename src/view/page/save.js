@@ -67,6 +67,7 @@ export class Save {
     const kind = find("#save-kind").value, stem = this.app.model.state.file.name.replace(/\.[^.]*$/, "");
     const ends = { mesh: `_mended.${find("#save-format").value}`, report: "_report.html", recipe: "_recipe.sh", mask: "_mask.txt" };
     find("#save-format-label").hidden = kind !== "mesh";
+    find("#deliver").hidden = kind === "mask";
     find("#save-path").value = stem + ends[kind];
   }
 
@@ -75,8 +76,9 @@ export class Save {
     await this.app.attempt("#save-trouble", async () => {
       const kind = find("#save-kind").value, path = find("#save-path").value.trim();
       if (!path) throw new Error(tr("type_name"));
-      const { path: where, bytes } = await this.write(kind, path, find("#overwrite").checked);
-      find("#saved").textContent = tr("saved", { where, bytes: counts("byte", bytes) });
+      const { path: where, bytes, patches, piece, warnings = [] } = await this.write(kind, path, find("#overwrite").checked);
+      find("#saved").textContent = tr("saved", { where: [where, patches, piece].filter(Boolean).join(", "), bytes: counts("byte", bytes) });
+      find("#save-trouble").textContent = warnings.join(" ");
     });
   }
 
@@ -85,6 +87,8 @@ export class Save {
     if (kind === "mask") {
       sent.mask = this.app.marks();
       if (!sent.mask.length) throw new Error(tr("no_mask"));
+    } else {
+      sent.deliver = this.app.deliver.wanted();
     }
     try {
       return await askJson("save", sent);
@@ -109,19 +113,27 @@ export class Save {
     await this.app.attempt("#save-trouble", async () => {
       find("#saved").textContent = "";
       const kind = find("#save-kind").value, ends = { report: "_report.html", recipe: "_recipe.sh", mask: "_mask.txt" }, { current } = this.app.model.state;
-      if (kind === "mesh") {
-        const extension = find("#save-format").value;
-        return this.downloaded(this.hand(await askBlob(`download/${current}?format=${extension}`), `_mended.${extension}`));
-      }
-      if (kind === "report") return this.downloaded(this.hand(await askBlob(`report/${current}`), ends.report));
+      if (kind === "mesh") return this.downloadMesh(current);
+      if (kind === "report") return this.downloaded(this.hand(await askBlob(`report/${current}?${this.app.deliver.query()}`), ends.report));
       const text = kind === "recipe" ? await this.recipeText() : this.maskText();
       return this.downloaded(this.hand(new Blob([text], { type: "text/plain" }), ends[kind]));
     });
   }
 
+  /** Downloads the mesh and the files that are handed over with it. */
+  async downloadMesh(current) {
+    const extension = find("#save-format").value, { deliver, model } = this.app, wanted = deliver.wanted(), format = model.state.formats.find((f) => f.extension === extension);
+    const from = `download/${current}?format=${extension}&${deliver.query()}`, files = [["mesh", extension], ...["patches", "piece"].filter((name) => wanted[name]).map((name) => [name, format[name]])];
+    const names = [];
+    for (const [file, end] of files) {
+      names.push(this.hand(await askBlob(`${from}&file=${file}`), `_mended${file === "mesh" ? "" : "_" + file}.${end}`));
+      this.downloaded(names.join(", "));
+    }
+  }
+
   /** The recipe as a script; refused if it reads mask files, since a download is one file only. */
   async recipeText() {
-    const { shell, masks } = await askJson("recipe");
+    const { shell, masks } = await askJson("recipe?" + this.app.deliver.query());
     if (masks.length) throw new Error(tr("recipe_has_masks"));
     return shell;
   }
@@ -141,7 +153,7 @@ export class Save {
   /** Shows the recipe: the commands that repeat the session. */
   async recipe() {
     await this.app.attempt("#save-trouble", async () => {
-      const { shell } = await askJson("recipe");
+      const { shell } = await askJson("recipe?" + this.app.deliver.query());
       find("#recipe").textContent = shell;
     });
   }

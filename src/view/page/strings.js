@@ -1,6 +1,8 @@
 // All texts of the page in English and German, by names that the other scripts use. The program's own messages, and parameters and
 // defects without an entry here, are shown in English.
 
+import { DELIVER_WORDS } from "./deliver_strings.js";
+
 /** Each text by its name: English, then German. Names in braces are placeholders. */
 const WORDS = {
   // The frame.
@@ -479,11 +481,13 @@ export function setLanguage(name) {
   } catch { /* The browser allows no storage. */ }
 }
 
-export const has = (name) => name in WORDS;
+const wordsOf = (name) => WORDS[name] || DELIVER_WORDS[name];
+
+export const has = (name) => Boolean(wordsOf(name));
 
 /** A text in the current language, with its placeholders replaced by values. */
 export function tr(name, values = {}) {
-  const said = WORDS[name]?.[spoken] ?? name;
+  const said = wordsOf(name)?.[spoken] ?? name;
   return said.replace(/\{(\w+)\}/g, (all, key) => values[key] ?? all);
 }
 
