@@ -128,8 +128,8 @@ pub use cancel::Cancel;
 pub use cli::main as command_line;
 pub use extract::{VolumeSurfaceError, level_surface};
 pub use fill::{
-    ClosedBy, CreaseReport, FailedReason, FillParams, Finish, FinishReport, HoleOutcome,
-    LeftReason, NotContinued, PatchStart, Quality, RegionPatch, RegionReport, Sharp, SurfaceKind,
+    ClosedBy, CounterpartKind, CounterpartReport, CreaseReport, FailedReason, FillParams, Finish, FinishReport, HoleOutcome,
+    LeftReason, Like, NotContinued, NotLike, PatchStart, Quality, RegionPatch, RegionReport, Sharp, SurfaceKind,
     Tally, TriangulatedReason, TryFailure,
 };
 pub use finish::{

@@ -70,6 +70,8 @@ pub(super) type History = [(Try, Option<TryFailure>)];
 /// What of a region bears on its tries.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Prospects {
+    /// Whether there is a counterpart after which it may be filled.
+    pub(super) has_counterpart: bool,
     /// Whether sharp edges are looked for.
     pub(super) may_be_sharp: bool,
     /// Whether the voxel is isomend's to choose.

@@ -3,10 +3,12 @@
 mod base;
 mod base_plane;
 mod candidate;
+mod counterpart;
 mod faired;
 mod finish_step;
 mod grids;
 mod level_set;
+mod like;
 mod outcome;
 mod params;
 mod planar;
@@ -27,6 +29,9 @@ mod strategy;
 
 pub(crate) use base_plane::BasePlane;
 pub use candidate::{FinishReport, PatchStart};
+pub(crate) use counterpart::{Counterpart, PlacedPart};
+pub use counterpart::{CounterpartKind, CounterpartReport, NotLike};
+pub use like::Like;
 pub use outcome::{
     ClosedBy, FailedReason, HoleOutcome, LeftReason, NotContinued, Tally, TriangulatedReason,
     TryFailure,

@@ -162,6 +162,8 @@ pub enum ClosedBy {
     Faired,
     /// The smooth sides round it, continued until they meet in sharp or rounded edges.
     Sides,
+    /// The part of a counterpart that lies there: of the mirrored mesh, or of a template.
+    Counterpart,
     /// A nearly flat cap, the surface of least area, because the caller asked for it.
     Flat,
     /// A flat base under a sheet, with walls down from its border, because the caller asked for it.

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::like::Like;
 use crate::flow::{Energy, Variant};
 use crate::mesh::{Hole, HoleId};
 use crate::region::VoxelSize;
@@ -72,6 +73,10 @@ pub struct FillParams {
     pub flat_base: bool,
     /// How far the base lies below the lowest vertex of its sheet, in the mesh's units; none for the mean edge of the border.
     pub base_offset: Option<f64>,
+    /// After what holes are filled, where that predicts the faces round them: the mirrored mesh, or a template.
+    pub like: Option<Like>,
+    /// Whether a template may be scaled to fit.
+    pub like_scale: bool,
     /// What to return.
     pub surface: SurfaceKind,
     /// How patches are finished. Those of the variation of curvature, of level sets by themselves and of flows in time are not.

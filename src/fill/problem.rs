@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::base_plane::BasePlane;
+use super::counterpart::PlacedPart;
 use super::grids::Try;
 use super::params::{FillParams, SurfaceKind};
 use super::reference::ReferenceSurface;
@@ -52,6 +53,8 @@ pub(crate) struct RegionProblem<'a> {
     pub(crate) joined: &'a [[u32; 2]],
     /// The plane of its base, if it gets one.
     pub(crate) base: Option<BasePlane>,
+    /// The parts of a counterpart that lie at the region, the best first; none where it is filled after none.
+    pub(crate) counterparts: Option<&'a [PlacedPart]>,
     /// What its box may grow by: as far as its part of the mesh reaches.
     pub(crate) most_growth: f64,
     /// The surface whose shape is kept, if any.

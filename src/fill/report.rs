@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::candidate::FinishReport;
+use super::counterpart::CounterpartReport;
 use super::outcome::{ClosedBy, NotContinued, TryFailure};
 use super::quality::Quality;
 use crate::mesh::HoleId;
@@ -59,6 +60,8 @@ pub struct RegionReport {
     pub crease_ends: usize,
     /// Why these were not continued, or those that were asked for; none where they were, or there are none.
     pub not_continued: Option<NotContinued>,
+    /// How the counterpart after which it was to be filled fits; none where it was to be filled after none.
+    pub counterpart: Option<CounterpartReport>,
     /// Why earlier tries failed.
     pub earlier_tries: Vec<TryFailure>,
     /// Whether the surface is that of the energy to fall back to because the one asked for found none.
@@ -111,6 +114,7 @@ impl RegionReport {
                         | ClosedBy::Base
                         | ClosedBy::Faired
                         | ClosedBy::Sides
+                        | ClosedBy::Counterpart
                         | ClosedBy::Lining
                 )
             )
@@ -119,7 +123,11 @@ impl RegionReport {
     /// Whether its patch bulges so far that a flat cap may be what is wanted: the surface was continued across a cut neck or the
     /// mouth of a vessel. The corner of a solid, which rises as far, does not count.
     pub fn balloons(&self) -> bool {
-        let is_corner = self.closed_by == Some(ClosedBy::Sides);
+        // What a counterpart has is no corner either, but a part of the shape.
+        let is_corner = matches!(
+            self.closed_by,
+            Some(ClosedBy::Sides | ClosedBy::Counterpart)
+        );
         !is_corner && self.rise.is_some_and(|rise| rise > tuning().fill.balloon)
     }
 }

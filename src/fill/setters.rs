@@ -1,5 +1,6 @@
 //! Setters of [`FillParams`], for calls in a row.
 
+use super::like::Like;
 use super::params::{FillParams, Finish, Sharp, SurfaceKind};
 use crate::flow::{Energy, Variant};
 use crate::mesh::HoleId;
@@ -53,6 +54,16 @@ setters! { FillParams:
     with_flat_base(base: bool) => flat_base = base;
     /// Sets [`FillParams::base_offset`], in the mesh's units.
     with_base_offset(length: f64) => base_offset = Some(length);
+    /// Fills holes after a counterpart; see [`FillParams::like`].
+    ///
+    /// ```
+    /// let params = isomend::FillParams::new().with_like(isomend::Like::Mirror(None));
+    /// assert_eq!(params.like, Some("mirror".parse()?));
+    /// # Ok::<(), String>(())
+    /// ```
+    with_like(like: Like) => like = Some(like);
+    /// Sets [`FillParams::like_scale`].
+    with_like_scale(scale: bool) => like_scale = scale;
     /// Sets [`FillParams::surface`].
     with_surface(surface: SurfaceKind) => surface = surface;
     /// Sets [`FillParams::finish`].

@@ -1,6 +1,7 @@
 //! What the search of a region came to so far: the candidates that were made, and what later ones use of them.
 
 use super::candidate::{FinishedPatch, quality};
+use super::counterpart::CounterpartReport;
 use super::grids::{Prospects, Try, failures};
 use super::outcome::{NotContinued, TryFailure};
 use super::quality::Quality;
@@ -27,6 +28,8 @@ pub(super) struct SoFar<'b> {
     pub(super) crease_ends: usize,
     /// Why they were not continued.
     pub(super) not_continued: Option<NotContinued>,
+    /// How the counterpart fits, if there is one.
+    pub(super) counterpart: Option<CounterpartReport>,
 }
 
 /// What a candidate came to.

@@ -24,6 +24,7 @@ mod collar;
 mod expected_error;
 mod geometry;
 mod kriging;
+mod offset_field;
 mod params;
 mod patch;
 mod report;
@@ -34,6 +35,7 @@ mod willmore;
 
 use glam::DVec3;
 
+pub(crate) use offset_field::{OffsetDatum, OffsetField};
 pub use params::{FinishMethod, FinishParams};
 pub use report::{
     Candidate, CandidateFound, ChartKind, FinishFound, FinishResult, Finished, Refusal, Restart,

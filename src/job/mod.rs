@@ -37,6 +37,7 @@ mod read;
 mod result;
 mod spec;
 mod steps;
+mod template;
 mod surface;
 mod unchanged;
 mod volumes;

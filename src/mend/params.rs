@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::FillError;
-use crate::fill::{FillParams, Finish, Sharp, SurfaceKind};
+use crate::fill::{FillParams, Finish, Like, Sharp, SurfaceKind};
 use crate::flow::{Energy, Variant};
 use crate::parameters::{OutOfBounds, solve, tables};
 use crate::region::VoxelSize;
@@ -29,6 +29,17 @@ impl FillParams {
             return Err(FillError::Parameter {
                 what: "sharp edges are asked for by `crease`, but none are continued with `sharp` off, without a finish, with another \
                        energy than willmore, with steps of one's own or in a level set by itself; leave one of them out",
+            });
+        }
+        if self.like.is_some() && !self.finishes() {
+            return Err(FillError::Parameter {
+                what: "patches after a counterpart, `like`, need their finish: not with `finish` none, another energy than willmore, steps \
+                       of one's own or a level set by itself; leave one of them out",
+            });
+        }
+        if self.like_scale && !matches!(self.like, Some(Like::Template { .. })) {
+            return Err(FillError::Parameter {
+                what: "`like_scale` scales a template: give its file by `like` too",
             });
         }
         if self.base_offset.is_some() && !self.flat_base {
@@ -67,6 +78,8 @@ impl Default for FillParams {
             crease: Vec::new(),
             flat_base: false,
             base_offset: None,
+            like: None,
+            like_scale: false,
             surface: SurfaceKind::Stitched,
             finish: Finish::Auto,
             sharp: Sharp::Auto,

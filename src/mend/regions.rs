@@ -1,7 +1,7 @@
 //! The regions of a fill: which holes are filled, together with which others, and what is made of their patches.
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::base::base_planes;
 use super::choose::{bridges, choose, groups};
 use super::control::{Control, Watch};
+use super::counterpart;
 use super::joined::joined;
 use super::plan::{FillPlan, HolePlan, PlannedHole, PlannedRegion};
 use super::reach::{Looking, faces_of};
@@ -17,9 +18,10 @@ use super::sources::RegionSources;
 use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
 use crate::fill::{
-    BasePlane, FillParams, HoleOutcome, ReferenceSurface, RegionPatch, RegionPlan, RegionProblem,
+    BasePlane, Counterpart, FillParams, HoleOutcome, PlacedPart, ReferenceSurface, RegionPatch, RegionPlan, RegionProblem,
     SurfaceKind, TriangulatedReason, first_region, has_few_edges,
 };
+use crate::cancel::Cancel;
 use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, HoleId, Mesh};
 use crate::region::{Region, VoxelSize};
@@ -44,22 +46,24 @@ const AT_A_TIME: usize = 16;
 /// # Ok::<(), isomend::FillError>(())
 /// ```
 pub struct Regions<'a> {
-    found: &'a Inspection<'a>,
-    params: FillParams,
+    pub(super) found: &'a Inspection<'a>,
+    pub(super) params: FillParams,
     /// The caller's energy, where it is what the flow makes small.
     own: Option<&'a dyn BendingEnergy>,
     /// The surface whose shape is kept, if any.
-    reference: Option<&'a ReferenceSurface<'a>>,
+    pub(super) reference: Option<&'a ReferenceSurface<'a>>,
     /// What becomes of the holes that are in no region.
     outcomes: Vec<HoleOutcome>,
     /// The holes of each region, as indices.
-    groups: Vec<Vec<usize>>,
+    pub(super) groups: Vec<Vec<usize>>,
     /// What each region calls for.
-    plans: Vec<RegionPlan>,
+    pub(super) plans: Vec<RegionPlan>,
     /// For each region the pairs of vertices between which sharp edges are asked for.
     joined: Vec<Vec<[u32; 2]>>,
     /// For each region the plane of its base, if it gets one.
     bases: Vec<Option<BasePlane>>,
+    /// The counterpart after which holes are filled, found when it is first asked for.
+    pub(super) counterpart: OnceLock<Option<Counterpart<'a>>>,
 }
 
 impl Inspection<'_> {
@@ -79,6 +83,7 @@ impl<'a> Regions<'a> {
         reference: Option<&'a ReferenceSurface<'a>>,
     ) -> Result<Self, FillError> {
         params.check()?;
+        counterpart::check(&params)?;
         let bridges = bridges(found, &params)?;
         let (mut outcomes, chosen) = choose(found, &params, &bridges)?;
         let groups = groups(found, &params, &chosen, &mut outcomes, &bridges);
@@ -97,6 +102,7 @@ impl<'a> Regions<'a> {
             reference,
             outcomes,
             groups,
+            counterpart: OnceLock::new(),
         };
         new.check_voxel()?;
         Ok(new)
@@ -150,7 +156,11 @@ impl<'a> Regions<'a> {
         regions: Range<usize>,
         growth: f64,
     ) -> impl Iterator<Item = RegionTask> {
+        let mut counterparts = self
+            .counterparts(regions.clone(), &Cancel::new())
+            .into_iter();
         let looking = |i: usize| Looking {
+            counterparts: counterparts.next().flatten(),
             holes: self.holes(&self.groups[i]),
             known: sources.known_pieces(i),
             joined: &self.joined[i],
@@ -241,7 +251,8 @@ impl<'a> Regions<'a> {
         // What a region keeps of the surface before a cut may lie outside its box.
         let in_boxes = self.reference.is_none().then_some(self.params.voxel);
         let sources = self.sources(in_boxes);
-        let fill = |&i: &usize| {
+        let counterparts = self.counterparts(regions.iter().copied(), watch.token());
+        let fill = |(&i, counterparts): (&usize, &Option<Vec<PlacedPart>>)| {
             let group = &self.groups[i];
             let ids: Vec<HoleId> = group.iter().map(|&h| self.found.holes[h].id).collect();
             watch.begin(&ids);
@@ -255,6 +266,7 @@ impl<'a> Regions<'a> {
                 all: &all,
                 joined: &self.joined[i],
                 base: self.bases[i],
+                counterparts: counterparts.as_deref(),
                 most_growth: f64::INFINITY,
                 params: &self.params,
                 own: self.own,
@@ -267,7 +279,7 @@ impl<'a> Regions<'a> {
             watch.end(i, &patch.report);
             patch
         };
-        regions.par_iter().map(fill).collect()
+        regions.par_iter().zip(&counterparts).map(fill).collect()
     }
 
     /// Appends the patches of all regions, in order, to the mesh. Regions that were to look farther than their tasks reach are worked on
@@ -332,7 +344,7 @@ impl<'a> Regions<'a> {
         }
     }
 
-    fn holes(&self, group: &[usize]) -> Vec<&'a Hole> {
+    pub(super) fn holes(&self, group: &[usize]) -> Vec<&'a Hole> {
         group.iter().map(|&h| &self.found.holes[h]).collect()
     }
 

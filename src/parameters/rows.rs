@@ -15,7 +15,7 @@ pub struct Row {
     pub option: String,
     /// Steps of the path of the value in the serialised parameters; none where the parameter chooses the work.
     pub path: Vec<&'static str>,
-    /// What values it has: `number`, `whole`, `voxel`, `band`, `choice`, `flag`, `holes`, `groups` or `pairs`.
+    /// What values it has: `number`, `whole`, `voxel`, `band`, `choice`, `flag`, `holes`, `groups`, `pairs` or `like`.
     pub kind: &'static str,
     /// What stands for the value in the help.
     pub placeholder: String,
@@ -124,6 +124,7 @@ impl Kind {
             Self::Holes(_) => "holes",
             Self::Groups => "groups",
             Self::Pairs => "pairs",
+            Self::Like => "like",
         }
     }
 
@@ -143,6 +144,7 @@ impl Kind {
             Self::Holes(false) => "ID,…",
             Self::Groups => "ID+ID",
             Self::Pairs => "A+B",
+            Self::Like => "mirror[:X,Y,Z,NX,NY,NZ]|FILE",
         };
         text.to_owned()
     }

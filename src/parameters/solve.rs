@@ -175,9 +175,30 @@ pub const EDGE_RATIO: Parameter = Parameter {
     ..Parameter::PLAIN
 };
 
+/// What holes are filled after.
+pub const LIKE: Parameter = Parameter {
+    name: "like",
+    field: "like",
+    kind: Kind::Like,
+    default: Usual::Words("nothing but their surroundings"),
+    sentence: "Fill holes after a counterpart: the mesh mirrored (`mirror`), or another mesh of the same kind of object.",
+    details: "The plane of symmetry is looked for, or given by a point and a normal; the other mesh is turned and shifted to fit. What \
+              lies at the hole is joined to its rim by a smooth field of offsets. It is taken only where it predicts the faces round the \
+              hole, which the report tells.",
+    ..Parameter::PLAIN
+};
+
+/// Whether a template may be scaled.
+pub const LIKE_SCALE: Parameter = Parameter {
+    name: "like_scale",
+    field: "like_scale",
+    sentence: "Scale the mesh that `like` names to fit.",
+    ..Parameter::PLAIN
+};
+
 /// The parameters that all commands share which fill holes.
 pub const SOLVE: &[Parameter] = &[
-    VOXEL, ENERGY, FINISH, SHARP, VARIANT, TIME_STEP, STEPS, EDGE_RATIO,
+    VOXEL, ENERGY, FINISH, SHARP, LIKE, LIKE_SCALE, VARIANT, TIME_STEP, STEPS, EDGE_RATIO,
 ];
 
 /// The widest hole to fill.

@@ -1,6 +1,7 @@
 //! What a run found and did, drawn: as lines of text, as a page, as a picture.
 
 mod check;
+mod counterpart;
 mod holes;
 pub mod html;
 mod missed;

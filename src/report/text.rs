@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::counterpart::{self, counterpart_text};
 use crate::fill::{
     ClosedBy, FinishReport, HoleOutcome, PatchStart, RegionReport, TriangulatedReason,
 };
@@ -82,6 +83,7 @@ pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
     line += &match r.closed_by {
         Some(ClosedBy::LevelSet) => solved(r),
         Some(ClosedBy::Sides) => sharp(r, unit),
+        Some(ClosedBy::Counterpart) => counterpart::like(r, unit),
         Some(ClosedBy::Faired) => "closed by a faired triangulation of its rim".to_owned(),
         Some(ClosedBy::Flat) => "closed by a nearly flat cap".to_owned(),
         Some(ClosedBy::Base) => "closed by a flat base with walls".to_owned(),
@@ -105,6 +107,7 @@ pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
         line += &format!("; {} faces intersect others", r.intersecting_faces);
     }
     line += &lost_creases(r).map_or_else(String::new, |text| format!("; {text}"));
+    line += &counterpart::refused(r, unit).map_or_else(String::new, |text| format!("; {text}"));
     if r.balloons() {
         let percent = 100.0 * r.rise.unwrap_or_default();
         line += &format!("; it rises {percent:.0} % of its diameter above the rim");
@@ -244,6 +247,7 @@ pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
     }
     lines.push(patch);
     lines.extend(lost_creases(r).map(|text| format!("  {text}")));
+    lines.extend(counterpart_text(r, None).map(|text| format!("  {text}")));
     lines
 }
 
@@ -398,10 +402,12 @@ pub fn tally_line(report: &FillReport) -> String {
         regions.map(|r| r.holes.len()).sum()
     };
     let (sides, smoothed) = (closed_by(ClosedBy::Sides), closed_by(ClosedBy::Faired));
-    let other = sides + smoothed.saturating_sub(tally.faired);
+    let alike = closed_by(ClosedBy::Counterpart);
+    let other = sides + alike + smoothed.saturating_sub(tally.faired);
     let ways = [
         (tally.filled.saturating_sub(other), "by the level set"),
         (sides, "by continued sides"),
+        (alike, "after a counterpart"),
         (smoothed, "by smoothed triangles"),
         (tally.flat, "by flat caps"),
         (tally.bases, "by flat bases"),

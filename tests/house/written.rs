@@ -100,6 +100,7 @@ fn annotation(parameter: &Parameter) -> String {
         Kind::Holes(false) => "Iterable[int]".to_owned(),
         Kind::Groups => "Iterable[Iterable[int]]".to_owned(),
         Kind::Pairs => "Iterable[tuple[int, int]]".to_owned(),
+        Kind::Like => "str | None".to_owned(),
     }
 }
 

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use serde::Serialize;
 
+use super::counterpart::CounterpartRow;
 use crate::fill::{
     ClosedBy, CreaseReport, FailedReason, FinishReport, HoleOutcome, LeftReason, NotContinued,
     Quality, RegionReport, TriangulatedReason, TryFailure,
@@ -197,6 +198,8 @@ pub(super) struct RegionRow<'a> {
     /// Sharp edges that end at the rim, and why they were not continued; null where they were.
     crease_ends: usize,
     not_continued: Option<NotContinuedRow>,
+    /// The counterpart after which it was to be filled; null where there was none.
+    counterpart: Option<CounterpartRow>,
     earlier_tries: Vec<String>,
     other_energy: bool,
     seconds: f64,
@@ -226,6 +229,7 @@ impl<'a> RegionRow<'a> {
             creases: &r.creases,
             crease_ends: r.crease_ends,
             not_continued: r.not_continued.as_ref().map(NotContinuedRow::new),
+            counterpart: r.counterpart.as_ref().map(CounterpartRow::new),
             earlier_tries: r.earlier_tries.iter().map(ToString::to_string).collect(),
             other_energy: r.other_energy,
             seconds: r.seconds,

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::super::scene::Scene;
+use super::super::counterpart::counterpart_text;
 use super::super::text::{lost_creases, reason};
 use super::{add, escaped, listed, number, number_beside};
 use crate::fill::{HoleOutcome, RegionReport};
@@ -229,6 +230,13 @@ fn region_row(out: &mut String, r: &RegionReport) {
         add!(
             out,
             "<tr class=\"more\"><td colspan=\"12\">region {id}: {lost}</td></tr>"
+        );
+    }
+    if let Some(text) = counterpart_text(r, None) {
+        let (id, text) = (r.id, escaped(&text));
+        add!(
+            out,
+            "<tr class=\"more\"><td colspan=\"12\">region {id}: {text}</td></tr>"
         );
     }
     if !r.earlier_tries.is_empty() {
