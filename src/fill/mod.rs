@@ -6,6 +6,7 @@ mod candidate;
 mod counterpart;
 mod faired;
 mod finish_step;
+mod grain;
 mod grids;
 mod level_set;
 mod like;
@@ -31,6 +32,7 @@ pub(crate) use base_plane::BasePlane;
 pub use candidate::{FinishReport, PatchStart};
 pub(crate) use counterpart::{Counterpart, PlacedPart};
 pub use counterpart::{CounterpartKind, CounterpartReport, NotLike};
+pub use grain::GrainReport;
 pub use like::Like;
 pub use outcome::{
     ClosedBy, FailedReason, HoleOutcome, LeftReason, NotContinued, Tally, TriangulatedReason,

@@ -77,6 +77,8 @@ pub struct FillParams {
     pub like: Option<Like>,
     /// Whether a template may be scaled to fit.
     pub like_scale: bool,
+    /// Whether patches get the roughness of their surroundings, which is invented.
+    pub grain: bool,
     /// What to return.
     pub surface: SurfaceKind,
     /// How patches are finished. Those of the variation of curvature, of level sets by themselves and of flows in time are not.

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::candidate::FinishReport;
 use super::counterpart::CounterpartReport;
+use super::grain::GrainReport;
 use super::outcome::{ClosedBy, NotContinued, TryFailure};
 use super::quality::Quality;
 use crate::mesh::HoleId;
@@ -62,6 +63,8 @@ pub struct RegionReport {
     pub not_continued: Option<NotContinued>,
     /// How the counterpart after which it was to be filled fits; none where it was to be filled after none.
     pub counterpart: Option<CounterpartReport>,
+    /// The roughness that was invented for its patch; none where none was asked for, or too little is known.
+    pub grain: Option<GrainReport>,
     /// Why earlier tries failed.
     pub earlier_tries: Vec<TryFailure>,
     /// Whether the surface is that of the energy to fall back to because the one asked for found none.

@@ -22,7 +22,7 @@ impl RegionProblem<'_> {
         let clock = Instant::now();
         let mut filled = match self.cancel.is_cancelled() {
             true => self.stopped(RegionReport::default()),
-            false => search(self),
+            false => self.with_grain(search(self)),
         };
         let quality = filled.quality();
         let report = &mut filled.report;

@@ -64,6 +64,8 @@ setters! { FillParams:
     with_like(like: Like) => like = Some(like);
     /// Sets [`FillParams::like_scale`].
     with_like_scale(scale: bool) => like_scale = scale;
+    /// Sets [`FillParams::grain`].
+    with_grain(grain: bool) => grain = grain;
     /// Sets [`FillParams::surface`].
     with_surface(surface: SurfaceKind) => surface = surface;
     /// Sets [`FillParams::finish`].

@@ -29,7 +29,8 @@ impl RegionProblem<'_> {
         extracted: &Mesh,
     ) -> Result<Patch, StitchError> {
         let params = StitchParams {
-            chord_error: f64::INFINITY,
+            // Edges are never made shorter for a chord.
+            chord_error: f64::MAX,
             facet_compensation: 0.0,
             ..StitchParams::default()
         };

@@ -23,6 +23,7 @@ mod chart;
 mod collar;
 mod expected_error;
 mod geometry;
+mod grain;
 mod kriging;
 mod offset_field;
 mod params;
@@ -35,6 +36,7 @@ mod willmore;
 
 use glam::DVec3;
 
+pub(crate) use grain::grain;
 pub(crate) use offset_field::{OffsetDatum, OffsetField};
 pub use params::{FinishMethod, FinishParams};
 pub use report::{

@@ -37,6 +37,12 @@ impl FillParams {
                        of one's own or a level set by itself; leave one of them out",
             });
         }
+        if self.grain && !self.finishes() {
+            return Err(FillError::Parameter {
+                what: "`grain` is added to finished patches: not with `finish` none, another energy than willmore, steps of one's own or \
+                       a level set by itself; leave one of them out",
+            });
+        }
         if self.like_scale && !matches!(self.like, Some(Like::Template { .. })) {
             return Err(FillError::Parameter {
                 what: "`like_scale` scales a template: give its file by `like` too",
@@ -80,6 +86,7 @@ impl Default for FillParams {
             base_offset: None,
             like: None,
             like_scale: false,
+            grain: false,
             surface: SurfaceKind::Stitched,
             finish: Finish::Auto,
             sharp: Sharp::Auto,

@@ -196,9 +196,19 @@ pub const LIKE_SCALE: Parameter = Parameter {
     ..Parameter::PLAIN
 };
 
+/// Whether patches get grain.
+pub const GRAIN: Parameter = Parameter {
+    name: "grain",
+    field: "grain",
+    sentence: "Give patches the roughness of their surroundings, so that they do not look like plastic.",
+    details: "It is invented: simulated with the covariance of what a smooth patch leaves out round the hole, the same each time. The \
+              report says how rough the patch and its surroundings are; expected errors do not count it.",
+    ..Parameter::PLAIN
+};
+
 /// The parameters that all commands share which fill holes.
 pub const SOLVE: &[Parameter] = &[
-    VOXEL, ENERGY, FINISH, SHARP, LIKE, LIKE_SCALE, VARIANT, TIME_STEP, STEPS, EDGE_RATIO,
+    VOXEL, ENERGY, FINISH, SHARP, LIKE, LIKE_SCALE, GRAIN, VARIANT, TIME_STEP, STEPS, EDGE_RATIO,
 ];
 
 /// The widest hole to fill.

@@ -1,4 +1,4 @@
-//! What a region was filled after, in words.
+//! What of a patch was not told by its surroundings: what it was filled after, and its grain; in words.
 
 use crate::fill::{ClosedBy, CounterpartKind, CounterpartReport, RegionReport};
 use crate::mesh::Unit;
@@ -26,6 +26,19 @@ pub(super) fn refused(r: &RegionReport, unit: Option<Unit>) -> Option<String> {
         Some(ClosedBy::Counterpart) => None,
         _ => counterpart_text(r, unit),
     }
+}
+
+/// The roughness that was invented for a patch, if it has any.
+pub(crate) fn grain_text(r: &RegionReport, unit: Option<Unit>) -> Option<String> {
+    let grain = r.grain?;
+    let ring = Unit::text(unit, grain.ring);
+    Some(match grain.part {
+        0.0 => format!("no grain: the patch would have intersected faces (its surroundings are rough by {ring})"),
+        _ => format!(
+            "with invented grain of {}, its surroundings being rough by {ring}; expected errors do not count it",
+            Unit::text(unit, grain.patch)
+        ),
+    })
 }
 
 fn kind_text(kind: CounterpartKind) -> String {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::counterpart::{self, counterpart_text};
+use super::counterpart::{self, counterpart_text, grain_text};
 use crate::fill::{
     ClosedBy, FinishReport, HoleOutcome, PatchStart, RegionReport, TriangulatedReason,
 };
@@ -108,6 +108,7 @@ pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
     }
     line += &lost_creases(r).map_or_else(String::new, |text| format!("; {text}"));
     line += &counterpart::refused(r, unit).map_or_else(String::new, |text| format!("; {text}"));
+    line += &grain_text(r, unit).map_or_else(String::new, |text| format!("; {text}"));
     if r.balloons() {
         let percent = 100.0 * r.rise.unwrap_or_default();
         line += &format!("; it rises {percent:.0} % of its diameter above the rim");
@@ -247,7 +248,8 @@ pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
     }
     lines.push(patch);
     lines.extend(lost_creases(r).map(|text| format!("  {text}")));
-    lines.extend(counterpart_text(r, None).map(|text| format!("  {text}")));
+    let invented = [counterpart_text(r, None), grain_text(r, None)];
+    lines.extend(invented.into_iter().flatten().map(|text| format!("  {text}")));
     lines
 }
 

@@ -145,8 +145,8 @@ impl RegionProblem<'_> {
         };
         // Of several planes or poses the one with the least error on the rings; those that are refused count last.
         let mut best: Option<Tested> = None;
-        let mut why = None;
-        for part in parts {
+        let (mut why, mut rest) = (None, None);
+        for (number, part) in parts.iter().enumerate() {
             match self.tested(part, &smooth) {
                 Ok(tested) => {
                     let order = |t: &Tested| (t.report.refused.is_some(), t.report.ring_error);
@@ -154,15 +154,19 @@ impl RegionProblem<'_> {
                         best = Some(tested);
                     }
                 }
-                Err(report) => why = why.or(Some(report)),
+                Err(report) if number == 0 => why = Some(report),
+                Err(report) => rest = rest.or(Some(report)),
             }
         }
-        let Some(Tested { fitted, mut report }) = best else {
-            return (why.unwrap_or_default(), None);
+        // Where none is used, the reason is that of the first, which fits the whole mesh best.
+        let (fitted, mut report) = match (best, why) {
+            (Some(best), None) if best.report.refused.is_some() => return (best.report, None),
+            (Some(best), why) if best.report.refused.is_some() => {
+                return (why.unwrap_or(best.report), None);
+            }
+            (Some(best), _) => (best.fitted, best.report),
+            (None, why) => return (why.or(rest).unwrap_or_default(), None),
         };
-        if report.refused.is_some() {
-            return (report, None);
-        }
         match self.closed_like(&fitted, &report) {
             Ok(region) => (report, Some(region)),
             Err(why) => {

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::super::scene::Scene;
-use super::super::counterpart::counterpart_text;
+use super::super::counterpart::{counterpart_text, grain_text};
 use super::super::text::{lost_creases, reason};
 use super::{add, escaped, listed, number, number_beside};
 use crate::fill::{HoleOutcome, RegionReport};
@@ -232,7 +232,8 @@ fn region_row(out: &mut String, r: &RegionReport) {
             "<tr class=\"more\"><td colspan=\"12\">region {id}: {lost}</td></tr>"
         );
     }
-    if let Some(text) = counterpart_text(r, None) {
+    let invented = [counterpart_text(r, None), grain_text(r, None)];
+    for text in invented.into_iter().flatten() {
         let (id, text) = (r.id, escaped(&text));
         add!(
             out,
