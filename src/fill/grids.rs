@@ -179,6 +179,7 @@ mod tests {
     /// A region that is refined if `may_refine`.
     fn region(may_refine: bool) -> Prospects {
         Prospects {
+            has_counterpart: false,
             may_be_sharp: false,
             may_refine,
             diameter: 1.0,

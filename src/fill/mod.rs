@@ -24,6 +24,7 @@ mod seam;
 mod search;
 mod setters;
 mod sharp;
+mod sides_error;
 mod so_far;
 mod stitching;
 mod strategy;

@@ -14,6 +14,7 @@ mod attributes;
 mod base;
 mod check;
 mod convergence;
+mod counterpart;
 mod creases;
 mod energies;
 mod examples;

@@ -13,9 +13,6 @@ use crate::spatial::{Bvh, Closest};
 const PARTNER_COSINE: f64 = 0.5;
 /// Spans of the samples. Rounds end when a step is shorter than this.
 const SHORTEST_STEP: f64 = 1e-7;
-/// Part of the trace of the normal matrix that is added to its diagonal, so that surfaces which slide on themselves, such as spheres and
-/// cylinders, do not make it singular.
-const RIDGE: f64 = 1e-6;
 
 /// A point of a surface and the unit normal there.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +38,9 @@ pub(super) struct Settings {
     pub(super) kept: f64,
     /// Whether the scale is found too.
     pub(super) scale: bool,
+    /// Part of the trace of the normal matrix that is added to its diagonal. Surfaces that slide on themselves, such as spheres, make it
+    /// singular; with a larger part, samples move less where they hardly say how.
+    pub(super) ridge: f64,
 }
 
 /// An alignment.
@@ -120,7 +120,7 @@ pub(super) fn aligned(
         let Some(pairs) = target.nearest(samples, &motion, settings.kept) else {
             break;
         };
-        let Some((step, size)) = step(&pairs, settings.scale) else {
+        let Some((step, size)) = step(&pairs, settings) else {
             break;
         };
         motion = motion.then(&step);
@@ -128,22 +128,29 @@ pub(super) fn aligned(
             break;
         }
     }
-    let rms = match target.nearest(samples, &motion, settings.kept) {
+    Aligned {
+        rms: distance(samples, target, &motion, settings.kept),
+        motion,
+    }
+}
+
+/// Root mean square distance of a part of some samples, the nearest ones, from the planes of their partners; infinite where too few have one.
+pub(super) fn distance(samples: &[Sample], target: &Target, motion: &Motion, kept: f64) -> f64 {
+    match target.nearest(samples, motion, kept) {
         Some(pairs) if motion.is_finite() => {
             let square = |p: &Pair| (p.at - p.partner).dot(p.normal).powi(2);
             // Samples without a partner among those kept count as far as the farthest that has one.
-            let most = (settings.kept * samples.len() as f64).ceil();
+            let most = (kept * samples.len() as f64).ceil();
             let missing = most - pairs.len() as f64;
             let farthest = pairs.last().map_or(0.0, |p| p.at.distance_squared(p.partner));
             ((pairs.iter().map(square).sum::<f64>() + missing * farthest) / most).sqrt()
         }
         _ => f64::INFINITY,
-    };
-    Aligned { motion, rms }
+    }
 }
 
 /// A step, and its length in spans of the points.
-fn step(pairs: &[Pair], with_scale: bool) -> Option<(Motion, f64)> {
+fn step(pairs: &[Pair], settings: &Settings) -> Option<(Motion, f64)> {
     let count = pairs.len() as f64;
     let centre = pairs.iter().map(|p| p.at).sum::<DVec3>() / count;
     let spread = pairs.iter().map(|p| p.at.distance_squared(centre)).sum::<f64>();
@@ -152,7 +159,7 @@ fn step(pairs: &[Pair], with_scale: bool) -> Option<(Motion, f64)> {
         return None;
     }
     // Unknowns: rotation, shift in spans, change of scale.
-    let n = if with_scale { 7 } else { 6 };
+    let n = if settings.scale { 7 } else { 6 };
     let (mut matrix, mut rhs) = (vec![0.0; n * n], vec![0.0; n]);
     for pair in pairs {
         let arm = (pair.at - centre) / span;
@@ -167,7 +174,7 @@ fn step(pairs: &[Pair], with_scale: bool) -> Option<(Motion, f64)> {
         }
     }
     let trace: f64 = (0..n).map(|i| matrix[i * n + i]).sum();
-    (0..n).for_each(|i| matrix[i * n + i] += RIDGE * trace);
+    (0..n).for_each(|i| matrix[i * n + i] += settings.ridge * trace);
     if !solve_spd(&mut matrix, &mut rhs) {
         return None;
     }

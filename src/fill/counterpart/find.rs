@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::align::{Aligned, Sample, Settings, Target, aligned, samples};
+use super::align::{Aligned, Sample, Settings, Target, aligned, distance, samples};
 use super::motion::Motion;
 use crate::cancel::Cancel;
 use crate::linalg::{second_moments, symmetric_eigen};
@@ -24,6 +24,11 @@ const COARSE: usize = 8;
 const FINE: usize = 60;
 /// Part of the samples that have a partner: a quarter may have none.
 const KEPT: f64 = 0.75;
+/// Part of the samples of the last alignment, which is taken where the distance of the nearest ones grows by no more than a factor.
+const NEARLY_ALL: f64 = 0.93;
+const AS_NEAR: f64 = 1.1;
+/// See [`Settings::ridge`].
+const RIDGE: f64 = 1e-6;
 /// Best ends of the coarse alignment that are aligned finely, and motions that are kept.
 const REFINED: usize = 10;
 const MOST: usize = 4;
@@ -129,18 +134,28 @@ fn best(
     scale: bool,
     cancel: &Cancel,
 ) -> Vec<Motion> {
-    let with = |rounds| Settings {
+    let with = |rounds, kept| Settings {
         rounds,
-        kept: KEPT,
+        kept,
         scale,
+        ridge: RIDGE,
     };
     let span = Moments::new(coarse).span;
-    let from = |start: &Motion| aligned(coarse, target, *start, &with(COARSE), cancel);
+    let from = |start: &Motion| aligned(coarse, target, *start, &with(COARSE, KEPT), cancel);
     let mut ends: Vec<Aligned> = starts.par_iter().map(from).collect();
     ends.sort_by(|a, b| a.rms.total_cmp(&b.rms));
     let ends = distinct(ends, coarse, span, REFINED);
     let fine = samples(mesh, MANY_SAMPLES);
-    let from = |end: &Aligned| aligned(&fine, target, end.motion, &with(FINE), cancel);
+    let from = |end: &Aligned| {
+        let first = aligned(&fine, target, end.motion, &with(FINE, KEPT), cancel);
+        // Where nearly all samples say the same as the nearest, they say it better: details of a sphere are its farthest samples.
+        let motion = aligned(&fine, target, first.motion, &with(FINE, NEARLY_ALL), cancel).motion;
+        let rms = distance(&fine, target, &motion, KEPT);
+        match rms <= AS_NEAR * first.rms {
+            true => Aligned { motion, rms },
+            false => first,
+        }
+    };
     let mut ends: Vec<Aligned> = ends.par_iter().map(from).collect();
     ends.sort_by(|a, b| a.rms.total_cmp(&b.rms));
     let least = ends.first().map_or(0.0, |e| e.rms);

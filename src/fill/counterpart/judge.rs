@@ -19,10 +19,12 @@ const COLLAR: f64 = 0.45;
 /// Mean edges. Its least width.
 const COLLAR_EDGES: f64 = 3.5;
 /// Rounds of the alignment with the collar, and samples of it, at most.
-const ROUNDS: usize = 30;
+const ROUNDS: usize = 10;
 const SAMPLES: usize = 800;
 /// Part of the collar that is aligned: the rest may be damaged on one side.
 const KEPT: f64 = 0.85;
+/// See [`Settings::ridge`]: a smooth collar must not slide on the counterpart.
+const RIDGE: f64 = 0.01;
 /// Least part of the collar that has partners on the counterpart.
 const LEAST_PARTNERS: f64 = 0.7;
 /// Upper bound of the motion that brings the counterpart closest to the collar: diameters, and radians.
@@ -112,6 +114,7 @@ impl Collar {
             rounds: ROUNDS,
             kept: KEPT,
             scale: false,
+            ridge: RIDGE,
         };
         let end = aligned(&few, &target, Motion::IDENTITY, &settings, cancel);
         if !end.rms.is_finite() {

@@ -18,8 +18,9 @@ use super::outcome::{ClosedBy, HoleOutcome};
 use super::problem::{RegionPlan, RegionProblem};
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
-use super::sharp::RINGS;
+use super::sharp::{RINGS, WidenedHole};
 use super::so_far::{Made, SoFar};
+use crate::cancel::Cancel;
 use crate::mesh::Part;
 use crate::stitch::Patch;
 
@@ -143,11 +144,13 @@ impl RegionProblem<'_> {
         let Some(smooth) = smooth.filter(|points| !points.is_empty()) else {
             return refused(NotLike::Untested);
         };
+        let around = self.wide_part(&Patch::default());
+        let rings = RINGS.iter().find_map(|&n| self.rings(&around, n));
         // Of several planes or poses the one with the least error on the rings; those that are refused count last.
         let mut best: Option<Tested> = None;
         let (mut why, mut rest) = (None, None);
         for (number, part) in parts.iter().enumerate() {
-            match self.tested(part, &smooth) {
+            match self.tested(part, &around, rings.as_ref(), &smooth) {
                 Ok(tested) => {
                     let order = |t: &Tested| (t.report.refused.is_some(), t.report.ring_error);
                     if best.as_ref().is_none_or(|b| order(&tested) < order(b)) {
@@ -177,13 +180,18 @@ impl RegionProblem<'_> {
     }
 
     /// How well a part of the counterpart fits the hole; `smooth` are vertices of a smooth patch of it.
-    fn tested(&self, part: &PlacedPart, smooth: &[DVec3]) -> Result<Tested, CounterpartReport> {
+    fn tested(
+        &self,
+        part: &PlacedPart,
+        around: &Part,
+        rings: Option<&Rings>,
+        smooth: &[DVec3],
+    ) -> Result<Tested, CounterpartReport> {
         let mut report = CounterpartReport {
             kind: Some(part.kind),
             ..CounterpartReport::default()
         };
         let hole = self.holes[0];
-        let around = self.wide_part(&Patch::default());
         let rim: Vec<u32> = hole.rim.iter().map(|&v| around.local(v)).collect();
         let collar = Collar::new(&around.mesh, &rim, hole.diameter);
         let fitted = collar.fitted(part, self.cancel).and_then(|fitted| {
@@ -198,8 +206,8 @@ impl RegionProblem<'_> {
         let squares: f64 = smooth.iter().map(|p| fitted.distance(*p).powi(2)).sum();
         let feature = (squares / smooth.len() as f64).sqrt();
         report.feature = Some(feature);
-        let errors = RINGS.iter().find_map(|&n| self.ring_errors(&around, &rim, part, n));
-        let Some([own, other]) = errors else {
+        let own = rings.and_then(|rings| Some([rings.error(part, self.cancel)?, rings.smooth]));
+        let Some([own, other]) = own else {
             report.refused = Some(NotLike::Untested);
             return Ok(Tested { fitted, report });
         };
@@ -225,15 +233,17 @@ impl RegionProblem<'_> {
         Ok(Tested { fitted, report })
     }
 
-    /// Root mean square error with which a part of the counterpart, and a smooth patch, predict the innermost rings of faces when these are
-    /// taken out; none where that leaves no single hole, or either cannot be made.
-    fn ring_errors(&self, around: &Part, rim: &[u32], part: &PlacedPart, rings: u32) -> Option<[f64; 2]> {
-        let widened = self.widened(around, rim, rings)?;
+    /// The hole with so many of its innermost rings of faces taken out; none where that leaves no single hole, or no smooth patch of it can
+    /// be made.
+    fn rings(&self, around: &Part, rings: u32) -> Option<Rings> {
+        let rim: Vec<u32> = self.holes[0].rim.iter().map(|&v| around.local(v)).collect();
+        let widened = self.widened(around, &rim, rings)?;
         let hole = &widened.hole;
-        let collar = Collar::new(&widened.mesh, &hole.rim, hole.diameter);
-        let fitted = collar.fitted(part, self.cancel).ok()?;
-        let own = widened.root_mean_square(|p| fitted.distance(p))?;
-        Some([own, self.smooth_error(&widened)?])
+        Some(Rings {
+            collar: Collar::new(&widened.mesh, &hole.rim, hole.diameter),
+            smooth: self.smooth_error(&widened)?,
+            widened,
+        })
     }
 
     /// The region closed by a fitted counterpart, remeshed at the density of the surroundings.
@@ -265,6 +275,22 @@ impl RegionProblem<'_> {
         let mut finished = FinishedPatch::unfinished(patch);
         finished.expected_error = expected_error;
         Ok(self.all_finished(finished, report, HoleOutcome::Filled))
+    }
+}
+
+/// A hole with rings of faces taken out, which are to be predicted.
+struct Rings {
+    widened: WidenedHole,
+    collar: Collar,
+    /// Root mean square error with which a smooth patch predicts them.
+    smooth: f64,
+}
+
+impl Rings {
+    /// The same of a part of a counterpart, which is fitted to what is left round the hole.
+    fn error(&self, part: &PlacedPart, cancel: &Cancel) -> Option<f64> {
+        let fitted = self.collar.fitted(part, cancel).ok()?;
+        self.widened.root_mean_square(|p| fitted.distance(p))
     }
 }
 
