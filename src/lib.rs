@@ -128,9 +128,9 @@ pub use cancel::Cancel;
 pub use cli::main as command_line;
 pub use extract::{VolumeSurfaceError, level_surface};
 pub use fill::{
-    ClosedBy, CounterpartKind, CounterpartReport, CreaseReport, FailedReason, FillParams, Finish, FinishReport, GrainReport, HoleOutcome,
-    LeftReason, Like, NotContinued, NotLike, PatchStart, Quality, RegionPatch, RegionReport, Sharp, SurfaceKind,
-    Tally, TriangulatedReason, TryFailure,
+    ClosedBy, CounterpartKind, CounterpartReport, CreaseReport, FailedReason, FillParams, Finish,
+    FinishReport, GrainReport, HoleOutcome, LeftReason, Like, NotContinued, NotLike, PatchStart,
+    Quality, RegionPatch, RegionReport, Sharp, SurfaceKind, Tally, TriangulatedReason, TryFailure,
 };
 pub use finish::{
     Candidate, CandidateFound, ChartKind, FinishFound, FinishResult, Refusal, Restart,

@@ -30,7 +30,12 @@ impl RegionProblem<'_> {
         if !self.params.grain || !is_smooth || filled.mesh.positions.is_empty() {
             return filled;
         }
-        if filled.report.counterpart.as_ref().is_some_and(|c| c.refused.is_none()) {
+        if filled
+            .report
+            .counterpart
+            .as_ref()
+            .is_some_and(|c| c.refused.is_none())
+        {
             // It has its own.
             return filled;
         }

@@ -69,7 +69,9 @@ impl FromStr for Like {
                 }),
             };
         };
-        let numbers = numbers.split(',').map(|part| part.trim().parse::<f64>().ok());
+        let numbers = numbers
+            .split(',')
+            .map(|part| part.trim().parse::<f64>().ok());
         let numbers: Option<Vec<f64>> = numbers.collect();
         let plane = numbers
             .filter(|n| n.len() == 6 && n.iter().all(|x| x.is_finite()))
@@ -101,7 +103,11 @@ impl fmt::Display for Like {
         match self {
             Self::Mirror(None) => f.write_str(MIRROR),
             Self::Mirror(Some([p, n])) => {
-                write!(f, "{MIRROR}:{},{},{},{},{},{}", p.x, p.y, p.z, n.x, n.y, n.z)
+                write!(
+                    f,
+                    "{MIRROR}:{},{},{},{},{},{}",
+                    p.x, p.y, p.z, n.x, n.y, n.z
+                )
             }
             Self::Template { file, .. } => write!(f, "{}", file.display()),
         }
@@ -120,7 +126,10 @@ mod tests {
 
     #[test]
     fn what_is_written_reads_as_the_same() {
-        let planes = [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0], [0.1, -2.5, 1e-7, 0.6, 0.0, -0.8]];
+        let planes = [
+            [0.0, 0.0, 0.0, 1.0, 0.0, 0.0],
+            [0.1, -2.5, 1e-7, 0.6, 0.0, -0.8],
+        ];
         let mirrors = planes.map(|n| {
             let text = n.map(|x: f64| x.to_string()).join(",");
             format!("mirror:{text}").parse::<Like>().unwrap()
@@ -131,12 +140,22 @@ mod tests {
             assert_eq!(like.to_string().parse::<Like>().unwrap(), like);
         }
         assert_eq!("mirror".parse(), Ok(Like::Mirror(None)));
-        assert!(matches!("mirrored.obj".parse(), Ok(Like::Template { mesh: None, .. })));
+        assert!(matches!(
+            "mirrored.obj".parse(),
+            Ok(Like::Template { mesh: None, .. })
+        ));
     }
 
     #[test]
     fn planes_that_are_none_are_refused() {
-        for text in ["", "mirror:", "mirror:1,2,3", "mirror:0,0,0,0,0,0", "mirror:0,0,0,a,0,0", "mirror:0,0,0,inf,0,0"] {
+        for text in [
+            "",
+            "mirror:",
+            "mirror:1,2,3",
+            "mirror:0,0,0,0,0,0",
+            "mirror:0,0,0,a,0,0",
+            "mirror:0,0,0,inf,0,0",
+        ] {
             assert!(text.parse::<Like>().is_err(), "{text}");
         }
     }

@@ -11,7 +11,9 @@ use super::region_patch::RegionPatch;
 use super::report::RegionReport;
 use super::so_far::{LevelEnd, Made, SoFar};
 use super::strategy::{Candidate, Ending, Step, next_step};
-use super::{base, counterpart, faired, finish_step, level_set, planar, rim_triangles, rounded, seam, sharp};
+use super::{
+    base, counterpart, faired, finish_step, level_set, planar, rim_triangles, rounded, seam, sharp,
+};
 use crate::mesh::Hole;
 use crate::region::Start;
 use crate::tuning::tuning;

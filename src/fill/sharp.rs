@@ -215,7 +215,10 @@ impl RegionProblem<'_> {
             ..RegionReport::default()
         };
         let mut finished = FinishedPatch::unfinished(patch);
-        let at = finished.expected_error.iter_mut().zip(&finished.patch.positions);
+        let at = finished
+            .expected_error
+            .iter_mut()
+            .zip(&finished.patch.positions);
         at.for_each(|(own, p)| *own = error.map(|e| with_rounding(e, *p)));
         Ok(self.all_finished(finished, report, HoleOutcome::Filled))
     }

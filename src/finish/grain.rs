@@ -1,9 +1,9 @@
-//! Grain: roughness for a patch, simulated with the covariance of what a smooth patch leaves out of the surroundings.
+//! Grain: roughness for a patch, as rough as the surroundings at several wavelengths.
 //!
-//! The roughness of a known vertex is its distance from the quadric that fits the known vertices round it best. Its covariance, over
-//! distance, is fitted by a sum of Gaussian kernels and noise (weights not negative); a random field with that covariance is drawn at the
-//! new vertices, by random Fourier features (A. Rahimi, B. Recht, "Random features for large-scale kernel machines", 2007), with a seed
-//! that is always the same. It is scaled until the patch measures as rough as the ring.
+//! The roughness of a vertex at a radius is its distance from the quadric that fits the vertices within that radius best. Random fields with
+//! Gaussian covariances of several lengths, and noise, are drawn at the new vertices by random Fourier features (A. Rahimi, B. Recht, "Random
+//! features for large-scale kernel machines", 2007), with a seed that is always the same. Their variances, none negative, are those with
+//! which the patch measures as rough at every radius as the known vertices round it.
 
 use std::f64::consts::TAU;
 
@@ -16,27 +16,25 @@ use super::patch::{Located, Patch};
 use super::surroundings::Surroundings;
 use crate::linalg::solve_spd;
 
-/// Diameters, and mean edges, least and most: the radius of the quadrics. What is longer than it the patch continues itself.
-const RADIUS: f64 = 0.2;
-const RADIUS_EDGES: [f64; 2] = [3.0, 8.0];
+/// Mean edges. The radii of the quadrics. What is longer than these the patch continues itself.
+const RADII: [f64; 4] = [2.2, 4.0, 7.0, 11.0];
+/// The radius whose roughness is reported.
+const REPORTED: usize = 2;
 /// Diameters, and mean edges at least: width of the ring whose roughness is measured.
 const RING: f64 = 0.45;
 const RING_EDGES: f64 = 6.0;
 /// Most vertices at which it is measured.
-const MOST: usize = 2000;
+const MOST: usize = 1000;
 /// Fewest vertices of a fit, and of the ring and the patch.
 const FEWEST: usize = 12;
 /// Lengths of the kernels in mean edges; 0 is noise.
 const LENGTHS: [f64; 5] = [0.0, 0.7, 1.4, 2.8, 5.6];
-/// Bins of the covariance, half a mean edge wide each, and rounds of the fit.
-const BINS: usize = 16;
+/// Rounds of the fit of their variances.
 const ROUNDS: usize = 400;
 /// Waves of each kernel.
 const WAVES: usize = 192;
 /// Mean edges from the rim over which the grain grows from nothing to all of its height.
 const FADE: f64 = 2.0;
-/// Rounds of scaling.
-const SCALINGS: usize = 4;
 /// Where the random numbers begin.
 const SEED: u64 = 0x6973_6f6d_656e_6421;
 
@@ -48,67 +46,110 @@ pub(crate) struct Grain {
     pub(crate) roughness: [f64; 2],
 }
 
-/// The grain of the patch of some vertices, which must hang together; none where too little is known round them, or they are too few.
+/// The grain of the patch of some vertices, which must hang together; none where too little is known round them, they are too few, or the patch
+/// is as rough already.
 pub(crate) fn grain(around: &Surroundings<'_>, vertices: &[u32]) -> Option<Grain> {
     let vertices = super::usable(around, vertices);
     let located = super::located(around, &vertices, &FinishParams::default()).ok()?;
     let patch = &located.patch;
-    let rough = Roughness::new(patch);
-    let ring = rough.ring();
-    let values = rough.of(&patch.points, &patch.known, &ring);
-    let values: Vec<(u32, f64)> = values.into_iter().flatten().collect();
-    if values.len() < FEWEST || patch.cancel.is_cancelled() {
+    let (ring, inner) = (ring(patch), inner(patch));
+    if ring.len() < FEWEST || inner.len() < FEWEST {
         return None;
     }
-    let target = root_mean_square(values.iter().map(|v| v.1));
-    let kernels = Kernels::fitted(patch, &values);
-    let field = kernels.drawn(&patch.shape(), patch.edge);
-    let (heights, normals) = (faded(patch, &field), normals(patch));
+    let target = RADII.map(|r| roughness(patch, &patch.points, &patch.known, &ring, r));
+    let (shape, normals) = (patch.shape(), normals(patch));
     let all = vec![true; patch.points.len()];
-    let inner = rough.inner();
-    let at = |scale: f64| -> Vec<DVec3> {
-        let heights = heights.iter().zip(&normals);
-        let moved = patch.shape().into_iter().zip(heights);
-        moved.map(|(p, (h, n))| p + scale * h * *n).collect()
+    let moved = |heights: &[f64]| -> Vec<DVec3> {
+        let ways = normals.iter().zip(heights).map(|(n, h)| *n * *h);
+        shape.iter().zip(ways).map(|(p, way)| *p + way).collect()
     };
-    let measured = |scale: f64| {
-        let values = rough.of(&patch.placed(&at(scale)), &all, &inner);
-        root_mean_square(values.into_iter().flatten().map(|v| v.1))
+    let measured = |heights: &[f64]| {
+        let points = patch.placed(&moved(heights));
+        RADII.map(|r| roughness(patch, &points, &all, &inner, r))
     };
-    // Squares of roughness add up: that of the patch itself and that of the grain.
-    let (own, mut scale) = (measured(0.0), 1.0);
-    if own >= target || target <= 0.0 {
+    // Squares of roughness add up: those of the patch itself and those of independent fields.
+    let own = measured(&vec![0.0; shape.len()]);
+    let missing: Vec<f64> = own.iter().zip(target).map(|(o, t)| t * t - o * o).collect();
+    if patch.cancel.is_cancelled() || missing[REPORTED] <= 0.0 {
         return None;
     }
-    if inner.len() >= FEWEST {
-        for _ in 0..SCALINGS {
-            let now = measured(scale).powi(2) - own.powi(2);
-            if now <= 0.0 {
-                break;
-            }
-            scale *= ((target.powi(2) - own.powi(2)) / now).sqrt();
-        }
+    // What each field of the height of the target adds at each radius.
+    let height = missing[REPORTED].sqrt();
+    let field = |(k, length): (usize, &f64)| {
+        let drawn = drawn(&shape, length * patch.edge, SEED.wrapping_add(k as u64));
+        let heights: Vec<f64> = faded(patch, &drawn).iter().map(|h| h * height).collect();
+        let measured = measured(&heights);
+        let added = measured
+            .iter()
+            .zip(own)
+            .map(|(m, o)| m * m - o * o)
+            .collect();
+        (heights, added)
+    };
+    let fields: Vec<(Vec<f64>, Vec<f64>)> = LENGTHS.iter().enumerate().map(field).collect();
+    let added: Vec<&[f64]> = fields.iter().map(|f| &f.1[..]).collect();
+    let variances = variances(&added, &missing, &target);
+    let mut heights = vec![0.0; shape.len()];
+    for ((field, _), variance) in fields.iter().zip(variances) {
+        let part = variance.sqrt();
+        heights
+            .iter_mut()
+            .zip(field)
+            .for_each(|(h, f)| *h += part * f);
     }
+    // The fields are not quite independent: all of it is scaled once.
+    let now = measured(&heights)[REPORTED].powi(2) - own[REPORTED].powi(2);
+    let scale = (missing[REPORTED] / now).sqrt();
     if !scale.is_finite() || patch.cancel.is_cancelled() {
         return None;
     }
-    let roughness = [target, measured(scale)].map(|r| r * located.scale);
+    heights.iter_mut().for_each(|h| *h *= scale);
+    let reported = [target[REPORTED], measured(&heights)[REPORTED]];
     Some(Grain {
-        shifts: shifts(&located, &vertices, &at(scale)),
-        roughness,
+        shifts: shifts(&located, &vertices, &moved(&heights)),
+        roughness: reported.map(|r| r * located.scale),
     })
+}
+
+/// The factors, none negative, of the variances that some fields add at each radius, with which they add what is missing; in least squares over
+/// the squared roughness that is wanted there, one after the other.
+fn variances(added: &[&[f64]], missing: &[f64], target: &[f64]) -> Vec<f64> {
+    let mut factors = vec![0.0; added.len()];
+    for _ in 0..ROUNDS {
+        for k in 0..added.len() {
+            let (mut up, mut down) = (0.0, 0.0);
+            for r in (0..missing.len()).filter(|&r| target[r] > 0.0) {
+                let all: f64 = factors.iter().zip(added).map(|(f, a)| f * a[r]).sum();
+                let weight = target[r].powi(-4);
+                let rest = missing[r] - all + factors[k] * added[k][r];
+                up += weight * added[k][r] * rest;
+                down += weight * added[k][r].powi(2);
+            }
+            factors[k] = if down > 0.0 {
+                (up / down).max(0.0)
+            } else {
+                0.0
+            };
+        }
+    }
+    factors
 }
 
 fn shifts(located: &Located, vertices: &[u32], moved: &[DVec3]) -> Vec<(u32, DVec3)> {
     let before = located.patch.shape();
-    let ways = moved.iter().zip(&before).map(|(a, b)| (*a - *b) * located.scale);
+    let ways = moved
+        .iter()
+        .zip(&before)
+        .map(|(a, b)| (*a - *b) * located.scale);
     vertices.iter().copied().zip(ways).collect()
 }
 
 /// Normals of the vertices that move.
 fn normals(patch: &Patch) -> Vec<DVec3> {
     let points = patch.closure_points(&patch.shape());
-    patch.closure.moved(&vertex_normals(&points, &patch.closure.faces))
+    patch
+        .closure
+        .moved(&vertex_normals(&points, &patch.closure.faces))
 }
 
 /// The heights of a field, growing from nothing at the rim.
@@ -122,59 +163,53 @@ fn faded(patch: &Patch, field: &[f64]) -> Vec<f64> {
 
 fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0.0), |(s, n), v| (s + v * v, n + 1.0));
-    if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
+    if count > 0.0 {
+        (sum / count).sqrt()
+    } else {
+        0.0
+    }
 }
 
-/// How roughness is measured on a patch and round it.
-struct Roughness<'a> {
-    patch: &'a Patch,
+/// Known vertices of the ring.
+fn ring(patch: &Patch) -> Vec<u32> {
+    let width = (RING * patch.diameter).max(RING_EDGES * patch.edge);
+    let inside = |&v: &u32| {
+        let i = v as usize;
+        patch.known[i] && !patch.border[i] && patch.distance[i] < width
+    };
+    thinned((0..patch.points.len() as u32).filter(inside).collect())
+}
+
+/// Vertices of the patch where the grain has all of its height.
+fn inner(patch: &Patch) -> Vec<u32> {
+    let deep = patch.closure.moving.iter().zip(patch.depth());
+    let deep = deep.filter(|(_, depth)| *depth > FADE * patch.edge);
+    thinned(
+        deep.map(|(&v, _)| patch.closure.vertices[v as usize])
+            .collect(),
+    )
+}
+
+/// Root mean square height of some vertices over the quadrics that fit the vertices round them, of which some are chosen by a mark, within a
+/// radius in mean edges.
+fn roughness(
+    patch: &Patch,
+    points: &[DVec3],
+    chosen: &[bool],
+    vertices: &[u32],
     radius: f64,
-}
-
-impl<'a> Roughness<'a> {
-    fn new(patch: &'a Patch) -> Self {
-        let [least, most] = RADIUS_EDGES.map(|edges| edges * patch.edge);
-        Self {
-            patch,
-            radius: (RADIUS * patch.diameter).clamp(least, most),
-        }
-    }
-
-    /// Known vertices of the ring.
-    fn ring(&self) -> Vec<u32> {
-        let patch = self.patch;
-        let width = (RING * patch.diameter).max(RING_EDGES * patch.edge);
-        let inside = |&v: &u32| {
-            let i = v as usize;
-            patch.known[i] && !patch.border[i] && patch.distance[i] < width
-        };
-        thinned((0..patch.points.len() as u32).filter(inside).collect())
-    }
-
-    /// Vertices of the patch where the grain has all of its height.
-    fn inner(&self) -> Vec<u32> {
-        let closure = &self.patch.closure;
-        let deep = closure.moving.iter().zip(self.patch.depth());
-        let deep = deep.filter(|(_, depth)| *depth > FADE * self.patch.edge);
-        thinned(deep.map(|(&v, _)| closure.vertices[v as usize]).collect())
-    }
-
-    /// For each of some vertices its number and its height over the quadric that fits the vertices round it, which are chosen by a mark; none
-    /// where these are too few.
-    fn of(&self, points: &[DVec3], chosen: &[bool], vertices: &[u32]) -> Vec<Option<(u32, f64)>> {
-        let faces: Vec<[u32; 3]> = {
-            let whole = |f: &&[u32; 3]| f.iter().all(|&v| chosen[v as usize]);
-            self.patch.faces.iter().filter(whole).copied().collect()
-        };
-        let normals = vertex_normals(points, &faces);
-        let cells = Cells::new(points, chosen, self.radius);
-        let value = |&v: &u32| {
-            let near = cells.near(points, points[v as usize]);
-            let normal: DVec3 = near.iter().map(|&w| normals[w as usize]).sum();
-            Some((v, height(points, &near, v, normal.try_normalize()?)?))
-        };
-        vertices.par_iter().map(value).collect()
-    }
+) -> f64 {
+    let whole = |f: &&[u32; 3]| f.iter().all(|&v| chosen[v as usize]);
+    let faces: Vec<[u32; 3]> = patch.faces.iter().filter(whole).copied().collect();
+    let normals = vertex_normals(points, &faces);
+    let cells = Cells::new(points, chosen, radius * patch.edge);
+    let value = |&v: &u32| {
+        let near = cells.near(points, points[v as usize]);
+        let normal: DVec3 = near.iter().map(|&w| normals[w as usize]).sum();
+        height(points, &near, v, normal.try_normalize()?)
+    };
+    let values: Vec<Option<f64>> = vertices.par_iter().map(value).collect();
+    root_mean_square(values.into_iter().flatten())
 }
 
 /// At most [`MOST`] of some vertices, evenly.
@@ -193,7 +228,9 @@ struct Cells {
 impl Cells {
     fn new(points: &[DVec3], chosen: &[bool], size: f64) -> Self {
         let all = (0..points.len() as u32).filter(|&v| chosen[v as usize]);
-        let mut sorted: Vec<_> = all.map(|v| (Self::cell(points[v as usize], size), v)).collect();
+        let mut sorted: Vec<_> = all
+            .map(|v| (Self::cell(points[v as usize], size), v))
+            .collect();
         sorted.sort_unstable();
         Self { sorted, size }
     }
@@ -251,77 +288,23 @@ fn height(points: &[DVec3], near: &[u32], vertex: u32, normal: DVec3) -> Option<
     (solved && height.is_finite()).then_some(height)
 }
 
-/// A covariance: the variance of each kernel.
-struct Kernels([f64; LENGTHS.len()]);
-
-impl Kernels {
-    /// The covariance of some values at known vertices.
-    fn fitted(patch: &Patch, values: &[(u32, f64)]) -> Self {
-        let width = 0.5 * patch.edge;
-        // Products of pairs by distance; the first bin has the variance alone.
-        let (mut sums, mut counts) = ([0.0; BINS], [0.0; BINS]);
-        for (i, &(v, a)) in values.iter().enumerate() {
-            sums[0] += a * a;
-            counts[0] += 1.0;
-            for &(w, b) in &values[..i] {
-                let distance = patch.points[v as usize].distance(patch.points[w as usize]);
-                let bin = 1 + (distance / width) as usize;
-                if bin < BINS {
-                    sums[bin] += a * b;
-                    counts[bin] += 1.0;
-                }
-            }
-        }
-        let kernel = |k: usize, bin: usize| {
-            let distance = if bin == 0 { 0.0 } else { 0.5 * (bin as f64 - 0.5) };
-            match LENGTHS[k] {
-                0.0 => f64::from(u8::from(bin == 0)),
-                length => (-0.5 * (distance / length).powi(2)).exp(),
-            }
-        };
-        // Least squares with weights that are not negative, one after the other. The variance counts as much as all other bins.
-        let weight = |bin: usize| match bin {
-            0 => BINS as f64,
-            _ => f64::from(u8::from(counts[bin] > 0.0)),
-        };
-        let mut variances = [0.0; LENGTHS.len()];
-        for _ in 0..ROUNDS {
-            for k in 0..LENGTHS.len() {
-                let (mut up, mut down) = (0.0, 0.0);
-                for bin in (0..BINS).filter(|&bin| counts[bin] > 0.0) {
-                    let others = (0..LENGTHS.len()).filter(|&other| other != k);
-                    let others: f64 = others.map(|o| variances[o] * kernel(o, bin)).sum();
-                    let own = kernel(k, bin);
-                    up += weight(bin) * own * (sums[bin] / counts[bin] - others);
-                    down += weight(bin) * own * own;
-                }
-                variances[k] = f64::max(up / down.max(f64::MIN_POSITIVE), 0.0);
-            }
-        }
-        Self(variances)
+/// A random field of variance 1 at some points, with a Gaussian covariance of a length, or noise where that is 0.
+fn drawn(points: &[DVec3], length: f64, seed: u64) -> Vec<f64> {
+    let mut random = Random(seed);
+    if length == 0.0 {
+        return points.iter().map(|_| random.normal()).collect();
     }
-
-    /// A random field with this covariance at the points of some vertices.
-    fn drawn(&self, points: &[DVec3], edge: f64) -> Vec<f64> {
-        let mut field = vec![0.0; points.len()];
-        let mut random = Random(SEED);
-        for (variance, length) in self.0.iter().zip(LENGTHS) {
-            if length == 0.0 {
-                let deviation = variance.sqrt();
-                field.iter_mut().for_each(|f| *f += deviation * random.normal());
-                continue;
-            }
-            let height = (2.0 * variance / WAVES as f64).sqrt();
-            let waves: Vec<(DVec3, f64)> = (0..WAVES).map(|_| {
-                let wave = DVec3::new(random.normal(), random.normal(), random.normal());
-                (wave / (length * edge), TAU * random.uniform())
-            }).collect();
-            let at = |p: &DVec3| waves.iter().map(|(k, phase)| (k.dot(*p) + phase).cos()).sum::<f64>();
-            let values: Vec<f64> = points.par_iter().map(at).collect();
-            field.iter_mut().zip(values).for_each(|(f, v)| *f += height * v);
-        }
-        field
-    }
+    let wave = |_| {
+        let wave = DVec3::new(random.normal(), random.normal(), random.normal());
+        (wave / length, TAU * random.uniform())
+    };
+    let waves: Vec<(DVec3, f64)> = (0..WAVES).map(wave).collect();
+    let height = (2.0 / WAVES as f64).sqrt();
+    let at = |p: &DVec3| {
+        let all = waves.iter().map(|(k, phase)| (k.dot(*p) + phase).cos());
+        height * all.sum::<f64>()
+    };
+    points.par_iter().map(at).collect()
 }
 
 /// Numbers that look random, the same each time (G. L. Steele et al., "Fast splittable pseudorandom number generators", 2014).
@@ -345,5 +328,60 @@ impl Random {
     fn normal(&mut self) -> f64 {
         let (u, v) = (self.uniform(), self.uniform());
         (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{surroundings, with_patch};
+    use super::*;
+    use crate::mesh::shapes::icosphere;
+
+    #[test]
+    fn a_patch_gets_as_rough_as_its_ring_and_keeps_its_rim() {
+        let mut random = Random(7);
+        let mut sphere = icosphere(5);
+        let is_missing = |p: DVec3| p.z > 0.85;
+        // Noise on the known vertices alone.
+        for p in sphere.positions.iter_mut().filter(|p| !is_missing(**p)) {
+            *p *= 1.0 + 0.004 * random.normal();
+        }
+        let (mesh, patch) = with_patch(sphere, is_missing, |_, _| DVec3::ZERO);
+        let around = surroundings(&mesh, &patch);
+        let grain = grain(&around, &patch).expect("grain");
+        let [ring, own] = grain.roughness;
+        assert!((own / ring - 1.0).abs() < 0.1, "{ring} {own}");
+        assert!((ring / 0.004 - 1.0).abs() < 0.2, "{ring}");
+        assert_eq!(grain.shifts.len(), patch.len());
+        let largest = grain
+            .shifts
+            .iter()
+            .map(|s| s.1.length())
+            .fold(0.0, f64::max);
+        assert!(largest > 0.004 && largest < 0.04, "{largest}");
+    }
+
+    #[test]
+    fn a_smooth_ring_gives_no_grain_to_speak_of() {
+        let (mesh, patch) = with_patch(icosphere(5), |p| p.z > 0.85, |_, _| DVec3::ZERO);
+        let grain = grain(&surroundings(&mesh, &patch), &patch);
+        let largest = grain.map_or(0.0, |g| {
+            g.shifts.iter().map(|s| s.1.length()).fold(0.0, f64::max)
+        });
+        assert!(largest < 1e-3, "{largest}");
+    }
+
+    #[test]
+    fn variances_add_up_to_what_is_missing() {
+        let fields: [&[f64]; 2] = [&[1.0, 1.0, 1.0], &[0.1, 0.5, 1.0]];
+        let missing = [2.2, 3.0, 4.0];
+        let found = variances(&fields, &missing, &[1.0; 3]);
+        assert!(
+            (found[0] - 2.0).abs() < 1e-3 && (found[1] - 2.0).abs() < 1e-3,
+            "{found:?}"
+        );
+        // None is negative, where one field alone says too much.
+        let found = variances(&fields, &[1.0, 0.5, 0.0], &[1.0; 3]);
+        assert!(found.iter().all(|f| *f >= 0.0));
     }
 }

@@ -60,7 +60,11 @@ impl OffsetField {
             origin,
             frame,
             unit: diameter,
-            components: [fitted(frame.x_axis)?, fitted(frame.y_axis)?, fitted(normal)?],
+            components: [
+                fitted(frame.x_axis)?,
+                fitted(frame.y_axis)?,
+                fitted(normal)?,
+            ],
         })
     }
 
@@ -116,7 +120,9 @@ mod tests {
     fn ring(offset: impl Fn(DVec2) -> DVec3) -> Vec<OffsetDatum> {
         let ring = |k: u32| {
             let radius = 0.5 + 0.1 * f64::from(k);
-            (0..30).map(move |i| DVec2::from_angle(f64::from(i) * 0.2094 + 0.1 * f64::from(k)) * radius)
+            (0..30).map(move |i| {
+                DVec2::from_angle(f64::from(i) * 0.2094 + 0.1 * f64::from(k)) * radius
+            })
         };
         let places = (0..5).flat_map(ring);
         let datum = |p: DVec2| OffsetDatum {

@@ -37,8 +37,8 @@ mod read;
 mod result;
 mod spec;
 mod steps;
-mod template;
 mod surface;
+mod template;
 mod unchanged;
 mod volumes;
 

@@ -44,9 +44,7 @@ impl<'a> Regions<'a> {
                 let topology = &self.found.topology;
                 Some(Counterpart::mirror(mesh, topology, *plane, cancel))
             }
-            Like::Template {
-                mesh: template, ..
-            } => {
+            Like::Template { mesh: template, .. } => {
                 let template = Inspection::new(template.as_ref()?.as_ref()).ok()?;
                 let own = template.mesh.clone();
                 let scale = self.params.like_scale;

@@ -17,11 +17,11 @@ use super::report::{FillReport, HoleReport};
 use super::sources::RegionSources;
 use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
-use crate::fill::{
-    BasePlane, Counterpart, FillParams, HoleOutcome, PlacedPart, ReferenceSurface, RegionPatch, RegionPlan, RegionProblem,
-    SurfaceKind, TriangulatedReason, first_region, has_few_edges,
-};
 use crate::cancel::Cancel;
+use crate::fill::{
+    BasePlane, Counterpart, FillParams, HoleOutcome, PlacedPart, ReferenceSurface, RegionPatch,
+    RegionPlan, RegionProblem, SurfaceKind, TriangulatedReason, first_region, has_few_edges,
+};
 use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, HoleId, Mesh};
 use crate::region::{Region, VoxelSize};

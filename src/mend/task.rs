@@ -171,7 +171,8 @@ impl RegionTask {
             && self.part.vertices().len() == mesh.positions.len();
         let mut parts = self.counterparts.iter().flatten();
         let parts_fit = parts.all(PlacedPart::is_valid);
-        if !(parts_fit && faces_fit && rims_fit && joined_fit && lists_fit) || self.holes.is_empty() {
+        if !(parts_fit && faces_fit && rims_fit && joined_fit && lists_fit) || self.holes.is_empty()
+        {
             return Err(FillError::Task);
         }
         Ok(mesh.validate()?)

@@ -33,7 +33,9 @@ pub(crate) fn grain_text(r: &RegionReport, unit: Option<Unit>) -> Option<String>
     let grain = r.grain?;
     let ring = Unit::text(unit, grain.ring);
     Some(match grain.part {
-        0.0 => format!("no grain: the patch would have intersected faces (its surroundings are rough by {ring})"),
+        0.0 => format!(
+            "no grain: the patch would have intersected faces (its surroundings are rough by {ring})"
+        ),
         _ => format!(
             "with invented grain of {}, its surroundings being rough by {ring}; expected errors do not count it",
             Unit::text(unit, grain.patch)

@@ -249,7 +249,12 @@ pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
     lines.push(patch);
     lines.extend(lost_creases(r).map(|text| format!("  {text}")));
     let invented = [counterpart_text(r, None), grain_text(r, None)];
-    lines.extend(invented.into_iter().flatten().map(|text| format!("  {text}")));
+    lines.extend(
+        invented
+            .into_iter()
+            .flatten()
+            .map(|text| format!("  {text}")),
+    );
     lines
 }
 

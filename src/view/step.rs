@@ -128,6 +128,16 @@ impl Order {
             (Work::Restore(..), None) => return Err(in_mask("no face is marked".to_owned())),
             _ => {}
         }
+        if let Some(file) = work.template() {
+            let file = file.display();
+            let error = format!(
+                "{file}: templates are read by the command line and by Python, not by the page"
+            );
+            return Err(Wrong {
+                error,
+                place: "params",
+            });
+        }
         let faces = mask.as_ref().map(|_| "marks.faces");
         let command = words.command(&work, faces).map_err(|error| Wrong {
             error,

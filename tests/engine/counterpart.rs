@@ -51,7 +51,9 @@ fn symmetric() -> Vec<Bump> {
 
 /// A mesh without the faces near a direction; their middles go by the shape without bumps.
 fn opened(mesh: &Mesh, at: DVec3) -> Mesh {
-    cut(mesh, |p| (p / DVec3::new(1.0, 1.3, 0.9)).normalize().distance(at) < 0.3)
+    cut(mesh, |p| {
+        (p / DVec3::new(1.0, 1.3, 0.9)).normalize().distance(at) < 0.3
+    })
 }
 
 /// Root mean square distance of new vertices from the nearest vertices of another mesh.
@@ -103,7 +105,10 @@ fn what_was_cut_out_of_a_symmetric_body_comes_back() {
         assert_eq!(report.refused, None);
         assert!(report.misfit < report.feature, "{report:?}");
         // The input stays, and expected errors are about as large as the true ones.
-        assert_eq!(like.mesh.positions[..open.positions.len()], open.positions[..]);
+        assert_eq!(
+            like.mesh.positions[..open.positions.len()],
+            open.positions[..]
+        );
         let expected: Vec<f64> = like.expected_error.iter().flatten().copied().collect();
         assert_eq!(expected.len(), like.expected_error.len());
     }
@@ -133,7 +138,11 @@ fn without_symmetry_nothing_changes() {
     for round in 0..3 {
         let bump = |k: u32| {
             let width = 0.3 + 0.03 * f64::from(k);
-            (random.vector().normalize(), width, if k % 2 == 0 { 0.2 } else { -0.2 })
+            (
+                random.vector().normalize(),
+                width,
+                if k % 2 == 0 { 0.2 } else { -0.2 },
+            )
         };
         let bumps: Vec<Bump> = (0..12).map(bump).collect();
         let open = opened(&body(&bumps, 0.05 * f64::from(round)), place());
@@ -156,7 +165,10 @@ fn what_lies_on_the_plane_or_is_open_on_both_sides_is_refused() {
     let own = fill(&opened(&body, middle), &with_plane).unwrap();
     assert_eq!(found(&own).refused, Some(NotLike::Own));
     assert_ne!(own.report.regions[0].closed_by, Some(ClosedBy::Counterpart));
-    let both = opened(&opened(&body, place()), place() * DVec3::new(-1.0, 1.0, 1.0));
+    let both = opened(
+        &opened(&body, place()),
+        place() * DVec3::new(-1.0, 1.0, 1.0),
+    );
     let open = fill(&both, &with_plane).unwrap();
     assert_eq!(open.report.regions.len(), 2);
     for region in &open.report.regions {
@@ -177,7 +189,9 @@ fn a_template_is_turned_shifted_and_scaled() {
         Like::template("cast.ply", Mesh::new(positions, truth.faces.clone()))
     };
     for (matrix, scale) in [(turn(), false), (turn() * 25.4, true)] {
-        let like = FillParams::new().with_like(moved(matrix)).with_like_scale(scale);
+        let like = FillParams::new()
+            .with_like(moved(matrix))
+            .with_like_scale(scale);
         let filled = fill(&open, &like).unwrap();
         let region = &filled.report.regions[0];
         assert_eq!(region.closed_by, Some(ClosedBy::Counterpart), "{scale}");

@@ -142,7 +142,9 @@ pub(super) fn distance(samples: &[Sample], target: &Target, motion: &Motion, kep
             // Samples without a partner among those kept count as far as the farthest that has one.
             let most = (kept * samples.len() as f64).ceil();
             let missing = most - pairs.len() as f64;
-            let farthest = pairs.last().map_or(0.0, |p| p.at.distance_squared(p.partner));
+            let farthest = pairs
+                .last()
+                .map_or(0.0, |p| p.at.distance_squared(p.partner));
             ((pairs.iter().map(square).sum::<f64>() + missing * farthest) / most).sqrt()
         }
         _ => f64::INFINITY,
@@ -153,7 +155,10 @@ pub(super) fn distance(samples: &[Sample], target: &Target, motion: &Motion, kep
 fn step(pairs: &[Pair], settings: &Settings) -> Option<(Motion, f64)> {
     let count = pairs.len() as f64;
     let centre = pairs.iter().map(|p| p.at).sum::<DVec3>() / count;
-    let spread = pairs.iter().map(|p| p.at.distance_squared(centre)).sum::<f64>();
+    let spread = pairs
+        .iter()
+        .map(|p| p.at.distance_squared(centre))
+        .sum::<f64>();
     let span = (spread / count).sqrt();
     if span <= 0.0 || !span.is_finite() {
         return None;

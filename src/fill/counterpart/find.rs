@@ -12,7 +12,7 @@ use crate::linalg::{second_moments, symmetric_eigen};
 use crate::mesh::Mesh;
 
 /// Samples of the coarse alignment, from each start, and of the fine one.
-const FEW_SAMPLES: usize = 250;
+const FEW_SAMPLES: usize = 400;
 const MANY_SAMPLES: usize = 1500;
 /// Normals of planes that are tried beside the principal axes, evenly on a half sphere: about 15° apart. Where principal moments are
 /// alike, principal axes say nothing.
@@ -26,7 +26,7 @@ const FINE: usize = 60;
 const KEPT: f64 = 0.75;
 /// Part of the samples of the last alignment, which is taken where the distance of the nearest ones grows by no more than a factor.
 const NEARLY_ALL: f64 = 0.93;
-const AS_NEAR: f64 = 1.1;
+const AS_NEAR: f64 = 1.2;
 /// See [`Settings::ridge`].
 const RIDGE: f64 = 1e-6;
 /// Best ends of the coarse alignment that are aligned finely, and motions that are kept.
@@ -69,7 +69,9 @@ pub(super) fn mirrors(mesh: &Mesh, target: &Target, cancel: &Cancel) -> Vec<Moti
     let moments = Moments::new(&coarse);
     let around = (0..DIRECTIONS).map(half_sphere);
     let normals: Vec<DVec3> = moments.axes.into_iter().chain(around).collect();
-    let starts = normals.iter().map(|n| Motion::reflection(moments.centre, *n));
+    let starts = normals
+        .iter()
+        .map(|n| Motion::reflection(moments.centre, *n));
     let ends = best(mesh, &coarse, target, starts.collect(), false, cancel);
     let is_symmetry = |m: &Motion| {
         let back = |s: &Sample| m.at(m.at(s.point)).distance(s.point);
@@ -141,7 +143,10 @@ fn best(
         ridge: RIDGE,
     };
     let span = Moments::new(coarse).span;
-    let from = |start: &Motion| aligned(coarse, target, *start, &with(COARSE, KEPT), cancel);
+    let from = |start: &Motion| {
+        let end = aligned(coarse, target, *start, &with(COARSE, KEPT), cancel);
+        ranked(coarse, target, end)
+    };
     let mut ends: Vec<Aligned> = starts.par_iter().map(from).collect();
     ends.sort_by(|a, b| a.rms.total_cmp(&b.rms));
     let ends = distinct(ends, coarse, span, REFINED);
@@ -149,12 +154,14 @@ fn best(
     let from = |end: &Aligned| {
         let first = aligned(&fine, target, end.motion, &with(FINE, KEPT), cancel);
         // Where nearly all samples say the same as the nearest, they say it better: details of a sphere are its farthest samples.
-        let motion = aligned(&fine, target, first.motion, &with(FINE, NEARLY_ALL), cancel).motion;
-        let rms = distance(&fine, target, &motion, KEPT);
-        match rms <= AS_NEAR * first.rms {
-            true => Aligned { motion, rms },
-            false => first,
-        }
+        let all = aligned(&fine, target, first.motion, &with(FINE, NEARLY_ALL), cancel);
+        let own = distance(&fine, target, &all.motion, KEPT);
+        let end = if own <= AS_NEAR * first.rms {
+            all
+        } else {
+            first
+        };
+        ranked(&fine, target, end)
     };
     let mut ends: Vec<Aligned> = ends.par_iter().map(from).collect();
     ends.sort_by(|a, b| a.rms.total_cmp(&b.rms));
@@ -164,6 +171,16 @@ fn best(
     let ends = distinct(ends, coarse, span, MOST);
     let fits = |e: &Aligned| own(e) < FARTHEST * span && e.rms <= ALIKE * least.max(1e-6 * span);
     ends.into_iter().filter(fits).map(|e| e.motion).collect()
+}
+
+/// An alignment with the distance by which it is ranked: the geometric mean of that of the nearest samples, which leaves out what is damaged,
+/// and that of nearly all, which has the details of a body that slides on itself.
+fn ranked(samples: &[Sample], target: &Target, end: Aligned) -> Aligned {
+    let of = |kept| distance(samples, target, &end.motion, kept);
+    Aligned {
+        rms: (of(KEPT) * of(NEARLY_ALL)).sqrt(),
+        ..end
+    }
 }
 
 /// The first of some alignments that differ from all before, at most so many.

@@ -5,10 +5,10 @@ use std::collections::VecDeque;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::NotLike;
 use super::align::{Sample, Settings, Target, aligned};
 use super::motion::Motion;
 use super::placed::PlacedPart;
-use super::NotLike;
 use crate::cancel::Cancel;
 use crate::finish::{OffsetDatum, OffsetField};
 use crate::mesh::{Mesh, VertexFaces, vertex_normal};
@@ -68,8 +68,17 @@ impl Collar {
         let edge = lengths.sum::<f64>() / rim.len().max(1) as f64;
         let width = (COLLAR * diameter).max(COLLAR_EDGES * edge);
         // Few points of a long rim are enough for distances of half a diameter.
-        let few: Vec<DVec3> = rim.iter().step_by(rim.len().div_ceil(300)).map(|&v| at(v)).collect();
-        let distance = |p: DVec3| few.iter().map(|q| p.distance_squared(*q)).fold(f64::MAX, f64::min).sqrt();
+        let few: Vec<DVec3> = rim
+            .iter()
+            .step_by(rim.len().div_ceil(300))
+            .map(|&v| at(v))
+            .collect();
+        let distance = |p: DVec3| {
+            few.iter()
+                .map(|q| p.distance_squared(*q))
+                .fold(f64::MAX, f64::min)
+                .sqrt()
+        };
         let mut depth = vec![f64::NAN; mesh.positions.len()];
         let mut queue: VecDeque<u32> = rim.iter().copied().collect();
         rim.iter().for_each(|&v| depth[v as usize] = 0.0);
@@ -157,7 +166,12 @@ impl Collar {
     }
 
     /// Moves an aligned counterpart by the smooth field of the collar's offsets from it.
-    fn joined(&self, mut mesh: Mesh, part: &PlacedPart, cancel: &Cancel) -> Result<Fitted, NotLike> {
+    fn joined(
+        &self,
+        mut mesh: Mesh,
+        part: &PlacedPart,
+        cancel: &Cancel,
+    ) -> Result<Fitted, NotLike> {
         let bvh = Bvh::new(&mesh, 0..mesh.faces.len() as u32);
         let target = Target {
             mesh: &mesh,
@@ -174,7 +188,12 @@ impl Collar {
                 depth: *depth,
             })
         };
-        let all: Vec<Option<OffsetDatum>> = self.samples.par_iter().zip(&self.depth).map(datum).collect();
+        let all: Vec<Option<OffsetDatum>> = self
+            .samples
+            .par_iter()
+            .zip(&self.depth)
+            .map(datum)
+            .collect();
         let data: Vec<OffsetDatum> = all.into_iter().flatten().collect();
         if (data.len() as f64) < LEAST_PARTNERS * self.samples.len() as f64 {
             return Err(self.why_apart(part, &bvh));
@@ -186,7 +205,9 @@ impl Collar {
         };
         let misfit = mean(&|d| d.offset.length_squared());
         let smooth_misfit = mean(&|d| field.at(d.point).length_squared());
-        mesh.positions.par_iter_mut().for_each(|p| *p += field.at(*p));
+        mesh.positions
+            .par_iter_mut()
+            .for_each(|p| *p += field.at(*p));
         if !mesh.positions.iter().all(|p| p.is_finite()) {
             return Err(NotLike::Apart);
         }
@@ -203,6 +224,8 @@ impl Collar {
 impl Fitted {
     /// Distance of a point from it.
     pub(super) fn distance(&self, p: DVec3) -> f64 {
-        self.bvh.closest(p, f64::INFINITY).map_or(f64::INFINITY, |c| c.distance)
+        self.bvh
+            .closest(p, f64::INFINITY)
+            .map_or(f64::INFINITY, |c| c.distance)
     }
 }

@@ -24,8 +24,8 @@ use crate::cancel::Cancel;
 use crate::mesh::Part;
 use crate::stitch::Patch;
 
-pub(crate) use placed::{Counterpart, PlacedPart};
 pub use placed::CounterpartKind;
+pub(crate) use placed::{Counterpart, PlacedPart};
 
 use judge::{Collar, Fitted};
 use surface::CounterpartSurface;

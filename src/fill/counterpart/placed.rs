@@ -158,13 +158,19 @@ impl<'a> Counterpart<'a> {
 fn plane(motion: &Motion, near: &Mesh) -> [DVec3; 2] {
     // The matrix of a reflection is I - 2 n nᵀ: of the columns of what is left of I the longest is along n.
     let rest = [0, 1, 2].map(|k| DVec3::AXES[k] - motion.matrix.col(k));
-    let longest = rest.into_iter().reduce(|a, b| match b.length() > a.length() {
-        true => b,
-        false => a,
-    });
+    let longest = rest
+        .into_iter()
+        .reduce(|a, b| match b.length() > a.length() {
+            true => b,
+            false => a,
+        });
     let normal = longest.unwrap_or(DVec3::X).normalize_or_zero();
     let (low, high) = bounds(near.positions.iter().copied());
-    let middle = if low.x <= high.x { 0.5 * (low + high) } else { DVec3::ZERO };
+    let middle = if low.x <= high.x {
+        0.5 * (low + high)
+    } else {
+        DVec3::ZERO
+    };
     let halfway = 0.5 * (middle + motion.at(middle));
     // The foot of the origin, so that the numbers do not depend on the region.
     [normal * normal.dot(halfway), normal]

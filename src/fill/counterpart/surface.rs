@@ -23,7 +23,9 @@ impl<'a> CounterpartSurface<'a> {
         let vertices = 0..fitted.mesh.positions.len() as u32;
         Self {
             fitted,
-            normals: vertices.map(|v| vertex_normal(&fitted.mesh, &around, v)).collect(),
+            normals: vertices
+                .map(|v| vertex_normal(&fitted.mesh, &around, v))
+                .collect(),
             known: problem.known,
             rims: RimSet::new(problem.holes.iter().copied()),
             cancel: problem.cancel,

@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use super::counterpart::CounterpartRow;
 use crate::fill::{
-    ClosedBy, CreaseReport, FailedReason, FinishReport, GrainReport, HoleOutcome, LeftReason, NotContinued,
-    Quality, RegionReport, TriangulatedReason, TryFailure,
+    ClosedBy, CreaseReport, FailedReason, FinishReport, GrainReport, HoleOutcome, LeftReason,
+    NotContinued, Quality, RegionReport, TriangulatedReason, TryFailure,
 };
 use crate::mend::{CreaseEnd, HoleReport};
 use crate::mesh::{Hole, HoleId};

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use super::super::scene::Scene;
 use super::super::counterpart::{counterpart_text, grain_text};
+use super::super::scene::Scene;
 use super::super::text::{lost_creases, reason};
 use super::{add, escaped, listed, number, number_beside};
 use crate::fill::{HoleOutcome, RegionReport};
