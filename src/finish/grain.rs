@@ -87,16 +87,7 @@ pub(crate) fn grain(around: &Surroundings<'_>, vertices: &[u32]) -> Option<Grain
         (heights, added)
     };
     let fields: Vec<(Vec<f64>, Vec<f64>)> = LENGTHS.iter().enumerate().map(field).collect();
-    let added: Vec<&[f64]> = fields.iter().map(|f| &f.1[..]).collect();
-    let variances = variances(&added, &missing, &target);
-    let mut heights = vec![0.0; shape.len()];
-    for ((field, _), variance) in fields.iter().zip(variances) {
-        let part = variance.sqrt();
-        heights
-            .iter_mut()
-            .zip(field)
-            .for_each(|(h, f)| *h += part * f);
-    }
+    let mut heights = sum(&fields, &missing, &target);
     // The fields are not quite independent: all of it is scaled once.
     let now = measured(&heights)[REPORTED].powi(2) - own[REPORTED].powi(2);
     let scale = (missing[REPORTED] / now).sqrt();
@@ -109,6 +100,20 @@ pub(crate) fn grain(around: &Surroundings<'_>, vertices: &[u32]) -> Option<Grain
         shifts: shifts(&located, &vertices, &moved(&heights)),
         roughness: reported.map(|r| r * located.scale),
     })
+}
+
+/// The sum of some fields, each given with what it adds at each radius, that adds what is missing.
+fn sum(fields: &[(Vec<f64>, Vec<f64>)], missing: &[f64], target: &[f64]) -> Vec<f64> {
+    let added: Vec<&[f64]> = fields.iter().map(|f| &f.1[..]).collect();
+    let mut heights = vec![0.0; fields[0].0.len()];
+    for ((field, _), variance) in fields.iter().zip(variances(&added, missing, target)) {
+        let part = variance.sqrt();
+        heights
+            .iter_mut()
+            .zip(field)
+            .for_each(|(h, f)| *h += part * f);
+    }
+    heights
 }
 
 /// The factors, none negative, of the variances that some fields add at each radius, with which they add what is missing; in least squares over

@@ -408,8 +408,8 @@ pub fn tally_line(report: &FillReport) -> String {
         let regions = report.regions.iter().filter(|r| r.closed_by == Some(way));
         regions.map(|r| r.holes.len()).sum()
     };
-    let (sides, smoothed) = (closed_by(ClosedBy::Sides), closed_by(ClosedBy::Faired));
-    let alike = closed_by(ClosedBy::Counterpart);
+    let ways = [ClosedBy::Sides, ClosedBy::Faired, ClosedBy::Counterpart];
+    let [sides, smoothed, alike] = ways.map(closed_by);
     let other = sides + alike + smoothed.saturating_sub(tally.faired);
     let ways = [
         (tally.filled.saturating_sub(other), "by the level set"),
@@ -421,8 +421,8 @@ pub fn tally_line(report: &FillReport) -> String {
         (tally.walls, "by walls"),
         (tally.triangulated, "by triangles between rim vertices"),
     ];
-    let ways = ways.iter().filter(|(count, _)| *count > 0);
-    let ways: Vec<String> = ways.map(|(count, how)| format!("{count} {how}")).collect();
+    let word = |(count, how): (usize, &str)| (count > 0).then(|| format!("{count} {how}"));
+    let ways: Vec<String> = ways.into_iter().filter_map(word).collect();
     if !ways.is_empty() {
         line += &format!(" ({})", ways.join(", "));
     }
