@@ -74,6 +74,9 @@ def fill(
     energy: Literal["willmore", "curvature-variation"] = "willmore",
     finish: Literal["auto", "willmore", "none"] = "auto",
     sharp: Literal["auto", "off"] = "auto",
+    like: str | os.PathLike[str] | None = None,
+    like_scale: bool = False,
+    grain: bool = False,
     variant: Literal["I", "II", "gauss-newton"] = "gauss-newton",
     time_step: float | None = None,
     steps: int | None = None,
@@ -105,6 +108,10 @@ def fill(
         energy: What the patch makes small.
         finish: How patches are finished on their own triangles, once the level set has found them.
         sharp: Whether sharp edges of man-made shapes that end at a hole are continued across it.
+        like: Fill holes after a counterpart: the mesh mirrored (``mirror``), or another mesh of the same kind of object. By
+            default nothing but their surroundings.
+        like_scale: Scale the mesh that ``like`` names to fit.
+        grain: Give patches the roughness of their surroundings, so that they do not look like plastic.
         variant: Scheme of the flow's steps: I and II are the paper's, for the Willmore energy; all have the same steady
             surface.
         time_step: Time step of the flow, in units of the voxel size to the fourth power. By default straight to the steady
@@ -137,7 +144,8 @@ def fill(
     return model.fill(
         holes=holes, max_diameter=max_diameter, keep_open=keep_open, bridge=bridge, flat=flat, crease=crease,
         flat_base=flat_base, base_offset=base_offset, surface=surface, repair=repair, voxel=voxel, energy=energy, finish=finish,
-        sharp=sharp, variant=variant, time_step=time_step, steps=steps, edge_ratio=edge_ratio,
+        sharp=sharp, like=like, like_scale=like_scale, grain=grain, variant=variant, time_step=time_step, steps=steps,
+        edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 
@@ -166,6 +174,9 @@ def repair(
     energy: Literal["willmore", "curvature-variation"] = "willmore",
     finish: Literal["auto", "willmore", "none"] = "auto",
     sharp: Literal["auto", "off"] = "auto",
+    like: str | os.PathLike[str] | None = None,
+    like_scale: bool = False,
+    grain: bool = False,
     variant: Literal["I", "II", "gauss-newton"] = "gauss-newton",
     time_step: float | None = None,
     steps: int | None = None,
@@ -206,7 +217,8 @@ def repair(
             repair makes, others are only told.
         max_diameter: Leave holes open that are wider than this, in the mesh's units.
         flat: Numbers of holes to close by nearly flat caps instead of continuing the surface: necks, bases, mouths of vessels.
-        voxel, energy, finish, sharp, variant, time_step, steps, edge_ratio: How holes are filled, as for :func:`fill`.
+        voxel, energy, finish, sharp, like, like_scale, grain, variant, time_step, steps, edge_ratio: How holes are filled, as
+            for :func:`fill`.
         threads, point_data, cell_data, progress: As for :func:`fill`.
         strict: Raise :class:`isomend.StrictError` unless the result is sound and every patch is a steady surface.
 
@@ -226,7 +238,7 @@ def repair(
         keep_duplicates=keep_duplicates, keep_orientation=keep_orientation, keep_non_manifold=keep_non_manifold,
         keep_crossings=keep_crossings, drop_unused=drop_unused, keep_holes=keep_holes, close_borders=close_borders, wall=wall,
         min_wall=min_wall, max_diameter=max_diameter, flat=flat, voxel=voxel, energy=energy, finish=finish, sharp=sharp,
-        variant=variant, time_step=time_step, steps=steps, edge_ratio=edge_ratio,
+        like=like, like_scale=like_scale, grain=grain, variant=variant, time_step=time_step, steps=steps, edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 

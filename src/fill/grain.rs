@@ -1,8 +1,7 @@
 //! Grain on a patch: the roughness of the surroundings, invented so that the patch does not shine.
 
-use serde::{Deserialize, Serialize};
-
 use super::finish_step::Local;
+use super::invented::GrainReport;
 use super::problem::{RegionPlan, RegionProblem};
 use super::region_patch::RegionPatch;
 use crate::finish::grain;
@@ -10,18 +9,6 @@ use crate::stitch::Patch;
 
 /// Times that the grain is halved where the patch intersects faces because of it, before it is left out.
 const HALVINGS: usize = 3;
-
-/// The grain that was added to a patch. It is invented: the expected error does not count it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct GrainReport {
-    /// Root mean square roughness of the known vertices round the hole, in the mesh's units.
-    pub ring: f64,
-    /// The same of the patch with its grain; 0 where it got none.
-    pub patch: f64,
-    /// The part of its height that was added: less than 1 where the patch would have intersected faces, and 0 where it would have with any.
-    pub part: f64,
-}
 
 impl RegionProblem<'_> {
     /// A region whose patch has grain, where that is asked for and the patch is a surface that was computed.

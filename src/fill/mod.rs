@@ -8,6 +8,7 @@ mod faired;
 mod finish_step;
 mod grain;
 mod grids;
+mod invented;
 mod level_set;
 mod like;
 mod outcome;
@@ -32,8 +33,7 @@ mod strategy;
 pub(crate) use base_plane::BasePlane;
 pub use candidate::{FinishReport, PatchStart};
 pub(crate) use counterpart::{Counterpart, PlacedPart};
-pub use counterpart::{CounterpartKind, CounterpartReport, NotLike};
-pub use grain::GrainReport;
+pub use invented::{CounterpartKind, CounterpartReport, GrainReport, NotLike};
 pub use like::Like;
 pub use outcome::{
     ClosedBy, FailedReason, HoleOutcome, LeftReason, NotContinued, Tally, TriangulatedReason,

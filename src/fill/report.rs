@@ -3,8 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::candidate::FinishReport;
-use super::counterpart::CounterpartReport;
-use super::grain::GrainReport;
+use super::invented::{CounterpartReport, GrainReport};
 use super::outcome::{ClosedBy, NotContinued, TryFailure};
 use super::quality::Quality;
 use crate::mesh::HoleId;

@@ -8,15 +8,17 @@ use glam::DVec3;
 
 /// Residuals of the sides that count as noise of the rings.
 const NOISE: f64 = 1.2;
+/// Errors on the rings. A larger residual is no noise, which the rings would have too, but where the sides do not fit.
+const MOST_NOISE: f64 = 2.0;
 /// Part of that noise that a fitted side has itself, over the root of the edge's length in diameters: a single plane, and several sides.
 const OWN_OF_PLANE: f64 = 0.35;
 const OWN: f64 = 0.9;
 /// Part of the error beyond the noise that is expected in the hole.
-const BEYOND_NOISE: f64 = 0.75;
+const BEYOND_NOISE: f64 = 0.8;
 /// Diameters. Least expected error of rounded edges: errors below could not be measured, since the exact surfaces were known to 0.02 ‰.
 const LEAST_OF_ROUNDED: f64 = 1.6e-5;
 /// Error of a coordinate of 32 bits, over the largest coordinate: the vertices round the hole are rounded to that, and so is what is written.
-const ROUNDING: f64 = 0.3 / (1u64 << 24) as f64;
+const ROUNDING: f64 = 0.35 / (1u64 << 24) as f64;
 
 /// What the expected error of continued sides depends on; lengths in the mesh's units.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +36,10 @@ pub(super) struct Predicted {
 impl Predicted {
     /// The expected error of the patch.
     pub(super) fn expected(&self) -> f64 {
-        let noise = (NOISE * self.residual).min(self.error);
+        let noise = match self.residual <= MOST_NOISE * self.error {
+            true => (NOISE * self.residual).min(self.error),
+            false => 0.0,
+        };
         let beyond = (self.error.powi(2) - noise.powi(2)).max(0.0).sqrt();
         let own = if self.is_flat { OWN_OF_PLANE } else { OWN };
         let own = noise * (own * self.edge.sqrt()).min(1.0);

@@ -1,8 +1,8 @@
 //! What the search of a region came to so far: the candidates that were made, and what later ones use of them.
 
 use super::candidate::{FinishedPatch, quality};
-use super::counterpart::CounterpartReport;
 use super::grids::{Prospects, Try, failures};
+use super::invented::CounterpartReport;
 use super::outcome::{NotContinued, TryFailure};
 use super::quality::Quality;
 use super::region_patch::RegionPatch;

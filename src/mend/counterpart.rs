@@ -1,9 +1,11 @@
 //! The counterpart after which holes are filled: found once for a fill, its parts given to each region.
 
-use super::regions::Regions;
+use std::sync::OnceLock;
+
 use super::{FillError, Inspection};
 use crate::cancel::Cancel;
-use crate::fill::{Counterpart, FillParams, Like, PlacedPart, RegionPlan};
+use crate::fill::{Counterpart, FillParams, Like, PlacedPart};
+use crate::mesh::Hole;
 
 /// Whether the template of some parameters is there and is a mesh.
 pub(super) fn check(params: &FillParams) -> Result<(), FillError> {
@@ -18,26 +20,36 @@ pub(super) fn check(params: &FillParams) -> Result<(), FillError> {
     }
 }
 
-impl<'a> Regions<'a> {
-    /// The parts of the counterpart at some regions; none for those that are filled after none.
-    pub(super) fn counterparts(
+/// The counterpart of a mesh, found when it is first asked for.
+pub(super) struct LazyCounterpart<'a> {
+    found: &'a Inspection<'a>,
+    counterpart: OnceLock<Option<Counterpart<'a>>>,
+}
+
+impl<'a> LazyCounterpart<'a> {
+    pub(super) fn new(found: &'a Inspection<'a>) -> Self {
+        Self {
+            found,
+            counterpart: OnceLock::new(),
+        }
+    }
+
+    /// The parts that lie at a region of some holes; none where it is filled after none.
+    pub(super) fn parts(
         &self,
-        regions: impl Iterator<Item = usize>,
+        params: &FillParams,
+        holes: &[&Hole],
         cancel: &Cancel,
-    ) -> Vec<Option<Vec<PlacedPart>>> {
-        let of = |i: usize| {
-            let is_surface = self.plans[i] == RegionPlan::Solve && self.reference.is_none();
-            let like = self.params.like.as_ref().filter(|_| is_surface)?;
-            let counterpart = self.counterpart.get_or_init(|| self.find(like, cancel));
-            let holes = self.holes(&self.groups[i]);
-            let parts = |c: &Counterpart| c.parts(&self.found.mesh, &holes);
-            Some(counterpart.as_ref().map(parts).unwrap_or_default())
-        };
-        regions.map(of).collect()
+    ) -> Option<Vec<PlacedPart>> {
+        let like = params.like.as_ref()?;
+        let find = || self.find(like, params.like_scale, cancel);
+        let found = self.counterpart.get_or_init(find).as_ref();
+        let parts = |c: &Counterpart| c.parts(&self.found.mesh, holes);
+        Some(found.map(parts).unwrap_or_default())
     }
 
     /// The counterpart; none where the template is no mesh, which was checked before.
-    fn find(&self, like: &Like, cancel: &Cancel) -> Option<Counterpart<'a>> {
+    fn find(&self, like: &Like, scale: bool, cancel: &Cancel) -> Option<Counterpart<'a>> {
         let mesh = &self.found.mesh;
         match like {
             Like::Mirror(plane) => {
@@ -47,7 +59,6 @@ impl<'a> Regions<'a> {
             Like::Template { mesh: template, .. } => {
                 let template = Inspection::new(template.as_ref()?.as_ref()).ok()?;
                 let own = template.mesh.clone();
-                let scale = self.params.like_scale;
                 let found = Counterpart::template(mesh, own, &template.topology, scale, cancel);
                 Some(found)
             }

@@ -1,7 +1,7 @@
 //! The regions of a fill: which holes are filled, together with which others, and what is made of their patches.
 
 use std::ops::Range;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::base::base_planes;
 use super::choose::{bridges, choose, groups};
 use super::control::{Control, Watch};
-use super::counterpart;
+use super::counterpart::{self, LazyCounterpart};
 use super::joined::joined;
 use super::plan::{FillPlan, HolePlan, PlannedHole, PlannedRegion};
 use super::reach::{Looking, faces_of};
@@ -19,8 +19,8 @@ use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
 use crate::cancel::Cancel;
 use crate::fill::{
-    BasePlane, Counterpart, FillParams, HoleOutcome, PlacedPart, ReferenceSurface, RegionPatch,
-    RegionPlan, RegionProblem, SurfaceKind, TriangulatedReason, first_region, has_few_edges,
+    BasePlane, FillParams, HoleOutcome, PlacedPart, ReferenceSurface, RegionPatch, RegionPlan,
+    RegionProblem, SurfaceKind, TriangulatedReason, first_region, has_few_edges,
 };
 use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, HoleId, Mesh};
@@ -46,24 +46,24 @@ const AT_A_TIME: usize = 16;
 /// # Ok::<(), isomend::FillError>(())
 /// ```
 pub struct Regions<'a> {
-    pub(super) found: &'a Inspection<'a>,
-    pub(super) params: FillParams,
+    found: &'a Inspection<'a>,
+    params: FillParams,
     /// The caller's energy, where it is what the flow makes small.
     own: Option<&'a dyn BendingEnergy>,
     /// The surface whose shape is kept, if any.
-    pub(super) reference: Option<&'a ReferenceSurface<'a>>,
+    reference: Option<&'a ReferenceSurface<'a>>,
     /// What becomes of the holes that are in no region.
     outcomes: Vec<HoleOutcome>,
     /// The holes of each region, as indices.
-    pub(super) groups: Vec<Vec<usize>>,
+    groups: Vec<Vec<usize>>,
     /// What each region calls for.
-    pub(super) plans: Vec<RegionPlan>,
+    plans: Vec<RegionPlan>,
     /// For each region the pairs of vertices between which sharp edges are asked for.
     joined: Vec<Vec<[u32; 2]>>,
     /// For each region the plane of its base, if it gets one.
     bases: Vec<Option<BasePlane>>,
     /// The counterpart after which holes are filled, found when it is first asked for.
-    pub(super) counterpart: OnceLock<Option<Counterpart<'a>>>,
+    counterpart: LazyCounterpart<'a>,
 }
 
 impl Inspection<'_> {
@@ -102,7 +102,7 @@ impl<'a> Regions<'a> {
             reference,
             outcomes,
             groups,
-            counterpart: OnceLock::new(),
+            counterpart: LazyCounterpart::new(found),
         };
         new.check_voxel()?;
         Ok(new)
@@ -344,8 +344,22 @@ impl<'a> Regions<'a> {
         }
     }
 
-    pub(super) fn holes(&self, group: &[usize]) -> Vec<&'a Hole> {
+    fn holes(&self, group: &[usize]) -> Vec<&'a Hole> {
         group.iter().map(|&h| &self.found.holes[h]).collect()
+    }
+
+    /// For each of some regions the parts of the counterpart that lie there; none where it is filled after none.
+    fn counterparts(
+        &self,
+        regions: impl Iterator<Item = usize>,
+        cancel: &Cancel,
+    ) -> Vec<Option<Vec<PlacedPart>>> {
+        let of = |i: usize| {
+            let is_surface = self.plans[i] == RegionPlan::Solve && self.reference.is_none();
+            let holes = self.holes(&self.groups[i]);
+            is_surface.then(|| self.counterpart.parts(&self.params, &holes, cancel))?
+        };
+        regions.map(of).collect()
     }
 
     fn sources(&self, in_boxes: Option<VoxelSize>) -> RegionSources<'a> {

@@ -5,11 +5,11 @@ use std::collections::VecDeque;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::NotLike;
 use super::align::{Sample, Settings, Target, aligned};
 use super::motion::Motion;
 use super::placed::PlacedPart;
 use crate::cancel::Cancel;
+use crate::fill::invented::NotLike;
 use crate::finish::{OffsetDatum, OffsetField};
 use crate::mesh::{Mesh, VertexFaces, vertex_normal};
 use crate::spatial::Bvh;

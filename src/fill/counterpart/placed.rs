@@ -9,23 +9,13 @@ use super::align::Target;
 use super::find::{mirrors, poses};
 use super::motion::Motion;
 use crate::cancel::Cancel;
+use crate::fill::invented::CounterpartKind;
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, Mesh, Part, Topology, bounds};
 use crate::spatial::Bvh;
 
 /// Diagonals of the rims' bounding box: how far round the rims the counterpart is looked at, and how high a missing part may rise.
 const REACH: f64 = 1.0;
-
-/// What a counterpart is.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum CounterpartKind {
-    /// The mesh mirrored in the plane through a point with a unit normal.
-    Mirror([DVec3; 2]),
-    /// A template, scaled by this factor.
-    Template(f64),
-}
 
 /// The counterpart of a mesh, with the motions of the mesh onto it.
 pub(crate) struct Counterpart<'a> {
