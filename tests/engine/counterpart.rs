@@ -88,7 +88,7 @@ fn mirror() -> FillParams {
 #[test]
 fn what_was_cut_out_of_a_symmetric_body_comes_back() {
     let truth = body(&symmetric(), 0.0);
-    for noise in [0.0, 0.1, 0.3] {
+    for noise in [0.0, 0.05, 0.15] {
         let open = opened(&body(&symmetric(), noise), place());
         let smooth = fill(&open, &FillParams::default()).unwrap();
         let like = fill(&open, &mirror()).unwrap();

@@ -21,6 +21,7 @@ mod examples;
 mod fair;
 mod faults;
 mod flat;
+mod grain;
 mod habits;
 mod invariants;
 mod job;

@@ -24,8 +24,8 @@ const COARSE: usize = 8;
 const FINE: usize = 60;
 /// Part of the samples that have a partner: a quarter may have none.
 const KEPT: f64 = 0.75;
-/// Part of the samples of the last alignment, which is taken where the distance of the nearest ones grows by no more than a factor.
-const NEARLY_ALL: f64 = 0.93;
+/// Parts of the samples of the last alignments, each of which is taken where the distance of the nearest ones grows by no more than a factor.
+const NEARLY_ALL: [f64; 2] = [0.93, 0.985];
 const AS_NEAR: f64 = 1.2;
 /// See [`Settings::ridge`].
 const RIDGE: f64 = 1e-6;
@@ -154,13 +154,14 @@ fn best(
     let from = |end: &Aligned| {
         let first = aligned(&fine, target, end.motion, &with(FINE, KEPT), cancel);
         // Where nearly all samples say the same as the nearest, they say it better: details of a sphere are its farthest samples.
-        let all = aligned(&fine, target, first.motion, &with(FINE, NEARLY_ALL), cancel);
-        let own = distance(&fine, target, &all.motion, KEPT);
-        let end = if own <= AS_NEAR * first.rms {
-            all
-        } else {
-            first
-        };
+        let mut end = first;
+        for kept in NEARLY_ALL {
+            let all = aligned(&fine, target, end.motion, &with(FINE, kept), cancel);
+            let own = distance(&fine, target, &all.motion, KEPT);
+            if own <= AS_NEAR * first.rms {
+                end = all;
+            }
+        }
         ranked(&fine, target, end)
     };
     let mut ends: Vec<Aligned> = ends.par_iter().map(from).collect();
@@ -178,7 +179,7 @@ fn best(
 fn ranked(samples: &[Sample], target: &Target, end: Aligned) -> Aligned {
     let of = |kept| distance(samples, target, &end.motion, kept);
     Aligned {
-        rms: (of(KEPT) * of(NEARLY_ALL)).sqrt(),
+        rms: (of(KEPT) * of(NEARLY_ALL[1])).sqrt(),
         ..end
     }
 }
