@@ -130,9 +130,10 @@ pub use cancel::Cancel;
 pub use cli::main as command_line;
 pub use extract::{VolumeSurfaceError, level_surface};
 pub use fill::{
-    AttemptFailure, ClosedBy, CreaseReport, FailedReason, FillParams, Finish, FinishReport,
-    HoleOutcome, LeftReason, NotContinued, PatchInitialisation, Quality, RegionPatch, RegionReport,
-    Sharp, Tally, TriangulatedReason,
+    AttemptFailure, ClosedBy, CounterpartKind, CounterpartReport, CreaseReport, FailedReason,
+    FillParams, Finish, FinishReport, GrainReport, HoleOutcome, LeftReason, Like, NotContinued,
+    NotLike, PatchInitialisation, Quality, RegionPatch, RegionReport, Sharp, Tally,
+    TriangulatedReason,
 };
 pub use finish::{
     Candidate, CandidateRecord, ChartKind, FinishRecord, FinishResult, Refusal, Restart,

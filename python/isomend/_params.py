@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import operator
+import os
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Union
 
@@ -141,6 +142,17 @@ def pair(name: str, ends: Any) -> list[int]:
     return given
 
 
+def like(name: str, value: Any) -> str:
+    """What holes are filled after: ``mirror``, with a plane or without, or the path of a mesh."""
+    try:
+        text = os.fspath(value)
+    except TypeError:
+        text = b""
+    if not isinstance(text, str) or not text:
+        raise ParameterError(f"{name} must be 'mirror', 'mirror:x,y,z,nx,ny,nz' or the path of a mesh, but is {value!r}")
+    return text
+
+
 def plain(row: Row, value: Any) -> Any:
     """Validates the value of a parameter and converts it to the library's form."""
     name, kind = row["name"], row["kind"]
@@ -152,6 +164,8 @@ def plain(row: Row, value: Any) -> Any:
         return wholes(name, value)
     if kind == "groups":
         return [wholes(f"each group of {name}", group) for group in value]
+    if kind == "like":
+        return like(name, value)
     if kind == "pairs":
         return [pair(name, ends) for ends in value]
     if kind == "whole":

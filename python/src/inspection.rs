@@ -13,7 +13,7 @@ use crate::drawings::call;
 use crate::errors::Failure;
 use crate::mended::Mended;
 use crate::packed::{json_of, packed, unpacked};
-use crate::spec::{fill_params, spec, work};
+use crate::spec::{fill_params, spec, with_template, work};
 use crate::worker;
 
 /// The inspection of a mesh, with the mesh.
@@ -154,7 +154,8 @@ impl Found {
                     "only the patches of a fill can be assembled",
                 ));
             };
-            let regions = found.regions(params)?;
+            let params = with_template(params.clone())?;
+            let regions = found.regions(&params)?;
             let patch = |bytes: &Vec<u8>| unpacked::<RegionPatch>(bytes, "patch");
             let patches = patches.iter().map(patch).collect::<Result<_, _>>()?;
             let filled = regions.assemble(patches)?;

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use isomend::FillParams;
 use isomend::io::Format;
 use isomend::job::{Deliverables, JobSpec, Output, Place, Work};
+use isomend::{FillParams, Like};
 
 use crate::errors::Failure;
 
@@ -75,7 +75,16 @@ pub fn deliverables(
 /// The parameters of a fill from JSON, such as `{"max_diameter": 2.0}`.
 pub fn fill_params(json: &str) -> Result<FillParams, Failure> {
     match work(&format!("{{\"fill\": {json}}}"))? {
-        Work::Fill(params) => Ok(params),
+        Work::Fill(params) => with_template(params),
         _ => Err(Failure::parameter("the parameters do not belong to a fill")),
     }
+}
+
+/// The parameters of a fill with their template, where they name the file of one.
+pub fn with_template(mut params: FillParams) -> Result<FillParams, Failure> {
+    if let Some(file) = params.like.as_ref().and_then(Like::unread).cloned() {
+        let loaded = isomend::io::read_path(&file, None)?;
+        params.like = Some(Like::template(file, loaded.mesh));
+    }
+    Ok(params)
 }

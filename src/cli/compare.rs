@@ -71,8 +71,8 @@ pub fn run(args: &CompareArgs, console: &Console) -> anyhow::Result<End> {
         }
     }
     let Samples { samples } = args.parameters.params()?;
-    let compared =
-        job::compare([(&first, &a), (&second, &b)], samples, args.unit).map_err(super::cli_error)?;
+    let compared = job::compare([(&first, &a), (&second, &b)], samples, args.unit)
+        .map_err(super::cli_error)?;
     if let Some(json) = &args.common.json {
         json.write(&compared.document())?;
     }

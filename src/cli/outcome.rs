@@ -188,6 +188,7 @@ fn closed_by(by: Option<ClosedBy>) -> &'static str {
     match by {
         Some(ClosedBy::LevelSet) => "level set",
         Some(ClosedBy::Sides) => "continued sides",
+        Some(ClosedBy::Counterpart) => "counterpart",
         Some(ClosedBy::Faired) => "smoothed triangles",
         Some(ClosedBy::Flat) => "flat cap",
         Some(ClosedBy::Base) => "flat base",

@@ -6,6 +6,7 @@ use std::marker::PhantomData;
 use anyhow::Context;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
+use isomend::Like;
 use isomend::parameters::{Choice, DefaultValue, Kind, Parameter, Table};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
@@ -193,6 +194,10 @@ fn parsed(parameter: &Parameter, text: &str) -> Result<Value, String> {
         Kind::Holes(_) => arguments::ids(text).map(Value::from),
         Kind::Groups => arguments::bridge(text).map(Value::from),
         Kind::Pairs => arguments::crease(text).map(Value::from),
+        Kind::Like => {
+            let like: Like = text.parse()?;
+            Ok(Value::from(like.to_string()))
+        }
         Kind::Number(bounds, _) => {
             let value = number().map(Value::from);
             value.ok_or_else(|| format!("{} is needed", bounds.text(false)))

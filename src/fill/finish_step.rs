@@ -89,7 +89,7 @@ impl Local {
         self.joined.positions[vertex as usize]
     }
 
-    fn new_faces(&self) -> &[[u32; 3]] {
+    pub(super) fn new_faces(&self) -> &[[u32; 3]] {
         &self.joined.faces[self.part.mesh.faces.len()..]
     }
 

@@ -71,6 +71,8 @@ pub(super) type History = [(Attempt, Option<AttemptFailure>)];
 /// The properties of a region that decide about retries.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RetryContext {
+    /// Whether there is a counterpart after which it may be filled.
+    pub(super) has_counterpart: bool,
     /// Whether sharp edges are continued.
     pub(super) may_be_sharp: bool,
     /// Whether the voxel is automatic, so that it may be refined.
@@ -187,6 +189,7 @@ mod tests {
     /// A region that is refined if `may_refine`.
     fn region(may_refine: bool) -> RetryContext {
         RetryContext {
+            has_counterpart: false,
             may_be_sharp: false,
             may_refine,
             diameter: 1.0,

@@ -3,10 +3,14 @@
 mod base;
 mod base_plane;
 mod candidate;
+mod counterpart;
 mod faired;
 mod finish_step;
+mod grain;
 mod grids;
+mod invented;
 mod level_set;
+mod like;
 mod outcome;
 mod params;
 mod planar;
@@ -21,12 +25,16 @@ mod seam;
 mod search;
 mod setters;
 mod sharp;
+mod sides_error;
 mod so_far;
 mod stitching;
 mod strategy;
 
 pub(crate) use base_plane::BasePlane;
 pub use candidate::{FinishReport, PatchInitialisation};
+pub(crate) use counterpart::{Counterpart, PlacedPart};
+pub use invented::{CounterpartKind, CounterpartReport, GrainReport, NotLike};
+pub use like::Like;
 pub use outcome::{
     AttemptFailure, ClosedBy, FailedReason, HoleOutcome, LeftReason, NotContinued, Tally,
     TriangulatedReason,

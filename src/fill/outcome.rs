@@ -105,6 +105,7 @@ pub enum FailedReason {
     #[error("every triangulation of its rim intersects other faces")]
     #[serde(alias = "nothing_fits")]
     #[serde(alias = "nothing_fits")]
+    #[serde(alias = "nothing_fits")]
     EveryTriangulationIntersects,
 }
 
@@ -120,9 +121,11 @@ pub enum AttemptFailure {
     #[error("the faces around it are inconsistent: the level set diverged")]
     #[serde(alias = "contradiction")]
     #[serde(alias = "contradiction")]
+    #[serde(alias = "contradiction")]
     Diverged,
     /// The flow did not converge on this grid.
     #[error("the level set did not converge on this grid")]
+    #[serde(alias = "not_steady")]
     #[serde(alias = "not_steady")]
     #[serde(alias = "not_steady")]
     NotConverged,
@@ -172,6 +175,8 @@ pub enum ClosedBy {
     Faired,
     /// The smooth sides around it, continued until they meet in sharp or rounded edges.
     Sides,
+    /// The part of a counterpart that lies there: of the mirrored mesh, or of a template.
+    Counterpart,
     /// A nearly flat cap, the surface of least area, as requested.
     Flat,
     /// A flat base under a sheet, with walls down from its border, as requested.

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::like::Like;
 use crate::flow::Energy;
 use crate::mesh::{Hole, HoleId};
 use crate::region::VoxelSize;
@@ -61,6 +62,12 @@ pub struct FillParams {
     /// Distance of the base below the lowest vertex of its sheet, in the mesh's units; by default the mean edge length of the
     /// border.
     pub base_offset: Option<f64>,
+    /// After what holes are filled, where that predicts the faces round them: the mirrored mesh, or a template.
+    pub like: Option<Like>,
+    /// Whether a template may be scaled to fit.
+    pub like_scale: bool,
+    /// Whether patches get the roughness of their surroundings, which is invented.
+    pub grain: bool,
     /// How patches are finished. Patches of the curvature-variation energy are not finished.
     pub finish: Finish,
     /// Whether sharp edges that end at a rim are continued. Only where patches are finished.

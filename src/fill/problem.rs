@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::base_plane::BasePlane;
+use super::counterpart::PlacedPart;
 use super::grids::Attempt;
 use super::params::FillParams;
 use super::reference::ReferenceSurface;
@@ -52,6 +53,8 @@ pub(crate) struct RegionProblem<'a> {
     pub(crate) joined: &'a [[u32; 2]],
     /// The plane of its flat base, if it gets one.
     pub(crate) base: Option<BasePlane>,
+    /// The parts of a counterpart that lie at the region, the best first; none where it is filled after none.
+    pub(crate) counterparts: Option<&'a [PlacedPart]>,
     /// Upper bound of the factor of its box's margin: beyond it the mesh at hand ends.
     pub(crate) most_growth: f64,
     /// The surface before a cut whose shape is partly kept, if any.

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::candidate::FinishReport;
+use super::invented::{CounterpartReport, GrainReport};
 use super::outcome::{AttemptFailure, ClosedBy, NotContinued};
 use super::quality::Quality;
 use crate::mesh::HoleId;
@@ -60,6 +61,10 @@ pub struct RegionReport {
     pub crease_ends: usize,
     /// Why these edges, or the ones that the caller asked for, were not continued; none where they were, or there are none.
     pub not_continued: Option<NotContinued>,
+    /// How the counterpart after which it was to be filled fits; none where it was to be filled after none.
+    pub counterpart: Option<CounterpartReport>,
+    /// The roughness that was invented for its patch; none where none was asked for, or too little is known.
+    pub grain: Option<GrainReport>,
     /// Why earlier attempts failed.
     pub earlier_tries: Vec<AttemptFailure>,
     /// Whether the surface belongs to the fallback energy, because the requested one found none.
@@ -113,6 +118,7 @@ impl RegionReport {
                         | ClosedBy::Base
                         | ClosedBy::Faired
                         | ClosedBy::Sides
+                        | ClosedBy::Counterpart
                         | ClosedBy::OffsetShell
                 )
             )
@@ -121,7 +127,11 @@ impl RegionReport {
     /// Whether its patch bulges so far that a flat cap may be wanted: the surface was continued across a cut neck or the mouth of
     /// a vessel. The corner of a solid, which rises as far, does not count.
     pub fn balloons(&self) -> bool {
-        let is_corner = self.closed_by == Some(ClosedBy::Sides);
+        // What a counterpart has is no corner either, but a part of the shape.
+        let is_corner = matches!(
+            self.closed_by,
+            Some(ClosedBy::Sides | ClosedBy::Counterpart)
+        );
         !is_corner && self.rise.is_some_and(|rise| rise > tuning().fill.balloon)
     }
 }

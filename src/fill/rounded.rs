@@ -5,6 +5,7 @@ use super::faired;
 use super::problem::RegionProblem;
 use super::region_patch::RegionPatch;
 use super::sharp::{CLEARLY_BETTER, RINGS, SURE};
+use super::sides_error::of_rounded;
 use super::so_far::Made;
 use crate::creases::Rounded;
 use crate::finish::biharmonic;
@@ -54,7 +55,7 @@ impl RegionProblem<'_> {
             }
             local.set_patch(&patch.positions, &patch.faces);
         }
-        let error = error.map(|[own, _]| own);
+        let error = error.map(|[own, _]| of_rounded(own, hole.diameter));
         self.closed_by_sides(&local, patch, Vec::new(), error).ok()
     }
 

@@ -10,7 +10,9 @@ use super::region_patch::RegionPatch;
 use super::report::RegionReport;
 use super::so_far::{LevelEnd, Made, SoFar};
 use super::strategy::{Candidate, Ending, Step, next_step};
-use super::{base, faired, finish_step, level_set, planar, rim_triangles, rounded, seam, sharp};
+use super::{
+    base, counterpart, faired, finish_step, level_set, planar, rim_triangles, rounded, seam, sharp,
+};
 use crate::mesh::Hole;
 use crate::region::Start;
 use crate::tuning::tuning;
@@ -21,7 +23,7 @@ impl RegionProblem<'_> {
         let clock = Instant::now();
         let mut filled = match self.cancel.is_cancelled() {
             true => self.stopped(RegionReport::default()),
-            false => search(self),
+            false => self.with_grain(search(self)),
         };
         let quality = filled.quality();
         let report = &mut filled.report;
@@ -40,6 +42,7 @@ impl RegionProblem<'_> {
             h.planarity < tuning().fill.flat_rim && mean.length() > tuning().fill.parallel
         };
         RetryContext {
+            has_counterpart: self.has_counterpart(),
             may_be_sharp: self.may_be_sharp(),
             may_refine: refines(self.mesh, self.holes, self.params),
             diameter: self.diameter(),
@@ -67,7 +70,9 @@ fn search(problem: &RegionProblem<'_>) -> RegionPatch {
         let candidate = match next_step(problem.plan, first, &so_far.endings, retry_context) {
             Step::Take(place) => {
                 let (ends, why) = (so_far.crease_ends, so_far.not_continued.clone());
+                let counterpart = so_far.counterpart.take();
                 let mut patch = taken(problem, so_far, place);
+                patch.report.counterpart = counterpart;
                 patch
                     .report
                     .set_creases_seen(ends, why, !problem.joined.is_empty());
@@ -113,6 +118,7 @@ fn begin<'b>(problem: &RegionProblem<'_>) -> SoFar<'b> {
         last: RegionReport::default(),
         crease_ends: 0,
         not_continued: None,
+        counterpart: None,
     }
 }
 
@@ -125,6 +131,7 @@ fn make<'b>(
     let mut level = LevelEnd::default();
     let clock = Instant::now();
     let made = match candidate {
+        Candidate::Counterpart => counterpart::make(problem, so_far),
         Candidate::Sides => sharp::make(problem, so_far),
         Candidate::Rounded => rounded::make(problem),
         Candidate::LevelSet(now) => {
@@ -173,6 +180,7 @@ fn cost(problem: &RegionProblem<'_>, candidate: Candidate, so_far: &SoFar<'_>) -
             .map_or(0, |(patch, _)| patch.faces.len())
     };
     match candidate {
+        Candidate::Counterpart => counterpart::cost(problem),
         Candidate::Sides => sharp::cost(problem),
         Candidate::Rounded => rounded::cost(problem),
         Candidate::LevelSet(now) => level_set::cost(problem, &now),

@@ -1,5 +1,6 @@
 //! Chained setters of [`FillParams`].
 
+use super::like::Like;
 use super::params::{FillParams, Finish, Sharp};
 use crate::flow::Energy;
 use crate::mesh::HoleId;
@@ -53,6 +54,18 @@ setters! { FillParams:
     with_flat_base(base: bool) => flat_base = base;
     /// Sets [`FillParams::base_offset`], in the mesh's units.
     with_base_offset(length: f64) => base_offset = Some(length);
+    /// Fills holes after a counterpart; see [`FillParams::like`].
+    ///
+    /// ```
+    /// let params = isomend::FillParams::new().with_like(isomend::Like::Mirror(None));
+    /// assert_eq!(params.like, Some("mirror".parse()?));
+    /// # Ok::<(), String>(())
+    /// ```
+    with_like(like: Like) => like = Some(like);
+    /// Sets [`FillParams::like_scale`].
+    with_like_scale(scale: bool) => like_scale = scale;
+    /// Sets [`FillParams::grain`].
+    with_grain(grain: bool) => grain = grain;
     /// Sets [`FillParams::finish`].
     with_finish(finish: Finish) => finish = finish;
     /// Sets [`FillParams::sharp`].

@@ -11,6 +11,7 @@ use super::params::{FillParams, Sharp};
 use super::problem::{RegionPlan, RegionProblem};
 use super::region_patch::RegionPatch;
 use super::report::{CreaseReport, RegionReport};
+use super::sides_error::{Predicted, with_rounding};
 use super::so_far::{Made, SoFar};
 use crate::creases::{Continued, CreaseRefusal, RimSides, Rounded, without_rings};
 use crate::mesh::{Hole, Mesh, Part, Topology, VertexFaces, find_holes};
@@ -121,6 +122,7 @@ impl RegionProblem<'_> {
                 None,
             ),
         };
+        let error = error.map(|error| self.expected(error, &continued));
         let shape = (&continued.positions[..], &continued.faces[..]);
         let local = Local::of_part(part, self.mesh.positions.len(), shape, self.cancel);
         let creases = continued.creases.iter().map(|c| CreaseReport {
@@ -134,6 +136,19 @@ impl RegionProblem<'_> {
             ..Patch::default()
         };
         self.closed_by_sides(&local, patch, creases, error)
+    }
+
+    /// The expected error of continued sides that predict the faces round the hole with an error.
+    fn expected(&self, error: f64, continued: &Continued) -> f64 {
+        let hole = self.holes[0];
+        let edge = hole.length / hole.edges.max(1) as f64;
+        let predicted = Predicted {
+            error,
+            residual: continued.residual * edge,
+            edge: edge / hole.diameter,
+            is_flat: continued.is_flat,
+        };
+        predicted.expected()
     }
 
     /// The error with which the continued sides predict the faces around the hole, if it can be measured, and whether their
@@ -204,7 +219,11 @@ impl RegionProblem<'_> {
             ..RegionReport::default()
         };
         let mut finished = FinishedPatch::unfinished(patch);
-        finished.expected_error.fill(error);
+        let at = finished
+            .expected_error
+            .iter_mut()
+            .zip(&finished.patch.positions);
+        at.for_each(|(own, p)| *own = error.map(|e| with_rounding(e, *p)));
         Ok(self.all_finished(finished, report, HoleOutcome::Filled))
     }
 

@@ -2,6 +2,7 @@
 
 use super::candidate::{FinishedPatch, quality};
 use super::grids::{Attempt, RetryContext, failures};
+use super::invented::CounterpartReport;
 use super::outcome::{AttemptFailure, NotContinued};
 use super::quality::Quality;
 use super::region_patch::RegionPatch;
@@ -27,6 +28,8 @@ pub(super) struct SoFar<'b> {
     pub(super) crease_ends: usize,
     /// Why they were not continued.
     pub(super) not_continued: Option<NotContinued>,
+    /// How the counterpart fits, if there is one.
+    pub(super) counterpart: Option<CounterpartReport>,
 }
 
 /// What a candidate produced.

@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::problem::RegionProblem;
 use crate::mesh::{Hole, Mesh, Part, bounds};
 use crate::region::{LevelSurface, Region};
+use crate::sdf::Surface;
 use crate::stitch::{Patch, StitchError, StitchInput, StitchParams, stitch};
 use crate::tuning::tuning;
 
@@ -16,7 +17,34 @@ impl RegionProblem<'_> {
         surface: &LevelSurface,
         extracted: &Mesh,
     ) -> Result<Patch, StitchError> {
-        let part = self.round(extracted, region.voxel);
+        let params = StitchParams::default();
+        self.stitch_by(params, region.voxel, surface, extracted)
+    }
+
+    /// Stitches a mesh of about this length of edges to the rims, its vertices kept on a surface that has no smaller features.
+    pub(super) fn stitch_exact(
+        &self,
+        edge: f64,
+        surface: &dyn Surface,
+        extracted: &Mesh,
+    ) -> Result<Patch, StitchError> {
+        let params = StitchParams {
+            // Edges are never made shorter for a chord.
+            chord_error: f64::MAX,
+            facet_compensation: 0.0,
+            ..StitchParams::default()
+        };
+        self.stitch_by(params, edge, surface, extracted)
+    }
+
+    fn stitch_by(
+        &self,
+        params: StitchParams,
+        voxel: f64,
+        surface: &dyn Surface,
+        extracted: &Mesh,
+    ) -> Result<Patch, StitchError> {
+        let part = self.round(extracted, voxel);
         let loops: Vec<Vec<u32>> = self.holes.iter().map(|h| local_rim(&part, h)).collect();
         let count = self.mesh.positions.len();
         let mut patch = stitch(&StitchInput {
@@ -24,10 +52,10 @@ impl RegionProblem<'_> {
             loops: &loops,
             surface,
             extracted,
-            voxel: region.voxel,
+            voxel,
             params: StitchParams {
                 edge_factor: self.params.edge_ratio(),
-                ..StitchParams::default()
+                ..params
             },
         })
         .map_err(|e| e.renumbered(|v| part.original(v, count)))?;

@@ -12,6 +12,8 @@ use crate::tuning::tuning;
 /// A way to close a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Candidate {
+    /// The part of a counterpart that lies at the only rim.
+    Counterpart,
     /// The smooth sides around the only rim, continued until they meet in sharp edges.
     Sides,
     /// Flat sides with rounded edges between them.
@@ -96,6 +98,21 @@ pub(super) fn next_step(
     region: &RetryContext,
 ) -> Step {
     match plan {
+        // It is made only where it predicts the faces round the hole.
+        RegionPlan::Solve if region.has_counterpart => match made {
+            [] => Step::Make(Candidate::Counterpart),
+            [counterpart, ..] if is_sound(counterpart) => Step::Take(0),
+            [_, others @ ..] => {
+                let region = RetryContext {
+                    has_counterpart: false,
+                    ..*region
+                };
+                match next_step(plan, first, others, &region) {
+                    Step::Take(place) => Step::Take(place + 1),
+                    make => make,
+                }
+            }
+        },
         RegionPlan::Trivial => only(Candidate::RimTriangles, made),
         RegionPlan::Base => only(Candidate::Base, made),
         RegionPlan::Seam => only(Candidate::Seam, made),

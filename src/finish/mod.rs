@@ -25,7 +25,9 @@ mod chart;
 mod collar;
 mod expected_error;
 mod geometry;
+mod grain;
 mod kriging;
+mod offset_field;
 mod params;
 mod patch;
 mod report;
@@ -36,6 +38,8 @@ mod willmore;
 
 use glam::DVec3;
 
+pub(crate) use grain::grain;
+pub(crate) use offset_field::{OffsetDatum, OffsetField};
 pub use params::{FinishMethod, FinishParams};
 pub use report::{
     Candidate, CandidateRecord, ChartKind, FinishRecord, FinishResult, Finished, Refusal, Restart,

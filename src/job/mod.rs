@@ -39,6 +39,7 @@ mod spec;
 mod staging;
 mod steps;
 mod surface;
+mod template;
 mod texels;
 mod unchanged;
 mod units;

@@ -1,5 +1,7 @@
 //! The description of a job: source, work with its parameters, output, drawings and deliverables.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 use super::deliver::Deliverables;
@@ -36,6 +38,18 @@ impl Work {
             Self::Repair(_) => "repair",
             Self::Copy => "convert",
         }
+    }
+
+    /// The file of the template after which holes are filled, where one is named.
+    #[cfg_attr(not(feature = "view"), allow(dead_code))]
+    pub(crate) fn template(&self) -> Option<&Path> {
+        let fill = match self {
+            Self::Fill(fill) => fill,
+            Self::Restore(_, params) => &params.fill,
+            Self::Repair(params) => &params.fill,
+            Self::Fair(..) | Self::Copy => return None,
+        };
+        Some(fill.like.as_ref()?.unread()?)
     }
 
     /// Checks its parameters, and that the files of its mask can be read.

@@ -10,11 +10,13 @@ use super::draw::Before;
 use super::mended::Mended;
 use super::outcome::{JobPlan, JobResult, WorkPlan};
 use super::result::{KeptInput, Made, OperationReport, repaired};
+use super::template::with_template;
 use super::{JobError, JobSpec, MaskSpec, Work};
 use crate::cancel::Cancel;
 use crate::io::Loaded;
 use crate::mend::{Control, FairError, Filled, Inspection, RestoreError};
 use crate::mesh::Mesh;
+use crate::repair::RepairParams;
 
 /// A job whose mesh has been read.
 pub struct Read<'s> {
@@ -128,7 +130,7 @@ impl<'s> Read<'s> {
             Work::Repair(params) => repaired(
                 &self.loaded,
                 self.spec.carried(&self.loaded),
-                params,
+                &repair_template(params)?,
                 control,
             )?,
             Work::Copy => Made::copy(&self.loaded.mesh),
@@ -156,14 +158,18 @@ impl<'s> Read<'s> {
         let Self { spec, loaded, .. } = self;
         let keep_vertices = spec.keeps_vertices(loaded);
         Ok(match &spec.work {
-            Work::Fill(params) => found.fill(params, control)?.into(),
+            Work::Fill(params) => found.fill(&*with_template(params)?, control)?.into(),
             Work::Restore(mask, params) => {
                 let marked = marks(mask, loaded)?;
                 let mut params = params.clone();
+                params.fill = with_template(&params.fill)?.into_owned();
                 params.keep_vertices |= keep_vertices;
                 found.restore(&marked, &params, control)?.into()
             }
-            Work::Repair(params) => repaired(loaded, spec.carried(loaded), params, control)?,
+            Work::Repair(params) => {
+                let params = repair_template(params)?;
+                repaired(loaded, spec.carried(loaded), &params, control)?
+            }
             Work::Copy => Made::copy(&loaded.mesh),
             Work::Fair(mask, params) => {
                 let marked = mask.as_ref().map(|mask| marks(mask, loaded)).transpose()?;
@@ -244,17 +250,22 @@ impl Work {
 fn planned(work: &Work, loaded: &Loaded) -> Result<WorkPlan, JobError> {
     let mesh = &loaded.mesh;
     Ok(match work {
-        Work::Fill(params) => WorkPlan::Fill(Inspection::new(mesh)?.plan(params)?),
+        Work::Fill(params) => {
+            let found = Inspection::new(mesh)?;
+            WorkPlan::Fill(found.plan(&*with_template(params)?)?)
+        }
         Work::Repair(params) => {
             let found = Inspection::new(mesh)?;
             WorkPlan::Repair {
                 before: Box::new(found.check(&params.checked())),
-                fill: found.plan(&params.fill)?,
+                fill: found.plan(&*with_template(&params.fill)?)?,
             }
         }
         Work::Restore(mask, params) => {
             let found = Inspection::new(mesh)?;
-            WorkPlan::Restore(found.plan_restore(&marks(mask, loaded)?, params)?)
+            let mut params = params.clone();
+            params.fill = with_template(&params.fill)?.into_owned();
+            WorkPlan::Restore(found.plan_restore(&marks(mask, loaded)?, &params)?)
         }
         Work::Fair(mask, params) => {
             let found = Inspection::new(mesh)?;
@@ -262,6 +273,14 @@ fn planned(work: &Work, loaded: &Loaded) -> Result<WorkPlan, JobError> {
             WorkPlan::Fair(found.plan_fair(marked.as_deref(), params)?)
         }
         Work::Copy => WorkPlan::Copy,
+    })
+}
+
+/// The parameters of a repair with their template.
+fn repair_template(params: &RepairParams) -> Result<RepairParams, JobError> {
+    Ok(RepairParams {
+        fill: with_template(&params.fill)?.into_owned(),
+        ..params.clone()
     })
 }
 

@@ -6,6 +6,7 @@
 mod base;
 mod choose;
 mod control;
+mod counterpart;
 mod crease_ends;
 mod cut;
 mod error;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::FillError;
-use crate::fill::{FillParams, Finish, Sharp};
+use crate::fill::{FillParams, Finish, Like, Sharp};
 use crate::flow::Energy;
 use crate::parameters::{OutOfBounds, solve, tables};
 use crate::region::VoxelSize;
@@ -28,6 +28,23 @@ impl FillParams {
         if !self.crease.is_empty() && (self.sharp == Sharp::Off || !self.finishes()) {
             return Err(FillError::Parameter {
                 what: "`crease` asks for sharp edges, which are continued only with a finish and the Willmore energy, and not with `sharp` off; leave `crease` or the other parameter out",
+            });
+        }
+        if self.like.is_some() && !self.finishes() {
+            return Err(FillError::Parameter {
+                what: "patches after a counterpart, `like`, need their finish: not with `finish` none, another energy than willmore, steps \
+                       of one's own or a level set by itself; leave one of them out",
+            });
+        }
+        if self.grain && !self.finishes() {
+            return Err(FillError::Parameter {
+                what: "`grain` is added to finished patches: not with `finish` none, another energy than willmore, steps of one's own or \
+                       a level set by itself; leave one of them out",
+            });
+        }
+        if self.like_scale && !matches!(self.like, Some(Like::Template { .. })) {
+            return Err(FillError::Parameter {
+                what: "`like_scale` scales a template: give its file by `like` too",
             });
         }
         if self.base_offset.is_some() && !self.flat_base {
@@ -60,6 +77,9 @@ impl Default for FillParams {
             crease: Vec::new(),
             flat_base: false,
             base_offset: None,
+            like: None,
+            like_scale: false,
+            grain: false,
             finish: Finish::Auto,
             sharp: Sharp::Auto,
             energy: Energy::Willmore,

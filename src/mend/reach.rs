@@ -7,7 +7,7 @@ use glam::{DVec3, IVec3, UVec3};
 
 use super::Inspection;
 use super::sources::{PATCH_MARGIN, grown_box};
-use crate::fill::BasePlane;
+use crate::fill::{BasePlane, PlacedPart};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, Mesh, bounds};
 use crate::region::VoxelSize;
@@ -30,6 +30,8 @@ pub(super) struct ReachQuery<'a> {
     pub(super) joined: &'a [[u32; 2]],
     /// The plane of its flat base, if it gets one.
     pub(super) base: Option<BasePlane>,
+    /// The parts of a counterpart that lie at it, if it is filled after one.
+    pub(super) counterparts: Option<Vec<PlacedPart>>,
     /// Upper bound of the factor of its box's margin.
     pub(super) growth: f64,
 }

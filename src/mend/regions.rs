@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::base::base_planes;
 use super::choose::{bridges, choose, groups};
 use super::control::{Control, Watch};
+use super::counterpart::{self, LazyCounterpart};
 use super::joined::joined;
 use super::plan::{FillPlan, HolePlan, PlannedHole, PlannedRegion};
 use super::reach::{ReachQuery, faces_of};
@@ -17,9 +18,10 @@ use super::report::{FillReport, HoleReport};
 use super::sources::RegionSources;
 use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
+use crate::cancel::Cancel;
 use crate::fill::{
-    BasePlane, FillParams, HoleOutcome, ReferenceSurface, RegionPatch, RegionPlan, RegionProblem,
-    TriangulatedReason, first_region, has_few_edges,
+    BasePlane, FillParams, HoleOutcome, PlacedPart, ReferenceSurface, RegionPatch, RegionPlan,
+    RegionProblem, TriangulatedReason, first_region, has_few_edges,
 };
 use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, HoleId, Mesh};
@@ -61,6 +63,8 @@ pub struct Regions<'a> {
     joined: Vec<Vec<[u32; 2]>>,
     /// For each region the plane of its flat base, if it gets one.
     bases: Vec<Option<BasePlane>>,
+    /// The counterpart after which holes are filled, found when it is first asked for.
+    counterpart: LazyCounterpart<'a>,
 }
 
 impl Inspection<'_> {
@@ -80,6 +84,7 @@ impl<'a> Regions<'a> {
         reference: Option<&'a ReferenceSurface<'a>>,
     ) -> Result<Self, FillError> {
         params.check()?;
+        counterpart::check(&params)?;
         let bridges = bridges(found, &params)?;
         let (mut outcomes, chosen) = choose(found, &params, &bridges)?;
         let groups = groups(found, &params, &chosen, &mut outcomes, &bridges);
@@ -98,6 +103,7 @@ impl<'a> Regions<'a> {
             reference,
             outcomes,
             groups,
+            counterpart: LazyCounterpart::new(found),
         };
         new.check_voxel()?;
         Ok(new)
@@ -151,7 +157,11 @@ impl<'a> Regions<'a> {
         regions: Range<usize>,
         growth: f64,
     ) -> impl Iterator<Item = RegionTask> {
+        let mut counterparts = self
+            .counterparts(regions.clone(), &Cancel::new())
+            .into_iter();
         let query = |i: usize| ReachQuery {
+            counterparts: counterparts.next().flatten(),
             holes: self.holes(&self.groups[i]),
             known: sources.known_components(i),
             joined: &self.joined[i],
@@ -242,7 +252,8 @@ impl<'a> Regions<'a> {
         // A reference surface may be needed outside a region's box: only without one is the search limited to the boxes.
         let in_boxes = self.reference.is_none().then_some(self.params.voxel);
         let sources = self.sources(in_boxes);
-        let fill = |&i: &usize| {
+        let counterparts = self.counterparts(regions.iter().copied(), watch.token());
+        let fill = |(&i, counterparts): (&usize, &Option<Vec<PlacedPart>>)| {
             let group = &self.groups[i];
             let ids: Vec<HoleId> = group.iter().map(|&h| self.found.holes[h].id).collect();
             watch.begin(&ids);
@@ -256,6 +267,7 @@ impl<'a> Regions<'a> {
                 all: &all,
                 joined: &self.joined[i],
                 base: self.bases[i],
+                counterparts: counterparts.as_deref(),
                 most_growth: f64::INFINITY,
                 params: &self.params,
                 own: self.own,
@@ -268,7 +280,7 @@ impl<'a> Regions<'a> {
             watch.end(i, &patch.report);
             patch
         };
-        regions.par_iter().map(fill).collect()
+        regions.par_iter().zip(&counterparts).map(fill).collect()
     }
 
     /// Appends the patches of all regions, in order, to the mesh. Regions that need more of the mesh than their tasks hold are
@@ -327,6 +339,20 @@ impl<'a> Regions<'a> {
 
     fn holes(&self, group: &[usize]) -> Vec<&'a Hole> {
         group.iter().map(|&h| &self.found.holes[h]).collect()
+    }
+
+    /// For each of some regions the parts of the counterpart that lie there; none where it is filled after none.
+    fn counterparts(
+        &self,
+        regions: impl Iterator<Item = usize>,
+        cancel: &Cancel,
+    ) -> Vec<Option<Vec<PlacedPart>>> {
+        let of = |i: usize| {
+            let is_surface = self.plans[i] == RegionPlan::Solve && self.reference.is_none();
+            let holes = self.holes(&self.groups[i]);
+            is_surface.then(|| self.counterpart.parts(&self.params, &holes, cancel))?
+        };
+        regions.map(of).collect()
     }
 
     fn sources(&self, in_boxes: Option<VoxelSize>) -> RegionSources<'a> {

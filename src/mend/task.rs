@@ -9,7 +9,7 @@ use super::control::{Control, Watch};
 use super::reach::ReachQuery;
 use super::sources::places;
 use super::{FillError, Inspection};
-use crate::fill::{BasePlane, FillParams, RegionPatch, RegionPlan, RegionProblem};
+use crate::fill::{BasePlane, FillParams, PlacedPart, RegionPatch, RegionPlan, RegionProblem};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, HoleId, Mesh, Part, Topology};
 use crate::sdf::Sampler;
@@ -40,6 +40,9 @@ pub struct RegionTask {
     /// The plane of its flat base, if it gets one.
     #[serde(default)]
     base: Option<BasePlane>,
+    /// The parts of a counterpart that lie at it, if it is filled after one.
+    #[serde(default)]
+    counterparts: Option<Vec<PlacedPart>>,
     /// The parameters of the fill.
     params: FillParams,
 }
@@ -78,6 +81,7 @@ impl RegionTask {
             count: found.mesh.positions.len(),
             centres,
             base: query.base,
+            counterparts: query.counterparts.clone(),
             growth: query.growth,
             holes,
             params: params.clone(),
@@ -136,6 +140,7 @@ impl RegionTask {
             all: &all,
             joined: &self.joined,
             base: self.base,
+            counterparts: self.counterparts.as_deref(),
             most_growth: self.growth,
             params: &self.params,
             own: None,
@@ -165,7 +170,10 @@ impl RegionTask {
         let known = self.known.as_ref().map(Vec::len);
         let lists_fit = known.is_none_or(|n| n == mesh.faces.len())
             && self.part.vertices().len() == mesh.positions.len();
-        if !(faces_fit && rims_fit && joined_fit && lists_fit) || self.holes.is_empty() {
+        let mut parts = self.counterparts.iter().flatten();
+        let parts_fit = parts.all(PlacedPart::is_valid);
+        if !(parts_fit && faces_fit && rims_fit && joined_fit && lists_fit) || self.holes.is_empty()
+        {
             return Err(FillError::Task);
         }
         Ok(mesh.validate()?)

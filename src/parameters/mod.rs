@@ -58,6 +58,8 @@ pub enum Kind {
     Groups,
     /// Pairs of numbers of crease ends.
     Pairs,
+    /// What holes are filled after, as [`Like`](crate::Like) is written.
+    Like,
 }
 
 /// A word that can be chosen.

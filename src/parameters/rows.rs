@@ -15,7 +15,7 @@ pub struct Row {
     pub option: String,
     /// Path of the value in the serialised parameters; empty if the parameter selects the command's work instead.
     pub path: Vec<&'static str>,
-    /// Type of its values: `number`, `whole`, `voxel`, `band`, `choice`, `flag`, `holes`, `groups` or `pairs`.
+    /// Type of its values: `number`, `whole`, `voxel`, `band`, `choice`, `flag`, `holes`, `groups`, `pairs` or `like`.
     pub kind: &'static str,
     /// Placeholder of the value in the help.
     pub placeholder: String,
@@ -124,6 +124,7 @@ impl Kind {
             Self::Holes(_) => "holes",
             Self::Groups => "groups",
             Self::Pairs => "pairs",
+            Self::Like => "like",
         }
     }
 
@@ -143,6 +144,7 @@ impl Kind {
             Self::Holes(false) => "ID,…",
             Self::Groups => "ID+ID",
             Self::Pairs => "A+B",
+            Self::Like => "mirror[:X,Y,Z,NX,NY,NZ]|FILE",
         };
         text.to_owned()
     }

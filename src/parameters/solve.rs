@@ -118,8 +118,41 @@ pub const EDGE_RATIO: Parameter = Parameter {
     ..Parameter::PLAIN
 };
 
+/// The counterpart that holes are filled after.
+pub const LIKE: Parameter = Parameter {
+    name: "like",
+    field: "like",
+    kind: Kind::Like,
+    default: DefaultValue::Words("none"),
+    sentence: "Fill holes after a counterpart: the mesh mirrored (`mirror`), or another mesh of the same kind of object.",
+    details: "The plane of symmetry is searched, or given by a point and a normal. The other mesh is rotated and translated to fit. The \
+              part of it that lies at the hole is joined to the rim by a smooth field of offsets. It is used only if it predicts the \
+              faces around the hole; the report says how well.",
+    ..Parameter::PLAIN
+};
+
+/// Whether a template may be scaled.
+pub const LIKE_SCALE: Parameter = Parameter {
+    name: "like_scale",
+    field: "like_scale",
+    sentence: "Scale the mesh that `like` names to fit.",
+    ..Parameter::PLAIN
+};
+
+/// Whether patches get grain.
+pub const GRAIN: Parameter = Parameter {
+    name: "grain",
+    field: "grain",
+    sentence: "Give patches the roughness of their surroundings, so that they do not look like plastic.",
+    details: "The roughness is invented: simulated with the covariance of the residuals of a smooth patch around the hole, the same at \
+              each run. The report gives the roughness of the patch and of its surroundings; expected errors do not include it.",
+    ..Parameter::PLAIN
+};
+
 /// The parameters that all hole-filling commands share.
-pub const SOLVE: &[Parameter] = &[VOXEL, ENERGY, FINISH, SHARP, EDGE_RATIO];
+pub const SOLVE: &[Parameter] = &[
+    VOXEL, ENERGY, FINISH, SHARP, LIKE, LIKE_SCALE, GRAIN, EDGE_RATIO,
+];
 
 /// Diameter above which holes stay open.
 pub const MAX_DIAMETER: Parameter = Parameter {

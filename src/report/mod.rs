@@ -1,6 +1,7 @@
 //! Reports of runs and of meshes: lines of text, HTML pages and PNG pictures.
 
 mod check;
+mod counterpart;
 mod holes;
 pub mod html;
 mod missed;

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::counterpart::{self, counterpart_text, grain_text};
 use crate::fill::{
     ClosedBy, FinishReport, HoleOutcome, PatchInitialisation, RegionReport, TriangulatedReason,
 };
@@ -84,6 +85,7 @@ pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
     line += &match r.closed_by {
         Some(ClosedBy::LevelSet) => solved(r),
         Some(ClosedBy::Sides) => sharp(r, unit),
+        Some(ClosedBy::Counterpart) => counterpart::like(r, unit),
         Some(ClosedBy::Faired) => "closed by a faired triangulation of its rim".to_owned(),
         Some(ClosedBy::Flat) => "closed by a nearly flat cap".to_owned(),
         Some(ClosedBy::Base) => "closed by a flat base with walls".to_owned(),
@@ -110,6 +112,8 @@ pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
         line += &format!("; {} faces intersect others", r.intersecting_faces);
     }
     line += &lost_creases(r).map_or_else(String::new, |text| format!("; {text}"));
+    line += &counterpart::refused(r, unit).map_or_else(String::new, |text| format!("; {text}"));
+    line += &grain_text(r, unit).map_or_else(String::new, |text| format!("; {text}"));
     if r.balloons() {
         let percent = 100.0 * r.rise.unwrap_or_default();
         line += &format!("; it rises {percent:.0} % of its diameter above the rim");
@@ -253,6 +257,13 @@ pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
     }
     lines.push(patch);
     lines.extend(lost_creases(r).map(|text| format!("  {text}")));
+    let invented = [counterpart_text(r, None), grain_text(r, None)];
+    lines.extend(
+        invented
+            .into_iter()
+            .flatten()
+            .map(|text| format!("  {text}")),
+    );
     lines
 }
 
@@ -406,19 +417,21 @@ pub fn tally_line(report: &FillReport) -> String {
         let regions = report.regions.iter().filter(|r| r.closed_by == Some(way));
         regions.map(|r| r.holes.len()).sum()
     };
-    let (sides, smoothed) = (closed_by(ClosedBy::Sides), closed_by(ClosedBy::Faired));
-    let other = sides + smoothed.saturating_sub(tally.faired);
+    let ways = [ClosedBy::Sides, ClosedBy::Faired, ClosedBy::Counterpart];
+    let [sides, smoothed, alike] = ways.map(closed_by);
+    let other = sides + alike + smoothed.saturating_sub(tally.faired);
     let ways = [
         (tally.filled.saturating_sub(other), "by the level set"),
         (sides, "by continued sides"),
+        (alike, "after a counterpart"),
         (smoothed, "by smoothed triangles"),
         (tally.flat, "by flat caps"),
         (tally.bases, "by flat bases"),
         (tally.walls, "by walls"),
         (tally.triangulated, "by triangles between rim vertices"),
     ];
-    let ways = ways.iter().filter(|(count, _)| *count > 0);
-    let ways: Vec<String> = ways.map(|(count, how)| format!("{count} {how}")).collect();
+    let word = |(count, how): (usize, &str)| (count > 0).then(|| format!("{count} {how}"));
+    let ways: Vec<String> = ways.into_iter().filter_map(word).collect();
     if !ways.is_empty() {
         line += &format!(" ({})", ways.join(", "));
     }

@@ -133,6 +133,16 @@ impl Order {
             }
             _ => {}
         }
+        if let Some(file) = work.template() {
+            let file = file.display();
+            let error = format!(
+                "{file}: templates are read by the command line and by Python, not by the page"
+            );
+            return Err(Wrong {
+                error,
+                field: "params",
+            });
+        }
         let faces = mask.as_ref().map(|_| "marks.faces");
         let command = words.command(&work, faces).map_err(|error| Wrong {
             error,

@@ -100,6 +100,7 @@ fn annotation(parameter: &Parameter) -> String {
         Kind::Holes(false) => "Iterable[int]".to_owned(),
         Kind::Groups => "Iterable[Iterable[int]]".to_owned(),
         Kind::Pairs => "Iterable[tuple[int, int]]".to_owned(),
+        Kind::Like => "str | os.PathLike[str] | None".to_owned(),
     }
 }
 
@@ -119,6 +120,7 @@ fn the_option_classes_of_python_equal_the_tables() {
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from typing import Literal
 

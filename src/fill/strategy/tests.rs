@@ -276,3 +276,30 @@ fn of_two_level_sets_of_a_bent_surface_the_better_one_counts() {
     assert_eq!(history(&made), [(first, reached())]);
     assert_eq!(next(&made, &long_rim), Step::Make(Candidate::Faired));
 }
+
+#[test]
+fn a_counterpart_comes_first_and_is_taken_where_it_is_sound() {
+    let with = RetryContext {
+        has_counterpart: true,
+        may_be_sharp: true,
+        ..region()
+    };
+    let all_sound = |_: Candidate, _: usize| (Some(SOUND), None, true);
+    let taken = searched(RegionPlan::Solve, &with, all_sound);
+    assert_eq!(taken, (Candidate::Counterpart, 1));
+    // Without one, or where it is not sound, the search is as it would be without.
+    let without = RetryContext {
+        has_counterpart: false,
+        ..with
+    };
+    for flawed in [None, Some(CROSSING)] {
+        let end = |candidate: Candidate, _: usize| match candidate {
+            Candidate::Counterpart => (flawed, None, false),
+            Candidate::Sides | Candidate::Rounded => (None, None, false),
+            _ => (Some(SOUND), None, true),
+        };
+        let (taken, made) = searched(RegionPlan::Solve, &with, end);
+        let (other, fewer) = searched(RegionPlan::Solve, &without, end);
+        assert_eq!((taken, made), (other, fewer + 1));
+    }
+}

@@ -2,6 +2,7 @@
 //! they are made from.
 
 mod check;
+mod counterpart;
 mod filed;
 mod plan;
 mod repair;

@@ -3,9 +3,10 @@
 use glam::DVec3;
 use serde::Serialize;
 
+use super::counterpart::CounterpartRow;
 use crate::fill::{
-    AttemptFailure, ClosedBy, CreaseReport, FailedReason, FinishReport, HoleOutcome, LeftReason,
-    NotContinued, Quality, RegionReport, TriangulatedReason,
+    AttemptFailure, ClosedBy, CreaseReport, FailedReason, FinishReport, GrainReport, HoleOutcome,
+    LeftReason, NotContinued, Quality, RegionReport, TriangulatedReason,
 };
 use crate::mend::{CreaseEnd, HoleReport};
 use crate::mesh::{Hole, HoleId};
@@ -198,6 +199,10 @@ pub(super) struct RegionRow<'a> {
     crease_ends: usize,
     /// Why they were not continued; null if they were.
     not_continued: Option<NotContinuedRow>,
+    /// The counterpart after which it was to be filled; null where there was none.
+    counterpart: Option<CounterpartRow>,
+    /// The roughness that was invented for the patch; null where it has none.
+    grain: Option<GrainReport>,
     earlier_tries: Vec<String>,
     other_energy: bool,
     seconds: f64,
@@ -227,6 +232,8 @@ impl<'a> RegionRow<'a> {
             creases: &r.creases,
             crease_ends: r.crease_ends,
             not_continued: r.not_continued.as_ref().map(NotContinuedRow::new),
+            grain: r.grain,
+            counterpart: r.counterpart.as_ref().map(CounterpartRow::new),
             earlier_tries: r.earlier_tries.iter().map(ToString::to_string).collect(),
             other_energy: r.other_energy,
             seconds: r.seconds,

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::super::counterpart::{counterpart_text, grain_text};
 use super::super::scene::Scene;
 use super::super::text::{lost_creases, reason};
 use super::{add, escaped, listed, number, number_beside};
@@ -186,6 +187,18 @@ pub fn region_table(regions: &[RegionReport]) -> String {
     out
 }
 
+/// What of a patch is not told by its surroundings: what it was filled after, and its grain.
+fn invented_rows(out: &mut String, r: &RegionReport) {
+    let invented = [counterpart_text(r, None), grain_text(r, None)];
+    for text in invented.into_iter().flatten() {
+        let (id, text) = (r.id, escaped(&text));
+        add!(
+            out,
+            "<tr class=\"more\"><td colspan=\"12\">region {id}: {text}</td></tr>"
+        );
+    }
+}
+
 /// The row of a region, with one more row if sharp edges were not continued, and one if there were earlier attempts.
 fn region_row(out: &mut String, r: &RegionReport) {
     let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
@@ -231,6 +244,7 @@ fn region_row(out: &mut String, r: &RegionReport) {
             "<tr class=\"more\"><td colspan=\"12\">region {id}: {lost}</td></tr>"
         );
     }
+    invented_rows(out, r);
     if !r.earlier_tries.is_empty() {
         let attempts: Vec<String> = r
             .earlier_tries

@@ -11,7 +11,7 @@ const FIRST = {
 const OWN_UNIT = "the mesh's unit";
 
 /** Whether a parameter belongs to its command's form. Holes and crease ends are chosen in their lists. */
-const inForm = (row) => row.path.length > 0 && !row.library_only && !["holes", "groups", "pairs"].includes(row.kind);
+const inForm = (row) => row.path.length > 0 && !row.library_only && !["holes", "groups", "pairs", "like"].includes(row.kind) && row.name !== "like_scale";
 
 const valueAt = (params, path) => path.reduce((at, name) => at?.[name], params);
 

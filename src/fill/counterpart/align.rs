@@ -1,0 +1,218 @@
+//! Alignment of sample points of a surface with another surface: iterative closest points, point to plane, with trimming.
+
+use glam::{DMat3, DQuat, DVec3};
+use rayon::prelude::*;
+
+use super::motion::Motion;
+use crate::cancel::Cancel;
+use crate::linalg::solve_spd;
+use crate::mesh::{Mesh, area_vector, face_normal};
+use crate::spatial::{Bvh, Closest};
+
+/// A partner's normal has at least this cosine with the sample's: 60°.
+const PARTNER_COSINE: f64 = 0.5;
+/// Spans of the samples. Rounds end when a step is shorter than this.
+const SHORTEST_STEP: f64 = 1e-7;
+
+/// A point of a surface and the unit normal there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    pub(super) point: DVec3,
+    pub(super) normal: DVec3,
+}
+
+/// A surface that samples are aligned with.
+pub(super) struct Target<'a> {
+    pub(super) mesh: &'a Mesh,
+    pub(super) bvh: &'a Bvh,
+    /// For each vertex whether it lies on a border.
+    pub(super) border: &'a [bool],
+}
+
+/// How far samples are aligned.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Settings {
+    /// Rounds, at most.
+    pub(super) rounds: usize,
+    /// Part of the samples that have partners; the others are the farthest, or have none.
+    pub(super) kept: f64,
+    /// Whether the scale is found too.
+    pub(super) scale: bool,
+    /// Part of the trace of the normal matrix that is added to its diagonal. Surfaces that slide on themselves, such as spheres, make it
+    /// singular; with a larger part, samples move less where they hardly say how.
+    pub(super) ridge: f64,
+}
+
+/// An alignment.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Aligned {
+    pub(super) motion: Motion,
+    /// Root mean square distance of the samples with partners from the planes of these; infinite where too few have one.
+    pub(super) rms: f64,
+}
+
+/// A sample at its place, and the point of the target and its normal there.
+struct Pair {
+    at: DVec3,
+    partner: DVec3,
+    normal: DVec3,
+}
+
+impl Target<'_> {
+    /// The closest point and the face's normal, unless it lies on a border, or looks elsewhere than the sample.
+    pub(super) fn partner(&self, at: DVec3, normal: DVec3) -> Option<(DVec3, DVec3)> {
+        let closest = self.bvh.closest(at, f64::INFINITY)?;
+        let own = face_normal(self.mesh, closest.face);
+        let fits = own.dot(normal) > PARTNER_COSINE && !self.is_on_border(&closest);
+        fits.then_some((closest.point, own))
+    }
+
+    /// Whether a closest point lies on a border: at a vertex or on an edge whose vertices all do.
+    pub(super) fn is_on_border(&self, closest: &Closest) -> bool {
+        let face = self.mesh.faces[closest.face as usize];
+        let weights = closest.barycentric;
+        let own = || (0..3).filter(|&k| weights[k] != 0.0);
+        own().count() < 3 && own().all(|k| self.border[face[k] as usize])
+    }
+
+    fn pairs(&self, samples: &[Sample], motion: &Motion) -> Vec<Option<Pair>> {
+        let pair = |s: &Sample| {
+            let at = motion.at(s.point);
+            let (partner, normal) = self.partner(at, motion.direction(s.normal))?;
+            Some(Pair {
+                at,
+                partner,
+                normal,
+            })
+        };
+        samples.par_iter().map(pair).collect()
+    }
+
+    /// The nearest pairs, as many as a part of all samples; none where fewer have a partner than half of that.
+    fn nearest(&self, samples: &[Sample], motion: &Motion, kept: f64) -> Option<Vec<Pair>> {
+        let mut pairs: Vec<Pair> = self.pairs(samples, motion).into_iter().flatten().collect();
+        let most = (kept * samples.len() as f64).ceil() as usize;
+        if 2 * pairs.len() < most || pairs.len() < 7 {
+            return None;
+        }
+        let square = |p: &Pair| p.at.distance_squared(p.partner);
+        pairs.sort_by(|a, b| square(a).total_cmp(&square(b)));
+        pairs.truncate(most);
+        Some(pairs)
+    }
+}
+
+/// The motion that brings samples closest to a target, from a motion near it; by Gauss-Newton steps of the squared distances from the
+/// partners' planes (Y. Chen, G. Medioni, "Object modelling by registration of multiple range images", 1992), of which the farthest are
+/// left out (D. Chetverikov et al., "The trimmed iterative closest point algorithm", 2002).
+pub(super) fn aligned(
+    samples: &[Sample],
+    target: &Target,
+    start: Motion,
+    settings: &Settings,
+    cancel: &Cancel,
+) -> Aligned {
+    let mut motion = start;
+    for _ in 0..settings.rounds {
+        if cancel.is_cancelled() {
+            break;
+        }
+        let Some(pairs) = target.nearest(samples, &motion, settings.kept) else {
+            break;
+        };
+        let Some((step, size)) = step(&pairs, settings) else {
+            break;
+        };
+        motion = motion.then(&step);
+        if size < SHORTEST_STEP {
+            break;
+        }
+    }
+    Aligned {
+        rms: distance(samples, target, &motion, settings.kept),
+        motion,
+    }
+}
+
+/// Root mean square distance of a part of some samples, the nearest ones, from the planes of their partners; infinite where too few have one.
+pub(super) fn distance(samples: &[Sample], target: &Target, motion: &Motion, kept: f64) -> f64 {
+    match target.nearest(samples, motion, kept) {
+        Some(pairs) if motion.is_finite() => {
+            let square = |p: &Pair| (p.at - p.partner).dot(p.normal).powi(2);
+            // Samples without a partner among those kept count as far as the farthest that has one.
+            let most = (kept * samples.len() as f64).ceil();
+            let missing = most - pairs.len() as f64;
+            let farthest = pairs
+                .last()
+                .map_or(0.0, |p| p.at.distance_squared(p.partner));
+            ((pairs.iter().map(square).sum::<f64>() + missing * farthest) / most).sqrt()
+        }
+        _ => f64::INFINITY,
+    }
+}
+
+/// A step, and its length in spans of the points.
+fn step(pairs: &[Pair], settings: &Settings) -> Option<(Motion, f64)> {
+    let count = pairs.len() as f64;
+    let centre = pairs.iter().map(|p| p.at).sum::<DVec3>() / count;
+    let spread = pairs
+        .iter()
+        .map(|p| p.at.distance_squared(centre))
+        .sum::<f64>();
+    let span = (spread / count).sqrt();
+    if span <= 0.0 || !span.is_finite() {
+        return None;
+    }
+    // Unknowns: rotation, shift in spans, change of scale.
+    let n = if settings.scale { 7 } else { 6 };
+    let (mut matrix, mut rhs) = (vec![0.0; n * n], vec![0.0; n]);
+    for pair in pairs {
+        let arm = (pair.at - centre) / span;
+        let (turn, m) = (arm.cross(pair.normal), pair.normal);
+        let row = [turn.x, turn.y, turn.z, m.x, m.y, m.z, arm.dot(m)];
+        let residual = (pair.at - pair.partner).dot(m) / span;
+        for i in 0..n {
+            rhs[i] -= row[i] * residual;
+            for j in 0..n {
+                matrix[i * n + j] += row[i] * row[j];
+            }
+        }
+    }
+    let trace: f64 = (0..n).map(|i| matrix[i * n + i]).sum();
+    (0..n).for_each(|i| matrix[i * n + i] += settings.ridge * trace);
+    if !solve_spd(&mut matrix, &mut rhs) {
+        return None;
+    }
+    let (turn, shift) = (DVec3::from_slice(&rhs), DVec3::from_slice(&rhs[3..6]));
+    let scale = 1.0 + rhs.get(6).copied().unwrap_or(0.0).clamp(-0.2, 0.2);
+    let rotation = DMat3::from_quat(DQuat::from_scaled_axis(turn)) * scale;
+    let step = Motion::about(rotation, centre, centre + shift * span);
+    let size = turn.length() + shift.length() + (scale - 1.0).abs();
+    step.is_finite().then_some((step, size))
+}
+
+/// About so many points of a surface, evenly by area.
+pub(super) fn samples(mesh: &Mesh, count: usize) -> Vec<Sample> {
+    let areas = (0..mesh.faces.len() as u32).map(|f| 0.5 * area_vector(mesh.corners(f)).length());
+    let areas: Vec<f64> = areas.map(|a| if a.is_finite() { a } else { 0.0 }).collect();
+    let total: f64 = areas.iter().sum();
+    let step = total / count as f64;
+    let (mut sum, mut samples) = (0.0, Vec::with_capacity(count));
+    for (f, area) in areas.iter().enumerate() {
+        sum += area;
+        while (samples.len() as f64 + 0.5) * step < sum && samples.len() < count {
+            // A sequence of low discrepancy (M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018), folded.
+            let i = samples.len() as f64;
+            let (mut u, mut v) = ((0.754_877_666 * i).fract(), (0.569_840_291 * i).fract());
+            if u + v > 1.0 {
+                (u, v) = (1.0 - u, 1.0 - v);
+            }
+            let [a, b, c] = mesh.corners(f as u32);
+            samples.push(Sample {
+                point: a + (b - a) * u + (c - a) * v,
+                normal: face_normal(mesh, f as u32),
+            });
+        }
+    }
+    samples
+}

@@ -1,0 +1,75 @@
+//! Grain on a patch: the roughness of the surroundings, invented so that the patch does not shine.
+
+use super::finish_step::Local;
+use super::invented::GrainReport;
+use super::problem::{RegionPlan, RegionProblem};
+use super::region_patch::RegionPatch;
+use crate::finish::grain;
+use crate::stitch::Patch;
+
+/// Times that the grain is halved where the patch intersects faces because of it, before it is left out.
+const HALVINGS: usize = 3;
+
+impl RegionProblem<'_> {
+    /// A region whose patch has grain, where that is asked for and the patch is a surface that was computed.
+    pub(super) fn with_grain(&self, mut filled: RegionPatch) -> RegionPatch {
+        let is_smooth = self.plan == RegionPlan::Solve && self.is_finished();
+        if !self.params.grain || !is_smooth || filled.mesh.positions.is_empty() {
+            return filled;
+        }
+        if filled
+            .report
+            .counterpart
+            .as_ref()
+            .is_some_and(|c| c.refused.is_none())
+        {
+            // It has its own.
+            return filled;
+        }
+        let patch = Patch {
+            positions: filled.mesh.positions.clone(),
+            faces: filled.mesh.faces.clone(),
+            ..Patch::default()
+        };
+        let count = self.mesh.positions.len();
+        let local = Local::new(self.wide_part(&patch), count, &patch, self.cancel);
+        let own = local.part.mesh.positions.len();
+        let around = local.around();
+        let mut shifts = Vec::new();
+        let mut squares = [0.0; 2];
+        for piece in around.pieces(local.new_faces()) {
+            if let Some(found) = grain(&around, &piece) {
+                let weight = piece.len() as f64;
+                (0..2).for_each(|k| squares[k] += weight * found.roughness[k].powi(2));
+                shifts.extend(found.shifts);
+            }
+        }
+        if shifts.is_empty() || self.cancel.is_cancelled() {
+            return filled;
+        }
+        let [ring, rough] = squares.map(|s| (s / shifts.len() as f64).sqrt());
+        let before = local.count_intersecting(&patch.positions);
+        let mut part = 1.0;
+        for _ in 0..=HALVINGS {
+            let mut positions = patch.positions.clone();
+            for (v, shift) in &shifts {
+                positions[*v as usize - own] += part * *shift;
+            }
+            if local.count_intersecting(&positions) <= before {
+                filled.mesh.positions = positions;
+                filled.report.grain = Some(GrainReport {
+                    ring,
+                    patch: part * rough,
+                    part,
+                });
+                return filled;
+            }
+            part *= 0.5;
+        }
+        filled.report.grain = Some(GrainReport {
+            ring,
+            ..GrainReport::default()
+        });
+        filled
+    }
+}

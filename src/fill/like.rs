@@ -1,0 +1,162 @@
+//! What holes are filled after: the mirrored mesh itself, or a template.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::sync::Arc;
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use crate::mesh::Mesh;
+
+/// The word for the mesh's own mirror image.
+const MIRROR: &str = "mirror";
+
+/// A surface after which holes are filled: a counterpart. Written as `mirror`, `mirror:x,y,z,nx,ny,nz`, or the name of a file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+#[non_exhaustive]
+pub enum Like {
+    /// The mesh itself, mirrored in the plane through a point with a normal; in a plane of symmetry that is looked for, where none is given.
+    Mirror(Option<[DVec3; 2]>),
+    /// Another mesh of the same kind of object.
+    Template {
+        /// Its file, or its name in messages.
+        file: PathBuf,
+        /// The mesh; none where a job is still to read it from the file. It is not serialised.
+        mesh: Option<Arc<Mesh>>,
+    },
+}
+
+impl Like {
+    /// A template that is there already, under a name for messages.
+    pub fn template(name: impl Into<PathBuf>, mesh: impl Into<Arc<Mesh>>) -> Self {
+        Self::Template {
+            file: name.into(),
+            mesh: Some(mesh.into()),
+        }
+    }
+
+    /// Its file, if it is a template that was not read yet.
+    pub fn unread(&self) -> Option<&PathBuf> {
+        match self {
+            Self::Template { file, mesh: None } => Some(file),
+            _ => None,
+        }
+    }
+}
+
+impl FromStr for Like {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let Some(rest) = text.strip_prefix(MIRROR) else {
+            return match text.is_empty() {
+                true => Err("the name of a file is needed, or `mirror`".to_owned()),
+                false => Ok(Self::Template {
+                    file: text.into(),
+                    mesh: None,
+                }),
+            };
+        };
+        let Some(numbers) = rest.strip_prefix(':') else {
+            return match rest.is_empty() {
+                true => Ok(Self::Mirror(None)),
+                false => Ok(Self::Template {
+                    file: text.into(),
+                    mesh: None,
+                }),
+            };
+        };
+        let numbers = numbers
+            .split(',')
+            .map(|part| part.trim().parse::<f64>().ok());
+        let numbers: Option<Vec<f64>> = numbers.collect();
+        let plane = numbers
+            .filter(|n| n.len() == 6 && n.iter().all(|x| x.is_finite()))
+            .map(|n| [DVec3::from_slice(&n), DVec3::from_slice(&n[3..])]);
+        match plane {
+            Some([point, normal]) => {
+                let normal = normal.try_normalize();
+                let normal = normal.ok_or("the normal of a mirror plane must not be zero")?;
+                Ok(Self::Mirror(Some([point, normal])))
+            }
+            None => Err(
+                "a mirror plane is a point and a normal, six numbers with commas between them, such as mirror:0,0,0,1,0,0"
+                    .to_owned(),
+            ),
+        }
+    }
+}
+
+impl TryFrom<String> for Like {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl fmt::Display for Like {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Mirror(None) => f.write_str(MIRROR),
+            Self::Mirror(Some([p, n])) => {
+                write!(
+                    f,
+                    "{MIRROR}:{},{},{},{},{},{}",
+                    p.x, p.y, p.z, n.x, n.y, n.z
+                )
+            }
+            Self::Template { file, .. } => write!(f, "{}", file.display()),
+        }
+    }
+}
+
+impl From<Like> for String {
+    fn from(like: Like) -> Self {
+        like.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_reads_as_the_same() {
+        let planes = [
+            [0.0, 0.0, 0.0, 1.0, 0.0, 0.0],
+            [0.1, -2.5, 1e-7, 0.6, 0.0, -0.8],
+        ];
+        let mirrors = planes.map(|n| {
+            let text = n.map(|x: f64| x.to_string()).join(",");
+            format!("mirror:{text}").parse::<Like>().unwrap()
+        });
+        let others = ["mirror", "cast.ply", "mirrored.obj", "./mirror"];
+        let others = others.map(|text| text.parse::<Like>().unwrap());
+        for like in mirrors.into_iter().chain(others) {
+            assert_eq!(like.to_string().parse::<Like>().unwrap(), like);
+        }
+        assert_eq!("mirror".parse(), Ok(Like::Mirror(None)));
+        assert!(matches!(
+            "mirrored.obj".parse(),
+            Ok(Like::Template { mesh: None, .. })
+        ));
+    }
+
+    #[test]
+    fn planes_that_are_none_are_refused() {
+        for text in [
+            "",
+            "mirror:",
+            "mirror:1,2,3",
+            "mirror:0,0,0,0,0,0",
+            "mirror:0,0,0,a,0,0",
+            "mirror:0,0,0,inf,0,0",
+        ] {
+            assert!(text.parse::<Like>().is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! The template after which holes are filled, read from its file.
+
+use std::borrow::Cow;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::JobError;
+use crate::fill::{FillParams, Like};
+use crate::io::read_path;
+
+/// The parameters of a fill with their template, where they name the file of one.
+pub(super) fn with_template(params: &FillParams) -> Result<Cow<'_, FillParams>, JobError> {
+    let Some(file) = params.like.as_ref().and_then(Like::unread) else {
+        return Ok(Cow::Borrowed(params));
+    };
+    let loaded = read_path(Path::new(file), None)?;
+    let mut params = params.clone();
+    params.like = Some(Like::template(file.clone(), Arc::new(loaded.mesh)));
+    Ok(Cow::Owned(params))
+}
