@@ -8,8 +8,8 @@ use isomend::glam::DVec3;
 use isomend::internals::mesh::weld_map;
 use isomend::io::{Format, WriteOptions, to_bytes};
 use isomend::{
-    Control, FailedReason, FillParams, FillReport, HoleId, HoleOutcome, Inspection, Mesh,
-    SurfaceKind, VoxelSize,
+    Control, FailedReason, FillParams, FillReport, Finish, HoleId, HoleOutcome, Inspection, Mesh,
+    VoxelSize,
 };
 
 use crate::shapes;
@@ -49,10 +49,8 @@ pub fn fill(data: &[u8]) {
     if input.ratio(1, 4).unwrap_or_default() {
         check_threads(&mesh, &params, &filled.mesh);
     }
-    if params.surface == SurfaceKind::Stitched {
-        check_kept(&mesh, &filled.mesh);
-        check_patches(&mesh, &filled.mesh, &filled.report);
-    }
+    check_kept(&mesh, &filled.mesh);
+    check_patches(&mesh, &filled.mesh, &filled.report);
 }
 
 /// The mesh that the bytes stand for as OBJ, and in a remark what is asked for.
@@ -68,7 +66,7 @@ pub fn as_obj(data: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Parameters that ask for little: few voxels across the widest hole, few steps.
+/// Parameters of small cost: few voxels across the widest hole.
 fn params(found: &Inspection, input: &mut Unstructured) -> Result<FillParams> {
     let widest = found.holes.iter().map(|h| h.diameter).fold(0.0, f64::max);
     let across = f64::from(input.int_in_range(3..=12u8)?);
@@ -79,7 +77,6 @@ fn params(found: &Inspection, input: &mut Unstructured) -> Result<FillParams> {
     let ids: Vec<HoleId> = found.holes.iter().map(|h| h.id).collect();
     let mut params = FillParams::default();
     params.voxel = voxel;
-    params.steps = Some(3);
     let bits = input.arbitrary::<u8>()?;
     if bits & 1 == 1 {
         params.holes = Some(ids.clone());
@@ -88,7 +85,7 @@ fn params(found: &Inspection, input: &mut Unstructured) -> Result<FillParams> {
         params.energy = Energy::CurvatureVariation;
     }
     if bits & 24 == 24 {
-        params.surface = SurfaceKind::Whole;
+        params.finish = Finish::None;
     }
     if bits & 32 == 32 && ids.len() > 1 {
         params.bridge = vec![ids[..2].to_vec()];

@@ -128,6 +128,15 @@ impl RegionProblem<'_> {
         self.params.finishes() && self.reference.is_none()
     }
 
+    /// The parameters of the finish.
+    fn finish_params(&self) -> FinishParams {
+        let mut params = FinishParams::default();
+        if self.params.finish == Finish::Willmore {
+            params.method = FinishMethod::Willmore;
+        }
+        params
+    }
+
     /// Finishes a patch. A result that intersects more faces than the patch did is refused: the minimum of the energy replaces
     /// the blend, the original patch replaces the minimum.
     pub(super) fn finished(&self, mut patch: Patch, start: PatchInitialisation) -> FinishedPatch {
@@ -136,10 +145,7 @@ impl RegionProblem<'_> {
         let local = Local::new(self.wide_part(&patch), count, &patch, self.cancel);
         let own = local.part.mesh.positions.len();
         let around = local.around();
-        let mut params = FinishParams::default();
-        if self.params.finish == Finish::Willmore {
-            params.method = FinishMethod::Willmore;
-        }
+        let params = self.finish_params();
         // Two results: the blend with what the surroundings predict, and the minimum of the energy. Components of the patch are
         // finished one by one.
         let (mut blend, mut minimum) = (patch.positions.clone(), patch.positions.clone());
@@ -154,11 +160,8 @@ impl RegionProblem<'_> {
                 let at = v as usize - own;
                 blend[at] = done.positions[i];
                 minimum[at] = *done.minimum.get(i).unwrap_or(&done.positions[i]);
-                expected_error[at] = done
-                    .expected_error
-                    .get(i)
-                    .copied()
-                    .filter(|s| s.is_finite());
+                let error = done.expected_error.get(i).copied();
+                expected_error[at] = error.filter(|s| s.is_finite());
             }
             report.pieces.push(done.found);
         }
@@ -181,10 +184,8 @@ impl RegionProblem<'_> {
         let taken = match fits(&blend) {
             Some(intersecting) => Some((blend, intersecting)),
             None => {
-                report
-                    .pieces
-                    .iter_mut()
-                    .for_each(FinishRecord::refuse_blend);
+                let pieces = report.pieces.iter_mut();
+                pieces.for_each(FinishRecord::refuse_blend);
                 fits(&minimum).map(|intersecting| (minimum, intersecting))
             }
         };

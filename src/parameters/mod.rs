@@ -111,7 +111,7 @@ pub struct Table {
     pub command: &'static str,
     /// The parameters of this command alone.
     pub own: &'static [Parameter],
-    /// For commands that fill holes: path of the shared parameters of [`solve::SOLVE`] in the serialised parameters; empty for the top
+    /// For commands that fill holes: path of the shared parameters of `solve::SOLVE` in the serialised parameters; empty for the top
     /// level.
     pub solve: Option<&'static str>,
 }

@@ -25,7 +25,7 @@ pub struct CircleSettings {
     pub runs: Vec<(usize, Variant)>,
     /// Initial radius, and the exact radius at which the run ends.
     pub radii: [f64; 2],
-    /// Number of steps between redistancings; none to derive it from [`redistance_interval`].
+    /// Number of steps between redistancings; none to derive it from the grid.
     pub interval: Option<usize>,
     /// Time step in units of h⁴.
     pub time_step: f64,

@@ -12,7 +12,7 @@ use crate::study::report::{Cell, Chart, Panel, StudyReport, Table};
 /// Settings of the experiment.
 #[derive(Clone, Debug)]
 pub struct SurfacesSettings {
-    /// Number of voxels along the length [`SIDE`], about the width of the torus.
+    /// Number of voxels across about the width of the torus.
     pub voxels: usize,
     /// The surfaces and their final times, in length⁴.
     pub runs: Vec<(Closed, f64)>,
