@@ -207,7 +207,7 @@ class Inspection(Drawn):
 
 
 class Mended(Shape, Drawn):
-    """A mended mesh: what is kept of the input first, bit for bit and in order, then what is new.
+    """A mended mesh: what is kept of the input first, bit for bit and in order, then the new vertices and faces.
 
     It can be pickled, whole: with corner data, materials, the rest of a glTF file, and its report."""
 

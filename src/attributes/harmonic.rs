@@ -90,7 +90,7 @@ impl Laplacian {
         nearest
     }
 
-    /// Fills in the values, of so many components, of all points that are connected with a fixed one.
+    /// Computes the values of all points that are connected with a fixed point. `values` has `components` numbers per point.
     pub(crate) fn solve(&self, fixed: &[bool], components: usize, values: &mut [f64]) {
         let nearest = self.nearest(fixed);
         let mut unknown = vec![NONE; fixed.len()];

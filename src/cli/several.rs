@@ -43,7 +43,7 @@ pub struct MeshInspector<'a> {
     pub common: &'a CommonArgs,
     /// The unit of the coordinates, where it was given.
     pub unit: Option<Unit>,
-    /// The headings of the table after that of the names.
+    /// The headings of the table, without the first column, the names.
     pub headings: &'a [&'a str],
     /// Whether anything is printed.
     pub prints: bool,

@@ -1,4 +1,4 @@
-//! What of a patch was not told by its surroundings: the counterpart that it was made after, and its grain.
+//! Parts of a patch that its surroundings do not predict: the counterpart that it was made after, and its grain.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! Expected errors of patches on continued sides, from the errors with which the sides predict rings that were taken out.
 //!
 //! On 109 patches of holes cut out of man-made shapes (exact meshes, and scans with noise of 0.2 to 5 % of an edge) that error is mostly the
-//! noise of the rings' own vertices, which the sides do not have. What is left of it are the sides' own errors: those of fits to a number
+//! noise of the rings' own vertices, which the sides do not have. The rest are the sides' own errors: errors of fits to a number
 //! of vertices that grows as the edges get shorter.
 
 use glam::DVec3;
@@ -52,7 +52,7 @@ pub(super) fn of_rounded(error: f64, diameter: f64) -> f64 {
     error.hypot(LEAST_OF_ROUNDED * diameter)
 }
 
-/// An expected error at a point with that of its coordinates.
+/// The expected error at a point, from the expected errors of its coordinates.
 pub(super) fn with_rounding(error: f64, at: DVec3) -> f64 {
     error.hypot(ROUNDING * at.abs().max_element())
 }

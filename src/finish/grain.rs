@@ -67,7 +67,7 @@ pub(crate) fn grain(around: &Surroundings<'_>, vertices: &[u32]) -> Option<Grain
         let points = patch.placed(&moved(heights));
         RADII.map(|r| roughness(patch, &points, &all, &inner, r))
     };
-    // Squares of roughness add up: those of the patch itself and those of independent fields.
+    // Squares of roughness add up: of the patch itself and of independent fields.
     let own = measured(&vec![0.0; shape.len()]);
     let missing: Vec<f64> = own.iter().zip(target).map(|(o, t)| t * t - o * o).collect();
     if patch.cancel.is_cancelled() || missing[REPORTED] <= 0.0 {

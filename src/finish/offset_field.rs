@@ -18,7 +18,7 @@ pub(crate) struct OffsetDatum {
 }
 
 /// A field of offsets over the plane across the mean normal of the surroundings: each component is kriged by one model, whose noise is
-/// that of the data, so that the field is the smooth part of the offsets.
+/// the data's, so that the field is the smooth part of the offsets.
 pub(crate) struct OffsetField {
     origin: DVec3,
     /// Columns are two directions in the plane, and its normal.
@@ -85,7 +85,7 @@ impl OffsetField {
     }
 }
 
-/// At most so many of the data: ever the one that is farthest from all chosen before, over the root of its distance from the rim
+/// At most a given number of the data: repeatedly the one that is farthest from all chosen before, over the root of its distance from the rim
 /// (Y. Eldar et al., "The farthest point strategy for progressive image sampling", 1997).
 fn spread(data: &[OffsetDatum], most: usize, edge: f64, cancel: &Cancel) -> Vec<OffsetDatum> {
     let mut distances = vec![f64::INFINITY; data.len()];

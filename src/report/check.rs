@@ -44,7 +44,7 @@ pub fn verdict_rows(
         let found = verdict.defects.iter().find(|d| d.kind == kind);
         let name = name(kind);
         match (found, kind) {
-            (Some(defect), _) => Some((name, told(defect, verdict, size, unit))),
+            (Some(defect), _) => Some((name, defect_text(defect, verdict, size, unit))),
             (None, DefectKind::Thin) if verdict.params.thin.is_none() => None,
             (None, DefectKind::ThinWall) if verdict.params.min_wall.is_none() => None,
             (None, _) => Some((name, "none".to_owned())),
@@ -120,7 +120,7 @@ fn name(kind: DefectKind) -> &'static str {
     }
 }
 
-fn told(defect: &Defect, verdict: &Verdict, size: f64, unit: Option<Unit>) -> String {
+fn defect_text(defect: &Defect, verdict: &Verdict, size: f64, unit: Option<Unit>) -> String {
     let mut text = defect.count.to_string();
     match (defect.kind, verdict.params.thin) {
         (DefectKind::BoundaryEdge, _) => {

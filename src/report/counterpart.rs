@@ -1,4 +1,4 @@
-//! What of a patch was not told by its surroundings: what it was filled after, and its grain; in words.
+//! Text on the parts of a patch that its surroundings do not predict: its counterpart and its grain.
 
 use crate::fill::{ClosedBy, CounterpartKind, CounterpartReport, RegionReport};
 use crate::mesh::Unit;

@@ -191,7 +191,7 @@ fn step(pairs: &[Pair], settings: &Settings) -> Option<(Motion, f64)> {
     step.is_finite().then_some((step, size))
 }
 
-/// About so many points of a surface, evenly by area.
+/// About a given number of points of a surface, evenly by area.
 pub(super) fn samples(mesh: &Mesh, count: usize) -> Vec<Sample> {
     let areas = (0..mesh.faces.len() as u32).map(|f| 0.5 * area_vector(mesh.corners(f)).length());
     let areas: Vec<f64> = areas.map(|a| if a.is_finite() { a } else { 0.0 }).collect();

@@ -34,7 +34,7 @@ const REFINED: usize = 10;
 const MOST: usize = 4;
 /// Spans. Motions whose root mean square distance is larger are no symmetry, and no pose.
 const FARTHEST: f64 = 0.1;
-/// A motion is kept when its distance is at most this many times that of the best.
+/// A motion is kept when its distance is at most this many times the best distance.
 const ALIKE: f64 = 4.0;
 /// Spans. Two motions that differ by less are the same.
 const SAME: f64 = 0.02;
@@ -109,7 +109,7 @@ pub(super) fn poses(
     best(mesh, &coarse, target, starts, scale, cancel)
 }
 
-/// Rotations that bring the axes of one frame to those of another in any order, and turned about each of the other's.
+/// Rotations that bring the axes of one frame to the axes of another in any order, and turned about each of the other's.
 fn frames(from: [DVec3; 3], to: [DVec3; 3]) -> Vec<DMat3> {
     let right = |[x, y, _]: [DVec3; 3]| DMat3::from_cols(x, y, x.cross(y));
     let (from, to) = (right(from), right(to));
@@ -174,8 +174,8 @@ fn best(
     ends.into_iter().filter(fits).map(|e| e.motion).collect()
 }
 
-/// An alignment with the distance by which it is ranked: the geometric mean of that of the nearest samples, which leaves out what is damaged,
-/// and that of nearly all, which has the details of a body that slides on itself.
+/// An alignment with the distance by which it is ranked: the geometric mean of the distance of the nearest samples, which leaves out what is damaged,
+/// and the distance of nearly all, which has the details of a body that slides on itself.
 fn ranked(samples: &[Sample], target: &Target, end: Aligned) -> Aligned {
     let of = |kept| distance(samples, target, &end.motion, kept);
     Aligned {
@@ -184,7 +184,7 @@ fn ranked(samples: &[Sample], target: &Target, end: Aligned) -> Aligned {
     }
 }
 
-/// The first of some alignments that differ from all before, at most so many.
+/// The first alignments that differ from all before, up to a number.
 fn distinct(ends: Vec<Aligned>, samples: &[Sample], span: f64, most: usize) -> Vec<Aligned> {
     let mut kept: Vec<Aligned> = Vec::new();
     for end in ends.into_iter().filter(|e| e.rms.is_finite()) {

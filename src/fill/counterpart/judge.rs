@@ -14,7 +14,7 @@ use crate::finish::{OffsetDatum, OffsetField};
 use crate::mesh::{Mesh, VertexFaces, vertex_normal};
 use crate::spatial::Bvh;
 
-/// Diameters. Width of the collar of known vertices to which a counterpart is fitted, as that of kriging.
+/// Diameters. Width of the collar of known vertices to which a counterpart is fitted, as for kriging.
 const COLLAR: f64 = 0.45;
 /// Mean edges. Its least width.
 const COLLAR_EDGES: f64 = 3.5;

@@ -28,8 +28,8 @@ pub(crate) use placed::{Counterpart, PlacedPart};
 use judge::{Collar, Fitted};
 use surface::CounterpartSurface;
 
-/// Upper bound of the ratio of its error on the rings to that of a smooth patch, where the counterpart has in the hole what a smooth patch
-/// has not: its own vertices are as noisy as those of the rings, which makes 1.4.
+/// Upper bound of the ratio of its error on the rings to the error of a smooth patch, where the counterpart has in the hole what a smooth patch
+/// has not: its own vertices are as noisy as the rings' vertices, which makes 1.4.
 const NOT_WORSE: f64 = 1.6;
 /// The same where it has not: then it must be clearly better.
 const CLEARLY_BETTER: f64 = 0.6;
@@ -38,7 +38,7 @@ const FEATURE: f64 = 2.5;
 /// The same over the smooth part of its misfit beside the hole. Surfaces that are not alike differ as much beside the hole as in it.
 const BEYOND_MISFIT: f64 = 3.0;
 
-/// Expected cost: that of the smooth patches with which it is compared, one of the hole and one of the hole with rings taken out.
+/// Expected cost: the cost of the smooth patches with which it is compared, one of the hole and one of the hole with rings taken out.
 pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
     2.0 * faired::cost(problem)
 }
@@ -104,7 +104,7 @@ impl RegionProblem<'_> {
                 Err(report) => rest = rest.or(Some(report)),
             }
         }
-        // Where none is used, the reason is that of the first, which fits the whole mesh best.
+        // Where none is used, the reason given is the first one's, which fits the whole mesh best.
         let (fitted, mut report) = match (best, why) {
             (Some(best), None) if best.report.refused.is_some() => return (best.report, None),
             (Some(best), why) if best.report.refused.is_some() => {
@@ -176,7 +176,7 @@ impl RegionProblem<'_> {
         Ok(Tested { fitted, report })
     }
 
-    /// The hole with so many of its innermost rings of faces taken out; none where that leaves no single hole, or no smooth patch of it can
+    /// The hole with a number of its innermost rings of faces taken out; none where that leaves no single hole, or no smooth patch of it can
     /// be made.
     fn rings(&self, around: &Part, rings: u32) -> Option<Rings> {
         let rim: Vec<u32> = self.holes[0].rim.iter().map(|&v| around.local(v)).collect();

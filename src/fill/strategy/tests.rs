@@ -292,7 +292,7 @@ fn a_counterpart_comes_first_and_is_taken_where_it_is_sound() {
         has_counterpart: false,
         ..with
     };
-    for flawed in [None, Some(CROSSING)] {
+    for flawed in [None, Some(INTERSECTING)] {
         let end = |candidate: Candidate, _: usize| match candidate {
             Candidate::Counterpart => (flawed, None, false),
             Candidate::Sides | Candidate::Rounded => (None, None, false),

@@ -8,7 +8,7 @@ use crate::fill::{CounterpartKind, CounterpartReport, NotLike};
 /// The counterpart after which a region was to be filled.
 #[derive(Serialize)]
 pub(super) struct CounterpartRow {
-    /// Whether its patch is that of the counterpart.
+    /// Whether its patch comes from the counterpart.
     used: bool,
     /// `mirror` or `template`; null where nothing fits the mesh.
     kind: Option<&'static str>,

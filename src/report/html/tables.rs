@@ -187,7 +187,7 @@ pub fn region_table(regions: &[RegionReport]) -> String {
     out
 }
 
-/// What of a patch is not told by its surroundings: what it was filled after, and its grain.
+/// The parts of a patch that its surroundings do not predict: its counterpart and its grain.
 fn invented_rows(out: &mut String, r: &RegionReport) {
     let invented = [counterpart_text(r, None), grain_text(r, None)];
     for text in invented.into_iter().flatten() {
