@@ -135,9 +135,7 @@ pub use fill::{
     NotLike, PatchInitialisation, Quality, RegionPatch, RegionReport, Sharp, Tally,
     TriangulatedReason,
 };
-pub use finish::{
-    Candidate, CandidateRecord, ChartKind, FinishRecord, FinishResult, Refusal, Restart,
-};
+pub use finish::{FinishRecord, FinishResult, Refusal};
 pub use flow::{BendingEnergy, Density, Energy, FlowOutcome, StepRecord, Variant};
 pub use grid::Volume;
 pub use mend::{
