@@ -238,7 +238,7 @@ def going_on(page, program, mesh, folder):
         server.stop()
 
 
-# The faces of the mesh that have a vertex nearer to the centre than the others: the faces of a dent in a sphere.
+# The faces of a dent in a sphere: faces with a vertex nearer than 0.96 to the centre.
 DENT = """(() => { const { positions: p, faces, centre } = isomend.mesh(), size = (v) => Math.hypot(...[0, 1, 2].map((k) => p[3 * v + k] + centre[k]));
   const on = []; for (let f = 0; f < faces.length / 3; f++) if ([0, 1, 2].some((k) => size(faces[3 * f + k]) < 0.96)) on.push(f); return on; })()"""
 

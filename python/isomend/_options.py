@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from typing import Literal
 
@@ -15,6 +16,9 @@ class SolveOptions(RunOptions, total=False):
     energy: Literal["willmore", "curvature-variation"]
     finish: Literal["auto", "willmore", "none"]
     sharp: Literal["auto", "off"]
+    like: str | os.PathLike[str] | None
+    like_scale: bool
+    grain: bool
     edge_ratio: float | None
 
 

@@ -1,6 +1,6 @@
 //! Deliverables of a saved mesh: patches and missing piece as files, mark, unit and tolerance, as options of a command and as figures.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::PoisonError;
 
 use serde_json::{Value, json};
@@ -15,19 +15,6 @@ use crate::mesh::Unit;
 
 /// Why an unedited or a faired mesh has only a unit.
 const NO_PATCHES: &str = "this mesh has no patches to hand over; fill, restore or repair it first";
-
-/// The file of a mesh that was saved, and what was handed over with it.
-#[derive(Clone, Debug)]
-pub struct SavedAs {
-    /// The file of the mesh.
-    pub path: PathBuf,
-    /// Whether it is text.
-    pub ascii: bool,
-    /// The deliverables that were written with it.
-    pub deliverables: Deliverables,
-    /// Whether all of them were written, and all patches are within the tolerance.
-    pub delivered: bool,
-}
 
 /// The options of a command for deliverables; `argument` writes the path of a file.
 pub fn add_options(

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::app::App;
-use super::deliver::{SavedAs, add_options, unit_alone, without_files};
+use super::deliver::{add_options, unit_alone, without_files};
 use super::recipe::{Places, Recipe};
+use super::session::SavedAs;
 use super::state::{State, between};
 use crate::io::Format;
 use crate::job::{Deliverables, Drawings, JobError, JobSpec, Output, Place, Source, Work, inspect};

@@ -1,14 +1,15 @@
 //! A session: the history of meshes with undo and redo, previews, the running job, and the user's choices on each mesh.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::SystemTime;
 
 use super::choices::{Change, Choices};
-use super::deliver::SavedAs;
 use super::state::State;
 use super::store::{Snapshot, StoredStep};
 use crate::Cancel;
+use crate::job::Deliverables;
 
 /// Upper bound of the number of previews; the oldest is dropped.
 const PREVIEWS: usize = 4;
@@ -46,6 +47,19 @@ pub struct Busy {
     pub since: SystemTime,
     /// Cancels it.
     pub cancel: Cancel,
+}
+
+/// The file of a mesh that was saved, and what was handed over with it.
+#[derive(Clone, Debug)]
+pub struct SavedAs {
+    /// The file of the mesh.
+    pub path: PathBuf,
+    /// Whether it is text.
+    pub ascii: bool,
+    /// The deliverables that were written with it.
+    pub deliverables: Deliverables,
+    /// Whether all of them were written, and all patches are within the tolerance.
+    pub delivered: bool,
 }
 
 impl Session {

@@ -11,10 +11,10 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::super::app::{App, error_text};
-use super::super::deliver::SavedAs;
 use super::super::files::{Denied, to_read, to_write};
 use super::super::recipe::Recipe;
 use super::super::runs::Runs;
+use super::super::session::SavedAs;
 use super::super::state::State as MeshState;
 use super::deliver::{DeliverQuery, DeliveryRequest, refused};
 use super::http::{Answer, MARKS, Refused, SMALL, json_answer, long_work, read, work};
