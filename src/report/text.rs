@@ -398,15 +398,8 @@ pub fn reason(outcome: &HoleOutcome) -> Option<String> {
 pub fn tally_line(report: &FillReport) -> String {
     let tally = report.tally();
     let all = report.holes.len();
-    let closed = [
-        tally.filled,
-        tally.faired,
-        tally.flat,
-        tally.bases,
-        tally.walls,
-        tally.triangulated,
-    ];
-    let closed: usize = closed.iter().sum();
+    let flat = tally.flat + tally.bases + tally.walls;
+    let closed = tally.filled + tally.faired + flat + tally.triangulated;
     let mut line = match all {
         0 => "no holes".to_owned(),
         1 if closed == 1 => "the hole is closed".to_owned(),

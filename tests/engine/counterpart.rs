@@ -141,7 +141,7 @@ fn without_symmetry_nothing_changes() {
             (
                 random.vector().normalize(),
                 width,
-                if k % 2 == 0 { 0.2 } else { -0.2 },
+                if k.is_multiple_of(2) { 0.2 } else { -0.2 },
             )
         };
         let bumps: Vec<Bump> = (0..12).map(bump).collect();

@@ -100,8 +100,8 @@ impl RegionProblem<'_> {
                         best = Some(tested);
                     }
                 }
-                Err(report) if number == 0 => why = Some(report),
-                Err(report) => rest = rest.or(Some(report)),
+                Err(report) if number == 0 => why = Some(*report),
+                Err(report) => rest = rest.or(Some(*report)),
             }
         }
         // Where none is used, the reason given is the first one's, which fits the whole mesh best.
@@ -129,7 +129,7 @@ impl RegionProblem<'_> {
         around: &Part,
         rings: Option<&Rings>,
         smooth: &[DVec3],
-    ) -> Result<Tested, CounterpartReport> {
+    ) -> Result<Tested, Box<CounterpartReport>> {
         let mut report = CounterpartReport {
             kind: Some(part.kind),
             ..CounterpartReport::default()
@@ -141,9 +141,11 @@ impl RegionProblem<'_> {
             fitted.covers(part, smooth)?;
             Ok(fitted)
         });
-        let fitted = fitted.map_err(|why| CounterpartReport {
-            refused: Some(why),
-            ..report.clone()
+        let fitted = fitted.map_err(|why| {
+            Box::new(CounterpartReport {
+                refused: Some(why),
+                ..report.clone()
+            })
         })?;
         report.misfit = Some(fitted.misfit);
         let squares: f64 = smooth.iter().map(|p| fitted.distance(*p).powi(2)).sum();
