@@ -86,7 +86,7 @@ fn table(c: &Comparison, unit: Option<Unit>) -> String {
     let square = unit.map_or(String::new(), |unit| format!(" {unit}²"));
     let facts = |name: &str, s: &SurfaceFacts| {
         format!(
-            "{name}: {} vertices, {} faces, area {}{square}, bending energy {:.4} without {} border vertices\n",
+            "{name}: {} vertices, {} faces, area {}{square}, bending energy {:.4} without {} boundary vertices\n",
             s.vertices,
             s.faces,
             length(s.area),

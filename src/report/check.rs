@@ -97,7 +97,7 @@ fn walls(verdict: &Verdict, size: f64, unit: Option<Unit>) -> Option<String> {
     };
     let at = thinnest.thinnest_at.unwrap_or(thinnest.centre);
     Some(format!(
-        "{} at least,{own} at {}; {} in the mean",
+        "least thickness {}{own} at {}; mean {}",
         Unit::text(unit, thinnest.least_wall?),
         point(at, size),
         Unit::text(unit, mean)

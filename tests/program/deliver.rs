@@ -142,7 +142,7 @@ fn the_missing_piece_is_a_sound_solid_of_the_missing_volume() {
     let earlier = fs::read(desk.path("chip.stl")).unwrap();
     let done = desk.run(&restore);
     assert_code(&done, 3);
-    assert!(text(&done.stderr).contains("no piece was written: the patch lies below"));
+    assert!(text(&done.stderr).contains("no piece was written: the patch is below"));
     // The piece of the run before is no result of this one, but is kept.
     assert!(!desk.path("chip.stl").exists());
     assert_eq!(fs::read(desk.path("chip_earlier.stl")).unwrap(), earlier);
