@@ -20,20 +20,24 @@ case "${1:-}" in
     *) echo "usage: scripts/test.sh [--all|--apps]" >&2; exit 2 ;;
 esac
 
-table=()
+table=() failed=0
+# A stage that fails does not keep the later ones from running, but for the build.
 stage() {
-    local begin=$SECONDS
+    local begin=$SECONDS code word=
     printf '\n== %s\n' "$1"
-    "${@:2}"
-    table+=("$(printf '%6d s  %s' $((SECONDS - begin)) "$1")")
-    echo "== $1: $((SECONDS - begin)) s"
+    set +e
+    (set -e; "${@:2}")
+    code=$?
+    set -e
+    [ "$code" = 0 ] || { failed=$((failed + 1)) word=', failed'; }
+    table+=("$(printf '%6d s  %s' $((SECONDS - begin)) "$1$word")")
+    echo "== $1: $((SECONDS - begin)) s$word"
 }
 finish() {
-    local code=$?
     printf '\n'
     [ ${#table[@]} = 0 ] || printf '%s\n' "${table[@]}"
     printf '%6d s  in all\n' "$SECONDS"
-    [ "$code" = 0 ] || echo "a stage failed"
+    [ "$failed" = 0 ] || { echo "stages that failed: $failed"; exit 1; }
 }
 trap finish EXIT
 
@@ -137,6 +141,7 @@ site() {
 }
 
 stage 'build' build
+[ "$failed" = 0 ] || exit 1
 stage 'tests of the library and the program' rust_tests
 stage 'examples in the documentation' documented_examples
 stage 'commands of the pages' python3 scripts/check_docs.py --isomend "$ISOMEND"

@@ -388,7 +388,7 @@ def restore(
     >>> isomend.restore(vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], [False] * 4)
     Traceback (most recent call last):
     ...
-    isomend._errors.EmptyMaskError: no region is marked
+    isomend._errors.EmptyMaskError: no region is marked: a restoration needs a mask
     """
     return Model(vertices, faces, point_data=point_data, cell_data=cell_data).restore(mark, **options)
 
