@@ -40,7 +40,7 @@ class ISOMEND_OT_find_holes(bpy.types.Operator):
         for hole in found:
             row = settings.holes.add()
             row.number, row.edges, row.diameter = hole.id, hole.edges, hole.diameter * taken.scale
-            row.is_border, row.rim = hole.is_border, json.dumps(hole.rim.tolist())
+            row.is_outer_boundary, row.rim = hole.is_outer_boundary, json.dumps(hole.rim.tolist())
         settings.holes_of = item.name
         self.report({"INFO"}, f"{len(found)} {'hole' if len(found) == 1 else 'holes'}")
         return {"FINISHED"}

@@ -158,7 +158,7 @@ class ISOMEND_OT_fill(Mending, bpy.types.Operator):
 
         def fill(progress):
             found = taken.model().inspect()
-            chosen = taken.chosen_holes(found.holes) if chosen_alone else [hole.id for hole in found.holes if not hole.is_border]
+            chosen = taken.chosen_holes(found.holes) if chosen_alone else [hole.id for hole in found.holes if not hole.is_outer_boundary]
             to_fill = [hole.id for hole in found.holes if hole.id in chosen and not (widest and hole.diameter > widest)]
             if not to_fill:
                 raise NothingToDo(reason_for_none(found.holes, chosen_alone, len(chosen)))

@@ -15,7 +15,7 @@ class ISOMEND_UL_holes(bpy.types.UIList):
         row.label(text=f"{item.number}", icon="MESH_CIRCLE")
         row.label(text=f"{item.edges} edges")
         row.prop(item, "diameter", text="", emboss=False)
-        row.label(text="outer border" if item.is_border else "")
+        row.label(text="outer border" if item.is_outer_boundary else "")
 
 
 class ISOMEND_PT_panel(bpy.types.Panel):

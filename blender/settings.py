@@ -81,7 +81,7 @@ class IsomendHole(bpy.types.PropertyGroup):
     number: IntProperty()
     edges: IntProperty()
     diameter: FloatProperty(unit="LENGTH")
-    is_border: BoolProperty()
+    is_outer_boundary: BoolProperty()
     rim: StringProperty()
 
 

@@ -17,7 +17,7 @@ pub fn run(input: &Path, output: &Path, widest: f64) -> Result<FillReport, Box<d
     let chosen = found
         .holes
         .iter()
-        .filter(|hole| !hole.outer_border && hole.diameter <= widest);
+        .filter(|hole| !hole.outer_boundary && hole.diameter <= widest);
     let params = FillParams::new().with_holes(chosen.map(|hole| hole.id));
     let filled = found.fill(&params, &Control::new())?;
     let done = transfer(&loaded.mesh, &loaded.attributes, filled.mesh);

@@ -173,7 +173,7 @@ def expected(mesh):
     found = {
         "watertight": bool(mesh.is_watertight),
         "oriented": bool(trimesh.Trimesh(mesh.vertices, mesh.faces[proper], process=False).is_winding_consistent),
-        "border": int((uses == 1).sum()),
+        "boundary_edge": int((uses == 1).sum()),
         "non_manifold_edge": int((uses > 2).sum()),
         "duplicate": int(proper.sum() - len(np.unique(np.sort(mesh.faces[proper], axis=1), axis=0))),
         "degenerate": int((~proper).sum()),
@@ -184,7 +184,7 @@ def expected(mesh):
         own.add_mesh(pymeshlab.Mesh(mesh.vertices, mesh.faces[proper]))
         found["non_manifold_vertex"] = own.get_topological_measures()["non_two_manifold_vertices"]
         own.compute_selection_by_self_intersections_per_face()
-        found["crossing"] = own.current_mesh().selected_face_number()
+        found["self_intersection"] = own.current_mesh().selected_face_number()
     return found
 
 
@@ -207,7 +207,7 @@ def check(program, name, mesh, good, touching, folder):
         want["inside_out"] = found.get("inside_out", 0) if name == "fin turned" else 1
     for key, value in want.items():
         own = found.get(key, 0)
-        if touching and key == "crossing":
+        if touching and key == "self_intersection":
             if not own > value:
                 wrong.append(f"{own} self-intersecting faces, not more than MeshLab's {value}")
         elif own != value:

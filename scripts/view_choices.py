@@ -31,7 +31,7 @@ def check_rows(page):
         page.fill_in("#holes li select", first)
         wrong = [row for row in page.run(ROWS) if row[1] != row[2]]
         page.expect(not wrong, f"with hole 1 to {first} these rows differ from what is sent: {wrong}")
-    page.expect(any(hole["outer_border"] for hole in holes), "the mesh of this check has no border")
+    page.expect(any(hole["outer_boundary"] for hole in holes), "the mesh of this check has no border")
     heights = page.run("document.querySelector('#holes').textContent")
     page.expect(not re.search(r"e-1\d", heights), "rounding is shown as a height")
 

@@ -123,7 +123,7 @@ def check_defects(page):
     page.click_on("#defects summary")
     page.until("!['', 'Checking…'].includes(document.querySelector('#verdict').textContent)", "the mesh is checked")
     listed = page.run("[...document.querySelectorAll('#defect-list button')].map((b) => b.textContent)")
-    page.expect(any(re.fullmatch(r"border: [\d,]+", text) for text in listed), f"the defects are {listed}")
+    page.expect(any(re.fullmatch(r"boundary edges: [\d,]+", text) for text in listed), f"the defects are {listed}")
     before = page.settled()["hash"]
     page.click_on("#defect-list button")
     page.expect(page.settled()["hash"] != before, "a click on a defect shows nothing")

@@ -60,7 +60,7 @@ pub struct SurfaceFacts {
     /// `½ ∫ h² dA` with h the sum of the principal curvatures, over the inner vertices: 8π for a sphere.
     pub willmore_energy: f64,
     /// Number of vertices on boundary or non-manifold edges; they have no curvature vector.
-    pub border_vertices: usize,
+    pub boundary_vertices: usize,
 }
 
 /// Distances from samples of one mesh to another, in the meshes' units.
@@ -133,7 +133,7 @@ fn surface_facts(mesh: &Mesh) -> SurfaceFacts {
         faces: mesh.faces.len(),
         area: 0.5 * mesh.faces.iter().map(|f| twice_area(mesh, f)).sum::<f64>(),
         willmore_energy: energy,
-        border_vertices: boundary,
+        boundary_vertices: boundary,
     }
 }
 
@@ -394,7 +394,7 @@ mod tests {
             assert!((d.normal_mean - 180.0).abs() < 1e-6);
         }
         assert_eq!(c.kept, Kept::default());
-        assert_eq!((c.a.border_vertices, c.a.willmore_energy), (4, 0.0));
+        assert_eq!((c.a.boundary_vertices, c.a.willmore_energy), (4, 0.0));
         assert!((c.a.area - 1.0).abs() < 1e-12);
     }
 

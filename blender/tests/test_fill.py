@@ -226,7 +226,7 @@ def test_large_meshes_take_little_more_than_the_fill(bpy, scene, capsys):
     assert len(item.data.polygons) > 200_000
     start = time.perf_counter()
     alone = isomend.Model(vertices, triangles).inspect()
-    alone = alone.fill(holes=[hole.id for hole in alone.holes if not hole.is_border])
+    alone = alone.fill(holes=[hole.id for hole in alone.holes if not hole.is_outer_boundary])
     between = time.perf_counter()
     assert bpy.ops.isomend.fill() == {"FINISHED"}
     end = time.perf_counter()

@@ -42,7 +42,7 @@ fn apply(mask: &Mask, mesh: &Mesh, attributes: &Attributes) {
     let count = marked.iter().filter(|m| **m).count();
     assert_eq!(selection.faces, count);
     assert_eq!(selection.bounds.is_some(), count > 0);
-    assert!(selection.pieces <= count && (selection.pieces > 0) == (count > 0));
+    assert!(selection.components <= count && (selection.components > 0) == (count > 0));
     let without_shrinking = Mask {
         shrink: 0.0,
         ..mask.clone()

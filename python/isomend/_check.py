@@ -18,8 +18,8 @@ class Defect:
     """All defects of one kind.
 
     Attributes:
-        kind: ``border`` (edges with one face only), ``non_manifold_edge``, ``non_manifold_vertex``, ``misoriented``, ``inside_out``,
-            ``degenerate``, ``duplicate``, ``crossing`` (faces that intersect others), ``thin`` or ``thin_wall``.
+        kind: ``boundary_edge`` (edges with one face only), ``non_manifold_edge``, ``non_manifold_vertex``, ``misoriented``, ``inside_out``,
+            ``degenerate``, ``duplicate``, ``self_intersection`` (faces that intersect others), ``thin`` or ``thin_wall``.
         count: Number of edges, vertices, faces or components with the defect, depending on the kind.
         faces: int64 (k,), indices of the faces at the defects, ascending.
         places: float64 (p, 3), the centre of each connected group of these faces, in the units of the mesh.
@@ -37,7 +37,7 @@ class Verdict(Drawn):
     >>> import isomend
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     >>> verdict = isomend.check(vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2]])
-    >>> bool(verdict), verdict.reasons, verdict.defects["border"].faces.tolist()
+    >>> bool(verdict), verdict.reasons, verdict.defects["boundary_edge"].faces.tolist()
     (False, ['1 hole is open'], [0, 1, 2])
     """
 

@@ -18,14 +18,14 @@ class SurfaceFacts:
         area: Area in the units of the mesh squared.
         willmore_energy: Half the integral of h squared, h the sum of the principal curvatures: 8 pi for a sphere. Vertices on the
             mesh's boundary are left out.
-        border_vertices: Number of vertices on the boundary: on edges with one face only.
+        boundary_vertices: Number of vertices on the boundary: on edges with one face only.
     """
 
     vertices: int
     faces: int
     area: float
     willmore_energy: float
-    border_vertices: int
+    boundary_vertices: int
 
 
 @dataclass(frozen=True)

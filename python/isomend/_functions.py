@@ -57,7 +57,7 @@ def inspect(vertices: ArrayLike, faces: ArrayLike) -> Inspection:
     >>> import isomend
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     >>> hole = isomend.inspect(vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2]]).holes[0]
-    >>> hole.id, hole.edges, round(hole.length, 3), hole.is_border
+    >>> hole.id, hole.edges, round(hole.length, 3), hole.is_outer_boundary
     (1, 3, 4.243, True)
     """
     return Model(vertices, faces).inspect()
@@ -231,7 +231,7 @@ def repair(
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     >>> turned = [[0, 1, 2], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
     >>> repaired = isomend.repair(vertices, turned)
-    >>> repaired.complete, repaired.faces.tolist(), repaired.report["steps"]["turned_faces"]
+    >>> repaired.complete, repaired.faces.tolist(), repaired.report["steps"]["reoriented_faces"]
     (True, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], 1)
     """
     model = Model(vertices, faces, point_data=point_data, cell_data=cell_data)

@@ -24,8 +24,8 @@ class Hole:
         height: Extent of the rim along its normal.
         centre: Mean of the rim (x, y, z).
         normal: Unit normal of the rim's plane, out of the surface.
-        piece: The connected piece of the mesh that it bounds, from 0.
-        is_border: Whether it is taken for the outer border of an open sheet, which is filled only when it is named.
+        component: The connected component of the mesh that it bounds, from 0.
+        is_outer_boundary: Whether it is taken for the outer boundary of an open sheet, which is filled only when it is named.
     """
 
     id: int
@@ -38,8 +38,8 @@ class Hole:
     height: float
     centre: tuple[float, float, float]
     normal: tuple[float, float, float]
-    piece: int
-    is_border: bool
+    component: int
+    is_outer_boundary: bool
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def crease_end_of(row: dict[str, Any]) -> CreaseEnd:
 
 
 def hole_of(row: dict[str, Any], rim: NDArray[Any]) -> Hole:
-    names = ("id", "edges", "length", "diameter", "width", "planarity", "height", "piece")
+    names = ("id", "edges", "length", "diameter", "width", "planarity", "height", "component")
     own = {name: row[name] for name in names}
     centre, normal = tuple(row["centre"]), tuple(row["normal"])
-    return Hole(rim=rim, centre=centre, normal=normal, is_border=row["outer_border"], **own)
+    return Hole(rim=rim, centre=centre, normal=normal, is_outer_boundary=row["outer_boundary"], **own)

@@ -66,7 +66,7 @@ def test_one_inspection_is_used_for_several_fills():
     upper, lower = found.holes
     assert upper.diameter > lower.diameter and upper.centre[2] > 0 > lower.centre[2]
     assert np.allclose(vertices[upper.rim, 2], upper.centre[2], atol=1e-9)
-    assert not upper.is_border and np.allclose(np.abs(upper.normal), (0, 0, 1), atol=1e-9)
+    assert not upper.is_outer_boundary and np.allclose(np.abs(upper.normal), (0, 0, 1), atol=1e-9)
     one, other, both = found.fill(holes=[1]), found.fill(keep_open=[1]), found.fill()
     assert [h["outcome"] for h in one.report["holes"]] == ["filled", "left"]
     assert [h["outcome"] for h in other.report["holes"]] == ["left", "filled"]

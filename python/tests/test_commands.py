@@ -40,7 +40,7 @@ def test_the_command_line_gives_the_same_verdict(tmp_path, program):
     assert of_files(verdict.report) == of_files(report)
     assert not verdict and not verdict.sound and verdict.reasons == report["reasons"]
     assert not verdict.watertight and not verdict.closed and not verdict.oriented and verdict.manifold == report["manifold"]
-    assert set(verdict.defects) == {defect["kind"] for defect in report["defects"]} >= {"border", "misoriented", "crossing", "duplicate"}
+    assert set(verdict.defects) == {defect["kind"] for defect in report["defects"]} >= {"boundary_edge", "misoriented", "self_intersection", "duplicate"}
     for defect in report["defects"]:
         own = verdict.defects[defect["kind"]]
         assert own.count == defect["count"] and own.faces.dtype == np.int64
@@ -62,7 +62,7 @@ def test_the_command_line_gives_the_same_repair(tmp_path, program):
     done = isomend.repair(vertices, faces)
     assert done.complete and isomend.check(done.vertices, done.faces).sound and shapes.is_closed(done.faces)
     assert not done.report["before"]["sound"] and done.report["after"]["sound"] and done.report["command"] == "repair"
-    assert done.report["steps"]["duplicate_faces"] == 1 and done.report["steps"]["crossing_passes"]
+    assert done.report["steps"]["duplicate_faces"] == 1 and done.report["steps"]["intersection_passes"]
     isomend.Model(vertices, faces).write(tmp_path / "a.obj")
     report = report_of(program, tmp_path, "repair", "a.obj", "-o", "theirs.obj")
     done.write(tmp_path / "own.obj")
@@ -156,7 +156,7 @@ def test_the_command_line_gives_the_same_comparison(tmp_path, program, sphere, f
     assert done.report["first"] == {"vertices": len(sphere[0]), "faces": len(sphere[1])}
     assert done.kept.faces == done.kept.faces_in_order == len(sphere[1]) and done.kept.vertices == len(sphere[0])
     assert done.a_to_b.max < 1e-12 and done.b_to_a.max > 0.2 and done.b_to_a.samples == 5000
-    assert done.b.area == pytest.approx(4 * np.pi, rel=0.01) and done.b.border_vertices == 0
+    assert done.b.area == pytest.approx(4 * np.pi, rel=0.01) and done.b.boundary_vertices == 0
     assert np.linalg.norm(done.b_to_a.max_at) == pytest.approx(1, abs=0.01)
     for first in (tmp_path / "a.obj", str(tmp_path / "a.obj"), isomend.Model(*sphere)):
         assert of_files(isomend.compare(first, filled.model(), samples=5000, threads=1).report) == of_files(report)

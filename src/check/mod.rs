@@ -78,7 +78,6 @@ impl CheckParams {
 #[non_exhaustive]
 pub enum DefectKind {
     /// Boundary edges: edges with only one face.
-    #[serde(rename = "border")]
     BoundaryEdge,
     /// Edges with more than two faces.
     NonManifoldEdge,
@@ -93,7 +92,6 @@ pub enum DefectKind {
     /// Faces with the same vertices as an earlier face.
     Duplicate,
     /// Faces that intersect or touch another face outside shared vertices and edges.
-    #[serde(rename = "crossing")]
     SelfIntersection,
     /// Faces where the body is thinner than [`CheckParams::thin`].
     Thin,

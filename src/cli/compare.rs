@@ -91,7 +91,7 @@ fn table(c: &Comparison, unit: Option<Unit>) -> String {
             s.faces,
             length(s.area),
             s.willmore_energy,
-            s.border_vertices
+            s.boundary_vertices
         )
     };
     // Of the order of the model's size: much smaller coordinates are rounding errors.

@@ -118,7 +118,7 @@ fn mask_line(mask: &Selection, missed: &[String], unit: Option<Unit>) -> String 
     let Some([low, high]) = mask.bounds else {
         return format!("\nmask: no faces: {}\n", missed.join("; "));
     };
-    let components = if mask.pieces == 1 {
+    let components = if mask.components == 1 {
         "component"
     } else {
         "components"
@@ -126,7 +126,7 @@ fn mask_line(mask: &Selection, missed: &[String], unit: Option<Unit>) -> String 
     format!(
         "\nmask: {} faces in {} {components}, area {}{}, from {} to {}\n",
         mask.faces,
-        mask.pieces,
+        mask.components,
         length(mask.area),
         unit.map_or(String::new(), |unit| format!(" {unit}²")),
         point(low, low.distance(high)),

@@ -177,7 +177,7 @@ fn repaired(report: &RepairReport, file: &str, unit: Option<Unit>, console: &Con
         } else {
             "were"
         },
-        gone_components(report.gone_components)
+        lost_components(report.lost_components)
     ));
     if let Some(after) = &report.after {
         for defect in &after.defects {
@@ -197,7 +197,7 @@ fn repaired(report: &RepairReport, file: &str, unit: Option<Unit>, console: &Con
 }
 
 /// The components of the input that were removed completely: their number and the range of their sizes.
-fn gone_components([count, least, most]: [usize; 3]) -> String {
+fn lost_components([count, least, most]: [usize; 3]) -> String {
     match count {
         0 => String::new(),
         _ if least == most => format!(
@@ -228,10 +228,10 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
             report.marked_faces, report.removed_faces
         ));
     }
-    if report.pieces_left > 0 {
+    if report.components_left > 0 {
         console.warn(&format!(
             "{} closed components were not changed, because the mesh also has open ones; mark them to fair them too",
-            report.pieces_left
+            report.components_left
         ));
     }
     for region in &done.report.regions {

@@ -360,14 +360,14 @@ fn left(report: &FillReport, work: &Work) -> Vec<String> {
     let repairs = matches!(work, Work::Repair(_));
     let line = |(why, ids): &(LeftReason, Vec<HoleId>)| {
         let text = match why {
-            LeftReason::OuterBorder if repairs => {
+            LeftReason::OuterBoundary if repairs => {
                 "the outer border of an open sheet; --close-borders closes it".to_owned()
             }
             LeftReason::KeptOpen if repairs => {
                 "as --keep-holes or --max-diameter requests".to_owned()
             }
             LeftReason::TooWide => format!("{why}; a larger --max-diameter fills it"),
-            LeftReason::OuterBorder => format!("{why} (--holes with its number)"),
+            LeftReason::OuterBoundary => format!("{why} (--holes with its number)"),
             LeftReason::NotChosen => format!("{why}; add it to --holes to fill it"),
             LeftReason::KeptOpen => format!("{why} (--keep-open)"),
             _ => why.to_string(),

@@ -23,20 +23,22 @@ pub enum PatchInitialisation {
 #[non_exhaustive]
 pub struct FinishReport {
     /// The surface that the finish started from.
-    pub start: PatchInitialisation,
+    #[serde(alias = "start")]
+    pub initialisation: PatchInitialisation,
     /// One record for each component of the patch.
-    pub pieces: Vec<FinishRecord>,
+    #[serde(alias = "pieces")]
+    pub components: Vec<FinishRecord>,
 }
 
 impl FinishReport {
     /// The part of the quality that the finish determines.
     pub(super) fn quality(&self) -> Quality {
-        let pieces = || self.pieces.iter();
+        let components = || self.components.iter();
         Quality {
-            folds: pieces().map(|p| p.folds_after).sum(),
+            folds: components().map(|p| p.folds_after).sum(),
             is_unconverged: !self.is_at_minimum(),
-            expected_error: pieces().filter_map(ring_error).reduce(f64::max),
-            energy: pieces().map(|p| p.energy_after).sum(),
+            expected_error: components().filter_map(ring_error).reduce(f64::max),
+            energy: components().map(|p| p.energy_after).sum(),
             ..Quality::default()
         }
     }
@@ -44,13 +46,16 @@ impl FinishReport {
     /// Whether all components have converged to a minimum of the energy, and none of the minima was refused.
     pub(super) fn is_at_minimum(&self) -> bool {
         let at_minimum = |p: &FinishRecord| p.converged && p.willmore_refused.is_none();
-        self.pieces.iter().all(at_minimum)
+        self.components.iter().all(at_minimum)
     }
 
     /// The largest expected error of any vertex.
     pub fn largest_expected_error(&self) -> Option<f64> {
-        let pieces = self.pieces.iter().filter_map(|p| p.largest_expected_error);
-        pieces.reduce(f64::max)
+        let components = self
+            .components
+            .iter()
+            .filter_map(|p| p.largest_expected_error);
+        components.reduce(f64::max)
     }
 }
 

@@ -108,7 +108,7 @@ impl RegionProblem<'_> {
         // One patch for the region. Its new vertices are numbered after the mesh's, hole by hole.
         let count = self.mesh.positions.len() as u32;
         let mut all = FinishedPatch::unfinished(Patch::default());
-        let mut pieces = Vec::new();
+        let mut components = Vec::new();
         let (mut angles, mut shapes) = (0.0, 0.0);
         for hole in self.holes {
             let one = RegionProblem {
@@ -130,14 +130,14 @@ impl RegionProblem<'_> {
                 .faces
                 .extend(finished.patch.faces.iter().map(|f| f.map(moved)));
             all.expected_error.extend(finished.expected_error);
-            pieces.extend(finished.report.into_iter().flat_map(|r| r.pieces));
+            components.extend(finished.report.into_iter().flat_map(|r| r.components));
         }
         let edges: usize = self.holes.iter().map(|h| h.edges).sum();
         all.patch.report.seam_angle_mean = angles / edges as f64;
         all.patch.report.quality_mean = shapes / all.patch.faces.len().max(1) as f64;
         all.report = Some(FinishReport {
-            start: PatchInitialisation::Triangulation,
-            pieces,
+            initialisation: PatchInitialisation::Triangulation,
+            components,
         });
         // Self-intersections are counted for all patches together: they may intersect one another.
         let local = Local::new(

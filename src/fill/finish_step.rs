@@ -151,10 +151,10 @@ impl RegionProblem<'_> {
         let (mut blend, mut minimum) = (patch.positions.clone(), patch.positions.clone());
         let mut expected_error = vec![None; patch.positions.len()];
         let mut report = FinishReport {
-            start,
-            pieces: Vec::new(),
+            initialisation: start,
+            components: Vec::new(),
         };
-        for piece in around.pieces(local.new_faces()) {
+        for piece in around.patches(local.new_faces()) {
             let done = finish(&around, &piece, &params);
             for (i, &v) in done.vertices.iter().enumerate() {
                 let at = v as usize - own;
@@ -163,7 +163,7 @@ impl RegionProblem<'_> {
                 let error = done.expected_error.get(i).copied();
                 expected_error[at] = error.filter(|s| s.is_finite());
             }
-            report.pieces.push(done.found);
+            report.components.push(done.found);
         }
         // After a cancellation the patch keeps its positions and has no expected errors.
         if self.cancel.is_cancelled() {
@@ -184,8 +184,8 @@ impl RegionProblem<'_> {
         let taken = match fits(&blend) {
             Some(intersecting) => Some((blend, intersecting)),
             None => {
-                let pieces = report.pieces.iter_mut();
-                pieces.for_each(FinishRecord::refuse_blend);
+                let components = report.components.iter_mut();
+                components.for_each(FinishRecord::refuse_blend);
                 fits(&minimum).map(|intersecting| (minimum, intersecting))
             }
         };
@@ -196,7 +196,10 @@ impl RegionProblem<'_> {
             let whole = |f: &[u32; 3]| f.map(|v| local.part.original(v, local.count));
             patch.measure(self.mesh, local.part.mesh.faces.iter().map(whole));
         } else {
-            report.pieces.iter_mut().for_each(FinishRecord::refuse_all);
+            report
+                .components
+                .iter_mut()
+                .for_each(FinishRecord::refuse_all);
             expected_error.fill(None);
         }
         FinishedPatch {

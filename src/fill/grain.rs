@@ -37,7 +37,7 @@ impl RegionProblem<'_> {
         let around = local.around();
         let mut shifts = Vec::new();
         let mut squares = [0.0; 2];
-        for piece in around.pieces(local.new_faces()) {
+        for piece in around.patches(local.new_faces()) {
             if let Some(found) = grain(&around, &piece) {
                 let weight = piece.len() as f64;
                 (0..2).for_each(|k| squares[k] += weight * found.roughness[k].powi(2));

@@ -54,7 +54,7 @@ pub(super) fn make<'b>(
     let from = so_far.best_unconverged.as_ref().filter(is_worth_it);
     let mut done = problem.solve_and_join(now, from.map(|k| &k.solved.level));
     so_far.retry_context.spent += spent(&done.report.levels);
-    done.report.earlier_tries = failures(&attempts);
+    done.report.failed_attempts = failures(&attempts);
     // An unconverged result of the second of two initialisations on one grid is not kept.
     let is_second = attempts
         .last()
@@ -92,7 +92,7 @@ pub(super) fn make_unconverged(problem: &RegionProblem<'_>, so_far: &mut SoFar<'
             .stitch(&unconverged.region, &surface, &extracted)
             .ok()?;
         let report = RegionReport {
-            earlier_tries: failures(&attempts),
+            failed_attempts: failures(&attempts),
             ..unconverged.report
         };
         (patch.report.intersecting_faces == 0).then_some(Made::Joined(patch, report))

@@ -47,7 +47,7 @@ pub enum LeftReason {
     TooWide,
     /// It is the outer border of an open sheet, which is filled only if the caller names it.
     #[error("the outer border of an open sheet, which is filled only when it is named")]
-    OuterBorder,
+    OuterBoundary,
     /// It bounds a component of one or two triangles outside all holes.
     #[error("the border of a component of one or two triangles")]
     SmallComponent,
@@ -104,8 +104,6 @@ pub enum FailedReason {
     /// In a repair: it was still open after the last steps, and every triangulation of its rim intersects other faces.
     #[error("every triangulation of its rim intersects other faces")]
     #[serde(alias = "nothing_fits")]
-    #[serde(alias = "nothing_fits")]
-    #[serde(alias = "nothing_fits")]
     EveryTriangulationIntersects,
 }
 
@@ -120,13 +118,9 @@ pub enum AttemptFailure {
     /// The surrounding faces are inconsistent: the flow diverges.
     #[error("the faces around it are inconsistent: the level set diverged")]
     #[serde(alias = "contradiction")]
-    #[serde(alias = "contradiction")]
-    #[serde(alias = "contradiction")]
     Diverged,
     /// The flow did not converge on this grid.
     #[error("the level set did not converge on this grid")]
-    #[serde(alias = "not_steady")]
-    #[serde(alias = "not_steady")]
     #[serde(alias = "not_steady")]
     NotConverged,
     /// The surface reached the side of its box.
@@ -216,7 +210,7 @@ pub struct Tally {
     /// Boundary chains that do not close.
     pub open_chains: usize,
     /// Patches with faces that intersect other faces.
-    pub crossing_patches: usize,
+    pub intersecting_patches: usize,
     /// Faces of patches that intersect other faces.
-    pub crossing_faces: usize,
+    pub intersecting_faces: usize,
 }

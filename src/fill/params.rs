@@ -96,7 +96,7 @@ impl FillParams {
 
     /// Whether a hole is the outer border of a sheet that gets a base.
     pub(crate) fn is_on_base(&self, hole: &Hole) -> bool {
-        self.flat_base && hole.outer_border && !self.is_flat(hole.id)
+        self.flat_base && hole.outer_boundary && !self.is_flat(hole.id)
     }
 
     /// Whether the caller asks to fill any of these holes together with others.

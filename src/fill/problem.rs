@@ -167,7 +167,7 @@ mod tests {
         let mut mesh = punch(&sheet, |c| square(c, 0.3, 0.2) || square(c, 0.6, 0.026));
         let mut topology = Topology::new(&mut mesh);
         let (holes, _) = find_holes(&mesh, &mut topology);
-        let inner: Vec<&Hole> = holes.iter().filter(|h| !h.outer_border).collect();
+        let inner: Vec<&Hole> = holes.iter().filter(|h| !h.outer_boundary).collect();
         let params = FillParams::default();
         assert_eq!(inner.len(), 2);
         assert!(refines(&mesh, &inner[..1], &params));

@@ -66,7 +66,7 @@ pub struct RegionReport {
     /// The roughness that was invented for its patch; none where none was asked for, or too little is known.
     pub grain: Option<GrainReport>,
     /// Why earlier attempts failed.
-    pub earlier_tries: Vec<AttemptFailure>,
+    pub failed_attempts: Vec<AttemptFailure>,
     /// Whether the surface belongs to the fallback energy, because the requested one found none.
     pub other_energy: bool,
     /// Computing time in seconds.

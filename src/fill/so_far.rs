@@ -80,10 +80,10 @@ impl SoFar<'_> {
     /// The failure of the last level set, if one was attempted, and a report for a region that no level set closed.
     pub(super) fn without_level_set(&self) -> (Option<AttemptFailure>, RegionReport) {
         let report = RegionReport {
-            earlier_tries: failures(&self.history()),
+            failed_attempts: failures(&self.history()),
             ..self.last.clone()
         };
-        (report.earlier_tries.last().cloned(), report)
+        (report.failed_attempts.last().cloned(), report)
     }
 }
 

@@ -42,14 +42,14 @@ pub(crate) use grain::grain;
 pub(crate) use offset_field::{OffsetDatum, OffsetField};
 pub use params::{FinishMethod, FinishParams};
 pub use report::{
-    Candidate, CandidateRecord, ChartKind, FinishRecord, FinishResult, Finished, Refusal, Restart,
+    Candidate, CandidateRecord, ChartKind, FinishRecord, FinishResult, Finished, Refusal,
+    SecondInitialisation,
 };
 pub use surroundings::Surroundings;
 
 use patch::{Located, Patch};
-use willmore::SecondInitialisation;
 
-/// Finishes the patch of some vertices (in any order), which must be connected (see [`Surroundings::pieces`]). A patch that
+/// Finishes the patch of some vertices (in any order), which must be connected (see [`Surroundings::patches`]). A patch that
 /// cannot be finished keeps its positions bit for bit, and [`FinishRecord`] has the reason; the same holds if the token of the
 /// surroundings is set.
 pub fn finish(around: &Surroundings<'_>, vertices: &[u32], params: &FinishParams) -> Finished {
@@ -230,11 +230,7 @@ fn minimum(
     found.converged = minimum.last <= params.tolerance;
     found.energy_before = minimum.energy_before;
     found.energy_after = minimum.energy_before;
-    found.restart = match second {
-        SecondInitialisation::NotNeeded => Restart::NotNeeded,
-        SecondInitialisation::Worse => Restart::Attempted,
-        SecondInitialisation::Better => Restart::Taken,
-    };
+    found.second_initialisation = second;
     // Refuse a minimum with a flaw. A converged minimum of much lower energy may move vertices any distance.
     let rose = minimum.energy > minimum.energy_before * tuning().finish.energy_rise;
     found.willmore_refused = if !minimum.energy_before.is_finite() {

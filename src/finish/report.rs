@@ -56,7 +56,8 @@ pub struct FinishRecord {
     /// Whether the steps converged: the last was shorter than the tolerance.
     pub converged: bool,
     /// Whether a second initial shape was used.
-    pub restart: Restart,
+    #[serde(alias = "restart")]
+    pub second_initialisation: SecondInitialisation,
     /// `½ ∫ h²` of the initial patch, where `h` is the sum of the principal curvatures.
     pub energy_before: f64,
     /// `½ ∫ h²` at the minimum of the energy.
@@ -107,7 +108,7 @@ impl FinishRecord {
 
 /// Which surface the positions of a finished patch are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum FinishResult {
     /// The initial patch.
@@ -122,24 +123,25 @@ pub enum FinishResult {
 /// Whether Gauss-Newton used a second initial shape, the biharmonic fill of the same triangles. For a large patch: whether its
 /// only initial shape has a strip along the rim filled biharmonically.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "snake_case")]
 #[non_exhaustive]
-pub enum Restart {
+pub enum SecondInitialisation {
     /// The first initial shape converged quickly and without folds.
     #[default]
     NotNeeded,
     /// The second initial shape was used, without a better result.
-    #[serde(rename = "tried")]
-    Attempted,
+    #[serde(alias = "tried")]
+    Worse,
     /// The second initial shape gave fewer folds or a lower energy.
-    Taken,
+    #[serde(alias = "taken")]
+    Better,
 }
 
 /// A candidate surface of the blend.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
 )]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Candidate {
     /// The minimum of the energy.
@@ -156,7 +158,7 @@ pub enum Candidate {
 
 /// The surface over which heights are kriged.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum ChartKind {
     /// A plane.
@@ -188,7 +190,7 @@ pub struct CandidateRecord {
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, thiserror::Error, serde::Serialize, serde::Deserialize,
 )]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Refusal {
     /// No face uses a vertex of the patch.
@@ -214,7 +216,7 @@ pub enum Refusal {
     Folded,
     /// Faces would intersect other faces.
     #[error("faces would intersect other faces")]
-    #[serde(rename = "crossing")]
+    #[serde(alias = "crossing")]
     Intersects,
     /// The energy would be higher.
     #[error("the energy would be higher")]
@@ -227,7 +229,7 @@ pub enum Refusal {
     NoRing,
     /// Not requested by the parameters.
     #[error("it was not requested")]
-    #[serde(rename = "not-asked")]
+    #[serde(alias = "not-asked")]
     NotRequested,
     /// Cancelled by the caller.
     #[error("it was cancelled")]

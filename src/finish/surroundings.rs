@@ -72,7 +72,7 @@ impl<'a> Surroundings<'a> {
 
     /// The unknown vertices of some faces, grouped into patches: components of faces connected by edges. Each group is finished
     /// on its own. Groups are in rising order and not empty. Faces between known vertices also connect their neighbours.
-    pub fn pieces(&self, faces: &[[u32; 3]]) -> Vec<Vec<u32>> {
+    pub fn patches(&self, faces: &[[u32; 3]]) -> Vec<Vec<u32>> {
         let sides = |(f, face): (usize, &[u32; 3])| {
             let [a, b, c] = *face;
             [(a, b), (b, c), (c, a)].map(|(v, w)| (v.min(w), v.max(w), f as u32))
@@ -85,23 +85,23 @@ impl<'a> Surroundings<'a> {
                 sets.join(both[0].2, both[1].2);
             }
         }
-        let mut pieces: Vec<Vec<u32>> = Vec::new();
+        let mut patches: Vec<Vec<u32>> = Vec::new();
         let mut place = HashMap::new();
         for (f, face) in faces.iter().enumerate() {
             let first = sets.find(f as u32);
             let unknown = face.iter().filter(|&&v| !self.is_known(v));
             let at = *place.entry(first).or_insert_with(|| {
-                pieces.push(Vec::new());
-                pieces.len() - 1
+                patches.push(Vec::new());
+                patches.len() - 1
             });
-            pieces[at].extend(unknown);
+            patches[at].extend(unknown);
         }
-        for piece in &mut pieces {
-            piece.sort_unstable();
-            piece.dedup();
+        for one in &mut patches {
+            one.sort_unstable();
+            one.dedup();
         }
-        pieces.retain(|p| !p.is_empty());
-        pieces
+        patches.retain(|p| !p.is_empty());
+        patches
     }
 
     pub(super) fn position(&self, vertex: u32) -> DVec3 {

@@ -12,6 +12,7 @@ use super::geometry::{
 };
 use super::params::FinishParams;
 use super::patch::{Closure, Patch};
+use super::report::SecondInitialisation;
 use crate::cancel::Cancel;
 use crate::linalg::LdlPattern;
 use crate::tuning::tuning;
@@ -26,13 +27,6 @@ pub(super) struct Minimum {
     pub(super) last: f64,
     pub(super) energy_before: f64,
     pub(super) energy: f64,
-}
-
-/// Outcome of the second initial shape.
-pub(super) enum SecondInitialisation {
-    NotNeeded,
-    Worse,
-    Better,
 }
 
 /// Discrete curvature and energy of a surface.

@@ -130,7 +130,7 @@ impl Evolution {
             steps: self.steps.iter().map(record).collect(),
             update: self.steps.last().map_or(0.0, |s| s.update),
             converged: false,
-            flat: false,
+            energy_plateau: false,
             unknowns: self.unknowns,
             energy_before: WIDTH * self.willmore_before,
             energy_after: WIDTH * self.willmore(),

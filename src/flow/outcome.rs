@@ -52,7 +52,8 @@ pub struct FlowOutcome {
     pub converged: bool,
     /// Whether it ended because the energy hardly changed any more although nodes still moved: the minimum is nearly flat in some
     /// direction.
-    pub flat: bool,
+    #[serde(alias = "flat")]
+    pub energy_plateau: bool,
     /// Number of unknowns of the last band.
     pub unknowns: usize,
     /// The surface's part of the energy at the start; for the Willmore energy ½∫h² of the free part times 2.5, the half width of

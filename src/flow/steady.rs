@@ -67,7 +67,7 @@ impl<'a> Relaxation<'a> {
                 steps: Vec::new(),
                 update: 0.0,
                 converged: false,
-                flat: false,
+                energy_plateau: false,
                 unknowns: 0,
                 energy_before: 0.0,
                 energy_after: 0.0,
@@ -143,7 +143,7 @@ impl<'a> Relaxation<'a> {
         let rules = StopRules::new(self.settings);
         let stop = rules.after(&self.outcome.steps, self.outcome.unknowns);
         self.outcome.converged = stop == Some(Stop::Converged);
-        self.outcome.flat = stop == Some(Stop::Plateau);
+        self.outcome.energy_plateau = stop == Some(Stop::Plateau);
         stop.is_some()
     }
 

@@ -204,7 +204,7 @@ impl Drawn<'_> {
                 "new faces",
                 (self.after.faces.len() - self.kept).to_string(),
             ),
-            ("components", report.pieces.to_string()),
+            ("components", report.components.to_string()),
         ];
         if report.seconds > 0.0 {
             facts.push(("seconds", format!("{:.2}", report.seconds)));

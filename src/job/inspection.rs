@@ -75,7 +75,7 @@ struct InspectBody<'a> {
     faces: usize,
     /// Smallest and largest coordinates.
     bounds: [DVec3; 2],
-    pieces: usize,
+    components: usize,
     component_faces: &'a [usize],
     defects: Defects,
     open_chains: &'a [OpenChain],
@@ -97,7 +97,7 @@ impl Inspected<'_> {
             vertices: loaded.mesh.positions.len(),
             faces: loaded.mesh.faces.len(),
             bounds: loaded.mesh.bounds(),
-            pieces: found.topology.component_faces.len(),
+            components: found.topology.component_faces.len(),
             component_faces: &found.topology.component_faces,
             defects: found.topology.defects,
             open_chains: &found.open_chains,

@@ -45,8 +45,8 @@ pub(super) fn choose(
             Some(LeftReason::NotChosen)
         } else if params.max_diameter.is_some_and(|d| hole.diameter > d) {
             Some(LeftReason::TooWide)
-        } else if hole.outer_border && !params.flat_base && !small() && !facing[i] {
-            Some(LeftReason::OuterBorder)
+        } else if hole.outer_boundary && !params.flat_base && !small() && !facing[i] {
+            Some(LeftReason::OuterBoundary)
         } else {
             None
         };
@@ -95,7 +95,7 @@ pub(super) fn groups(
 /// Marks the outer borders that face another rim: islands in holes, the two sides of a gap.
 fn facing_borders(found: &Inspection) -> Vec<bool> {
     let mut facing = vec![false; found.holes.len()];
-    if !found.holes.iter().any(|h| h.outer_border) {
+    if !found.holes.iter().any(|h| h.outer_boundary) {
         return facing;
     }
     let all: Vec<usize> = (0..found.holes.len()).collect();

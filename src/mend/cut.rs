@@ -89,7 +89,7 @@ impl<'a> CutResult<'a> {
         let before = self.before;
         plan.vertices = before.input.positions.len();
         plan.faces = before.input.faces.len();
-        plan.pieces = before.topology.component_faces.len();
+        plan.components = before.topology.component_faces.len();
         plan.defects = before.topology.defects;
         for hole in &mut plan.holes {
             if let HolePlan::Leave(why) = &mut hole.plan {
@@ -106,7 +106,7 @@ impl<'a> CutResult<'a> {
         let before = self.before;
         report.vertices = before.input.positions.len();
         report.faces = before.input.faces.len();
-        report.pieces = before.topology.component_faces.len();
+        report.components = before.topology.component_faces.len();
         report.defects = before.topology.defects;
         for hole in &mut report.holes {
             if let HoleOutcome::Left(why) = &mut hole.outcome {
@@ -208,7 +208,7 @@ fn made(
     let outer: BTreeSet<Edge> = before
         .holes
         .iter()
-        .filter(|h| h.outer_border)
+        .filter(|h| h.outer_boundary)
         .flat_map(|h| edges(&h.rim, &own))
         .collect();
     let mut ids = Vec::new();

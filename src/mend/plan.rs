@@ -15,7 +15,7 @@ pub struct FillPlan {
     /// Faces of the input.
     pub faces: usize,
     /// Connected components of the input.
-    pub pieces: usize,
+    pub components: usize,
     /// Defects of the input.
     pub defects: Defects,
     /// Boundary chains that do not close.
@@ -108,5 +108,5 @@ pub struct FairPlan {
     /// Number of vertices that would be removed with them.
     pub removed_vertices: usize,
     /// Closed components that would stay unchanged: of an open mesh only the open components are faired, between their borders.
-    pub pieces_left: usize,
+    pub components_left: usize,
 }

@@ -22,7 +22,7 @@ impl CutResult<'_> {
         let holes: Vec<&Hole> = before.holes.iter().collect();
         ReferenceSurface::new(
             Sampler::new(&before.mesh, &before.topology),
-            CappedRims::new(&holes, |h| !h.outer_border),
+            CappedRims::new(&holes, |h| !h.outer_boundary),
             Keeping::Part(part),
             self.extents(),
         )

@@ -208,7 +208,7 @@ impl<'a> Regions<'a> {
         FillPlan {
             vertices: found.input.positions.len(),
             faces: found.input.faces.len(),
-            pieces: found.topology.component_faces.len(),
+            components: found.topology.component_faces.len(),
             defects: found.topology.defects,
             open_chains: found.open_chains.clone(),
             holes,

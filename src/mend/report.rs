@@ -28,7 +28,7 @@ pub struct FillReport {
     /// Faces of the input.
     pub faces: usize,
     /// Connected components of the input.
-    pub pieces: usize,
+    pub components: usize,
     /// Defects of the input.
     pub defects: Defects,
     /// Boundary chains that do not close.
@@ -49,7 +49,7 @@ impl FillReport {
         Self {
             vertices: found.input.positions.len(),
             faces: found.input.faces.len(),
-            pieces: found.topology.component_faces.len(),
+            components: found.topology.component_faces.len(),
             defects: found.topology.defects,
             open_chains: found.open_chains.clone(),
             ..Self::default()
@@ -102,8 +102,8 @@ impl FillReport {
             *count += 1;
         }
         for region in self.regions.iter().filter(|r| r.intersecting_faces > 0) {
-            tally.crossing_patches += 1;
-            tally.crossing_faces += region.intersecting_faces;
+            tally.intersecting_patches += 1;
+            tally.intersecting_faces += region.intersecting_faces;
         }
         tally
     }
@@ -144,7 +144,7 @@ pub struct FairReport {
     /// Number of vertices removed with them.
     pub removed_vertices: usize,
     /// Closed components that stayed unchanged: of an open mesh only the open components are faired, between their borders.
-    pub pieces_left: usize,
+    pub components_left: usize,
     /// Volume of the input, if it is closed.
     pub volume_before: Option<f64>,
     /// Volume of the output, if it is closed.

@@ -45,7 +45,7 @@ pub struct Hole {
     /// The component of the mesh that it bounds, from 0.
     pub component: u32,
     /// Whether it is classified as the outer border of an open sheet.
-    pub outer_border: bool,
+    pub outer_boundary: bool,
 }
 
 /// All holes of a mesh, longest first, and the boundary chains that do not close.
@@ -67,7 +67,7 @@ pub fn find_holes(mesh: &Mesh, topology: &mut Topology) -> (Vec<Hole>, Vec<OpenC
     for (i, hole) in holes.iter_mut().enumerate() {
         hole.id = HoleId(i + 1);
     }
-    mark_outer_borders(mesh, topology, &mut holes);
+    mark_outer_boundaries(mesh, topology, &mut holes);
     (holes, open_chains)
 }
 
@@ -186,7 +186,7 @@ fn describe(mesh: &Mesh, topology: &Topology, half_edges: &[u32]) -> Hole {
         centre,
         normal,
         component: topology.component[half_edges[0] as usize / 3],
-        outer_border: false,
+        outer_boundary: false,
     }
 }
 
@@ -257,7 +257,7 @@ fn plane_residual(points: &[DVec3]) -> f64 {
 
 /// Marks the outer border of open sheets: the longest loop of a component, if on average the surface would continue away from the
 /// loop's centre, and if its diameter is at least half of the component's.
-fn mark_outer_borders(mesh: &Mesh, topology: &Topology, holes: &mut [Hole]) {
+fn mark_outer_boundaries(mesh: &Mesh, topology: &Topology, holes: &mut [Hole]) {
     let extent = topology.component_bounds(mesh);
     let mut seen = vec![false; topology.component_faces.len()];
     for hole in holes.iter_mut() {
@@ -273,6 +273,6 @@ fn mark_outer_borders(mesh: &Mesh, topology: &Topology, holes: &mut [Hole]) {
             outward += away.dot(*c) * a.distance(b) / hole.length;
         }
         let (low, high) = extent[component];
-        hole.outer_border = outward > 0.25 && hole.diameter >= 0.5 * (high - low).length();
+        hole.outer_boundary = outward > 0.25 && hole.diameter >= 0.5 * (high - low).length();
     }
 }

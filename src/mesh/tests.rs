@@ -140,7 +140,7 @@ fn an_inconsistent_face_is_reversed() {
         mesh.faces[f].swap(1, 2);
         let (topology, holes) = holes_of(&mut mesh);
         assert_eq!(mesh, right);
-        assert_eq!(topology.defects.faces_turned, 1);
+        assert_eq!(topology.defects.reoriented_faces, 1);
         assert!(topology.turned[f]);
         assert_eq!(loops(&holes), wanted);
         for (h, &o) in topology.opposite.iter().enumerate() {
@@ -154,7 +154,7 @@ fn only_the_border_of_an_open_sheet_is_its_outer_border() {
     let middle = DVec3::new(5.0, 5.0, 0.0);
     let outer = |mut mesh: Mesh| -> Vec<bool> {
         let (_, holes) = holes_of(&mut mesh);
-        holes.iter().map(|h| h.outer_border).collect()
+        holes.iter().map(|h| h.outer_boundary).collect()
     };
     assert_eq!(outer(sheet()), [true]);
     assert_eq!(

@@ -27,7 +27,7 @@ pub struct Defects {
     /// Components of one or two triangles.
     pub small_components: usize,
     /// Faces that had to be reversed (only for the computation) to agree with their component.
-    pub faces_turned: usize,
+    pub reoriented_faces: usize,
 }
 
 /// The connectivity of a mesh.
@@ -217,7 +217,7 @@ impl Topology {
         }
         for f in 0..n {
             if self.turned[f] {
-                self.defects.faces_turned += 1;
+                self.defects.reoriented_faces += 1;
                 self.turn(mesh, f);
             }
         }

@@ -139,7 +139,7 @@ impl Solved {
 }
 
 fn is_far_from_converged(flow: &FlowOutcome) -> bool {
-    !(flow.converged || flow.flat || flow.update <= tuning().region.far_from_converged)
+    !(flow.converged || flow.energy_plateau || flow.update <= tuning().region.far_from_converged)
 }
 
 /// Upper bound of the initial energy of the level after `coarser`.

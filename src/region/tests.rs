@@ -21,7 +21,7 @@ fn groups(
 }
 
 fn inner(hole: &Hole) -> bool {
-    !hole.outer_border
+    !hole.outer_boundary
 }
 
 /// A sheet with two round holes of radius 0.1, `apart` from rim to rim.

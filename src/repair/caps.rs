@@ -115,7 +115,7 @@ fn leave(report: &mut FillReport, region: u32) {
     own.set_intersecting(0);
     let id = own.id;
     for hole in report.holes.iter_mut().filter(|h| h.region == id) {
-        hole.outcome = HoleOutcome::Left(LeftReason::OuterBorder);
+        hole.outcome = HoleOutcome::Left(LeftReason::OuterBoundary);
     }
 }
 

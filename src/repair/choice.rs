@@ -13,8 +13,8 @@ use crate::tuning::tuning;
 /// because their surface continues away from the centre of the border.
 pub(super) fn take_borders(found: &mut Inspection) -> Vec<HoleId> {
     let mut sheets = Vec::new();
-    for hole in found.holes.iter_mut().filter(|h| h.outer_border) {
-        hole.outer_border = false;
+    for hole in found.holes.iter_mut().filter(|h| h.outer_boundary) {
+        hole.outer_boundary = false;
         let faces = found.topology.component_faces[hole.component as usize];
         if faces > tuning().repair.small_faces {
             sheets.push(hole.id);

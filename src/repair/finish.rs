@@ -29,7 +29,7 @@ impl Run<'_> {
         shell_walls::record(&done.mesh, &places, self.params, &mut report)?;
         let living = done.origins.living(self.input.faces.len());
         report.lost_faces = living.iter().filter(|l| !**l).count();
-        report.gone_components = report::gone_components(&self.components, &living);
+        report.lost_components = report::lost_components(&self.components, &living);
         let known: HashSet<u32> = done.origins.vertices.iter().copied().collect();
         report.lost_vertices = self.input.positions.len() - known.len();
         // Renumber the rims for the result; rims with dropped vertices are cleared, so that they are not drawn.

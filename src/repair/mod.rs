@@ -184,7 +184,7 @@ impl Run<'_> {
             sheets::separate(&mut self.draft, &mut self.report)?;
             // A separated component may be a closed body now, whose outside is known.
             if params.orient && self.report.split_vertices + self.report.non_manifold_faces > 0 {
-                self.report.turned_faces += orient::orient(&mut self.draft)?;
+                self.report.reoriented_faces += orient::orient(&mut self.draft)?;
             }
         }
         self.go_on()?;
@@ -201,7 +201,7 @@ impl Run<'_> {
         )?;
         self.go_on()?;
         if self.params.orient {
-            self.report.turned_faces = orient::orient(&mut self.draft)?;
+            self.report.reoriented_faces = orient::orient(&mut self.draft)?;
         }
         Ok(())
     }
@@ -266,7 +266,7 @@ impl Run<'_> {
         }
         // Open sheets may have become closed components.
         if self.params.orient {
-            self.report.turned_faces += orient::orient(&mut self.draft)?;
+            self.report.reoriented_faces += orient::orient(&mut self.draft)?;
         }
         Ok(())
     }
@@ -282,7 +282,7 @@ impl Run<'_> {
             !borders && edges(&before).all(|e| border.contains(&e))
         };
         let origin = self.draft.origins.vertices.clone();
-        let is_left = |hole: &Hole| hole.outer_border && was_border(hole, &origin);
+        let is_left = |hole: &Hole| hole.outer_boundary && was_border(hole, &origin);
         rim_triangles::settle(&mut self.draft, &mut self.report.fill, &is_left)?;
         let open = |hole: &Hole| was_border(hole, &origin);
         report::open(&self.draft, &mut self.report.fill, &open)?;
@@ -374,7 +374,7 @@ impl Run<'_> {
             for hole in &mut found.holes {
                 if edges(&hole.rim).any(|e| !old.contains(&e)) {
                     // A hole made by a cut is not the outer border of a sheet.
-                    hole.outer_border = false;
+                    hole.outer_boundary = false;
                     made.push(hole.id);
                 }
             }

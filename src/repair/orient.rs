@@ -42,7 +42,7 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
     let mut border = vec![0.0; components.len()];
     for hole in &found.holes {
         // An outer border means an open sheet.
-        let length = if hole.outer_border {
+        let length = if hole.outer_boundary {
             f64::INFINITY
         } else {
             hole.length

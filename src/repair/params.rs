@@ -105,7 +105,7 @@ pub struct RepairReport {
     /// Duplicate faces removed.
     pub duplicate_faces: usize,
     /// Faces whose orientation was reversed.
-    pub turned_faces: usize,
+    pub reoriented_faces: usize,
     /// Vertex copies made to separate surfaces that met there.
     pub split_vertices: usize,
     /// Faces cut out at edges with more than two faces.
@@ -117,7 +117,7 @@ pub struct RepairReport {
     /// Input components with no face left in the result, for whatever reason: their number, and the smallest and largest number
     /// of faces of one.
     #[serde(default)]
-    pub gone_components: [usize; 3],
+    pub lost_components: [usize; 3],
     /// Closed bodies that touched or intersected another, or themselves, and were united.
     pub united_bodies: usize,
     /// Vertices moved before a union, because faces of two bodies coincided there except for rounding.
@@ -191,7 +191,7 @@ impl RepairReport {
 #[non_exhaustive]
 pub struct SelfIntersectionPass {
     /// Faces that intersected others.
-    pub crossing_faces: usize,
+    pub intersecting_faces: usize,
     /// Faces cut out.
     pub cut_faces: usize,
     /// Rings of faces round the intersecting ones that were cut out too.

@@ -41,7 +41,7 @@ pub(super) fn open(
         let outcome = match (faces, was_border(hole)) {
             (1, _) => HoleOutcome::Left(LeftReason::SmallComponent),
             (2, true) => HoleOutcome::Left(LeftReason::SmallComponent),
-            (_, true) if hole.outer_border => HoleOutcome::Left(LeftReason::OuterBorder),
+            (_, true) if hole.outer_boundary => HoleOutcome::Left(LeftReason::OuterBoundary),
             _ => HoleOutcome::Failed(FailedReason::EveryTriangulationIntersects),
         };
         last += 1;
@@ -77,7 +77,7 @@ pub(super) fn count_intersecting_faces(
 }
 
 /// The number of input components with no face left, and the smallest and largest number of faces of one.
-pub(super) fn gone_components(component: &[u32], living: &[bool]) -> [usize; 3] {
+pub(super) fn lost_components(component: &[u32], living: &[bool]) -> [usize; 3] {
     let mut faces: BTreeMap<u32, (usize, bool)> = BTreeMap::new();
     for (component, lives) in component.iter().zip(living).filter(|(c, _)| **c != NONE) {
         let (count, any) = faces.entry(*component).or_default();

@@ -119,7 +119,7 @@ fn record(
         let ends = rims.iter().filter(|(_, rim, _)| is_own(rim));
         let outcome = ends.map(|(_, _, rim)| match rim {
             Rim::Closed(_) => (0, triangulated(crossing)),
-            Rim::Left => (1, HoleOutcome::Left(LeftReason::OuterBorder)),
+            Rim::Left => (1, HoleOutcome::Left(LeftReason::OuterBoundary)),
             Rim::Open => (2, HoleOutcome::Failed(FailedReason::Intersects(crossing))),
         });
         if let Some((_, worst)) = outcome.max_by_key(|(badness, _)| *badness) {

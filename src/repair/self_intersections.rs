@@ -57,7 +57,7 @@ pub(super) fn cut_patches(
         }
         let removed = settled(mesh, topology, &marks, true);
         let pass = SelfIntersectionPass {
-            crossing_faces: count,
+            intersecting_faces: count,
             cut_faces: removed.iter().filter(|r| **r).count(),
             rings,
         };
@@ -86,7 +86,7 @@ pub(super) fn cut(draft: &mut Draft, rings: usize) -> Result<Option<CutResult>, 
             settled(&found.mesh, &found.topology, &all, true)
         };
         let pass = SelfIntersectionPass {
-            crossing_faces: pairs.len(),
+            intersecting_faces: pairs.len(),
             cut_faces: marked,
             rings,
         };

@@ -28,7 +28,7 @@ impl Run<'_> {
         let borders = self.params.borders;
         let wanted = |hole: &HoleReport| match &hole.outcome {
             HoleOutcome::Failed(why) => *why != FailedReason::NotReached,
-            HoleOutcome::Left(LeftReason::OuterBorder | LeftReason::SmallComponent) => borders,
+            HoleOutcome::Left(LeftReason::OuterBoundary | LeftReason::SmallComponent) => borders,
             _ => false,
         };
         let walls = self.walls_wanted();
@@ -60,7 +60,7 @@ impl Run<'_> {
             self.cut_and_offset(blocked, &wanted, was_border, (&mut budget, &mut faults))?;
         }
         for hole in self.report.fill.holes.iter_mut().filter(|_| borders) {
-            if hole.outcome == HoleOutcome::Left(LeftReason::OuterBorder) {
+            if hole.outcome == HoleOutcome::Left(LeftReason::OuterBoundary) {
                 hole.outcome = HoleOutcome::Failed(FailedReason::EveryTriangulationIntersects);
             }
         }

@@ -209,7 +209,7 @@ impl Search<'_> {
         let is_small = |h: &Hole| {
             self.found.topology.component_faces[h.component as usize] <= tuning().repair.small_faces
         };
-        (holes.iter()).any(|(_, hole)| hole.outer_border || is_small(hole))
+        (holes.iter()).any(|(_, hole)| hole.outer_boundary || is_small(hole))
     }
 
     /// The mean edge length of some faces, and the depth of walls below them.

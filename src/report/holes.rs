@@ -93,7 +93,7 @@ fn table(columns: &[(&str, isize)], rows: Vec<Vec<String>>) -> Vec<String> {
 }
 
 fn hole_cells(h: &Hole) -> [String; 10] {
-    let kind = if h.outer_border {
+    let kind = if h.outer_boundary {
         "outer border"
     } else {
         "hole"

@@ -14,7 +14,7 @@ pub fn repair_lines(r: &RepairReport) -> Vec<String> {
 
 /// The same, with a unit for lengths.
 pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
-    let crossing: usize = r.passes.first().map_or(0, |p| p.crossing_faces);
+    let crossing: usize = r.passes.first().map_or(0, |p| p.intersecting_faces);
     let all = [
         (r.merged_vertices, "coinciding vertices merged".to_owned()),
         (
@@ -31,7 +31,7 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
             "faces without area merged into a neighbour".to_owned(),
         ),
         (r.duplicate_faces, "duplicate faces removed".to_owned()),
-        (r.turned_faces, "faces reversed".to_owned()),
+        (r.reoriented_faces, "faces reversed".to_owned()),
         (
             r.split_vertices,
             "vertices split where surfaces met in an edge or a point".to_owned(),

@@ -30,7 +30,7 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
             "edges whose two faces have opposite orientations",
         ),
         (
-            d.faces_turned,
+            d.reoriented_faces,
             "faces flipped for the computation (unchanged in the output)",
         ),
         (
@@ -137,11 +137,11 @@ pub fn lost_creases(r: &RegionReport) -> Option<String> {
 /// How the triangles of a patch were smoothed at the end, and its largest expected error.
 fn finished(finish: &FinishReport, unit: Option<Unit>) -> String {
     let blended = |p: &FinishRecord| p.result == FinishResult::Blend;
-    let mut text = match finish.pieces.iter().any(blended) {
+    let mut text = match finish.components.iter().any(blended) {
         true => ", smoothed and blended with the continued surroundings",
         false
             if finish
-                .pieces
+                .components
                 .iter()
                 .all(|p| p.result == FinishResult::Unchanged) =>
         {
@@ -150,7 +150,7 @@ fn finished(finish: &FinishReport, unit: Option<Unit>) -> String {
         false => ", smoothed",
     }
     .to_owned();
-    if finish.start == PatchInitialisation::Triangulation {
+    if finish.initialisation == PatchInitialisation::Triangulation {
         text += " starting from a triangulation";
     }
     if let Some(expected_error) = finish.largest_expected_error() {
@@ -207,7 +207,7 @@ fn solved(r: &RegionReport) -> String {
 /// Details of a region: earlier attempts, the levels of the solve from coarse to fine, and the patch.
 pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
     let mut lines = vec![format!("region {} (hole {}):", r.id, joined(&r.holes))];
-    for why in &r.earlier_tries {
+    for why in &r.failed_attempts {
         lines.push(format!("  earlier attempt failed: {why}"));
     }
     for level in &r.levels {
@@ -441,7 +441,7 @@ pub fn tally_line(report: &FillReport) -> String {
         1 => ", 1 boundary chain does not close".to_owned(),
         n => format!(", {n} boundary chains do not close"),
     };
-    line += &match (closed, tally.crossing_patches) {
+    line += &match (closed, tally.intersecting_patches) {
         (0, _) => String::new(),
         (_, 0) => "; no patch intersects other faces".to_owned(),
         (_, 1) => "; 1 patch intersects other faces".to_owned(),

@@ -55,7 +55,7 @@ impl From<HoleAction> for String {
 impl HoleAction {
     /// The default action for a hole, as on the command line.
     fn default_for(hole: &Hole) -> Self {
-        match hole.outer_border {
+        match hole.outer_boundary {
             true => Self::Open,
             false => Self::Fill,
         }

@@ -153,7 +153,7 @@ fn the_command_says_yes_or_no_first_and_by_its_exit_code() {
     assert_eq!(document["command"], "check");
     assert_eq!(document["sound"], false);
     assert_eq!(document["holes"], 2);
-    assert_eq!(document["defects"][0]["kind"], "border");
+    assert_eq!(document["defects"][0]["kind"], "boundary_edge");
     let done = desk.run(&["check", "ball.ply", "-q"]);
     assert_code(&done, 3);
     assert!(done.stdout.is_empty());

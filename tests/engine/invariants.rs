@@ -160,11 +160,11 @@ fn the_outer_border_of_a_sheet_stays_open_by_default() {
     assert_kept(&mesh, &filled.mesh);
     let left: Vec<_> = inspect(&filled.mesh).unwrap().holes;
     assert_eq!(left.len(), 1);
-    assert!(left[0].outer_border);
+    assert!(left[0].outer_boundary);
     let HoleOutcome::Left(why) = &filled.report.holes[0].outcome else {
         panic!("{:?}", filled.report.holes[0].outcome);
     };
-    assert_eq!(*why, LeftReason::OuterBorder);
+    assert_eq!(*why, LeftReason::OuterBoundary);
     assert!(!filled.report.incomplete());
 }
 

@@ -54,7 +54,7 @@ fn boxes_balls_face_lists_and_mask_meshes_add_up() {
     assert_eq!(desk.mask(&[]), Value::Null);
     let half = desk.mask(&["--box", "-2,-2,0,2,2,2"]);
     let faces = half["faces"].as_u64().unwrap();
-    assert!(faces > all * 2 / 5 && faces < all * 3 / 5 && half["pieces"] == 1);
+    assert!(faces > all * 2 / 5 && faces < all * 3 / 5 && half["components"] == 1);
     let area = half["area"].as_f64().unwrap();
     assert!(
         (area / (2.0 * std::f64::consts::PI) - 1.0).abs() < 0.1,
@@ -66,7 +66,7 @@ fn boxes_balls_face_lists_and_mask_meshes_add_up() {
         both["faces"].as_u64(),
         Some(faces + ball["faces"].as_u64().unwrap())
     );
-    assert_eq!(both["pieces"], 2);
+    assert_eq!(both["components"], 2);
     let grown = desk.mask(&["--ball", "0,0,-1,0.5", "--grow", "0.3"]);
     assert!(grown["faces"].as_u64() > ball["faces"].as_u64());
     desk.write("some.txt", "0\n7 # remark\n\n7\n");

@@ -108,7 +108,7 @@ fn self_intersections_are_counted_in_the_positions_as_written() {
     let count = |out: &str| {
         let done = desk.run(&["fill", "far.obj", "-o", out, "--json", "out.json"]);
         assert_code(&done, 0);
-        desk.json("out.json")["outcomes"]["crossing_faces"]
+        desk.json("out.json")["outcomes"]["intersecting_faces"]
             .as_u64()
             .unwrap()
     };

@@ -118,7 +118,7 @@ fn an_inside_out_mesh_is_turned_with_or_without_a_hole() {
         let done = repaired(&bad, &RepairParams::default());
         assert_sound(&done.mesh);
         assert_kept(&mesh, &done.mesh, |_| true);
-        assert_eq!(done.report.turned_faces, mesh.faces.len());
+        assert_eq!(done.report.reoriented_faces, mesh.faces.len());
     }
 }
 
@@ -235,7 +235,7 @@ fn each_repair_step_can_be_switched_off() {
     let done = repaired(&bad, &clean);
     let r = &done.report;
     assert_eq!(
-        (r.duplicate_faces, r.degenerate_faces, r.turned_faces),
+        (r.duplicate_faces, r.degenerate_faces, r.reoriented_faces),
         (1, 1, 0)
     );
     assert_eq!(done.mesh.faces, bad.faces[..bad.faces.len() - 2]);
@@ -243,7 +243,7 @@ fn each_repair_step_can_be_switched_off() {
     orient.clean = true;
     orient.orient = true;
     assert_eq!(repaired(&bad, &orient).mesh.faces.len(), good().faces.len());
-    assert_eq!(repaired(&bad, &orient).report.turned_faces, 1);
+    assert_eq!(repaired(&bad, &orient).report.reoriented_faces, 1);
 }
 
 #[test]
@@ -371,7 +371,7 @@ fn the_command_repairs_reports_and_exits_by_the_verdict() {
     assert_eq!(document["before"]["sound"], false);
     assert_eq!(document["after"]["sound"], true);
     assert!(
-        document["steps"]["crossing_passes"][0]["cut_faces"]
+        document["steps"]["intersection_passes"][0]["cut_faces"]
             .as_u64()
             .unwrap()
             > 0

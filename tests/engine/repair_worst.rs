@@ -37,9 +37,9 @@ fn assert_not_worse(bad: &Mesh, done: &Repaired) {
         "{listed} of {} are listed",
         after.holes
     );
-    let crossing_patches = done.report.fill.regions.iter();
+    let intersecting_patches = done.report.fill.regions.iter();
     assert!(
-        crossing_patches
+        intersecting_patches
             .map(|r| r.intersecting_faces)
             .all(|n| n == 0)
     );

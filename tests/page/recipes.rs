@@ -299,7 +299,7 @@ fn values_and_defects_are_sent_to_the_page() {
         (json!(false), json!(1))
     );
     assert!(
-        !check["marks"]["border"]["faces"]
+        !check["marks"]["boundary_edge"]["faces"]
             .as_array()
             .unwrap()
             .is_empty()

@@ -161,7 +161,10 @@ fn a_large_patch_that_is_crumpled_at_its_rim_converges() {
         p * (crumpled * noise(v) - 0.05 * (p.z - 0.4))
     });
     let result = finished(&mesh, &patch);
-    assert!(result.found.converged && result.found.restart == Restart::Taken);
+    assert!(
+        result.found.converged
+            && result.found.second_initialisation == SecondInitialisation::Better
+    );
     assert!(result.found.energy_before > 5.0 * result.found.energy_after);
     let error = rms(&result, |p| p.length() - 1.0);
     assert!(error < 1e-3, "{error}");
@@ -212,7 +215,10 @@ fn a_folded_start_is_given_up_for_the_biharmonic_one() {
     let around = surroundings(&mesh, &patch);
     assert!(folds(&around, &patch).unwrap() > 0);
     let result = finished(&mesh, &patch);
-    assert_eq!(result.found.restart, Restart::Taken);
+    assert_eq!(
+        result.found.second_initialisation,
+        SecondInitialisation::Better
+    );
     assert_eq!(result.found.folds_after, 0);
     let error = rms(&result, |p| p.length() - 1.0);
     assert!(error < 1e-3, "{error}");

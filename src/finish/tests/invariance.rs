@@ -101,19 +101,19 @@ fn the_bits_are_the_same_on_any_number_of_threads() {
     let inside = |p: DVec3| tops.iter().any(|t| t.dot(p) > 0.93);
     let (mesh, patch) = with_patch(mesh, inside, |v, p| p * 0.02 * noise(v));
     let around = surroundings(&mesh, &patch);
-    let pieces = around.pieces(&faces_of(&mesh, &patch));
-    assert_eq!(pieces.len(), 6);
+    let patches = around.patches(&faces_of(&mesh, &patch));
+    assert_eq!(patches.len(), 6);
     let params = FinishParams::default();
     let run = |threads: usize| -> Vec<(Vec<DVec3>, Vec<f64>)> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let one = |piece: &Vec<u32>| {
-            let finished = finish(&around, piece, &params);
+        let one = |own: &Vec<u32>| {
+            let finished = finish(&around, own, &params);
             assert_eq!(finished.found.result, FinishResult::Blend);
             (finished.positions, finished.expected_error)
         };
         pool.build()
             .unwrap()
-            .install(|| pieces.par_iter().map(one).collect())
+            .install(|| patches.par_iter().map(one).collect())
     };
     assert_eq!(run(1), run(4));
 }

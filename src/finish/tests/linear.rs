@@ -97,15 +97,15 @@ fn groups_are_connected() {
     let inside = |p: DVec3| p.z.abs() > 0.9;
     let (mesh, patch) = with_patch(mesh, inside, |_, _| DVec3::ZERO);
     let around = surroundings(&mesh, &patch);
-    let pieces = around.pieces(&faces_of(&mesh, &patch));
-    assert_eq!(pieces.len(), 2);
-    let mut all = pieces.concat();
+    let patches = around.patches(&faces_of(&mesh, &patch));
+    assert_eq!(patches.len(), 2);
+    let mut all = patches.concat();
     all.sort_unstable();
     assert_eq!(all, patch);
-    for piece in pieces {
-        let side = mesh.positions[piece[0] as usize].z.signum();
+    for one in patches {
+        let side = mesh.positions[one[0] as usize].z.signum();
         let same = |v: &u32| mesh.positions[*v as usize].z * side > 0.9;
-        assert!(piece.iter().all(same));
+        assert!(one.iter().all(same));
     }
 }
 
@@ -120,6 +120,6 @@ fn vertices_whose_neighbours_are_all_on_the_rim_belong_to_the_patch() {
     let all: Vec<u32> = (0..mesh.positions.len() as u32).filter(inside).collect();
     let two = [all[0], all[all.len() - 1]];
     let around = surroundings(&mesh, &two);
-    assert_eq!(around.pieces(&mesh.faces), [two.to_vec()]);
-    assert_eq!(around.pieces(&faces_of(&mesh, &two)).len(), 2);
+    assert_eq!(around.patches(&mesh.faces), [two.to_vec()]);
+    assert_eq!(around.patches(&faces_of(&mesh, &two)).len(), 2);
 }

@@ -24,12 +24,16 @@ use rows::{OutcomeRow, RegionRow};
 pub(super) use check::VerdictRow;
 pub(super) use rows::{CreaseEndRow, HoleRow};
 
-/// A JSON document: its content, and the command and version that made it.
+/// The version of the field names and their values. It grows when one is renamed or removed, not when one is added.
+const FORMAT: u32 = 2;
+
+/// A JSON document: its content, the command and version that made it, and the version of its fields.
 #[derive(Debug, Serialize)]
 #[non_exhaustive]
 pub struct Document<T> {
     command: &'static str,
     version: &'static str,
+    format: u32,
     #[serde(flatten)]
     body: T,
 }
@@ -40,6 +44,7 @@ impl<T> Document<T> {
         Self {
             command,
             version: env!("CARGO_PKG_VERSION"),
+            format: FORMAT,
             body,
         }
     }
@@ -298,7 +303,7 @@ struct FairRow {
     whole: bool,
     marked_faces: usize,
     removed_faces: usize,
-    pieces_left: usize,
+    components_left: usize,
     removed_vertices: usize,
     volume_before: Option<f64>,
     volume_after: Option<f64>,
@@ -315,7 +320,7 @@ impl FairRow {
             whole: report.whole,
             marked_faces: report.marked_faces,
             removed_faces: report.removed_faces,
-            pieces_left: report.pieces_left,
+            components_left: report.components_left,
             removed_vertices: report.removed_vertices,
             volume_before: report.volume_before,
             volume_after: report.volume_after,
@@ -330,7 +335,7 @@ impl FairRow {
 struct FoundRow<'a> {
     vertices: usize,
     faces: usize,
-    pieces: usize,
+    components: usize,
     defects: Defects,
     open_chains: &'a [OpenChain],
 }
@@ -340,7 +345,7 @@ impl<'a> FoundRow<'a> {
         Self {
             vertices: report.vertices,
             faces: report.faces,
-            pieces: report.pieces,
+            components: report.components,
             defects: report.defects,
             open_chains: &report.open_chains,
         }

@@ -58,7 +58,7 @@ enum Body<'a> {
 struct FillRow<'a> {
     vertices: usize,
     faces: usize,
-    pieces: usize,
+    components: usize,
     defects: Defects,
     open_chains: &'a [OpenChain],
     holes: Vec<PlannedHoleRow>,
@@ -78,7 +78,7 @@ impl<'a> FillRow<'a> {
         Self {
             vertices: plan.vertices,
             faces: plan.faces,
-            pieces: plan.pieces,
+            components: plan.components,
             defects: plan.defects,
             open_chains: &plan.open_chains,
             holes: plan.holes.iter().map(PlannedHoleRow::new).collect(),
@@ -165,7 +165,7 @@ struct FairRow {
     whole: bool,
     marked_faces: usize,
     removed_faces: usize,
-    pieces_left: usize,
+    components_left: usize,
 }
 
 impl FairRow {
@@ -177,7 +177,7 @@ impl FairRow {
             whole: plan.whole,
             marked_faces: plan.marked_faces,
             removed_faces: plan.removed_faces,
-            pieces_left: plan.pieces_left,
+            components_left: plan.components_left,
         }
     }
 }

@@ -13,7 +13,7 @@ pub(super) struct RepairRow<'a> {
     steps: Steps<'a>,
     lost_faces: usize,
     lost_vertices: usize,
-    gone_components: Gone,
+    lost_components: Gone,
     /// Components of the result with offset shells, and the walls that these form.
     offset_shells: Vec<OffsetShellRow>,
     /// The verdict on the input.
@@ -52,7 +52,7 @@ struct Steps<'a> {
     degenerate_faces: usize,
     flipped_edges: usize,
     duplicate_faces: usize,
-    turned_faces: usize,
+    reoriented_faces: usize,
     split_vertices: usize,
     non_manifold_faces: usize,
     debris_components: usize,
@@ -64,9 +64,9 @@ struct Steps<'a> {
     inner_faces: usize,
     moved_vertices: usize,
     largest_move: f64,
-    crossing_passes: &'a [SelfIntersectionPass],
+    intersection_passes: &'a [SelfIntersectionPass],
     covered_faces: usize,
-    components_left_crossing: usize,
+    components_left_intersecting: usize,
 }
 
 impl<'a> RepairRow<'a> {
@@ -79,7 +79,7 @@ impl<'a> RepairRow<'a> {
                 degenerate_faces: r.degenerate_faces,
                 flipped_edges: r.flipped_edges,
                 duplicate_faces: r.duplicate_faces,
-                turned_faces: r.turned_faces,
+                reoriented_faces: r.reoriented_faces,
                 split_vertices: r.split_vertices,
                 non_manifold_faces: r.non_manifold_faces,
                 debris_components: r.debris[0],
@@ -91,14 +91,14 @@ impl<'a> RepairRow<'a> {
                 inner_faces: r.inner_faces,
                 moved_vertices: r.moved_vertices,
                 largest_move: r.largest_move,
-                crossing_passes: &r.passes,
+                intersection_passes: &r.passes,
                 covered_faces: r.covered_faces,
-                components_left_crossing: r.left_self_intersecting,
+                components_left_intersecting: r.left_self_intersecting,
             },
             lost_faces: r.lost_faces,
             lost_vertices: r.lost_vertices,
-            gone_components: {
-                let [count, fewest_faces, most_faces] = r.gone_components;
+            lost_components: {
+                let [count, fewest_faces, most_faces] = r.lost_components;
                 Gone {
                     count,
                     fewest_faces,

@@ -25,8 +25,8 @@ pub(in crate::job) struct HoleRow {
     height: f64,
     centre: DVec3,
     normal: DVec3,
-    piece: u32,
-    outer_border: bool,
+    component: u32,
+    outer_boundary: bool,
 }
 
 impl HoleRow {
@@ -41,8 +41,8 @@ impl HoleRow {
             height: hole.height,
             centre: hole.centre,
             normal: hole.normal,
-            piece: hole.component,
-            outer_border: hole.outer_border,
+            component: hole.component,
+            outer_boundary: hole.outer_boundary,
         }
     }
 }
@@ -101,7 +101,7 @@ impl OutcomeRow<'_> {
             }
             HoleOutcome::Failed(
                 FailedReason::Intersects(_) | FailedReason::EveryTriangulationIntersects,
-            ) => ("failed", Some("crossing")),
+            ) => ("failed", Some("intersects")),
         };
         Self {
             hole: HoleRow::new(&report.hole),
@@ -126,11 +126,11 @@ pub(super) fn triangulated(why: &TriangulatedReason) -> &'static str {
 fn failure(why: &AttemptFailure) -> &'static str {
     match why {
         AttemptFailure::Stopped => "stopped",
-        AttemptFailure::Diverged => "contradiction",
-        AttemptFailure::NotConverged => "not_steady",
+        AttemptFailure::Diverged => "diverged",
+        AttemptFailure::NotConverged => "not_converged",
         AttemptFailure::ReachedBox => "reached_box",
         AttemptFailure::NotJoined(_) => "not_joined",
-        AttemptFailure::Intersects(_) => "crossing",
+        AttemptFailure::Intersects(_) => "intersects",
     }
 }
 
@@ -139,7 +139,7 @@ pub(super) fn left(why: LeftReason) -> &'static str {
         LeftReason::KeptOpen => "kept_open",
         LeftReason::NotChosen => "not_chosen",
         LeftReason::TooWide => "too_wide",
-        LeftReason::OuterBorder => "outer_border",
+        LeftReason::OuterBoundary => "outer_boundary",
         LeftReason::SmallComponent => "small_component",
         LeftReason::NotMarked => "not_marked",
     }
@@ -203,7 +203,7 @@ pub(super) struct RegionRow<'a> {
     counterpart: Option<CounterpartRow>,
     /// The roughness that was invented for the patch; null where it has none.
     grain: Option<GrainReport>,
-    earlier_tries: Vec<String>,
+    failed_attempts: Vec<String>,
     other_energy: bool,
     seconds: f64,
 }
@@ -234,7 +234,7 @@ impl<'a> RegionRow<'a> {
             not_continued: r.not_continued.as_ref().map(NotContinuedRow::new),
             grain: r.grain,
             counterpart: r.counterpart.as_ref().map(CounterpartRow::new),
-            earlier_tries: r.earlier_tries.iter().map(ToString::to_string).collect(),
+            failed_attempts: r.failed_attempts.iter().map(ToString::to_string).collect(),
             other_energy: r.other_energy,
             seconds: r.seconds,
         }

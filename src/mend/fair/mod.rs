@@ -152,7 +152,7 @@ impl Inspection<'_> {
                 Target::Whole => plan.whole(self, params, control)?,
                 Target::Part(marked, left) => {
                     let mut faired = plan.part(self, &marked, params, control)?;
-                    faired.report.pieces_left = left;
+                    faired.report.components_left = left;
                     faired
                 }
             };
@@ -186,14 +186,14 @@ impl Inspection<'_> {
             marked_faces: self.input.faces.len(),
             removed_faces: self.input.faces.len(),
             removed_vertices: self.input.positions.len(),
-            pieces_left: 0,
+            components_left: 0,
         };
         if let Target::Part(marked, left) = target {
             let cut = CutResult::new(self, &marked, params.keep_vertices, false)?;
             out.whole = false;
             out.marked_faces = count(&marked);
             [out.removed_faces, out.removed_vertices] = cut.removed_counts();
-            out.pieces_left = left;
+            out.components_left = left;
         }
         Ok(out)
     }

@@ -327,7 +327,7 @@ pub struct Selection {
     /// Total area, in the mesh's units squared.
     pub area: f64,
     /// Number of edge-connected components.
-    pub pieces: usize,
+    pub components: usize,
     /// Smallest and largest coordinates; `None` if nothing is selected.
     pub bounds: Option<[DVec3; 2]>,
 }
@@ -354,7 +354,7 @@ impl Selection {
         Self {
             faces: faces.len(),
             area,
-            pieces: count_components(&faces),
+            components: count_components(&faces),
             bounds: (!faces.is_empty()).then_some(bounds),
         }
     }

@@ -35,7 +35,7 @@ fn square(low: f64, high: f64) -> Selector {
 #[test]
 fn places_choose_by_centroid_and_add_up() {
     let one = chosen(vec![square(5.0, 8.0)], 0.0, 0.0);
-    assert_eq!((one.faces, one.area, one.pieces), (18, 9.0, 1));
+    assert_eq!((one.faces, one.area, one.components), (18, 9.0, 1));
     assert_eq!(
         one.bounds,
         Some([DVec3::new(5.0, 5.0, 0.0), DVec3::new(8.0, 8.0, 0.0)])
@@ -45,7 +45,7 @@ fn places_choose_by_centroid_and_add_up() {
         0.0,
         0.0,
     );
-    assert_eq!((two.area, two.pieces), (9.0 + 4.0 - 1.0 + 1.0, 2));
+    assert_eq!((two.area, two.components), (9.0 + 4.0 - 1.0 + 1.0, 2));
     let ball = Selector::Ball {
         centre: DVec3::new(10.0, 10.0, 0.0),
         radius: 6.0,
@@ -82,8 +82,8 @@ fn selections_grow_and_shrink_by_lengths_along_the_surface() {
     );
     // Closing: two separate regions become one.
     let apart = vec![square(5.0, 9.0), square(10.0, 14.0)];
-    assert_eq!(chosen(apart.clone(), 0.0, 0.0).pieces, 2);
-    assert_eq!(chosen(apart, 2.0, 1.0).pieces, 1);
+    assert_eq!(chosen(apart.clone(), 0.0, 0.0).components, 2);
+    assert_eq!(chosen(apart, 2.0, 1.0).components, 1);
     // Paths cross seams between duplicate vertices, but not gaps.
     let mut split = sheet();
     let copy = split.positions.clone();

@@ -74,7 +74,7 @@ impl OutcomeLabels {
                 number(h.hole.diameter),
                 h.hole.edges,
                 id = h.hole.id,
-                what = if h.hole.outer_border {
+                what = if h.hole.outer_boundary {
                     "Border"
                 } else {
                     "Hole"
@@ -170,7 +170,7 @@ pub fn notes(notes: &[String], scene: &Scene) -> String {
 /// The rows of the table of regions; regions for which no level set was solved share one row.
 pub fn region_table(regions: &[RegionReport]) -> String {
     let mut out = String::new();
-    let plain = |r: &RegionReport| r.levels.is_empty() && r.earlier_tries.is_empty();
+    let plain = |r: &RegionReport| r.levels.is_empty() && r.failed_attempts.is_empty();
     for r in regions.iter().filter(|r| !plain(r)) {
         region_row(&mut out, r);
     }
@@ -245,9 +245,9 @@ fn region_row(out: &mut String, r: &RegionReport) {
         );
     }
     invented_rows(out, r);
-    if !r.earlier_tries.is_empty() {
+    if !r.failed_attempts.is_empty() {
         let attempts: Vec<String> = r
-            .earlier_tries
+            .failed_attempts
             .iter()
             .map(|t| escaped(&t.to_string()))
             .collect();

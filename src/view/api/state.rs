@@ -81,7 +81,6 @@ fn document(app: &App) -> Value {
         "masked": masked,
         "defects": current.inspected["defects"],
         "open_chains": current.inspected["open_chains"],
-        "pieces": current.inspected["pieces"],
         "bounds": current.inspected["bounds"],
         "notes": current.inspected["notes"],
         "busy": busy,
@@ -188,7 +187,7 @@ fn scene(app: &App, state: &MeshState, first: &MeshState) -> Value {
     } else {
         -glam::DVec3::Y
     };
-    let inner = first.holes.iter().find(|h| !h.outer_border);
+    let inner = first.holes.iter().find(|h| !h.outer_boundary);
     let facing = inner.map(|h| h.normal).filter(|n| *n != glam::DVec3::ZERO);
     let towards = facing.unwrap_or(glam::DVec3::new(0.5, 0.0, 0.0) + side + 0.4 * up);
     json!({

@@ -37,7 +37,7 @@ export class Defects {
 
   /** A row of the list. Its faces belong to the mesh `id`; if another mesh or a preview is shown, they are neither shown nor marked. */
   defect({ kind, count, faces = [], places = [] }, id) {
-    const name = kind.replaceAll("_", " ");
+    const name = tr(`kind_${kind}`);
     const item = document.createElement("li"), button = document.createElement("button"), select = document.createElement("button");
     let next = 0;
     button.type = select.type = "button";

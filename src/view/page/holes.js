@@ -79,7 +79,7 @@ export class Holes {
   }
 
   isBorder(hole) {
-    return Boolean(hole.is_border ?? hole.outer_border);
+    return Boolean(hole.outer_boundary);
   }
 
   /** The holes that pass the size filter, in the order of the list. */
