@@ -35,8 +35,10 @@ def sdf(
     Args:
         vertices: (n, 3).
         faces: (m, 3).
-        voxel: Distance of neighbouring nodes in the mesh's units; ``auto`` takes 1/128 of the longest side of the bounding box.
-        band: Limit distances to this magnitude in the mesh's units, at least a voxel, which is faster; ``full`` sets no limit.
+        voxel: Distance of neighbouring nodes, in the mesh's units; ``auto`` takes 1/128 of the longest side. This is the longest side
+            of the bounding box.
+        band: Cut distances off at this length, which is faster; ``full`` computes all distances. The length is in the mesh's units,
+            and at least a voxel.
         threads: Number of threads, one per core by default.
 
     Returns:

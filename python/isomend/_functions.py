@@ -263,10 +263,10 @@ def check(
     Args:
         vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
         faces: (m, 3), indices from 0.
-        thin: Also look for parts thinner than this, in the mesh's units.
-        min_wall: Count walls thinner than this, in the mesh's units, as a defect. By default the least and the mean wall thickness
-            are only reported.
-        debris: Count components with less than this part, from 0 to 1, of the area of the largest one as debris.
+        thin: Also report parts thinner than this, in the mesh's units.
+        min_wall: Report walls thinner than this as a defect, in the mesh's units. By default the thinnest and the mean wall are only
+            reported.
+        debris: Report components as debris if their area is below this fraction, from 0 to 1, of the area of the largest one.
         threads: Number of threads, one per core by default.
 
     Returns:
@@ -296,8 +296,8 @@ def compare(a: Any, b: Any, *, samples: int = 100_000, threads: int | None = Non
         a: The first mesh: vertices and faces as a pair, a path, a :class:`Model` or :class:`Mended`, or a mesh of trimesh, pyvista,
             meshio or Open3D.
         b: The second mesh.
-        samples: Number of samples on each mesh, 1 to 100 million, spread evenly over the area. The largest distance also takes every
-            vertex into account.
+        samples: Number of samples on each mesh, at most 100 million. They are spread evenly over the area. The largest distance also
+            takes every vertex into account.
         threads: Number of threads, one per core by default.
 
     Returns:

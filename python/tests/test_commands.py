@@ -124,7 +124,6 @@ def test_an_incomplete_repair_gives_the_reason(caplog):
         ({"keep_holes": True, "close_borders": True}, "keep_holes and close_borders exclude each other"),
         ({"max_diameter": -1}, "max_diameter must be a positive number"),
         ({"voxel": 0}, "voxel must be a positive number"),
-        ({"variant": "III"}, "variant must be one of"),
         ({"threads": 0}, "threads must be a whole number from 1"),
     ],
 )

@@ -40,7 +40,7 @@ def test_invalid_options_are_refused():
     for wrong in ({"unit": "parsec"}, {"mark": "red"}, {"tolerance": -1.0}, {"piece": "piece.stl"}):
         with pytest.raises(isomend.ParameterError):
             filled.delivering(**wrong)
-    with pytest.raises(isomend.ParameterError, match="cut out"):
+    with pytest.raises(isomend.ParameterError, match="cuts out"):
         filled.piece()
     with pytest.raises(isomend.ParameterError, match="colours"):
         filled.delivering(mark="hatch").to_bytes("stl")

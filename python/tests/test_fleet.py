@@ -159,7 +159,8 @@ def test_a_bad_mesh_does_not_affect_others(local, scans, tmp_path):
     assert fleet.run([scans], output, timeout=6, memory=0.1).earlier == 11
     (scans / "large.ply").unlink()
     again = fleet.run([scans], output, timeout=60, retry=True)
-    assert again.earlier == 8 and again.outcomes == {"failed": 1, "done": 1}
+    # On a slow machine others may have timed out too.
+    assert again.earlier == len(done) and again.outcomes == {"failed": 1, "done": 9 - len(done)}
 
 
 def test_no_mesh_is_lost_if_a_worker_is_killed(local, tmp_path, program):
