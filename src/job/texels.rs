@@ -113,10 +113,10 @@ impl Texels<'_> {
         let path = self.place.path().filter(|_| self.format != Format::Glb);
         let Some(path) = path else {
             let image = format!("data:image/png;base64,{}", STANDARD.encode(&page.png));
-            page.dress(attributes, name, image);
+            page.assign_material(attributes, name, image);
             return Ok(());
         };
-        page.dress(attributes, name, file.clone());
+        page.assign_material(attributes, name, file.clone());
         make_folder(path, self.make_folder)?;
         staging.add(&path.with_file_name(&file), &page.png)?;
         if self.format == Format::Obj {

@@ -1,4 +1,4 @@
-//! The colours of a mesh's own faces: factors and images of their materials.
+//! Base colours of the input's faces, sampled from the factors and texture images of their materials.
 
 use std::collections::BTreeMap;
 
@@ -7,53 +7,58 @@ use crate::attributes::Source;
 use crate::io::{BaseImage, Format, Image as Stored, Loaded, Resolve, Wrapping};
 use crate::mesh::attributes::{LabelKind, NONE, Role};
 
-/// Most images that are read.
+/// Upper bound of the number of images.
 const MOST_IMAGES: usize = 64;
-/// Most texels of all images together: 2²⁷, which take half a gigabyte.
+/// No further image is read once the images have this many texels together: 2²⁷, half a gigabyte.
 const MOST_TEXELS: f64 = (1u64 << 27) as f64;
 
-/// How the faces of a material look.
+/// The base colour of a material.
 #[derive(Clone, Debug)]
 struct Look {
-    /// By which the image is multiplied.
+    /// Red, green, blue and opacity that multiply the image.
     factor: Linear,
+    /// Whether opacity is ignored.
     opaque: bool,
     texture: Option<Texture>,
 }
 
-/// An image as it lies on faces.
+/// An image and its mapping to faces.
 #[derive(Clone, Debug)]
 struct Texture {
-    /// The image; none where it is of no kind that is known.
+    /// The image; `None` if its format is not supported.
     key: Option<Key>,
+    /// Number of the set of texture coordinates.
     set: u32,
-    /// Texture coordinates (u, v, 1) to fractions of the image from its upper left corner.
+    /// Affine map from (u, v, 1) to the position as a fraction of the image's size, from the upper left corner.
     rows: [[f64; 3]; 2],
     wrap: [Wrap; 2],
 }
 
-/// Where an image is.
+/// Where an image is stored.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Key {
-    /// In the mesh file.
+    /// In the mesh file, by its number.
     Inside(usize),
-    /// Beside it.
+    /// In a file beside it, by its name.
     Beside(String),
 }
 
-/// The looks of the materials of a mesh, and the images that were asked for.
+/// The base colours of the materials of some faces, with their images.
 pub(super) struct Looks<'a> {
     loaded: &'a Loaded,
+    /// By the label of the material.
     looks: BTreeMap<u32, Look>,
-    /// Sets of texture coordinates.
+    /// Sets of texture coordinates, by their numbers.
     sets: Vec<(u32, Source<'a>)>,
+    /// Images that were read, or why they could not be.
     images: BTreeMap<Key, Result<Image, String>>,
-    /// Whether all materials that were asked for have the same factor: then it stays one of the material.
+    /// The factor if all materials have the same one. It then becomes the factor of the page's material; otherwise it is multiplied into
+    /// the page's texels.
     factor: Option<Linear>,
 }
 
 impl<'a> Looks<'a> {
-    /// The looks of the given faces, whose images `resolve` loads.
+    /// The base colours of the given faces; `resolve` loads image files.
     pub(super) fn new(loaded: &'a Loaded, faces: &[u32], resolve: &Resolve<'_>) -> Self {
         let attributes = &loaded.attributes;
         let pools = attributes.corner.iter().map(Source::Corner);
@@ -83,19 +88,19 @@ impl<'a> Looks<'a> {
         looks
     }
 
-    /// The factor that all materials have; white where they differ.
+    /// The factor of all materials; white if they differ.
     pub(super) fn factor(&self) -> Linear {
         self.factor.unwrap_or([1.0; 4])
     }
 
-    /// The place of a face's label among the materials.
+    /// The label of a face's material; [`NONE`] without a material.
     pub(super) fn label(&self, face: u32) -> u32 {
         let labels = self.loaded.attributes.labels_of(LabelKind::Material);
         let label = labels.and_then(|l| l.of_face.get(face as usize));
         label.copied().unwrap_or(NONE)
     }
 
-    /// Whether the second texture coordinate goes up in the image, as it does in all formats but glTF.
+    /// Whether the second texture coordinate counts upwards from the bottom of the image: in all formats but glTF.
     pub(super) fn goes_up(&self) -> bool {
         !matches!(self.loaded.format, Format::Gltf | Format::Glb)
     }
@@ -144,7 +149,7 @@ impl<'a> Looks<'a> {
         }
     }
 
-    /// Reads the image of a look.
+    /// Reads the image of a material, once.
     fn load(&mut self, look: &Look, resolve: &Resolve<'_>) {
         let Some(key) = look.texture.as_ref().and_then(|t| t.key.clone()) else {
             return;
@@ -183,7 +188,7 @@ impl<'a> Looks<'a> {
         }
     }
 
-    /// Why the look of a face cannot be had, if so.
+    /// Why the colours of a face are not available; `None` if they are.
     pub(super) fn refusal(&self, face: u32) -> Option<String> {
         let texture = self.look(face)?.texture.as_ref()?;
         let Some(key) = &texture.key else {
@@ -201,14 +206,14 @@ impl<'a> Looks<'a> {
         self.looks.get(&self.label(face))
     }
 
-    /// The image of a look with its texture.
+    /// The texture of a face, its image and its set of texture coordinates.
     fn texture(&self, face: u32) -> Option<(&Texture, &Image, Source<'a>)> {
         let texture = self.look(face)?.texture.as_ref()?;
         let image = self.images.get(texture.key.as_ref()?)?.as_ref().ok()?;
         Some((texture, image, self.set(texture.set)?))
     }
 
-    /// The place on its image, in texels, of a point of a face between two of its corners, such a part of the way.
+    /// The position on the image, in texels, of a point between two corners of a face: the fraction `part` of the way from the first.
     fn place(
         &self,
         face: u32,
@@ -230,7 +235,7 @@ impl<'a> Looks<'a> {
             .then_some((at, texture, image))
     }
 
-    /// The colour of a face between two of its corners, such a part of the way from the first, without the common factor.
+    /// The colour at a point between two corners of a face, the fraction `part` of the way from the first, without [`Self::factor`].
     pub(super) fn colour(&self, face: u32, corners: [u8; 2], part: f64) -> Linear {
         let Some(look) = self.look(face) else {
             return [1.0; 4];
@@ -251,7 +256,7 @@ impl<'a> Looks<'a> {
         colour
     }
 
-    /// How many texels lie along an edge of a face; none where it has no image.
+    /// The length of a face's edge on its image, in texels; `None` without an image.
     pub(super) fn texels(&self, face: u32, [a, b]: [u8; 2]) -> Option<f64> {
         let (start, ..) = self.place(face, [a, b], 0.0)?;
         let (end, ..) = self.place(face, [a, b], 1.0)?;
@@ -266,7 +271,7 @@ impl Texture {
         Self {
             key: image.number.map(Key::Inside),
             set: image.set,
-            // Offset · rotation · scale, as KHR_texture_transform has it.
+            // Translation · rotation · scale, as KHR_texture_transform defines.
             rows: [[cos * sx, sin * sy, ox], [-sin * sx, cos * sy, oy]],
             wrap: image.wrap.map(|wrap| match wrap {
                 Wrapping::Repeat => Wrap::Repeat,
