@@ -116,7 +116,8 @@ impl Canvas<'_> {
         }
     }
 
-    /// Maps a position relative to the tile's centre, in texels, to the unit circle: radially, so that the border polygon maps to the circle.
+    /// Maps a position relative to the tile's centre, in texels, into the unit circle: radially, so that the border polygon maps to the
+    /// circle.
     fn in_circle(&self, at: DVec2) -> DVec2 {
         let at = DVec2::new(at.x, -at.y) / self.radius;
         at / self.border.at_angle(at.to_angle()).2
