@@ -10,8 +10,8 @@ use crate::cancel::Cancel;
 use crate::linalg::{Csr, Jacobi, LinearOperator, SparseMatrix, bicgstab};
 use crate::mesh::attributes::NONE;
 
-/// Relative residual |r| / |b| of the linear systems: close to rounding, since triangles of deep patches are tiny in the circle and must not
-/// flip. None of 10,384 triangles in 342 patches of a bunny flipped; other values were not measured.
+/// Relative residual |r| / |b| of the linear systems: close to rounding, since triangles of deep patches are tiny in the circle and must
+/// not flip. None of 10,384 triangles in 342 patches of a bunny flipped; other values were not measured.
 const TOLERANCE: f64 = 1e-13;
 const MOST_ITERATIONS: usize = 20_000;
 /// Bounds of tan(α/2) in a weight; they change only the weights of slivers.

@@ -125,8 +125,8 @@ fn crossed_by_tree(across: &[Option<u32>]) -> Vec<bool> {
     crossed
 }
 
-/// The half-edges along which the surface is cut: inner ones that the tree of faces does not cross. Branches that end at an inner vertex are
-/// removed edge by edge.
+/// The half-edges along which the surface is cut: inner ones that the tree of faces does not cross. Branches that end at an inner vertex
+/// are removed edge by edge.
 fn pruned(faces: &[[u32; 3]], across: &[Option<u32>], crossed: Vec<bool>) -> Vec<bool> {
     let ends = |half: usize| {
         let face = faces[half / 3];

@@ -79,9 +79,9 @@ impl Chart {
     }
 }
 
-/// Texel density at a rim, in texels per unit of length: its 90th percentile along the rim, between the mean and [`DENSEST`] times the mean.
-/// Charts that share a rim may differ widely: at the eyes of the glTF sample duck, edges of one rim have 0.2 to 23 texels. `None` without
-/// images.
+/// Texel density at a rim, in texels per unit of length: its 90th percentile along the rim, between the mean and [`DENSEST`] times the
+/// mean. Charts that share a rim may differ widely: at the eyes of the glTF sample duck, edges of one rim have 0.2 to 23 texels. `None`
+/// without images.
 fn density(
     across: &[Option<(u32, [u8; 2])>],
     border: &Border,

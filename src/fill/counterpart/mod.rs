@@ -187,8 +187,8 @@ impl RegionProblem<'_> {
         Ok(Tested { fitted, report })
     }
 
-    /// The hole without some of the innermost rings of faces round it; `None` if that leaves no single hole, or no smooth patch of it can be
-    /// made.
+    /// The hole without some of the innermost rings of faces round it; `None` if that leaves no single hole, or no smooth patch of it can
+    /// be made.
     fn rings(&self, around: &Part, rings: u32) -> Option<Rings> {
         let rim: Vec<u32> = self.holes[0].rim.iter().map(|&v| around.local(v)).collect();
         let widened = self.widened(around, &rim, rings)?;
