@@ -1,4 +1,4 @@
-//! Marks on meshes that have their colours at corners or from materials.
+//! Marks patches on meshes with colours at corners or from materials.
 
 use std::collections::BTreeMap;
 
@@ -16,8 +16,9 @@ fn is_colour(a: &Attribute) -> bool {
     a.role == Role::Colour && (3..=4).contains(&a.components)
 }
 
-/// The colours of corners, taken out of the attributes of a model, to which colours of vertices are added where there are none. Where it is coloured by materials alone, and the format has either
-/// colours or materials, the materials give them: else the colours of patches would take all others away.
+/// Takes the corner colours out of a model's attributes, and adds vertex colours to these if there are none. If only materials colour the
+/// mesh, and the format (3MF) has either colours or materials on a face, the corner colours are made from the materials: otherwise marking
+/// patches would remove all other colours.
 pub(super) fn corner_colours(
     attributes: &mut Attributes,
     mesh: &Mesh,
@@ -30,7 +31,7 @@ pub(super) fn corner_colours(
     Some(found)
 }
 
-/// The same without colours of vertices.
+/// The corner colours, of the mesh or from its materials; `None` if there are none.
 fn found_colours(
     attributes: &mut Attributes,
     mesh: &Mesh,
@@ -65,7 +66,7 @@ fn found_colours(
     Some(CornerAttribute { pool, corners })
 }
 
-/// The mean of the corners' colours at each vertex, for formats that have colours of vertices alone.
+/// The mean of the corners' colours at each vertex, for formats with vertex colours only.
 fn vertex_colours(of_corners: &CornerAttribute, mesh: &Mesh) -> Attribute {
     let pool = &of_corners.pool;
     let mut sums = vec![vec![0.0; pool.components + 1]; mesh.positions.len()];
@@ -92,7 +93,8 @@ fn vertex_colours(of_corners: &CornerAttribute, mesh: &Mesh) -> Attribute {
     colours
 }
 
-/// Gives the corners of patches the colour that `colour_at` has for a component and a corner; corners without one keep theirs.
+/// Colours the corners of patches. `colour_at` takes the index of a component and a corner's position; a corner keeps its colour if the
+/// result is `None`.
 pub(super) fn paint_corners(
     of_corners: &mut CornerAttribute,
     components: &[Component],
@@ -121,8 +123,8 @@ pub(super) fn paint_corners(
     }
 }
 
-/// A remark on marks under which materials show: viewers multiply the colours of vertices by the colours of materials, or show the latter alone.
-/// `document` has the materials of a glTF file.
+/// A remark on marked faces with coloured or textured materials: viewers multiply the vertex colours by these, or show the materials alone.
+/// `document` holds the materials of a glTF file.
 pub(super) fn material_note(
     model: &Model,
     kept: usize,
