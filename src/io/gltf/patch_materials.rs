@@ -85,7 +85,7 @@ impl<'a> PatchMaterials<'a> {
             metal.insert("baseColorFactor".to_owned(), json!(factor.map(decimal)));
         }
         metal.insert("baseColorTexture".to_owned(), json!({ "index": texture }));
-        // Factors that multiplied a metallic-roughness map are replaced by those of a dielectric, rough surface.
+        // Factors that multiplied a metallic-roughness map are reset to a rough dielectric: 0 and 1.
         let has_map = before.get("metallicRoughnessTexture").is_some();
         for (key, otherwise) in [("metallicFactor", 0.0), ("roughnessFactor", 1.0)] {
             match before.get(key).filter(|_| !has_map) {
