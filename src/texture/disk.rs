@@ -135,6 +135,7 @@ fn pruned(faces: &[[u32; 3]], across: &[Option<u32>], crossed: Vec<bool>) -> Vec
     let mut cut: Vec<bool> = (0..across.len())
         .map(|half| across[half].is_some() && !crossed[half])
         .collect();
+    // The cut edges at each vertex, and the vertices on rims, where branches may end.
     let mut at_vertex: HashMap<u32, Vec<usize>> = HashMap::new();
     let mut on_rim: HashMap<u32, bool> = HashMap::new();
     for half in 0..across.len() {
@@ -149,6 +150,7 @@ fn pruned(faces: &[[u32; 3]], across: &[Option<u32>], crossed: Vec<bool>) -> Vec
             Some(_) => {}
         }
     }
+    // Remove the last cut edge of each inner vertex, then look at the edge's other end.
     let mut leaves: Vec<u32> = at_vertex.keys().copied().collect();
     leaves.sort_unstable();
     while let Some(vertex) = leaves.pop() {

@@ -84,6 +84,7 @@ impl Canvas<'_> {
         if area == 0.0 {
             return;
         }
+        // The texels whose centres are in the triangle's bounding box.
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         let range = |axis: usize| {
             let first = (low[axis] - 0.5).ceil().max(0.0) as usize;
@@ -93,6 +94,7 @@ impl Canvas<'_> {
         for y in range(1) {
             for x in range(0) {
                 let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                // Barycentric coordinates of the texel's centre.
                 let parts = [
                     (b - at).perp_dot(c - at),
                     (c - at).perp_dot(a - at),

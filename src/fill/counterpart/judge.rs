@@ -95,6 +95,7 @@ impl Collar {
                 }
             }
         }
+        // The vertices within the collar's width, with their normals.
         let inside = |v: &u32| depth[*v as usize] < width;
         let vertices: Vec<u32> = (0..depth.len() as u32).filter(inside).collect();
         let sample = |&v: &u32| Sample {

@@ -1,4 +1,4 @@
-//! The counterpart of a mesh: its motions onto the mesh, and the part of it at a region.
+//! The counterpart of a mesh: the motions of the mesh onto it, and the part of it at a region.
 
 use std::borrow::Cow;
 
