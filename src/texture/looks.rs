@@ -235,7 +235,7 @@ impl<'a> Looks<'a> {
             .then_some((at, texture, image))
     }
 
-    /// The colour at a point between two corners of a face, the fraction `part` of the way from the first, without [`Self::factor`].
+    /// The colour at a point between two corners of a face, the fraction `part` of the way from the first, without the common factor.
     pub(super) fn colour(&self, face: u32, corners: [u8; 2], part: f64) -> Linear {
         let Some(look) = self.look(face) else {
             return [1.0; 4];
