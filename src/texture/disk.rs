@@ -150,7 +150,7 @@ fn pruned(faces: &[[u32; 3]], across: &[Option<u32>], crossed: Vec<bool>) -> Vec
             Some(_) => {}
         }
     }
-    // Remove the last cut edge of each inner vertex, then look at the edge's other end.
+    // Remove the last cut edge of each inner vertex, then examine the edge's other end.
     let mut leaves: Vec<u32> = at_vertex.keys().copied().collect();
     leaves.sort_unstable();
     while let Some(vertex) = leaves.pop() {

@@ -8,8 +8,8 @@ mod chart;
 mod coordinates;
 mod disk;
 mod image;
-mod looks;
 mod pack;
+mod rim_colours;
 mod tile;
 mod unfolded;
 
@@ -26,7 +26,7 @@ use crate::mesh::{Attributes, Mesh, Model};
 use chart::{Weights, layout};
 use coordinates::{first_set, put, uv_rounding};
 use image::Linear;
-use looks::Looks;
+use rim_colours::RimColours;
 use tile::{Canvas, LEAST_RADIUS, in_tile, side};
 use unfolded::Chart;
 
@@ -94,14 +94,14 @@ pub(crate) fn paint(
     rims.sort_unstable();
     rims.dedup();
     // Load the images at the rims, and map each patch into a circle.
-    let looks = Looks::new(input, &rims, resolve);
+    let rim_colours = RimColours::new(input, &rims, resolve);
     let made = across.into_par_iter().map(|(patch, faces)| {
         let refusal = patches.rim_faces[patch as usize]
             .iter()
-            .find_map(|f| looks.refusal(*f));
+            .find_map(|f| rim_colours.refusal(*f));
         match refusal {
             Some(why) => Err(why),
-            None => Chart::new(faces, &patches, &filled, &looks, cancel),
+            None => Chart::new(faces, &patches, &filled, &rim_colours, cancel),
         }
     });
     let mut charts = Vec::new();
@@ -115,7 +115,7 @@ pub(crate) fn paint(
         kept: [input.mesh.positions.len(), kept],
         patches: &patches,
         filled: &filled,
-        looks: &looks,
+        rim_colours: &rim_colours,
         cancel,
     };
     painted.page = pages.page(charts, model, &mut painted.refused);
@@ -156,7 +156,7 @@ struct PageBuilder<'a> {
     kept: [usize; 2],
     patches: &'a Patches,
     filled: &'a Mesh,
-    looks: &'a Looks<'a>,
+    rim_colours: &'a RimColours<'a>,
     cancel: &'a Cancel,
 }
 
@@ -180,7 +180,7 @@ impl PageBuilder<'_> {
         model: &mut Model,
         refused: &mut BTreeMap<String, usize>,
     ) -> Option<Page> {
-        let goes_up = self.looks.goes_up();
+        let goes_up = self.rim_colours.goes_up();
         let (charts, sheet) = laid_out(charts, goes_up, &model.attributes, refused, self.cancel)?;
         let texels = self.texels(&charts, &sheet);
         let png = image::png_file(sheet.size, &texels).ok()?;
@@ -201,7 +201,7 @@ impl PageBuilder<'_> {
             size: sheet.size,
             faces,
             density: sheet.density,
-            factor: self.looks.factor(),
+            factor: self.rim_colours.factor(),
             rim_material: self.rim_material(&charts),
         })
     }
@@ -214,7 +214,7 @@ impl PageBuilder<'_> {
             let own: Vec<Linear> = slots.map(|s| colours[*s as usize]).collect();
             let rim = |edge: usize, part: f64| {
                 let (face, corners) = chart.across[edge]?;
-                Some(self.looks.colour(face, corners, part))
+                Some(self.rim_colours.colour(face, corners, part))
             };
             let canvas = Canvas {
                 disk: &chart.disk,
@@ -258,7 +258,7 @@ impl PageBuilder<'_> {
             let own = &mut values[4 * s as usize..][..4];
             own.fill(0.0);
             for &(face, corner) in rim {
-                let colour = self.looks.colour(face, [corner; 2], 0.0);
+                let colour = self.rim_colours.colour(face, [corner; 2], 0.0);
                 let part = 1.0 / rim.len() as f64;
                 own.iter_mut().zip(colour).for_each(|(v, c)| *v += part * c);
             }
@@ -271,7 +271,7 @@ impl PageBuilder<'_> {
     fn rim_material(&self, charts: &[Chart]) -> u32 {
         let mut count: BTreeMap<u32, usize> = BTreeMap::new();
         for (face, _) in charts.iter().flat_map(|chart| &chart.across).flatten() {
-            *count.entry(self.looks.label(*face)).or_default() += 1;
+            *count.entry(self.rim_colours.label(*face)).or_default() += 1;
         }
         let most = count
             .iter()

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::chart::{Border, Weights, layout};
 use super::disk::Disk;
-use super::looks::Looks;
+use super::rim_colours::RimColours;
 use crate::attributes::{Patches, Slot};
 use crate::cancel::Cancel;
 use crate::mesh::{Mesh, area_vector};
@@ -33,7 +33,7 @@ impl Chart {
         faces: Vec<usize>,
         patches: &Patches,
         filled: &Mesh,
-        looks: &Looks<'_>,
+        rim_colours: &RimColours<'_>,
         cancel: &Cancel,
     ) -> Result<Self, String> {
         let in_slots: Vec<[u32; 3]> = faces.iter().map(|f| patches.faces[*f]).collect();
@@ -49,7 +49,7 @@ impl Chart {
                 common_face(slot(a), slot(b))
             })
             .collect();
-        let density = density(&across, &border, &points, looks);
+        let density = density(&across, &border, &points, rim_colours);
         let density = density.ok_or("there is no image round the patch")?;
         let area: f64 = (disk.faces.iter())
             .map(|f| 0.5 * area_vector(f.map(|v| points[v as usize])).length())
@@ -86,11 +86,11 @@ fn density(
     across: &[Option<(u32, [u8; 2])>],
     border: &Border,
     points: &[DVec3],
-    looks: &Looks<'_>,
+    rim_colours: &RimColours<'_>,
 ) -> Option<f64> {
     let mut edges: Vec<[f64; 2]> = Vec::new();
     for (edge, found) in across.iter().enumerate() {
-        let texels = found.and_then(|(face, corners)| looks.texels(face, corners));
+        let texels = found.and_then(|(face, corners)| rim_colours.texels(face, corners));
         let [a, b] = border.ends(edge).map(|v| points[v as usize]);
         let length = a.distance(b);
         edges.extend(

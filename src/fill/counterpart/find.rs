@@ -176,8 +176,12 @@ fn best(
     // Distances are in the target's unit; divided by the scale they are in the mesh's.
     let own = |e: &Aligned| e.rms / e.motion.scale();
     let ends = distinct(ends, coarse, span, MOST);
-    let fits = |e: &Aligned| own(e) < FARTHEST * span && e.rms <= ALIKE * least.max(1e-6 * span);
-    ends.into_iter().filter(fits).map(|e| e.motion).collect()
+    let is_close =
+        |e: &Aligned| own(e) < FARTHEST * span && e.rms <= ALIKE * least.max(1e-6 * span);
+    ends.into_iter()
+        .filter(is_close)
+        .map(|e| e.motion)
+        .collect()
 }
 
 /// An alignment with the distance by which it is ranked: the geometric mean of the distance of the nearest samples, which excludes damage,

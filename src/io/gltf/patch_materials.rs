@@ -16,7 +16,7 @@ const UNLIT: &str = "KHR_materials_unlit";
 /// Maps material labels to materials of the document, and adds new ones.
 pub(super) struct PatchMaterials<'a> {
     names: &'a [String],
-    looks: &'a [Material],
+    materials: &'a [Material],
     /// Number of materials of the original document.
     original: usize,
     /// The most used textured material of the document, the model for new textured ones.
@@ -39,7 +39,7 @@ impl<'a> PatchMaterials<'a> {
         };
         Self {
             names: labels.map_or(&[], |l| &l.names),
-            looks: &attributes.materials,
+            materials: &attributes.materials,
             original,
             model: most_used(document),
             added: BTreeMap::new(),
@@ -55,12 +55,12 @@ impl<'a> PatchMaterials<'a> {
             return *place;
         }
         let name = self.names.get(label as usize);
-        let look = self.looks.iter().find(|m| Some(&m.name) == name);
-        let image = look.and_then(|look| Some((look, look.texture.as_deref()?)));
+        let found = self.materials.iter().find(|m| Some(&m.name) == name);
+        let image = found.and_then(|found| Some((found, found.texture.as_deref()?)));
         let material = match image {
-            Some((look, image)) => {
+            Some((found, image)) => {
                 let texture = builder.texture(image);
-                self.textured(look, texture)
+                self.textured(found, texture)
             }
             None => json!({
                 "name": PATCH_NAME,
@@ -76,11 +76,11 @@ impl<'a> PatchMaterials<'a> {
 
     /// A copy of the model material with another base texture. It has no normal map or other maps, for which patches have no texture
     /// coordinates.
-    fn textured(&self, look: &Material, texture: usize) -> Value {
+    fn textured(&self, wanted: &Material, texture: usize) -> Value {
         let before = &self.model["pbrMetallicRoughness"];
         let mut metal = Map::new();
-        let [r, g, b] = look.colour.unwrap_or([1.0; 3]);
-        let factor = [r, g, b, look.opacity.unwrap_or(1.0)];
+        let [r, g, b] = wanted.colour.unwrap_or([1.0; 3]);
+        let factor = [r, g, b, wanted.opacity.unwrap_or(1.0)];
         if factor != [1.0; 4] {
             metal.insert("baseColorFactor".to_owned(), json!(factor.map(decimal)));
         }
@@ -94,7 +94,7 @@ impl<'a> PatchMaterials<'a> {
                 None => {}
             }
         }
-        let mut material = json!({ "name": look.name, "pbrMetallicRoughness": metal });
+        let mut material = json!({ "name": wanted.name, "pbrMetallicRoughness": metal });
         for key in ["alphaMode", "alphaCutoff", "doubleSided"] {
             if let Some(own) = self.model.get(key) {
                 material[key] = own.clone();

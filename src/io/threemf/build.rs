@@ -300,13 +300,13 @@ impl<'a> Build<'a> {
             all.labels.push(self.objects.labels);
         }
         if !self.materials.labels.names.is_empty() {
-            let look = |(name, [r, g, b, a]): (String, [u8; 4])| Material {
+            let material = |(name, [r, g, b, a]): (String, [u8; 4])| Material {
                 name,
                 colour: Some([r, g, b].map(|x| f32::from(x) / 255.0)),
                 opacity: Some(f32::from(a) / 255.0),
                 ..Material::default()
             };
-            all.materials = self.appearances.into_iter().map(look).collect();
+            all.materials = self.appearances.into_iter().map(material).collect();
             all.labels.push(self.materials.labels);
         }
         if !self.colours.pool.is_empty() {

@@ -49,17 +49,17 @@ fn found_colours(
         return None;
     }
     let labels = attributes.labels_of(LabelKind::Material)?;
-    let looks = labels.names.iter().map(|name| {
+    let colours = labels.names.iter().map(|name| {
         let own = attributes.materials.iter().find(|m| m.name == name.trim());
         let [r, g, b] = own.and_then(|m| m.colour)?;
         let opacity = own.and_then(|m| m.opacity).unwrap_or(1.0);
         Some([r, g, b, opacity].map(|x| (255.0 * f64::from(x)).round()))
     });
-    let looks: Vec<Option<[f64; 4]>> = looks.collect();
-    looks.iter().flatten().next()?;
+    let colours: Vec<Option<[f64; 4]>> = colours.collect();
+    colours.iter().flatten().next()?;
     let mut pool = Attribute::new("colour", Role::Colour, Scalar::U8, 4);
-    for look in &looks {
-        pool.push(Some(&look.unwrap_or([200.0, 200.0, 200.0, 255.0])));
+    for colour in &colours {
+        pool.push(Some(&colour.unwrap_or([200.0, 200.0, 200.0, 255.0])));
     }
     let corner = |f: usize| labels.of_face.get(f).copied().unwrap_or(NONE);
     let corners = (0..mesh.faces.len()).map(|f| [corner(f); 3]).collect();
@@ -137,8 +137,8 @@ pub(super) fn material_note(
     let attributes = &model.attributes;
     let labels = attributes.labels_of(LabelKind::Material)?;
     let is_plain = |(place, name): (usize, &String)| {
-        let look = attributes.materials.iter().find(|m| m.name == name.trim());
-        match (look, document) {
+        let material = attributes.materials.iter().find(|m| m.name == name.trim());
+        match (material, document) {
             _ if name == PATCH_NAME => true,
             (Some(m), _) => m.texture.is_none() && m.colour.is_none_or(|c| c == [1.0; 3]),
             (None, Some(document)) => {

@@ -14,7 +14,7 @@ const MOST_TEXELS: f64 = (1u64 << 27) as f64;
 
 /// The base colour of a material.
 #[derive(Clone, Debug)]
-struct Look {
+struct MaterialColour {
     /// Red, green, blue and opacity that multiply the image.
     factor: Linear,
     /// Whether opacity is ignored.
@@ -44,10 +44,10 @@ enum Key {
 }
 
 /// The base colours of the materials of some faces, with their images.
-pub(super) struct Looks<'a> {
+pub(super) struct RimColours<'a> {
     loaded: &'a Loaded,
     /// By the label of the material.
-    looks: BTreeMap<u32, Look>,
+    of_materials: BTreeMap<u32, MaterialColour>,
     /// Sets of texture coordinates, by their numbers.
     sets: Vec<(u32, Source<'a>)>,
     /// Images that were read, or why they could not be.
@@ -57,7 +57,7 @@ pub(super) struct Looks<'a> {
     factor: Option<Linear>,
 }
 
-impl<'a> Looks<'a> {
+impl<'a> RimColours<'a> {
     /// The base colours of the given faces; `resolve` loads image files.
     pub(super) fn new(loaded: &'a Loaded, faces: &[u32], resolve: &Resolve<'_>) -> Self {
         let attributes = &loaded.attributes;
@@ -67,25 +67,28 @@ impl<'a> Looks<'a> {
             Role::Uv(set) if source.attribute().components >= 2 => Some((set, source)),
             _ => None,
         });
-        let mut looks = Self {
+        let mut colours = Self {
             loaded,
-            looks: BTreeMap::new(),
+            of_materials: BTreeMap::new(),
             sets: sets.collect(),
             images: BTreeMap::new(),
             factor: None,
         };
         for &face in faces {
-            let label = looks.label(face);
-            if !looks.looks.contains_key(&label) {
-                let look = looks.of_label(label);
-                looks.load(&look, resolve);
-                looks.looks.insert(label, look);
+            let label = colours.label(face);
+            if !colours.of_materials.contains_key(&label) {
+                let material = colours.of_label(label);
+                colours.load(&material, resolve);
+                colours.of_materials.insert(label, material);
             }
         }
-        let mut factors = looks.looks.values().map(|look| look.factor);
+        let mut factors = colours
+            .of_materials
+            .values()
+            .map(|material| material.factor);
         let first = factors.next();
-        looks.factor = first.filter(|first| factors.all(|f| f == *first));
-        looks
+        colours.factor = first.filter(|first| factors.all(|f| f == *first));
+        colours
     }
 
     /// The factor of all materials; white if they differ.
@@ -110,8 +113,8 @@ impl<'a> Looks<'a> {
         found.map(|(_, source)| *source)
     }
 
-    fn of_label(&self, label: u32) -> Look {
-        let plain = Look {
+    fn of_label(&self, label: u32) -> MaterialColour {
+        let plain = MaterialColour {
             factor: [1.0; 4],
             opaque: true,
             texture: None,
@@ -121,7 +124,7 @@ impl<'a> Looks<'a> {
         }
         if let Some(document) = &self.loaded.document {
             let found = document.base_colour(label as usize);
-            return Look {
+            return MaterialColour {
                 factor: found.factor,
                 opaque: found.opaque,
                 texture: found.image.map(|image| Texture::of_document(&image)),
@@ -142,7 +145,7 @@ impl<'a> Looks<'a> {
             rows: [[1.0, 0.0, 0.0], [0.0, -1.0, 1.0]],
             wrap: [Wrap::Repeat; 2],
         };
-        Look {
+        MaterialColour {
             factor: [r, g, b, f64::from(found.opacity.unwrap_or(1.0))],
             opaque: true,
             texture: found.texture.as_ref().map(texture),
@@ -150,8 +153,8 @@ impl<'a> Looks<'a> {
     }
 
     /// Reads the image of a material, once.
-    fn load(&mut self, look: &Look, resolve: &Resolve<'_>) {
-        let Some(key) = look.texture.as_ref().and_then(|t| t.key.clone()) else {
+    fn load(&mut self, material: &MaterialColour, resolve: &Resolve<'_>) {
+        let Some(key) = material.texture.as_ref().and_then(|t| t.key.clone()) else {
             return;
         };
         if self.images.contains_key(&key) {
@@ -190,7 +193,7 @@ impl<'a> Looks<'a> {
 
     /// Why the colours of a face are not available; `None` if they are.
     pub(super) fn refusal(&self, face: u32) -> Option<String> {
-        let texture = self.look(face)?.texture.as_ref()?;
+        let texture = self.material(face)?.texture.as_ref()?;
         let Some(key) = &texture.key else {
             return Some("an image is in a format that is not read".to_owned());
         };
@@ -202,13 +205,13 @@ impl<'a> Looks<'a> {
         Some(format!("{name} {why}"))
     }
 
-    fn look(&self, face: u32) -> Option<&Look> {
-        self.looks.get(&self.label(face))
+    fn material(&self, face: u32) -> Option<&MaterialColour> {
+        self.of_materials.get(&self.label(face))
     }
 
     /// The texture of a face, its image and its set of texture coordinates.
     fn texture(&self, face: u32) -> Option<(&Texture, &Image, Source<'a>)> {
-        let texture = self.look(face)?.texture.as_ref()?;
+        let texture = self.material(face)?.texture.as_ref()?;
         let image = self.images.get(texture.key.as_ref()?)?.as_ref().ok()?;
         Some((texture, image, self.set(texture.set)?))
     }
@@ -237,7 +240,7 @@ impl<'a> Looks<'a> {
 
     /// The colour at a point between two corners of a face, the fraction `part` of the way from the first, without the common factor.
     pub(super) fn colour(&self, face: u32, corners: [u8; 2], part: f64) -> Linear {
-        let Some(look) = self.look(face) else {
+        let Some(material) = self.material(face) else {
             return [1.0; 4];
         };
         let mut colour = match self.place(face, corners, part) {
@@ -247,10 +250,10 @@ impl<'a> Looks<'a> {
         if self.factor.is_none() {
             colour
                 .iter_mut()
-                .zip(look.factor)
+                .zip(material.factor)
                 .for_each(|(c, f)| *c *= f);
         }
-        if look.opaque {
+        if material.opaque {
             colour[3] = 1.0;
         }
         colour
