@@ -14,7 +14,7 @@ class Hole:
     """A hole: one closed loop of boundary edges. Lengths are in the units of the mesh.
 
     Attributes:
-        id: Its number, from 1, by falling length: what ``holes``, ``keep_open`` and ``bridge`` take.
+        id: Its number, from 1, in the order of falling length; ``holes``, ``keep_open`` and ``bridge`` take these numbers.
         rim: int64 (k,), its vertices in order, as indices into the mesh's vertices.
         edges: Number of edges.
         length: Length of the rim.
@@ -23,9 +23,9 @@ class Hole:
         planarity: Root mean square distance of the rim from its best plane over the diameter; 0 is planar.
         height: Extent of the rim along its normal.
         centre: Mean of the rim (x, y, z).
-        normal: Unit normal of the rim's plane, out of the surface.
+        normal: Unit normal of the rim's best plane, pointing out of the surface.
         component: The connected component of the mesh that it bounds, from 0.
-        is_outer_boundary: Whether it is taken for the outer boundary of an open sheet, which is filled only when it is named.
+        is_outer_boundary: Whether it is probably the outer boundary of an open sheet, which is filled only if ``holes`` names it.
     """
 
     id: int
@@ -47,11 +47,11 @@ class CreaseEnd:
     """A vertex of a hole's rim at which a sharp edge of the mesh ends.
 
     Attributes:
-        id: Its number, from 1: what ``crease`` takes.
+        id: Its number, from 1; ``crease`` takes these numbers.
         hole: The number of its hole.
         vertex: The vertex of the rim, as an index into the mesh's vertices.
-        position: Where it is (x, y, z).
-        angle: Angle between the normals of the two smooth sides that meet in the sharp edge, in degrees.
+        position: Its position (x, y, z).
+        angle: Angle in degrees between the normals of the two smooth sides of the sharp edge.
     """
 
     id: int

@@ -1,4 +1,4 @@
-"""Meshes, what they hold, and what came of mending them."""
+"""Meshes, inspections and mended meshes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LOG = logging.getLogger("isomend")
 
 
 class Model(Shape):
-    """A mesh with what it carries, from :func:`isomend.read` or from arrays. It can be pickled, with all of that.
+    """A mesh with its named values and materials, from :func:`isomend.read` or from arrays. It can be pickled without loss.
 
     >>> import isomend
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -49,13 +49,13 @@ class Model(Shape):
         Args:
             vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
             faces: (m, 3), indices from 0.
-            point_data: Named values of vertices, (n,) or (n, k). Those named ``normals``, ``colors`` or ``uv`` are continued on
-                patches as what they are, others harmonically; whole numbers are copied from the nearest vertex.
-            cell_data: Named values of faces.
+            point_data: Named values of vertices, (n,) or (n, k). ``normals``, ``colors`` and ``uv`` are continued on patches as
+                such, others harmonically; integers are copied from the nearest vertex.
+            cell_data: Named values of faces, (m,) or (m, k).
 
         Raises:
-            MeshError: The arrays are no mesh.
-            ParameterError: Values cannot be kept, or there are not as many as vertices or faces.
+            MeshError: The arrays are not a mesh.
+            ParameterError: Values cannot be stored, or their number differs from the number of vertices or faces.
         """
         from isomend import _arrays
 
@@ -77,7 +77,7 @@ class Model(Shape):
         return model
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """A mesh goes through pickle with all that it carries."""
+        """Pickles the mesh with all of its values."""
         return _model_from, (self._core.packed(), _templates(self._given))
 
     def __repr__(self) -> str:
@@ -85,7 +85,7 @@ class Model(Shape):
         return f"<isomend.Model of {vertices} vertices and {faces} faces>"
 
     def inspect(self) -> Inspection:
-        """Finds holes and defects, once for any number of fills; see :func:`isomend.inspect`."""
+        """Finds holes and defects once, for any number of fills; see :func:`isomend.inspect`."""
         return Inspection(self)
 
     def fill(self, **options: Unpack[FillOptions]) -> Mended:
@@ -93,21 +93,21 @@ class Model(Shape):
         return _mended(self, self._core, "fill", None, options)
 
     def restore(self, mark: Mask, **options: Unpack[RestoreOptions]) -> Mended:
-        """Replaces what is marked; see :func:`isomend.restore`."""
+        """Replaces the marked faces; see :func:`isomend.restore`."""
         return _mended(self, self._core, "restore", mark, options)
 
     def fair(self, mark: Mask | None = None, **options: Unpack[FairOptions]) -> Mended:
-        """Fairs the surface, or what is marked; see :func:`isomend.fair`."""
+        """Fairs the surface, or the marked faces; see :func:`isomend.fair`."""
         return _mended(self, self._core, "fair", mark, options)
 
     def repair(self, **options: Unpack[RepairOptions]) -> Mended:
-        """Mends what is wrong; see :func:`isomend.repair` for the options."""
+        """Repairs defects; see :func:`isomend.repair` for the options."""
         return _mended(self, self._core, "repair", None, options)
 
     def check(
         self, *, thin: float | None = None, debris: float = 0.01, min_wall: float | None = None, threads: int | None = None
     ) -> Verdict:
-        """Says whether the mesh is watertight and can be printed, and why not; see :func:`isomend.check`."""
+        """Checks whether the mesh is watertight and printable, and why not; see :func:`isomend.check`."""
         parameters = {"thin": thin, "debris": debris, "min_wall": min_wall}
         options = {**parameters, "threads": threads}
         params = _params.as_json(_params.params("check", parameters))
@@ -121,13 +121,13 @@ class Model(Shape):
         return Volume._of(_isomend.sdf(self._core, params, _threads(threads)))
 
     def plan(self, **options: Unpack[FillOptions]) -> dict[str, Any]:
-        """What :meth:`fill` would do with the same options, as ``isomend fill --dry-run --json -`` tells it."""
+        """What :meth:`fill` would do with the same options, as ``isomend fill --dry-run --json -`` prints it."""
         _, parameters = _params.taken_apart(options)
         return report_of(self._core.plan(_params.as_json(_work("fill", None, parameters, 0))))
 
 
 class Inspection(Drawn):
-    """What a mesh holds. It is found once; any number of fills, restorations and fairings start from it.
+    """The holes and defects of a mesh. They are found once, for any number of fills, restorations and fairings.
 
     >>> import isomend
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -139,23 +139,23 @@ class Inspection(Drawn):
     """
 
     def __init__(self, model: Model) -> None:
-        """Finds what a mesh holds.
+        """Inspects a mesh.
 
         Raises:
             MeshError: The mesh cannot be measured.
         """
         self._model = model
         self._core: Found = model._core.inspect()
-        #: What ``isomend inspect --json -`` tells: bounds, pieces, defects, boundary chains that do not close.
+        #: The document of ``isomend inspect --json -``: bounds, components, defects, boundary chains that do not close.
         self.report: dict[str, Any] = report_of(self._core.document())
         rims = self._core.rims()
         #: The holes, the longest first.
         self.holes: tuple[Hole, ...] = tuple(map(hole_of, self.report["holes"], rims))
-        #: Where sharp edges end at the rims of holes, in the order of their numbers.
+        #: The ends of sharp edges at the rims of holes, in the order of their numbers.
         self.crease_ends: tuple[CreaseEnd, ...] = tuple(map(crease_end_of, self.report["crease_ends"]))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """An inspection goes through pickle as its mesh, which is inspected again."""
+        """Pickles the mesh alone; unpickling inspects it again."""
         return type(self), (self._model,)
 
     def __repr__(self) -> str:
@@ -166,31 +166,31 @@ class Inspection(Drawn):
         return _mended(self._model, self._core, "fill", None, options)
 
     def restore(self, mark: Mask, **options: Unpack[RestoreOptions]) -> Mended:
-        """Replaces what is marked; see :func:`isomend.restore`."""
+        """Replaces the marked faces; see :func:`isomend.restore`."""
         return _mended(self._model, self._core, "restore", mark, options)
 
     def fair(self, mark: Mask | None = None, **options: Unpack[FairOptions]) -> Mended:
-        """Fairs the surface, or what is marked; see :func:`isomend.fair`."""
+        """Fairs the surface, or the marked faces; see :func:`isomend.fair`."""
         return _mended(self._model, self._core, "fair", mark, options)
 
     def each_task(self, take: Callable[[bytes], object], **options: Unpack[FillOptions]) -> None:
-        """Calls a function with each region of a fill as a task, one after the other: bytes that :func:`isomend.solve_task` works
-        on, in this process or elsewhere. Patches are put together, in order, by :meth:`assemble` with the same options."""
+        """Calls ``take`` with the task of each region of a fill in order: bytes for :func:`isomend.solve_task`, in this process or
+        another. :meth:`assemble` with the same options joins the patches, in the same order."""
         _, parameters = _params.taken_apart(options)
         self._core.each_task(_params.as_json(_params.region_params(parameters)), take)
 
     def wide_task(self, region: int, **options: Unpack[FillOptions]) -> bytes:
-        """The task of a region, counted from 0, with all of the mesh that the region may look at; see :func:`isomend.is_cramped`."""
+        """The task of a region, by its index from 0, with all of the mesh that the region may use; see :func:`isomend.is_cramped`."""
         _, parameters = _params.taken_apart(options)
         return self._core.wide_task(_params.as_json(_params.region_params(parameters)), region)
 
     def region_count(self, **options: Unpack[FillOptions]) -> int:
-        """Number of regions of a fill, each of one hole or several that are filled together."""
+        """Number of regions of a fill. A region is one hole, or several that are filled together."""
         _, parameters = _params.taken_apart(options)
         return self._core.region_count(_params.as_json(_params.region_params(parameters)))
 
     def assemble(self, patches: Sequence[bytes], **options: Unpack[FillOptions]) -> Mended:
-        """The mesh with the patches of all regions: the same, to the byte, as :meth:`fill` makes.
+        """The mesh with the patches of all regions: the same, to the byte, as from :meth:`fill`.
 
         >>> import isomend
         >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -207,9 +207,9 @@ class Inspection(Drawn):
 
 
 class Mended(Shape, Drawn):
-    """A mended mesh: what is kept of the input first, bit for bit and in order, then the new vertices and faces.
+    """A mended mesh: first the kept vertices and faces of the input, bit for bit and in order, then the new ones.
 
-    It can be pickled, whole: with corner data, materials, the rest of a glTF file, and its report."""
+    It can be pickled without loss: with corner data, materials, other content of a glTF file, and its report."""
 
     _core: CoreMended
 
@@ -224,7 +224,7 @@ class Mended(Shape, Drawn):
         return iter((self.vertices, self.faces))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """A result goes through pickle with all that it carries, and its report."""
+        """Pickles the result with all of its values and its report."""
         return _mended_from, (self._core.packed(), _templates(self._given))
 
     def __repr__(self) -> str:
@@ -233,7 +233,7 @@ class Mended(Shape, Drawn):
 
     @property
     def is_patch(self) -> NDArray[Any]:
-        """bool (m,): which faces are new."""
+        """bool (m,): whether each face is new."""
         import numpy as np
 
         kept = self._core.kept_size()[1]
@@ -241,48 +241,49 @@ class Mended(Shape, Drawn):
 
     @property
     def sigma(self) -> NDArray[Any]:
-        """float64 (n,): expected error of each vertex in the units of the mesh; 0 for the input's, NaN where nothing can be
-        said."""
+        """float64 (n,): expected error of each vertex in the units of the mesh; 0 for the input's vertices, NaN where it is
+        unknown."""
         return self._once("sigma", self._core.sigma)
 
     @property
     def report(self) -> dict[str, Any]:
-        """What was found and done, as ``--json`` of the command line tells it."""
+        """The report of the run: the JSON document that ``--json`` of the command line writes."""
         return self._once("report", lambda: report_of(self._core.document()))
 
     @property
     def kept_vertices(self) -> NDArray[Any] | None:
-        """bool: for each vertex of the input whether it is kept, where something was cut out; else none."""
+        """bool: whether each vertex of the input is kept; ``None`` if nothing was cut out."""
         kept = self._core.kept()
         return kept[0] if kept else None
 
     @property
     def kept_faces(self) -> NDArray[Any] | None:
-        """bool: for each face of the input whether it is kept, where something was cut out; else none."""
+        """bool: whether each face of the input is kept; ``None`` if nothing was cut out."""
         kept = self._core.kept()
         return kept[1] if kept else None
 
     @property
     def complete(self) -> bool:
-        """Whether every hole that was to be filled is closed; after a repair whether nothing is wrong any more."""
+        """Whether every requested hole is closed; after a repair, whether the mesh has no defects any more."""
         return self._core.complete()
 
     @property
     def flawless(self) -> bool:
-        """Whether every hole of more than four edges got a steady surface that is joined to its rim and crosses nothing."""
+        """Whether every requested hole of more than four edges got a converged surface that is joined to its rim and intersects
+        nothing, and all sharp edges that end at its rim were continued."""
         return self._core.flawless()
 
     def model(self) -> Model:
-        """The mended mesh as a model of its own, to be mended again."""
+        """The mended mesh as a new model, to be mended again."""
         return Model._of(CoreModel.of(self._core))
 
     def patches(self) -> Model:
-        """The new faces alone, one component for each hole: ``cell_data["isomend_hole"]`` has the numbers of the holes,
-        ``point_data["isomend_sigma"]`` the expected errors, -1 where nothing can be said."""
+        """The new faces alone, one component for each hole. ``cell_data["isomend_hole"]`` has the numbers of the holes,
+        ``point_data["isomend_sigma"]`` the expected errors, -1 where unknown."""
         return Model._of(CoreModel.patches_of(self._core))
 
     def piece(self) -> Model:
-        """After a restoration the solid between the faces that were cut out and the patches: the missing piece, to print.
+        """The missing piece as a printable solid, after a restoration: between the faces that were cut out and the patches.
 
         Raises:
             ParameterError: There is no such solid; the message says why.
@@ -299,20 +300,19 @@ class Mended(Shape, Drawn):
         tolerance: float | None = None,
         texture: bool = True,
     ) -> Mended:
-        """The same result, handed on as the options of the same names of ``isomend restore`` do it.
+        """The same result with further files and marks for :meth:`write`, as by the options of ``isomend restore``.
 
         Args:
-            patches: A file that :meth:`write` writes the new faces to.
-            piece: A file that it writes the missing piece to.
-            mark: How it colours the patches: ``"colour=RRGGBB"`` or ``"hatch"``.
-            unit: The unit of the coordinates. With a unit or a tolerance ``report`` and pages have no run times, so that the same run
-                gives the same bytes.
-            tolerance: The largest error that is allowed: ``report["invented"]`` then lists the holes that are beyond it.
-
+            patches: A file for the new faces alone.
+            piece: A file for the missing piece.
+            mark: A colour for the patches: ``"colour=RRGGBB"``, or ``"hatch"`` for orange stripes.
+            unit: The unit of the coordinates. With a unit or a tolerance, ``report`` and pages contain no run times, so that equal runs
+                give equal bytes.
+            tolerance: The largest error allowed: ``report["invented"]`` then lists the holes whose patches exceed it.
             texture: Whether patches across seams of a texture get texels of their own in OBJ, glTF and GLB files.
 
         Raises:
-            ParameterError: That makes no sense.
+            ParameterError: The options contradict each other or do not suit this result.
 
         >>> import isomend
         >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -335,7 +335,7 @@ class Mended(Shape, Drawn):
 
 
 def _templates(given: Any) -> Any:
-    """The types and shapes of named values, without the values."""
+    """Empty arrays with the types and shapes of named values."""
     import numpy as np
 
     from isomend import _arrays
@@ -360,10 +360,10 @@ def _mended_from(packed: bytes, given: Any) -> Mended:
 
 
 class StrictError(IsomendError):
-    """With ``strict=True``: some hole did not get a steady surface that is joined to its rim and crosses nothing.
+    """With ``strict=True``: some hole did not get a converged surface that is joined to its rim and intersects nothing.
 
     Attributes:
-        result: What was made in spite of it; its ``report`` says what is wrong.
+        result: The result nevertheless; its ``report`` says what is wrong.
     """
 
     def __init__(self, message: str, result: Mended) -> None:
@@ -371,12 +371,12 @@ class StrictError(IsomendError):
         self.result = result
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Goes through pickle with its result."""
+        """Pickles the error with its result."""
         return type(self), (str(self), self.result)
 
 
 def _work(command: str, mark: Mask | None, parameters: Mapping[str, Any], faces: int) -> dict[str, Any]:
-    """The work in the library's form."""
+    """The work of a command in the library's JSON form."""
     mask = None if mark is None else _params.mask_of(mark, faces)
     if command == "fill":
         return _params.fill_work(parameters)
@@ -389,25 +389,25 @@ def _work(command: str, mark: Mask | None, parameters: Mapping[str, Any], faces:
 def _mended(
     model: Model, core: CoreModel | Found, command: str, mark: Mask | None, options: Mapping[str, Any]
 ) -> Mended:
-    """Does the work on a mesh, which was inspected before or not."""
+    """Runs a command on a mesh or on its inspection."""
     run, parameters = _params.taken_apart(options)
     work = _params.as_json(_work(command, mark, parameters, model._core.size()[1]))
     return _judged(Mended._made_of(model, core.mend(work, _threads(run.get("threads")), run.get("progress"))), run)
 
 
 def _threads(threads: int | None) -> int | None:
-    """A number of threads; none for one per core."""
+    """A validated number of threads; ``None`` for one per core."""
     return None if threads is None else _params.count("threads", threads)
 
 
 def _judged(mended: Mended, run: Mapping[str, Any]) -> Mended:
-    """The same, if it is as good as was asked for."""
-    open_hole = "some hole that was to be filled is still open; the report says which and why"
+    """The same result. Raises :class:`StrictError` if it is not flawless and ``strict`` is set; warns if it is not complete."""
+    open_hole = "some requested hole is still open; the report says which and why"
     after = None if mended.complete else mended.report.get("after")
     wrong = f"the result is not sound: {'; '.join(after['reasons'])}" if after else open_hole
     if run.get("strict") and not (mended.complete and mended.flawless):
-        unsteady = "some hole did not get a steady surface that crosses nothing"
-        raise StrictError(f"{wrong if after else unsteady}; the result is in `result`", mended)
+        not_flawless = "some hole did not get a converged surface that intersects nothing"
+        raise StrictError(f"{wrong if after else not_flawless}; the result is in `result`", mended)
     if not mended.complete:
         LOG.warning(wrong)
     return mended

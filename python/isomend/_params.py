@@ -143,7 +143,7 @@ def pair(name: str, ends: Any) -> list[int]:
 
 
 def like(name: str, value: Any) -> str:
-    """What holes are filled after: ``mirror``, with a plane or without, or the path of a mesh."""
+    """A counterpart: ``mirror``, with or without a plane, or the path of a mesh."""
     try:
         text = os.fspath(value)
     except TypeError:

@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 
 class Shape:
-    """The arrays of a mesh, made when they are first asked for. They are copies: to change them changes no mesh."""
+    """The arrays of a mesh, made when first used. They are copies: changing them does not change the mesh."""
 
     _core: CoreModel | CoreMended
     _made: dict[str, Any]
@@ -49,8 +49,8 @@ class Shape:
 
     @property
     def corner_data(self) -> dict[str, NDArray[Any]]:
-        """Named values of the corners of faces, such as texture coordinates with seams: (m, 3, k) each, NaN where there is
-        none."""
+        """Named values of the corners of faces, such as texture coordinates with seams: (m, 3, k) each, NaN where a value is
+        missing."""
         from isomend import _arrays
 
         rows = (self._core.size()[1], 3)
@@ -58,7 +58,7 @@ class Shape:
 
     @property
     def notes(self) -> list[str]:
-        """Remarks of the reader, and on values that could not be continued."""
+        """Remarks: of the reader, and on values that could not be continued on patches."""
         return list(self._core.notes())
 
     @staticmethod
@@ -76,14 +76,14 @@ class Shape:
         report: str | os.PathLike[str] | None = None,
         picture: str | os.PathLike[str] | None = None,
     ) -> list[str]:
-        """Writes the mesh with all that it carries, whole or not at all; the same bytes as the command line's.
+        """Writes the mesh with all of its values, atomically; the same bytes as from the command line.
 
         Args:
-            path: The file. Its extension tells the format: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
+            path: The file. Its extension chooses the format: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
             format: The format, whatever the extension.
             ascii: Text instead of binary: PLY, STL and VTK legacy.
-            report: A page to look at, in one HTML file: a 3D view, plots and tables of the mesh as it is written.
-            picture: A picture of it, in a PNG file.
+            report: An HTML file with a 3D view, plots and tables of the written mesh.
+            picture: A PNG file with a picture of it.
 
         Returns:
             Remarks, such as on values that the format cannot hold.

@@ -121,7 +121,7 @@ def test_strict_raises_with_the_result():
     loose = isomend.fill(torn, faces)
     if loose.flawless:
         pytest.fail("the fill of this hole is flawless now: use a worse hole")
-    with pytest.raises(isomend.StrictError, match="steady") as caught:
+    with pytest.raises(isomend.StrictError, match="converged") as caught:
         isomend.fill(torn, faces, strict=True)
     assert caught.value.result.faces.tobytes() == loose.faces.tobytes()
 

@@ -1,4 +1,4 @@
-//! The values of an attribute on the patches: taken at the rim, continued inside.
+//! Values of an attribute on the patches: from the input at the rim, continued inside.
 
 use glam::DVec3;
 

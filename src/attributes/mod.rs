@@ -29,12 +29,12 @@ pub(crate) use rim::{Patches, Slot};
 
 use field::Field;
 
-/// How the remark on patches begins that got no texture coordinates.
+/// The beginning of the remark on patches without texture coordinates.
 pub(crate) const SEAM_NOTE: &str =
     "patches without texture coordinates, because their rims cross seams of the texture";
-/// The expected error of a vertex of which nothing can be said.
+/// Stored in place of an unknown expected error.
 const UNKNOWN: f64 = -1.0;
-/// Lengths that 32-bit floats hold with full precision.
+/// The lengths that 32-bit floats hold with full precision.
 const SINGLE: std::ops::Range<f64> = 1e-30..1e38;
 
 /// Extends the attributes of a mesh to the patches that fill its holes.
@@ -68,7 +68,7 @@ impl Model {
             return;
         }
         let largest = expected_error.iter().flatten().copied().fold(0.0, f64::max);
-        // In some units 32-bit floats cannot hold the lengths.
+        // Very small or large lengths need 64-bit floats.
         let scalar = match SINGLE.contains(&largest) {
             true => Scalar::F32,
             false => Scalar::F64,
@@ -95,7 +95,7 @@ impl Model {
     }
 }
 
-/// Marks the new faces, and keeps the marks of an earlier run.
+/// Marks the `new` faces after the first `kept`, and keeps the marks of an earlier run.
 fn mark_patches(attributes: &mut Attributes, kept: usize, new: usize) {
     let found = attributes
         .face

@@ -10,20 +10,20 @@ pub(crate) struct Slot {
     pub(crate) patch: u32,
     /// The vertex of the filled mesh.
     pub(crate) vertex: u32,
-    /// Corners of the mesh's own faces across the rim edges at the slot: face and corner. Empty inside the patch.
+    /// Corners of the input's faces across the rim edges at the slot: face and corner. Empty inside the patch.
     pub(crate) rim: Vec<(u32, u8)>,
 }
 
-/// The new faces, taken apart into patches that are connected through edges.
+/// The new faces, split into patches that are connected through edges.
 pub(crate) struct Patches {
     pub(crate) slots: Vec<Slot>,
-    /// The new faces, in order, as slots.
+    /// The new faces in order, with the indices of their slots as corners.
     pub(crate) faces: Vec<[u32; 3]>,
     /// The patch of each new face.
     pub(crate) of_face: Vec<u32>,
-    /// For each patch the mesh's own faces at its rim, in rising order.
+    /// The input's faces at the rim of each patch, in ascending order.
     pub(crate) rim_faces: Vec<Vec<u32>>,
-    /// For each vertex of the original mesh the first one in its place.
+    /// For each vertex of the original mesh, the first vertex at the same position.
     pub(crate) weld: Vec<u32>,
 }
 
@@ -75,12 +75,12 @@ impl Patches {
             weld,
         };
         // The input corners across the rim edges give the values at the rim.
-        patches.meet(original, &edges, &number);
+        patches.find_rim_corners(original, &edges, &number);
         patches
     }
 
-    /// Finds the input's faces across the rim edges of the patches.
-    fn meet(
+    /// Finds the input's faces and corners across the rim edges of the patches.
+    fn find_rim_corners(
         &mut self,
         original: &Mesh,
         edges: &HashMap<(u32, u32), u32>,

@@ -40,7 +40,7 @@ pub struct CheckArgs {
     #[command(flatten)]
     parameters: ParameterArgs<Check>,
 
-    /// The unit of the mesh's coordinates: mm, cm, m, in, um or ft. It stands with lengths, also in --json and --report.
+    /// The unit of the mesh's coordinates: mm, cm, m, in, um or ft. It is printed with lengths, also in --json and --report.
     #[arg(long, value_name = "UNIT")]
     unit: Option<Unit>,
 
@@ -89,7 +89,7 @@ pub fn run(args: &CheckArgs, console: &Console) -> anyhow::Result<End> {
     })
 }
 
-/// The command that closes T-junctions and boundary edges that nearly coincide; `None` if there are none.
+/// A line with the repair command that closes T-junctions and boundary edges that nearly coincide; `None` if there are none.
 fn repair_command(verdict: &Verdict, name: &str) -> Option<String> {
     let weld = verdict.weld.filter(|_| !verdict.weld_by_default);
     let closes = verdict.weld.is_some() || verdict.t_junctions > 0;

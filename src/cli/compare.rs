@@ -1,4 +1,4 @@
-//! `isomend compare`: distances, normals and bending energy of two meshes, and the part of the first that the second keeps.
+//! `isomend compare`: distances, angles of normals and bending energies of two meshes, and the elements of the first that the second keeps.
 
 use std::path::PathBuf;
 
@@ -18,7 +18,7 @@ use crate::job::contradiction;
 
 const EXAMPLES: &str = "\
 Examples:
-  isomend compare scan.ply mended.ply               how much of the scan is kept, and how far the rest is from it
+  isomend compare scan.ply mended.ply               how much of the scan is kept, and the distances of the new faces
   isomend compare truth.ply mended.ply --json -";
 
 /// Compare two meshes: distances in both directions, normals, bending energy, and how much of A is kept in B.
@@ -36,7 +36,7 @@ pub struct CompareArgs {
     #[arg(value_name = "B")]
     b: PathBuf,
 
-    /// The unit of the coordinates of both meshes: mm, cm, m, in, um or ft. It stands with lengths, also in --json.
+    /// The unit of the coordinates of both meshes: mm, cm, m, in, um or ft. It is printed with lengths, also in --json.
     #[arg(long, value_name = "UNIT")]
     unit: Option<Unit>,
 
@@ -94,7 +94,7 @@ fn table(c: &Comparison, unit: Option<Unit>) -> String {
             s.boundary_vertices
         )
     };
-    // Of the order of the model's size: much smaller coordinates are rounding errors.
+    // Of the order of the model's size, by which `point` rounds: much smaller coordinates are rounding errors.
     let size = c.a.area.sqrt();
     let row = |name: &str, d: &Distances| {
         format!(

@@ -24,7 +24,7 @@ pub struct DeliverArgs {
 
     /// Make no texels for patches that lie across seams of the texture: they get a plain material.
     ///
-    /// Without it they get a page of their own, in OBJ, glTF and GLB files: NAME_isomend.png beside the output, or inside a GLB file.
+    /// Without it, OBJ, glTF and GLB files get a new image for these patches: NAME_isomend.png beside the output, or inside a GLB file.
     #[arg(long)]
     no_texture: bool,
 

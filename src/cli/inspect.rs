@@ -37,7 +37,7 @@ pub struct InspectArgs {
     #[arg(value_name = "IN", required = true)]
     inputs: Vec<PathBuf>,
 
-    /// The unit of the mesh's coordinates: mm, cm, m, in, um or ft. It stands with lengths, also in --json and --report.
+    /// The unit of the mesh's coordinates: mm, cm, m, in, um or ft. It is printed with lengths, also in --json and --report.
     #[arg(long, value_name = "UNIT")]
     unit: Option<Unit>,
 

@@ -1,4 +1,4 @@
-//! Grain on a patch: the roughness of the surroundings, invented so that the patch does not shine.
+//! Grain: adds random roughness to the patch of a region, as rough as its surroundings.
 
 use super::finish_step::Local;
 use super::invented::GrainReport;
@@ -7,11 +7,11 @@ use super::region_patch::RegionPatch;
 use crate::finish::grain;
 use crate::stitch::Patch;
 
-/// Times that the grain is halved where the patch intersects faces because of it, before it is left out.
+/// Upper bound of the number of times that the grain is halved because more faces would intersect; after that it is omitted.
 const HALVINGS: usize = 3;
 
 impl RegionProblem<'_> {
-    /// A region whose patch has grain, where that is asked for and the patch is a surface that was computed.
+    /// Adds grain to the patch of a region if it is requested and the patch is a computed smooth surface.
     pub(super) fn with_grain(&self, mut filled: RegionPatch) -> RegionPatch {
         let is_smooth = self.plan == RegionPlan::Solve && self.is_finished();
         if !self.params.grain || !is_smooth || filled.mesh.positions.is_empty() {
@@ -23,7 +23,7 @@ impl RegionProblem<'_> {
             .as_ref()
             .is_some_and(|c| c.refused.is_none())
         {
-            // It has its own.
+            // A counterpart has its own roughness.
             return filled;
         }
         let patch = Patch {
@@ -35,11 +35,12 @@ impl RegionProblem<'_> {
         let local = Local::new(self.wide_part(&patch), count, &patch, self.cancel);
         let own = local.part.mesh.positions.len();
         let around = local.around();
+        // Grain for each component, and the mean squares of roughness of rings and patches.
         let mut shifts = Vec::new();
         let mut squares = [0.0; 2];
-        for piece in around.patches(local.new_faces()) {
-            if let Some(found) = grain(&around, &piece) {
-                let weight = piece.len() as f64;
+        for component in around.patches(local.new_faces()) {
+            if let Some(found) = grain(&around, &component) {
+                let weight = component.len() as f64;
                 (0..2).for_each(|k| squares[k] += weight * found.roughness[k].powi(2));
                 shifts.extend(found.shifts);
             }
@@ -48,6 +49,7 @@ impl RegionProblem<'_> {
             return filled;
         }
         let [ring, rough] = squares.map(|s| (s / shifts.len() as f64).sqrt());
+        // Halve the grain until no more faces intersect than without it.
         let before = local.count_intersecting(&patch.positions);
         let mut part = 1.0;
         for _ in 0..=HALVINGS {

@@ -1,10 +1,10 @@
-//! Parts of a patch that its surroundings do not predict: the counterpart that it was made after, and its grain.
+//! Reports of invented shape, which the surroundings do not predict: the counterpart of a patch, and its grain.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// What a counterpart is.
+/// The kind of a counterpart.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -15,36 +15,36 @@ pub enum CounterpartKind {
     Template(f64),
 }
 
-/// Why a counterpart was not used.
+/// Why a counterpart was refused.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum NotLike {
-    /// No plane of symmetry, or no pose of the template, fits the mesh.
+    /// The mesh has no plane of symmetry, or the template fits it in no pose.
     #[error("nothing fits the mesh: it has no plane of symmetry, or the template is another shape")]
     Nothing,
     /// The region has several rims.
     #[error("the region has several rims")]
     SeveralRims,
-    /// The counterpart has a hole where this one is.
-    #[error("it has a hole there itself")]
+    /// The counterpart has a hole at the same place.
+    #[error("it has a hole at the same place")]
     Open,
-    /// The hole lies on the plane of symmetry: what is missing is its own mirror image.
-    #[error("the mirrored part lies in the hole itself")]
+    /// The hole lies on the plane of symmetry, so the missing part is its own mirror image.
+    #[error("the mirror image of the missing part is the hole itself")]
     Own,
-    /// It does not fit the faces round the hole.
+    /// The counterpart does not fit the faces round the hole.
     #[error("it does not fit the faces round the hole")]
     Apart,
     /// A smooth patch predicts the faces round the hole better.
     #[error("a smooth patch predicts the faces round the hole better")]
     Predicted,
-    /// It differs from a smooth patch in the hole hardly more than from the faces beside it.
-    #[error("it differs from a smooth patch no more than from the faces beside the hole")]
+    /// The counterpart differs from a smooth patch in the hole hardly more than from the faces beside it.
+    #[error("it differs from a smooth patch hardly more than from the faces beside the hole")]
     Alike,
-    /// There is no ring of faces that could be predicted.
-    #[error("there are no rings of faces round the hole that it could predict")]
+    /// The prediction cannot be tested: there are no rings of faces to remove, or no smooth patch to compare with.
+    #[error("there are no rings of faces round the hole to test its prediction")]
     Untested,
-    /// It could not be joined to the rim.
+    /// The counterpart could not be joined to the rim.
     #[error("it could not be joined to the rim")]
     NotJoined,
     /// Number of faces of the patch that intersected others.
@@ -52,32 +52,33 @@ pub enum NotLike {
     Intersects(usize),
 }
 
-/// How a counterpart fits beside a hole.
+/// The test of a counterpart at a hole; lengths in the mesh's unit.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct CounterpartReport {
-    /// What it is; none where nothing fits the mesh.
+    /// Its kind; `None` if nothing fits the mesh.
     pub kind: Option<CounterpartKind>,
-    /// Root mean square distance of the known vertices round the hole from it, after a rigid motion, in the mesh's units.
+    /// Root mean square distance between the known vertices round the hole and the rigidly aligned counterpart.
     pub misfit: Option<f64>,
-    /// Root mean square distance from it of vertices of rings round the hole that were taken out, in the mesh's units.
+    /// Root mean square error with which the counterpart predicts the vertices of rings of faces removed round the hole.
     pub ring_error: Option<f64>,
-    /// The same of a smooth patch.
+    /// Root mean square error with which a smooth patch predicts them.
     pub smooth_ring_error: Option<f64>,
-    /// Root mean square distance of a smooth patch of the hole from it: what it knows that the patch does not.
+    /// Root mean square distance between a smooth patch of the hole and the counterpart: the size of a feature that the patch lacks.
     pub feature: Option<f64>,
-    /// Why it was not used; none where it was.
+    /// Why the counterpart was refused; `None` if it was used.
     pub refused: Option<NotLike>,
 }
 
-/// The grain that was added to a patch. It is invented: the expected error does not count it.
+/// The grain added to a patch; lengths in the mesh's unit. It is invented: the expected error does not include it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct GrainReport {
-    /// Root mean square roughness of the known vertices round the hole, in the mesh's units.
+    /// Root mean square roughness of the known vertices round the hole.
     pub ring: f64,
-    /// The same of the patch with its grain; 0 where it got none.
+    /// Root mean square roughness of the patch with its grain: measured with the whole grain, times `part`.
     pub patch: f64,
-    /// The part of its height that was added: less than 1 where the patch would have intersected faces, and 0 where it would have with any.
+    /// The fraction of the grain's height that was added: below 1 if more faces would have intersected with the whole grain, and 0 if more
+    /// would have with any.
     pub part: f64,
 }

@@ -1,4 +1,4 @@
-//! What holes are filled after: the mirrored mesh itself, or a template.
+//! The option `like`: fills holes after a counterpart, the mirrored mesh or a template.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -10,27 +10,27 @@ use serde::{Deserialize, Serialize};
 
 use crate::mesh::Mesh;
 
-/// The word for the mesh's own mirror image.
+/// The text form of a mirror image in a plane of symmetry.
 const MIRROR: &str = "mirror";
 
-/// A surface after which holes are filled: a counterpart. Written as `mirror`, `mirror:x,y,z,nx,ny,nz`, or the name of a file.
+/// A counterpart: the surface from which missing parts are taken. Text form: `mirror`, `mirror:x,y,z,nx,ny,nz`, or the name of a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 #[non_exhaustive]
 pub enum Like {
-    /// The mesh itself, mirrored in the plane through a point with a normal; in a plane of symmetry that is looked for, where none is given.
+    /// The mesh itself, mirrored in the plane through a point with a normal. Without a plane, the planes of symmetry are searched.
     Mirror(Option<[DVec3; 2]>),
     /// Another mesh of the same kind of object.
     Template {
         /// Its file, or its name in messages.
         file: PathBuf,
-        /// The mesh; none where a job is still to read it from the file. It is not serialised.
+        /// The mesh; `None` until a job reads it from the file. Not serialised.
         mesh: Option<Arc<Mesh>>,
     },
 }
 
 impl Like {
-    /// A template that is there already, under a name for messages.
+    /// A template from a mesh in memory, with a name for messages.
     pub fn template(name: impl Into<PathBuf>, mesh: impl Into<Arc<Mesh>>) -> Self {
         Self::Template {
             file: name.into(),
@@ -38,7 +38,7 @@ impl Like {
         }
     }
 
-    /// Its file, if it is a template that was not read yet.
+    /// The file of a template that has not been read.
     pub fn unread(&self) -> Option<&PathBuf> {
         match self {
             Self::Template { file, mesh: None } => Some(file),

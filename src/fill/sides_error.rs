@@ -1,35 +1,38 @@
-//! Expected errors of patches on continued sides, from the errors with which the sides predict rings that were taken out.
+//! Expected errors of patches on continued sides, from the errors with which the sides predict removed rings of faces.
 //!
-//! On 109 patches of holes cut out of man-made shapes (exact meshes, and scans with noise of 0.2 to 5 % of an edge) that error is mostly the
-//! noise of the rings' own vertices, which the sides do not have. The rest are the sides' own errors: errors of fits to a number
-//! of vertices that grows as the edges get shorter.
+//! On 109 patches of holes cut out of man-made shapes (exact meshes, and scans with noise of 0.2 to 5 % of an edge) that error is mostly
+//! noise of the rings' vertices, which the patch does not have. The remainder is the error of the fitted sides, which falls as the number
+//! of fitted vertices grows, that is, as edges get shorter.
 
 use glam::DVec3;
 
-/// Residuals of the sides that count as noise of the rings.
+/// Noise of the rings over the residual of the sides.
 const NOISE: f64 = 1.2;
-/// Errors on the rings. A larger residual is no noise, which the rings would have too, but where the sides do not fit.
+/// Upper bound of the residual over the error on the rings. A larger residual is not noise, which the rings would have too: the sides do
+/// not fit.
 const MOST_NOISE: f64 = 2.0;
-/// Part of that noise that a fitted side has itself, over the root of the edge's length in diameters: a single plane, and several sides.
+/// Error of a fitted side over the noise, divided by the square root of the edge's length in diameters: for a single plane, and otherwise.
 const OWN_OF_PLANE: f64 = 0.35;
 const OWN: f64 = 0.9;
-/// Part of the error beyond the noise that is expected in the hole.
+/// Error expected in the hole over the rings' error beyond the noise.
 const BEYOND_NOISE: f64 = 0.8;
-/// Diameters. Least expected error of rounded edges: errors below could not be measured, since the exact surfaces were known to 0.02 ‰.
+/// Diameters. Lower bound of the expected error of rounded edges: the exact surfaces were known to 0.02 ‰, so smaller errors could not be
+/// measured.
 const LEAST_OF_ROUNDED: f64 = 1.6e-5;
-/// Error of a coordinate of 32 bits, over the largest coordinate: the vertices round the hole are rounded to that, and so is what is written.
+/// Standard deviation of rounding to a 32-bit float over the largest coordinate. Both the vertices round the hole and the written ones may
+/// be rounded.
 const ROUNDING: f64 = 0.35 / (1u64 << 24) as f64;
 
-/// What the expected error of continued sides depends on; lengths in the mesh's units.
+/// The quantities that determine the expected error of continued sides; lengths in the mesh's unit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Predicted {
     /// Root mean square error with which the sides predict the rings.
     pub(super) error: f64,
-    /// Root mean square residual of the vertices that the sides are fitted to.
+    /// Root mean square residual of the vertices to which the sides are fitted.
     pub(super) residual: f64,
     /// Mean length of the rim's edges over the hole's diameter.
     pub(super) edge: f64,
-    /// Whether there is one side, and that is a plane.
+    /// Whether there is a single side and it is a plane.
     pub(super) is_flat: bool,
 }
 
@@ -47,12 +50,12 @@ impl Predicted {
     }
 }
 
-/// The expected error of rounded edges in a hole of a diameter, from their error on the rings.
+/// The expected error of rounded edges, from their error on the rings and the hole's diameter.
 pub(super) fn of_rounded(error: f64, diameter: f64) -> f64 {
     error.hypot(LEAST_OF_ROUNDED * diameter)
 }
 
-/// The expected error at a point, from the expected errors of its coordinates.
+/// An expected error at a point, increased by the rounding of its coordinates.
 pub(super) fn with_rounding(error: f64, at: DVec3) -> f64 {
     error.hypot(ROUNDING * at.abs().max_element())
 }

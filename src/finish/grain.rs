@@ -1,9 +1,9 @@
-//! Grain: roughness for a patch, as rough as the surroundings at several wavelengths.
+//! Grain: synthesises random roughness for a patch that matches the roughness of the surroundings at several wavelengths.
 //!
-//! The roughness of a vertex at a radius is its distance from the quadric that fits the vertices within that radius best. Random fields with
-//! Gaussian covariances of several lengths, and noise, are drawn at the new vertices by random Fourier features (A. Rahimi, B. Recht, "Random
-//! features for large-scale kernel machines", 2007), with a seed that is always the same. Their variances, none negative, are those with
-//! which the patch measures as rough at every radius as the known vertices round it.
+//! The roughness of a vertex at a radius is its distance from the least-squares quadric of the vertices within that radius. Random fields
+//! with Gaussian covariances of several lengths, and noise, are drawn at the new vertices by random Fourier features (A. Rahimi, B. Recht,
+//! "Random features for large-scale kernel machines", 2007), with a fixed seed. Non-negative least squares determines their variances such
+//! that the patch is as rough at each radius as the known vertices round it.
 
 use std::f64::consts::TAU;
 
@@ -16,38 +16,38 @@ use super::patch::{Located, Patch};
 use super::surroundings::Surroundings;
 use crate::linalg::solve_spd;
 
-/// Mean edges. The radii of the quadrics. What is longer than these the patch continues itself.
+/// Mean edges. Radii of the quadrics. Shape of longer wavelengths is continued by the patch itself.
 const RADII: [f64; 4] = [2.2, 4.0, 7.0, 11.0];
-/// The radius whose roughness is reported.
+/// Index of the radius whose roughness is reported.
 const REPORTED: usize = 2;
-/// Diameters, and mean edges at least: width of the ring whose roughness is measured.
+/// Width of the ring whose roughness is measured: diameters, and its lower bound in mean edges.
 const RING: f64 = 0.45;
 const RING_EDGES: f64 = 6.0;
-/// Most vertices at which it is measured.
+/// Upper bound of the number of vertices at which roughness is measured.
 const MOST: usize = 1000;
-/// Fewest vertices of a fit, and of the ring and the patch.
+/// Lower bound of the number of vertices of a quadric fit, of the ring, and of the patch.
 const FEWEST: usize = 12;
-/// Lengths of the kernels in mean edges; 0 is noise.
+/// Mean edges. Lengths ℓ of the covariances exp(−r² / 2ℓ²); 0 is white noise.
 const LENGTHS: [f64; 5] = [0.0, 0.7, 1.4, 2.8, 5.6];
-/// Rounds of the fit of their variances.
+/// Sweeps of coordinate descent in the fit of the variances.
 const ROUNDS: usize = 400;
-/// Waves of each kernel.
+/// Number of waves of each random field.
 const WAVES: usize = 192;
-/// Mean edges from the rim over which the grain grows from nothing to all of its height.
+/// Mean edges. Distance from the rim over which the grain grows from zero to its whole height.
 const FADE: f64 = 2.0;
-/// Where the random numbers begin.
+/// Seed of the random numbers.
 const SEED: u64 = 0x6973_6f6d_656e_6421;
 
-/// Grain for the vertices of a patch.
+/// Grain for the vertices of a patch, in the mesh's unit.
 pub(crate) struct Grain {
-    /// Vertices and by what they move, in the mesh's units.
+    /// Vertices and their displacements.
     pub(crate) shifts: Vec<(u32, DVec3)>,
-    /// Root mean square roughness of the ring, and of the patch with its grain, in the mesh's units.
+    /// Root mean square roughness of the ring, and of the patch with its grain.
     pub(crate) roughness: [f64; 2],
 }
 
-/// The grain of the patch of some vertices, which must hang together; none where too little is known round them, they are too few, or the patch
-/// is as rough already.
+/// The grain of a connected patch with the given vertices; `None` if the ring or the patch has too few vertices, or the patch is already as
+/// rough as the ring.
 pub(crate) fn grain(around: &Surroundings<'_>, vertices: &[u32]) -> Option<Grain> {
     let vertices = super::usable(around, vertices);
     let located = super::located(around, &vertices, &FinishParams::default()).ok()?;
@@ -56,6 +56,7 @@ pub(crate) fn grain(around: &Surroundings<'_>, vertices: &[u32]) -> Option<Grain
     if ring.len() < FEWEST || inner.len() < FEWEST {
         return None;
     }
+    // The roughness of the ring at each radius.
     let target = RADII.map(|r| roughness(patch, &patch.points, &patch.known, &ring, r));
     let (shape, normals) = (patch.shape(), normals(patch));
     let all = vec![true; patch.points.len()];
@@ -67,13 +68,13 @@ pub(crate) fn grain(around: &Surroundings<'_>, vertices: &[u32]) -> Option<Grain
         let points = patch.placed(&moved(heights));
         RADII.map(|r| roughness(patch, &points, &all, &inner, r))
     };
-    // Squares of roughness add up: of the patch itself and of independent fields.
+    // Squares of roughness of the patch and of independent fields add up.
     let own = measured(&vec![0.0; shape.len()]);
     let missing: Vec<f64> = own.iter().zip(target).map(|(o, t)| t * t - o * o).collect();
     if patch.cancel.is_cancelled() || missing[REPORTED] <= 0.0 {
         return None;
     }
-    // What each field of the height of the target adds at each radius.
+    // The square that each field, scaled to the missing height, adds at each radius.
     let height = missing[REPORTED].sqrt();
     let field = |(k, length): (usize, &f64)| {
         let drawn = drawn(&shape, length * patch.edge, SEED.wrapping_add(k as u64));
@@ -88,7 +89,7 @@ pub(crate) fn grain(around: &Surroundings<'_>, vertices: &[u32]) -> Option<Grain
     };
     let fields: Vec<(Vec<f64>, Vec<f64>)> = LENGTHS.iter().enumerate().map(field).collect();
     let mut heights = sum(&fields, &missing, &target);
-    // The fields are not quite independent: all of it is scaled once.
+    // The fields are not quite independent: scale their sum once to the reported roughness.
     let now = measured(&heights)[REPORTED].powi(2) - own[REPORTED].powi(2);
     let scale = (missing[REPORTED] / now).sqrt();
     if !scale.is_finite() || patch.cancel.is_cancelled() {
@@ -102,7 +103,7 @@ pub(crate) fn grain(around: &Surroundings<'_>, vertices: &[u32]) -> Option<Grain
     })
 }
 
-/// The sum of some fields, each given with what it adds at each radius, that adds what is missing.
+/// The weighted sum of fields that adds the missing squares of roughness. Each field comes with the squares that it adds at the radii.
 fn sum(fields: &[(Vec<f64>, Vec<f64>)], missing: &[f64], target: &[f64]) -> Vec<f64> {
     let added: Vec<&[f64]> = fields.iter().map(|f| &f.1[..]).collect();
     let mut heights = vec![0.0; fields[0].0.len()];
@@ -116,8 +117,8 @@ fn sum(fields: &[(Vec<f64>, Vec<f64>)], missing: &[f64], target: &[f64]) -> Vec<
     heights
 }
 
-/// The factors, none negative, of the variances that some fields add at each radius, with which they add what is missing; in least squares over
-/// the squared roughness that is wanted there, one after the other.
+/// Non-negative factors f of the fields' variances that minimise Σ_r ((Σ_k f_k added_kr − missing_r) / target_r²)², by coordinate
+/// descent.
 fn variances(added: &[&[f64]], missing: &[f64], target: &[f64]) -> Vec<f64> {
     let mut factors = vec![0.0; added.len()];
     for _ in 0..ROUNDS {
@@ -126,8 +127,8 @@ fn variances(added: &[&[f64]], missing: &[f64], target: &[f64]) -> Vec<f64> {
             for r in (0..missing.len()).filter(|&r| target[r] > 0.0) {
                 let all: f64 = factors.iter().zip(added).map(|(f, a)| f * a[r]).sum();
                 let weight = target[r].powi(-4);
-                let rest = missing[r] - all + factors[k] * added[k][r];
-                up += weight * added[k][r] * rest;
+                let residual = missing[r] - all + factors[k] * added[k][r];
+                up += weight * added[k][r] * residual;
                 down += weight * added[k][r].powi(2);
             }
             factors[k] = if down > 0.0 {
@@ -140,6 +141,7 @@ fn variances(added: &[&[f64]], missing: &[f64], target: &[f64]) -> Vec<f64> {
     factors
 }
 
+/// The displacements of the vertices, in the mesh's unit.
 fn shifts(located: &Located, vertices: &[u32], moved: &[DVec3]) -> Vec<(u32, DVec3)> {
     let before = located.patch.shape();
     let ways = moved
@@ -149,7 +151,7 @@ fn shifts(located: &Located, vertices: &[u32], moved: &[DVec3]) -> Vec<(u32, DVe
     vertices.iter().copied().zip(ways).collect()
 }
 
-/// Normals of the vertices that move.
+/// Normals at the moving vertices.
 fn normals(patch: &Patch) -> Vec<DVec3> {
     let points = patch.closure_points(&patch.shape());
     patch
@@ -157,7 +159,7 @@ fn normals(patch: &Patch) -> Vec<DVec3> {
         .moved(&vertex_normals(&points, &patch.closure.faces))
 }
 
-/// The heights of a field, growing from nothing at the rim.
+/// The heights of a field times a smooth step that grows from 0 at the rim to 1.
 fn faded(patch: &Patch, field: &[f64]) -> Vec<f64> {
     let grown = |(height, depth): (&f64, f64)| {
         let part = (depth / (FADE * patch.edge)).clamp(0.0, 1.0);
@@ -175,7 +177,7 @@ fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
     }
 }
 
-/// Known vertices of the ring.
+/// Vertices of the ring: known ones near the rim, off the mesh's boundary.
 fn ring(patch: &Patch) -> Vec<u32> {
     let width = (RING * patch.diameter).max(RING_EDGES * patch.edge);
     let inside = |&v: &u32| {
@@ -185,7 +187,7 @@ fn ring(patch: &Patch) -> Vec<u32> {
     thinned((0..patch.points.len() as u32).filter(inside).collect())
 }
 
-/// Vertices of the patch where the grain has all of its height.
+/// Vertices of the patch where the grain has its whole height.
 fn inner(patch: &Patch) -> Vec<u32> {
     let deep = patch.closure.moving.iter().zip(patch.depth());
     let deep = deep.filter(|(_, depth)| *depth > FADE * patch.edge);
@@ -195,8 +197,8 @@ fn inner(patch: &Patch) -> Vec<u32> {
     )
 }
 
-/// Root mean square height of some vertices over the quadrics that fit the vertices round them, of which some are chosen by a mark, within a
-/// radius in mean edges.
+/// Root mean square distance of vertices from the quadrics of their neighbourhoods: the vertices marked in `chosen` within a radius in mean
+/// edges.
 fn roughness(
     patch: &Patch,
     points: &[DVec3],
@@ -217,16 +219,17 @@ fn roughness(
     root_mean_square(values.into_iter().flatten())
 }
 
-/// At most [`MOST`] of some vertices, evenly.
+/// At most [`MOST`] of the vertices, at regular intervals.
 fn thinned(all: Vec<u32>) -> Vec<u32> {
     let step = all.len().div_ceil(MOST).max(1);
     all.into_iter().step_by(step).collect()
 }
 
-/// Vertices in cubic cells.
+/// A grid of cubic cells for searches within a fixed radius.
 struct Cells {
-    /// Cells and vertices, sorted.
+    /// Pairs of cell and vertex, sorted.
     sorted: Vec<([i32; 3], u32)>,
+    /// Edge of a cell, which is the radius.
     size: f64,
 }
 
@@ -244,7 +247,7 @@ impl Cells {
         (p / size).floor().as_ivec3().to_array()
     }
 
-    /// The vertices that are nearer to a point than the size of a cell, in order of cells.
+    /// The vertices within the radius of a point, in the order of cells.
     fn near(&self, points: &[DVec3], p: DVec3) -> Vec<u32> {
         let [x, y, z] = Self::cell(p, self.size);
         let mut near = Vec::new();
@@ -262,8 +265,8 @@ impl Cells {
     }
 }
 
-/// Height of a vertex over the quadric over its tangent plane that fits vertices round it, itself among them, in least squares, over the
-/// part of its standard deviation that such a fit leaves.
+/// Height of a vertex over the least-squares quadric of its neighbourhood, itself included, as a graph over its tangent plane. Divided by
+/// √(1 − leverage), as a studentised residual: the fit follows the vertex by its leverage.
 fn height(points: &[DVec3], near: &[u32], vertex: u32, normal: DVec3) -> Option<f64> {
     const TERMS: usize = 6;
     if near.len() < FEWEST {
@@ -284,7 +287,7 @@ fn height(points: &[DVec3], near: &[u32], vertex: u32, normal: DVec3) -> Option<
         }
     }
     (0..TERMS).for_each(|i| matrix[i * TERMS + i] += 1e-9 * near.len() as f64);
-    // The vertex is the origin: its height is minus the constant term, its leverage the first entry of the inverse.
+    // The vertex is the origin: its height is minus the constant term, and its leverage the first entry of the inverse.
     let mut leverage = [0.0; TERMS];
     leverage[0] = 1.0;
     let solved = solve_spd(&mut matrix.clone(), &mut rhs) && solve_spd(&mut matrix, &mut leverage);
@@ -293,7 +296,7 @@ fn height(points: &[DVec3], near: &[u32], vertex: u32, normal: DVec3) -> Option<
     (solved && height.is_finite()).then_some(height)
 }
 
-/// A random field of variance 1 at some points, with a Gaussian covariance of a length, or noise where that is 0.
+/// A random field of variance 1 at points: Gaussian covariance of the given length, or white noise if that is 0.
 fn drawn(points: &[DVec3], length: f64, seed: u64) -> Vec<f64> {
     let mut random = Random(seed);
     if length == 0.0 {
@@ -312,7 +315,7 @@ fn drawn(points: &[DVec3], length: f64, seed: u64) -> Vec<f64> {
     points.par_iter().map(at).collect()
 }
 
-/// Numbers that look random, the same each time (G. L. Steele et al., "Fast splittable pseudorandom number generators", 2014).
+/// The pseudorandom number generator SplitMix64 (G. L. Steele et al., "Fast splittable pseudorandom number generators", 2014).
 struct Random(u64);
 
 impl Random {
@@ -324,12 +327,12 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Between 0 and 1, both excluded.
+    /// Uniform between 0 and 1, both excluded.
     fn uniform(&mut self) -> f64 {
         ((self.next() >> 12) as f64 + 0.5) / (1u64 << 52) as f64
     }
 
-    /// Of mean 0 and variance 1 (Box and Muller).
+    /// Normal with mean 0 and variance 1 (G. E. P. Box, M. E. Muller, 1958).
     fn normal(&mut self) -> f64 {
         let (u, v) = (self.uniform(), self.uniform());
         (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
@@ -385,7 +388,7 @@ mod tests {
             (found[0] - 2.0).abs() < 1e-3 && (found[1] - 2.0).abs() < 1e-3,
             "{found:?}"
         );
-        // None is negative, where one field alone says too much.
+        // Factors stay non-negative even if one field alone adds too much.
         let found = variances(&fields, &[1.0, 0.5, 0.0], &[1.0; 3]);
         assert!(found.iter().all(|f| *f >= 0.0));
     }

@@ -1,4 +1,4 @@
-//! Smooth field of offsets between two surfaces, kriged from known points round a hole and continued across it.
+//! Smooth vector field of offsets between two surfaces, kriged from known points round a hole and continued across it.
 
 use glam::{DMat3, DVec2, DVec3};
 
@@ -9,27 +9,28 @@ use crate::cancel::Cancel;
 /// A known point round a hole.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OffsetDatum {
-    /// Its place.
+    /// Its position.
     pub(crate) point: DVec3,
-    /// The offset there.
+    /// The offset at the point.
     pub(crate) offset: DVec3,
     /// Its distance from the rim.
     pub(crate) depth: f64,
 }
 
-/// A field of offsets over the plane across the mean normal of the surroundings: each component is kriged by one model, whose noise is
-/// the data's, so that the field is the smooth part of the offsets.
+/// A field of offsets over the plane normal to the mean normal of the surroundings. The three components are kriged with the same model,
+/// whose noise is estimated from the data, so that the field is the smooth part of the offsets.
 pub(crate) struct OffsetField {
     origin: DVec3,
-    /// Columns are two directions in the plane, and its normal.
+    /// Columns: two directions in the plane, and its normal.
     frame: DMat3,
+    /// The unit of length of the components: the diameter of the hole.
     unit: f64,
     components: [Kriging; 3],
 }
 
 impl OffsetField {
-    /// The field of some data, in which a hole of a diameter lies whose surroundings have this mean normal and mean edge; none where there
-    /// are too few data, or the token is set.
+    /// Fits a field to data round a hole, given the mean normal of the surroundings, the hole's diameter and the mean edge. `None` if there
+    /// are too few data or the token is set.
     pub(crate) fn fit(
         data: &[OffsetDatum],
         normal: DVec3,
@@ -44,14 +45,14 @@ impl OffsetField {
         let origin = data.iter().map(|d| d.point).sum::<DVec3>() / data.len().max(1) as f64;
         let place = |p: DVec3| (frame.transpose() * (p - origin)).truncate() / diameter;
         let edge = edge / diameter;
-        // The data that are farthest from each other, the denser the nearer to the rim.
+        // Choose well-distributed data, denser near the rim.
         let chosen = spread(data, params.most_data, edge * diameter, cancel);
         let points: Vec<DVec2> = chosen.iter().map(|d| place(d.point)).collect();
         let along = |axis: DVec3| -> Vec<f64> {
             let all = chosen.iter();
             all.map(|d| d.offset.dot(axis) / diameter).collect()
         };
-        // Order and noise by the restricted likelihood of the normal component.
+        // Order and noise maximise the restricted likelihood of the normal component.
         let heights = along(normal);
         let few = params.most_estimated.min(points.len());
         let model = Model::estimate(&points[..few], &heights[..few], edge, cancel)?;
@@ -85,14 +86,14 @@ impl OffsetField {
     }
 }
 
-/// At most a given number of the data: repeatedly the one that is farthest from all chosen before, over the root of its distance from the rim
-/// (Y. Eldar et al., "The farthest point strategy for progressive image sampling", 1997).
+/// Chooses at most `most` of the data by farthest point sampling (Y. Eldar et al., "The farthest point strategy for progressive image
+/// sampling", 1997). The score is distance from the data chosen before, divided by the square root of distance from the rim.
 fn spread(data: &[OffsetDatum], most: usize, edge: f64, cancel: &Cancel) -> Vec<OffsetDatum> {
     let mut distances = vec![f64::INFINITY; data.len()];
     let mut chosen = Vec::new();
     let score = |i: usize, distance: f64| distance / (data[i].depth + 0.5 * edge);
     while chosen.len() < most.min(data.len()) && !cancel.is_cancelled() {
-        // The first of the best, so that the order of the data decides between equals.
+        // Among equals, the first.
         let mut best = (0, f64::NEG_INFINITY);
         for (i, &distance) in distances.iter().enumerate() {
             let own = score(i, distance.min(f64::MAX));

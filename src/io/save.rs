@@ -99,20 +99,20 @@ impl Drop for Temporary {
     }
 }
 
-/// Bytes that are written beside their target but not yet in its place. Dropped, they vanish.
+/// Bytes written to a temporary file beside their target. Dropping this removes the file.
 pub(crate) struct Staged {
     target: PathBuf,
-    /// The file beside the target; none where the target is a pipe or the like, which gets its bytes at the end.
+    /// The temporary file; `None` if the target is a pipe or device, which gets its bytes at the end.
     temporary: Option<Temporary>,
     bytes: Vec<u8>,
 }
 
 impl Staged {
-    /// Writes bytes beside a target. A link stays, and what it points to is to be replaced, whether it is there or not. A file that is
-    /// replaced hands on its permissions and, as far as the user may do so, its owner.
+    /// Writes bytes to a temporary file beside a target. If the target is a symbolic link, the file that it names will be replaced or
+    /// created, and the link stays. The permissions of a replaced file are kept, and its owner as far as the user may set it.
     ///
     /// # Errors
-    /// When the target is a folder or may not be changed, or the file cannot be written.
+    /// If the target is a folder or read-only, or the file cannot be written.
     pub(crate) fn new(path: &Path, bytes: &[u8]) -> Result<Self> {
         let old = match fs::metadata(path) {
             Ok(old) if old.is_dir() => {
@@ -134,7 +134,7 @@ impl Staged {
         let target = end_of_links(path)?;
         let mut temporary = Temporary::beside(&target)?;
         if let Some(file) = &mut temporary.0 {
-            // Before the content is there, so that nobody can read it who could not read the old one.
+            // Before the content is written, so that only those who could read the old file can read it.
             if let Some(old) = &old {
                 keep_owner(file.as_file(), old);
                 fs::set_permissions(file.path(), old.permissions())?;
@@ -148,10 +148,10 @@ impl Staged {
         })
     }
 
-    /// Moves the bytes into place.
+    /// Renames the temporary file to the target, or writes the bytes to a pipe or device.
     ///
     /// # Errors
-    /// When the system refuses it; then the target is as it was.
+    /// If the system refuses it; a file is then unchanged.
     pub(crate) fn commit(self) -> Result<()> {
         match self.temporary {
             Some(temporary) => temporary.become_file(&self.target),
@@ -163,18 +163,18 @@ impl Staged {
     }
 }
 
-/// Writes bytes to a file beside the target and moves it over the target, so that a failure leaves the target as it was. Links and
-/// permissions stay, as `Staged::new` says.
+/// Replaces a file atomically: writes to a temporary file beside it, then renames that. A failure leaves the file unchanged. Links and
+/// permissions are kept.
 ///
 /// # Errors
-/// When the target is a folder or read-only, or the file cannot be written.
+/// If the target is a folder or read-only, or the file cannot be written.
 pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
     Staged::new(path, bytes)?.commit()
 }
 
 /// Follows symbolic links to the file that they name, which need not exist.
 fn end_of_links(path: &Path) -> Result<PathBuf> {
-    // Links; Linux follows as many.
+    // Upper bound of the number of links, as on Linux.
     const MOST: usize = 40;
     let mut target = path.to_path_buf();
     for _ in 0..MOST {

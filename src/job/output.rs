@@ -64,7 +64,7 @@ pub(super) struct Saving<'a> {
     pub(super) whole: bool,
     /// The expected error of each new vertex.
     pub(super) expected_error: &'a [Option<f64>],
-    /// If set, the bytes are read back and checked with these parameters.
+    /// Parameters with which the written bytes are read back and checked; `None` for no check.
     pub(super) judges: Option<CheckParams>,
     /// The components of the patches.
     pub(super) components: &'a [Component],
@@ -74,7 +74,7 @@ pub(super) struct Saving<'a> {
     pub(super) unit: Option<Unit>,
     /// Where the input came from.
     pub(super) source: &'a Place,
-    /// Whether patches across seams of a texture get no texels of their own.
+    /// Whether patches across seams of a texture stay without texels.
     pub(super) plain_patches: bool,
     /// The token that stops the writing.
     pub(super) cancel: &'a Cancel,
@@ -190,7 +190,7 @@ impl Output {
             return self.write_whole(mesh, saving, staging);
         }
         let mut side_files = Staging::default();
-        let mut done = self.dressed(mesh, kept, saving, &mut side_files)?;
+        let mut done = self.with_attributes(mesh, kept, saving, &mut side_files)?;
         let in_file = self.format == Format::Obj && self.place.folder().is_some();
         let material = in_file && refer_to_material(&mut done.attributes);
         let document = input.document.as_ref();
@@ -208,9 +208,9 @@ impl Output {
         Ok(saved)
     }
 
-    /// A mended mesh with what it carries: attributes continued on patches, texels, marks, expected errors of vertices, of which the first
-    /// `kept` are the input's.
-    fn dressed(
+    /// A mended mesh with its attributes: continued on patches, with texels, marks and expected errors. The first `kept` vertices are the
+    /// input's.
+    fn with_attributes(
         &self,
         mesh: Mesh,
         kept: usize,
@@ -246,7 +246,7 @@ impl Output {
         Ok(done)
     }
 
-    /// Writes a mesh as it was read.
+    /// Writes a mesh unchanged, with the unit if one is given.
     pub(super) fn write_copy(
         &self,
         input: &Loaded,
@@ -391,7 +391,7 @@ impl Output {
         })
     }
 
-    /// Stages the bytes of the file, or returns them where they are the caller's.
+    /// Stages the bytes of the file, or returns them if the output is the caller's memory.
     fn store(&self, bytes: Vec<u8>, staging: &mut Staging) -> Result<Vec<u8>, JobError> {
         let Place::File(path) = &self.place else {
             return Ok(bytes);

@@ -1,4 +1,4 @@
-//! The files of a job: each is written beside its target, and all are put in place together at the end.
+//! Staging of a job's files: each is written to a temporary file beside its target, and all are renamed together at the end.
 
 use std::ffi::OsString;
 use std::fs;
@@ -9,16 +9,16 @@ use crate::cancel::Cancel;
 use crate::io::{IoError, Staged};
 use crate::mend::FillError;
 
-/// Files that are written but not yet in place. Dropped, they vanish.
+/// Temporary files not yet renamed to their targets. Dropping this removes them.
 #[derive(Default)]
 pub(super) struct Staging {
     files: Vec<(PathBuf, Staged)>,
-    /// Files of earlier runs, and what they are to be called.
+    /// Files of earlier runs, and their new names.
     stale: Vec<[PathBuf; 2]>,
 }
 
 impl Staging {
-    /// Writes the bytes of a file beside its target.
+    /// Writes a temporary file beside its target.
     ///
     /// # Errors
     /// [`IoError::Write`].
@@ -33,14 +33,14 @@ impl Staging {
         Ok(())
     }
 
-    /// Takes the files of another one behind its own.
+    /// Appends the files of another staging area.
     pub(super) fn append(&mut self, mut other: Self) {
         self.files.append(&mut other.files);
         self.stale.append(&mut other.stale);
     }
 
-    /// Renames a file that is there although this job has nothing to put in its place, so that nobody takes it for a result of this job; a
-    /// remark on that. The file itself stays.
+    /// Schedules the renaming of an existing file that this job does not replace, so that it is not taken for a result of this job. Returns
+    /// a remark; `None` if there is no such file.
     pub(super) fn set_aside(&mut self, path: Option<&Path>) -> Option<String> {
         let path = path.filter(|path| path.is_file())?;
         let stem = path.file_stem().unwrap_or_default();
@@ -68,7 +68,7 @@ impl Staging {
         Some(note)
     }
 
-    /// Puts all files in place, the first one last: where that is there, all are.
+    /// Renames all files to their targets, the first one last: if it is in place, all are.
     ///
     /// # Errors
     /// [`FillError::Cancelled`] once the token is set, with nothing changed; [`IoError::Write`] where a file cannot be moved.
@@ -89,7 +89,7 @@ impl Staging {
     }
 }
 
-/// Makes the folder of a file where that is asked for.
+/// Creates the folder of a file if `wanted`.
 ///
 /// # Errors
 /// [`JobError::Unwritable`].

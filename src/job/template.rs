@@ -1,4 +1,4 @@
-//! The template after which holes are filled, read from its file.
+//! Reads the template of a fill (option `like`) from its file.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -8,7 +8,7 @@ use super::JobError;
 use crate::fill::{FillParams, Like};
 use crate::io::read_path;
 
-/// The parameters of a fill with their template, where they name the file of one.
+/// The parameters of a fill, with the template read if they name a file.
 pub(super) fn with_template(params: &FillParams) -> Result<Cow<'_, FillParams>, JobError> {
     let Some(file) = params.like.as_ref().and_then(Like::unread) else {
         return Ok(Cow::Borrowed(params));

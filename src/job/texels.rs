@@ -1,4 +1,4 @@
-//! Materials of patches beside the mesh: a plain one, and a page of texels for patches that lie across seams of the texture.
+//! Files for the materials of patches: a plain MTL file, and a texture image (page) for patches across seams of the texture.
 
 use std::fs;
 use std::io::Read;
@@ -18,24 +18,24 @@ use crate::mesh::{Attributes, HoleId, Model};
 use crate::report::ranges;
 use crate::texture::{Page, is_own, paint};
 
-/// The file that describes the material of patches, beside an OBJ file that has material files.
+/// The material file of plain patches, beside an OBJ file that has material files.
 pub(super) const PATCH_LIBRARY: &str = "isomend_patch.mtl";
-pub(super) const PATCH_MATERIAL: &str = "# The material of patches that the texture of what is round them cannot cover.\n\
+pub(super) const PATCH_MATERIAL: &str = "# Material of patches to which the texture of their surroundings cannot be continued.\n\
                               newmtl isomend_patch\nKd 0.8 0.8 0.8\n";
-/// The first line of a material file that describes a page of texels.
+/// The first line of a page's material file, by which files of earlier runs are recognised.
 const PAGE_HEAD: &str = "# Texels of patches that lie across seams of the texture, by isomend.\n";
-/// As many bytes tell whether a file is one that was written here.
+/// Bytes at the beginning of a file that suffice to recognise a file of an earlier run.
 const HEAD: u64 = 512;
-/// Most names that are tried for a page.
+/// Upper bound of the number in a page's name; at this number files are overwritten.
 const MOST_NAMES: usize = 1000;
 
-/// Texels for the patches of a mesh that is written.
+/// The data for adding texels to the patches of a mesh before it is written.
 pub(super) struct Texels<'a> {
-    /// Where the mesh goes, in which format, and whether its folder is made.
+    /// Where the mesh is written, in which format, and whether its folder is created.
     pub(super) place: &'a Place,
     pub(super) format: Format,
     pub(super) make_folder: bool,
-    /// What the mesh begins with, and where that came from.
+    /// The kept part of the input, and where it was read from.
     pub(super) input: &'a Loaded,
     pub(super) source: &'a Place,
     /// The components of the patches.
@@ -45,9 +45,10 @@ pub(super) struct Texels<'a> {
 }
 
 impl Texels<'_> {
-    /// Gives patches across seams of the texture texels of their own, where the format can hold them: in a file `NAME_isomend.png` beside
-    /// the mesh, or inside a GLB file. Remarks say which patches have some, and why others have none.
+    /// Adds a page for patches across seams of the texture, if the format can hold one: as the file `NAME_isomend.png` beside the mesh, or
+    /// inside a GLB file. Remarks list the patches with texels, and say why others have none.
     pub(super) fn add(&self, done: &mut Model, staging: &mut Staging) -> Result<(), JobError> {
+        // Whether the format can hold a page, and whether there are patches across seams.
         let input = self.input;
         let from_gltf = matches!(input.format, Format::Gltf | Format::Glb);
         let holds = match self.format {
@@ -59,6 +60,7 @@ impl Texels<'_> {
         let Some(note) = note.filter(|_| holds) else {
             return Ok(());
         };
+        // Image files are loaded from the folder of the input, if it has one.
         let (folder, mesh) = match self.source {
             Place::File(path) => (true, path.clone()),
             Place::Memory { folder, .. } => {
@@ -73,6 +75,7 @@ impl Texels<'_> {
                 false => no_side_files(name, most),
             }
         };
+        // Paint the page, store it, and replace the remark on seams.
         let painted = paint(input, done, &resolve, self.cancel);
         if let Some(page) = &painted.page {
             done.notes.remove(note);
@@ -101,7 +104,7 @@ impl Texels<'_> {
         Ok(())
     }
 
-    /// Adds a page's material under a name, and stages its files.
+    /// Adds a page's material, and stages its files; in memory and in GLB the image becomes a data URI.
     fn put_page(
         &self,
         page: &Page,
@@ -113,10 +116,10 @@ impl Texels<'_> {
         let path = self.place.path().filter(|_| self.format != Format::Glb);
         let Some(path) = path else {
             let image = format!("data:image/png;base64,{}", STANDARD.encode(&page.png));
-            page.dress(attributes, name, image);
+            page.assign_material(attributes, name, image);
             return Ok(());
         };
-        page.dress(attributes, name, file.clone());
+        page.assign_material(attributes, name, file.clone());
         make_folder(path, self.make_folder)?;
         staging.add(&path.with_file_name(&file), &page.png)?;
         if self.format == Format::Obj {
@@ -128,8 +131,10 @@ impl Texels<'_> {
         Ok(())
     }
 
-    /// The name of a page's material and files: one that the input does not use, and that no file has which was not written here.
+    /// The name of a page's material and files: the first that the input does not use and that would not replace a file that isomend did
+    /// not write.
     fn page_name(&self, attributes: &Attributes) -> String {
+        // The name of the output, without characters that OBJ and MTL files cannot hold.
         let stem = self.place.path().and_then(Path::file_stem);
         let stem = stem.map_or("patches".to_owned(), |s| s.to_string_lossy().into_owned());
         let word = |c: char| {
@@ -140,6 +145,7 @@ impl Texels<'_> {
             }
         };
         let stem: String = stem.chars().map(word).collect();
+        // The names that the input uses: materials, material files, textures.
         let labels = attributes.labels_of(LabelKind::Material);
         let mut used: Vec<String> = labels.map_or(Vec::new(), |l| l.names.clone());
         used.extend(attributes.libraries.iter().cloned());
@@ -158,6 +164,7 @@ impl Texels<'_> {
                 });
             used.extend(files);
         }
+        // Number the name until it is free.
         let is_free = |file: &str| {
             let path = self.place.path().map(|p| p.with_file_name(file));
             let head = path.filter(|p| p.exists()).map(|p| head_of(&p));
@@ -167,19 +174,19 @@ impl Texels<'_> {
             1 => format!("{stem}_isomend"),
             _ => format!("{stem}_isomend_{count}"),
         };
-        let fits = |name: &String| {
+        let is_unused = |name: &String| {
             let files = [format!("{name}.png"), format!("{name}.mtl")];
             let taken = |n: &String| n == name || files.contains(n);
             !used.iter().any(taken) && files.iter().all(|file| is_free(file))
         };
         (1..MOST_NAMES)
             .map(name)
-            .find(fits)
+            .find(is_unused)
             .unwrap_or_else(|| name(MOST_NAMES))
     }
 }
 
-/// Stages the file that describes the material of patches beside a mesh, unless there is one, which may be the user's own.
+/// Stages the material file of plain patches beside a mesh, unless it exists: the user may have edited it.
 pub(super) fn add_material(
     mesh: &Place,
     makes_folder: bool,
@@ -195,7 +202,7 @@ pub(super) fn add_material(
     }
 }
 
-/// The first bytes of a file; none where it cannot be read.
+/// The first bytes of a file; empty if it cannot be read.
 fn head_of(path: &Path) -> Vec<u8> {
     let mut head = Vec::new();
     if let Ok(file) = fs::File::open(path) {
@@ -215,7 +222,7 @@ fn page_material(attributes: &Attributes, name: &str, file: &str) -> String {
     text + &format!("map_Kd {file}\n")
 }
 
-/// Which patches have texels of their own.
+/// A remark that lists the patches with texels of their own.
 fn remark(page: &Page, components: &[Component], image: &str) -> String {
     let on_page = |c: &&Component| {
         let first = c.faces.first();
@@ -236,14 +243,15 @@ fn remark(page: &Page, components: &[Component], image: &str) -> String {
     );
     if page.density < 1.0 {
         note += &format!(
-            ", of {:.0} % of the resolution round them, for which the page has no room",
+            ", at {:.0} % of the resolution around them, since the page is full",
             100.0 * page.density
         );
     }
     note
 }
 
-/// Names the file of the patches' material where other material files are named and a patch has that material.
+/// Adds the material file of plain patches to the mesh's material files, if it has some and a patch has that material. Returns whether it
+/// is needed.
 pub(super) fn refer_to_material(attributes: &mut Attributes) -> bool {
     let materials = attributes.labels_of(LabelKind::Material);
     let place = materials.and_then(|m| m.names.iter().position(|name| name == PATCH_NAME));

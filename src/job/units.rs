@@ -1,9 +1,9 @@
-//! Remarks on units of length: where the output cannot hold one, and where two contradict each other.
+//! Remarks on units of length: if the output format cannot store one, or if two contradict each other.
 
 use crate::io::Format;
 use crate::mesh::Unit;
 
-/// What is to be said where coordinates whose unit the input names, or the caller gives, are written in a format.
+/// Remarks on writing coordinates in a format, given the unit that the input names and the unit that the caller gives.
 pub(super) fn unit_notes(input: Option<Unit>, given: Option<Unit>, format: Format) -> Vec<String> {
     let mut notes: Vec<String> = contradiction(input, given).into_iter().collect();
     let Some(unit) = given.or(input) else {
@@ -22,7 +22,7 @@ pub(super) fn unit_notes(input: Option<Unit>, given: Option<Unit>, format: Forma
     notes
 }
 
-/// What is to be said where the unit that is given is not the one that the input names.
+/// A remark if the caller gives another unit than the input names.
 pub(crate) fn contradiction(input: Option<Unit>, given: Option<Unit>) -> Option<String> {
     let (own, given) = (input?, given?);
     (own != given).then(|| {

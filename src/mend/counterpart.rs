@@ -1,4 +1,4 @@
-//! The counterpart after which holes are filled: found once for a fill, its parts given to each region.
+//! The counterpart of a mesh: registered once for a fill, with its parts for each region.
 
 use std::sync::OnceLock;
 
@@ -7,7 +7,7 @@ use crate::cancel::Cancel;
 use crate::fill::{Counterpart, FillParams, Like, PlacedPart};
 use crate::mesh::Hole;
 
-/// Whether the template of some parameters is there and is a mesh.
+/// Checks that the template of a fill, if there is one, has been read and is a valid mesh.
 pub(super) fn check(params: &FillParams) -> Result<(), FillError> {
     match &params.like {
         Some(Like::Template {
@@ -20,7 +20,7 @@ pub(super) fn check(params: &FillParams) -> Result<(), FillError> {
     }
 }
 
-/// The counterpart of a mesh, found when it is first asked for.
+/// The counterpart of a mesh, registered when it is first needed.
 pub(super) struct LazyCounterpart<'a> {
     found: &'a Inspection<'a>,
     counterpart: OnceLock<Option<Counterpart<'a>>>,
@@ -34,7 +34,7 @@ impl<'a> LazyCounterpart<'a> {
         }
     }
 
-    /// The parts that lie at a region of some holes; none where it is filled after none.
+    /// The counterpart's parts at a region with the given holes; `None` if no counterpart is requested.
     pub(super) fn parts(
         &self,
         params: &FillParams,
@@ -48,7 +48,7 @@ impl<'a> LazyCounterpart<'a> {
         Some(found.map(parts).unwrap_or_default())
     }
 
-    /// The counterpart; none where the template is no mesh, which was checked before.
+    /// The counterpart; `None` only for an invalid template, which [`check`] refuses.
     fn find(&self, like: &Like, scale: bool, cancel: &Cancel) -> Option<Counterpart<'a>> {
         let mesh = &self.found.mesh;
         match like {

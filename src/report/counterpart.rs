@@ -1,26 +1,24 @@
-//! Text on the parts of a patch that its surroundings do not predict: its counterpart and its grain.
+//! Report text on invented shape: the counterpart of a patch, and its grain.
 
 use crate::fill::{ClosedBy, CounterpartKind, CounterpartReport, RegionReport};
 use crate::mesh::Unit;
 
-/// The counterpart after which a region was filled or was to be filled: what it is and how well it fits, or why it was not used; none where
-/// there was none.
+/// The counterpart of a region and its fit, or why it was refused; `None` without a counterpart.
 pub(crate) fn counterpart_text(r: &RegionReport, unit: Option<Unit>) -> Option<String> {
     let found = r.counterpart.as_ref()?;
     let what = found.kind.map_or("the counterpart".to_owned(), kind_text);
     Some(match &found.refused {
-        Some(why) => format!("not filled after {what}: {why}{}", fit(found, unit)),
-        None => format!("after {what}{}", fit(found, unit)),
+        Some(why) => format!("not filled with {what}: {why}{}", fit(found, unit)),
+        None => format!("filled with {what}{}", fit(found, unit)),
     })
 }
 
-/// What closed a region that was filled after a counterpart.
+/// The text on a region that was closed by a counterpart.
 pub(super) fn like(r: &RegionReport, unit: Option<Unit>) -> String {
-    let text = counterpart_text(r, unit);
-    text.map_or("closed".to_owned(), |text| format!("closed {text}"))
+    counterpart_text(r, unit).unwrap_or_else(|| "closed".to_owned())
 }
 
-/// A counterpart that was not used, for a region that was closed in another way.
+/// Why the counterpart was refused, for a region that was closed in another way.
 pub(super) fn refused(r: &RegionReport, unit: Option<Unit>) -> Option<String> {
     match r.closed_by {
         Some(ClosedBy::Counterpart) => None,
@@ -28,21 +26,22 @@ pub(super) fn refused(r: &RegionReport, unit: Option<Unit>) -> Option<String> {
     }
 }
 
-/// The roughness that was invented for a patch, if it has any.
+/// The grain of a patch, if it was requested.
 pub(crate) fn grain_text(r: &RegionReport, unit: Option<Unit>) -> Option<String> {
     let grain = r.grain?;
     let ring = Unit::text(unit, grain.ring);
     Some(match grain.part {
         0.0 => format!(
-            "no grain: the patch would have intersected faces (its surroundings are rough by {ring})"
+            "no grain, since more faces would intersect (roughness of the surroundings {ring})"
         ),
         _ => format!(
-            "with invented grain of {}, its surroundings being rough by {ring}; expected errors do not count it",
+            "with invented grain: roughness {}, of the surroundings {ring}; expected errors do not include it",
             Unit::text(unit, grain.patch)
         ),
     })
 }
 
+/// A counterpart in words, with the equation of a mirror plane.
 fn kind_text(kind: CounterpartKind) -> String {
     match kind {
         CounterpartKind::Mirror([point, n]) => {
@@ -61,14 +60,15 @@ fn kind_text(kind: CounterpartKind) -> String {
     }
 }
 
+/// The misfit of a counterpart beside the hole and its errors on the rings, in parentheses.
 fn fit(found: &CounterpartReport, unit: Option<Unit>) -> String {
     let Some(misfit) = found.misfit else {
         return String::new();
     };
-    let mut text = format!(" (off by {} beside the hole", Unit::text(unit, misfit));
+    let mut text = format!(" (misfit {} beside the hole", Unit::text(unit, misfit));
     if let (Some(own), Some(smooth)) = (found.ring_error, found.smooth_ring_error) {
         text += &format!(
-            "; rings taken out predicted to {}, by a smooth patch to {}",
+            "; error on removed rings {}, of a smooth patch {}",
             Unit::text(unit, own),
             Unit::text(unit, smooth)
         );

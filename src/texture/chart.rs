@@ -1,4 +1,4 @@
-//! Charts: a disk laid out in the unit circle, by mean value coordinates.
+//! Parameterisation of a disk over the unit circle by mean value coordinates, with the border fixed on the circle.
 
 use std::f64::consts::TAU;
 
@@ -10,30 +10,30 @@ use crate::cancel::Cancel;
 use crate::linalg::{Csr, Jacobi, LinearOperator, SparseMatrix, bicgstab};
 use crate::mesh::attributes::NONE;
 
-/// Residual of the linear systems over their right-hand side: close to rounding, since triangles of deep patches are small in the circle and
-/// must not flip. With it none of the 10,384 triangles of 342 patches of a bunny was flipped; other values were not measured.
+/// Relative residual |r| / |b| of the linear systems: close to rounding, since triangles of deep patches are tiny in the circle and must
+/// not flip. None of 10,384 triangles in 342 patches of a bunny flipped; other values were not measured.
 const TOLERANCE: f64 = 1e-13;
 const MOST_ITERATIONS: usize = 20_000;
-/// The least and the largest tangent of half an angle in a weight; the angles of triangles that are no slivers lie between.
+/// Bounds of tan(α/2) in a weight; they change only the weights of slivers.
 const TANGENTS: [f64; 2] = [1e-3, 1e3];
-/// The shortest edge of a border over the mean one, and the longest over the whole border: shorter ones would fall on one point of the
-/// circle, longer ones pass its centre.
+/// Lower bound of a border edge over the mean border edge, so that its ends differ on the circle; and upper bound over the whole length, so
+/// that an edge does not pass the centre.
 const BORDER_EDGES: [f64; 2] = [1e-3, 0.4];
 
-/// The weights of the edges of a disk, all positive: then no triangle flips over, because the border is convex (Tutte 1963, Floater 2003).
+/// Weights of the edges of a disk. All are positive and the border is convex, so no triangle flips (Tutte 1963, Floater 2003).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Weights {
-    /// Mean value coordinates (Floater, "Mean value coordinates", 2003, equation 2.1): angles are kept as well as may be.
+    /// Mean value coordinates (M. S. Floater, "Mean value coordinates", 2003, equation 2.1): low distortion of angles.
     MeanValue,
-    /// All 1: for triangles too thin for the others.
+    /// All equal (W. T. Tutte, "How to draw a graph", 1963): if mean value coordinates flip thin triangles by rounding.
     Equal,
 }
 
-/// The border of a chart: a convex polygon with its vertices on the unit circle, as long between them as in space.
+/// The border of a chart: a convex polygon with vertices on the unit circle, at arcs proportional to the edges' lengths in space.
 pub(super) struct Border {
     /// The vertices of the disk, in order.
     pub(super) vertices: Vec<u32>,
-    /// Their angles, rising from 0.
+    /// Their angles in radians, rising from 0.
     angles: Vec<f64>,
     /// The length of the border in space.
     pub(super) length: f64,
@@ -48,10 +48,10 @@ impl Border {
         let least = (BORDER_EDGES[0] * length / count as f64).max(f64::MIN_POSITIVE);
         let largest = (BORDER_EDGES[1] * length).max(least);
         let lengths: Vec<f64> = lengths.iter().map(|l| l.clamp(least, largest)).collect();
-        let round: f64 = lengths.iter().sum();
+        let total: f64 = lengths.iter().sum();
         let mut sum = 0.0;
         let angle = |l: &f64| {
-            let angle = TAU * sum / round;
+            let angle = TAU * sum / total;
             sum += l;
             angle
         };
@@ -62,7 +62,7 @@ impl Border {
         }
     }
 
-    /// How many edges it has.
+    /// Number of edges.
     pub(super) fn len(&self) -> usize {
         self.vertices.len()
     }
@@ -72,7 +72,8 @@ impl Border {
         [edge, (edge + 1) % self.len()].map(|i| self.vertices[i])
     }
 
-    /// Where a ray from the centre leaves the polygon: the edge, the part of the edge before that point, and its distance from the centre.
+    /// Where the ray from the centre at an angle leaves the polygon: the edge, the fraction of the edge before that point, and the point's
+    /// distance from the centre.
     pub(super) fn at_angle(&self, angle: f64) -> (usize, f64, f64) {
         let angle = angle.rem_euclid(TAU);
         let edge = self.angles.partition_point(|a| *a <= angle).max(1) - 1;
@@ -85,7 +86,9 @@ impl Border {
     }
 }
 
-/// The places of the vertices of a disk in the unit circle; without meaning once the token is set.
+/// The positions of the vertices of a disk in the unit circle; meaningless if cancelled.
+///
+/// Solves x_i = Σ_j λ_ij x_j with λ_ij = w_ij / Σ_k w_ik for the inner vertices, one coordinate after the other.
 pub(super) fn layout(
     disk: &Disk,
     points: &[DVec3],
@@ -123,11 +126,11 @@ pub(super) fn layout(
     places
 }
 
-/// The equations of the free vertices: each lies in the weighted mean of its neighbours.
+/// The equations of the inner vertices: each is the weighted mean of its neighbours.
 struct System {
     matrix: Csr,
     inverse_diagonal: Vec<f64>,
-    /// Rows, neighbours on the border and their weights.
+    /// Row, neighbour on the border and normalised weight, for the right-hand side.
     fixed: Vec<(u32, u32, f64)>,
     cancel: Cancel,
 }
@@ -184,7 +187,7 @@ impl System {
 }
 
 impl Weights {
-    /// What the corner of a face at its first vertex adds to the weights of the edges to the other two.
+    /// The contribution of a face's corner at its first vertex to the weights of the edges from there to the other two.
     fn of(self, points: &[DVec3], [i, j, l]: [u32; 3]) -> [f64; 2] {
         if self == Self::Equal {
             return [1.0; 2];
@@ -202,7 +205,7 @@ impl Weights {
 mod tests {
     use super::*;
 
-    /// A cap of a sphere that reaches down to a polar angle, of `rings` rings.
+    /// A cap of the unit sphere down to a polar angle in radians, with `rings` rings of vertices.
     pub(in super::super) fn cap(rings: u32, angle: f64) -> (Vec<[u32; 3]>, Vec<DVec3>) {
         let around = 4 * rings;
         let mut points = vec![DVec3::Z];

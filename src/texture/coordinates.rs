@@ -1,26 +1,27 @@
-//! Texture coordinates of charts, put into the attributes of a mesh.
+//! Stores the texture coordinates of charts in the attributes of a mesh.
 
 use super::unfolded::Chart;
 use crate::attributes::Source;
 use crate::mesh::attributes::{Attribute, NONE, Role};
 use crate::mesh::{Attributes, Mesh, Model};
 
-/// The first set of texture coordinates of two numbers.
+/// The first set of texture coordinates, if it has at least two components.
 pub(super) fn first_set(attributes: &Attributes) -> Option<Source<'_>> {
     let pools = attributes.corner.iter().map(Source::Corner);
     let mut all = pools.chain(attributes.vertex.iter().map(Source::Vertex));
     all.find(|s| s.attribute().role == Role::Uv(0) && s.attribute().components >= 2)
 }
 
-/// How texture coordinates are rounded by the type of their numbers; none where there are none.
+/// The rounding of texture coordinates by their scalar type and to 32-bit floats; `None` without texture coordinates.
 pub(super) fn uv_rounding(attributes: &Attributes) -> Option<impl Fn(f64) -> f64 + Sync + use<>> {
     let source = first_set(attributes)?;
     let (scalar, unit) = (source.attribute().scalar, source.attribute().unit());
-    // Files hold no more than 32-bit floats in most formats.
+    // Most file formats store 32-bit floats.
     Some(move |x: f64| f64::from((scalar.nearest(x * unit) / unit) as f32))
 }
 
-/// Gives the faces of a chart their texture coordinates.
+/// Stores the texture coordinates of a chart's faces, at corners or at vertices, as the mesh has them. `uv` holds the coordinates of the
+/// chart's vertices; the input has `first_new` vertices and `kept` faces.
 pub(super) fn put(
     chart: &Chart,
     uv: &[[f64; 2]],
@@ -45,7 +46,7 @@ pub(super) fn put(
     let Some(place) = attributes.vertex.iter().position(is_uv) else {
         return;
     };
-    // A vertex of the patch that has no texture coordinates yet takes them from the first corner that uses it; others use copies.
+    // A new vertex without texture coordinates takes the first ones assigned to it; further ones go to copies of the vertex.
     let mut vertex_of = vec![NONE; uv.len()];
     for (face, f) in chart.disk.faces.iter().zip(&chart.faces) {
         for (k, &v) in face.iter().enumerate() {
@@ -61,7 +62,7 @@ pub(super) fn put(
     }
 }
 
-/// The vertex itself where it is new and has no texture coordinates, else a copy of it.
+/// The vertex itself if it is new and has no texture coordinates, else a new copy of it.
 fn own_vertex(
     vertex: u32,
     first_new: usize,
@@ -83,7 +84,7 @@ fn own_vertex(
     copy
 }
 
-/// Gives an item a value.
+/// Stores a value, rounded to the scalar type, and marks the item as present.
 fn set(attribute: &mut Attribute, item: usize, value: &[f64]) {
     let (scalar, start) = (attribute.scalar, item * attribute.components);
     for (to, from) in attribute.values[start..].iter_mut().zip(value) {
@@ -94,7 +95,7 @@ fn set(attribute: &mut Attribute, item: usize, value: &[f64]) {
     }
 }
 
-/// A texture coordinate as an attribute has it.
+/// Texture coordinates in the attribute's unit, padded with zeros to its number of components.
 fn padded([u, v]: [f64; 2], unit: f64, components: usize) -> Vec<f64> {
     let mut value = vec![0.0; components];
     value[0] = u * unit;

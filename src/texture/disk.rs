@@ -1,26 +1,26 @@
-//! A patch cut open into a disk: the surface that a chart of texture coordinates needs.
+//! Cuts a patch open into a topological disk, so that it can be mapped to the plane.
 
 use std::collections::{HashMap, VecDeque};
 
 use crate::mesh::DisjointSets;
 
-/// A surface with one border and no handles. A vertex on a cut is there once for each side of the cut.
+/// A surface with one border loop and no handles. A vertex on a cut is duplicated, once for each side of the cut.
 pub(super) struct Disk {
-    /// The slot of each vertex.
+    /// The vertex of the patch (slot) that each vertex of the disk comes from.
     pub(super) slots: Vec<u32>,
-    /// Faces between vertices, in the order that was given.
+    /// The patch's faces, in the same order, between vertices of the disk.
     pub(super) faces: Vec<[u32; 3]>,
-    /// The vertices of the border, each once, in the order in which the faces go round it.
+    /// The vertices of the border loop, each once, in the direction of the faces' edges.
     pub(super) border: Vec<u32>,
 }
 
 impl Disk {
-    /// The faces of a connected patch as a disk, cut where it has several rims or a handle. Nothing where an edge has more than two
-    /// faces, faces are turned against each other, or the patch has no rim.
+    /// Cuts a connected patch along a cut graph: the edges that a spanning tree of the faces does not cross, without dangling branches.
+    /// `None` if an edge has more than two faces, neighbouring faces have opposite orientations, or the patch has no rim.
     pub(super) fn cut(faces: &[[u32; 3]]) -> Option<Self> {
         let across = across(faces)?;
         let cut = pruned(faces, &across, crossed_by_tree(&across));
-        // Corners round a vertex between two cuts or rims are one vertex of the disk.
+        // Corners at a vertex that are connected across uncut edges form one vertex of the disk.
         let mut corners = DisjointSets::new(3 * faces.len());
         for (half, other) in across.iter().enumerate() {
             if let Some(other) = other.filter(|_| !cut[half]) {
@@ -48,7 +48,7 @@ impl Disk {
         Some(disk)
     }
 
-    /// Puts the half-edges of the border in order; nothing where they are not one loop round a disk.
+    /// Orders the half-edges of the border into a loop; `None` if they are not a single loop or the surface is no disk.
     fn walk_border(&mut self, halves: impl Iterator<Item = usize>) -> Option<()> {
         let mut follows: HashMap<u32, u32> = HashMap::new();
         let mut first = None;
@@ -76,12 +76,13 @@ impl Disk {
     }
 }
 
-/// The half-edge behind another one in its face.
+/// The next half-edge of the same face.
 fn next(half: u32) -> u32 {
     half / 3 * 3 + (half + 1) % 3
 }
 
-/// For each half-edge, three to a face, the one on the other side; nothing where an edge has more than two faces or faces are turned against each other.
+/// The opposite half-edge of each half-edge (three per face), `None` at rims. No result if an edge has more than two faces or neighbouring
+/// faces have opposite orientations.
 fn across(faces: &[[u32; 3]]) -> Option<Vec<Option<u32>>> {
     let mut halves: HashMap<(u32, u32), u32> = HashMap::new();
     let edge = |half: usize| {
@@ -101,7 +102,7 @@ fn across(faces: &[[u32; 3]]) -> Option<Vec<Option<u32>>> {
     Some((0..3 * faces.len()).map(other).collect())
 }
 
-/// Which half-edges a spanning tree of the faces crosses, grown breadth first from the first face.
+/// Whether a spanning tree of the faces, grown breadth first from the first face, crosses each half-edge.
 fn crossed_by_tree(across: &[Option<u32>]) -> Vec<bool> {
     let mut crossed = vec![false; across.len()];
     let mut reached = vec![false; across.len() / 3];
@@ -124,7 +125,8 @@ fn crossed_by_tree(across: &[Option<u32>]) -> Vec<bool> {
     crossed
 }
 
-/// The half-edges along which the surface is cut: those that the tree of faces does not cross, without the branches that end inside.
+/// The half-edges along which the surface is cut: inner ones that the tree of faces does not cross. Branches that end at an inner vertex
+/// are removed edge by edge.
 fn pruned(faces: &[[u32; 3]], across: &[Option<u32>], crossed: Vec<bool>) -> Vec<bool> {
     let ends = |half: usize| {
         let face = faces[half / 3];
@@ -133,12 +135,13 @@ fn pruned(faces: &[[u32; 3]], across: &[Option<u32>], crossed: Vec<bool>) -> Vec
     let mut cut: Vec<bool> = (0..across.len())
         .map(|half| across[half].is_some() && !crossed[half])
         .collect();
+    // The cut edges at each vertex, and the vertices on rims, where branches may end.
     let mut at_vertex: HashMap<u32, Vec<usize>> = HashMap::new();
     let mut on_rim: HashMap<u32, bool> = HashMap::new();
     for half in 0..across.len() {
         match across[half] {
             None => ends(half).iter().for_each(|v| _ = on_rim.insert(*v, true)),
-            // Each edge once.
+            // Counts each edge once.
             Some(other) if cut[half] && half < other as usize => {
                 for v in ends(half) {
                     at_vertex.entry(v).or_default().push(half);
@@ -147,6 +150,7 @@ fn pruned(faces: &[[u32; 3]], across: &[Option<u32>], crossed: Vec<bool>) -> Vec
             Some(_) => {}
         }
     }
+    // Remove the last cut edge of each inner vertex, then examine the edge's other end.
     let mut leaves: Vec<u32> = at_vertex.keys().copied().collect();
     leaves.sort_unstable();
     while let Some(vertex) = leaves.pop() {
@@ -170,8 +174,8 @@ fn pruned(faces: &[[u32; 3]], across: &[Option<u32>], crossed: Vec<bool>) -> Vec
 mod tests {
     use super::*;
 
-    /// A grid of `n` by `m` squares, closed to a ring in the first direction where `ring`, in the second where `torus`; without the
-    /// squares that a function names.
+    /// A grid of `n` by `m` squares, periodic in the first direction if `ring` and in the second if `torus`, without the squares for which
+    /// `gone` holds.
     fn grid(
         n: u32,
         m: u32,

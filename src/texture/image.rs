@@ -1,4 +1,4 @@
-//! Images: read from PNG and JPEG within bounds, sampled in linear light, and written as PNG.
+//! Images: reading PNG and JPEG with limits on size, bilinear sampling in linear light, and writing PNG.
 
 use std::io::Cursor;
 use std::sync::LazyLock;
@@ -7,29 +7,29 @@ use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// Most bytes of the file of an image: 256 MiB.
+/// Upper bound of the size of an image file, in bytes: 256 MiB.
 pub(super) const MOST_BYTES: u64 = 256 << 20;
-/// Most texels of an image, four bytes each: 8192 by 8192. A compressed file of some kilobytes may claim more.
+/// Upper bound of the texels of an image, 4 bytes each: 8192 by 8192. It protects against small compressed files with huge dimensions.
 const MOST_TEXELS: u64 = 1 << 26;
-/// The longest side of an image.
+/// Upper bound of an image's width and height, in texels.
 const LONGEST: u32 = 1 << 15;
 
 /// A colour in linear light: red, green, blue, opacity.
 pub(super) type Linear = [f64; 4];
 
-/// What happens beyond the border of an image.
+/// How an image continues beyond its border.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Wrap {
-    /// It is repeated.
+    /// Repeats.
     #[default]
     Repeat,
-    /// It is repeated, every other one mirrored.
+    /// Repeats, every other copy mirrored.
     Mirror,
-    /// Its last texels go on.
+    /// Repeats the texels at the border.
     Clamp,
 }
 
-/// An image with 8 bits each of red, green, blue in sRGB and opacity, rows from the top.
+/// An image with 8 bits per channel: red, green and blue in sRGB, and opacity; rows from the top.
 pub(super) struct Image {
     size: [u32; 2],
     texels: Vec<[u8; 4]>,
@@ -39,7 +39,7 @@ impl Image {
     /// Reads a PNG or JPEG file.
     ///
     /// # Errors
-    /// Why it cannot be used, as what follows `it`.
+    /// Why it cannot be used, as a predicate whose subject is the image ("is neither PNG nor JPEG").
     pub(super) fn read(bytes: &[u8]) -> Result<Self, String> {
         if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
             png_image(bytes)
@@ -55,7 +55,7 @@ impl Image {
         self.size.map(f64::from)
     }
 
-    /// The colour at a place in texels from the upper left corner, bilinear between the centres of texels.
+    /// The colour at a position in texels from the upper left corner, bilinear between texel centres.
     pub(super) fn sample(&self, place: [f64; 2], wrap: [Wrap; 2]) -> Linear {
         let [x, y] = [0, 1].map(|axis| {
             let at = place[axis] - 0.5;
@@ -78,9 +78,9 @@ impl Image {
 }
 
 impl Wrap {
-    /// The texel of a number that may lie beyond the image.
+    /// The index of the texel that column or row `n` shows; `n` may lie beyond the image.
     fn number(self, n: f64, size: u32) -> usize {
-        // Of coordinates so large that floats have no fraction any texel will do.
+        // Beyond 1e15 floats hardly resolve single texels, so the result does not matter.
         let (n, size) = (n.clamp(-1e15, 1e15) as i64, i64::from(size));
         let inside = match self {
             Self::Repeat => n.rem_euclid(size),
@@ -94,7 +94,7 @@ impl Wrap {
     }
 }
 
-/// Light of sRGB (IEC 61966-2-1) for each byte.
+/// Linear light of each sRGB byte (IEC 61966-2-1).
 static LINEAR: LazyLock<[f64; 256]> = LazyLock::new(|| {
     std::array::from_fn(|byte| {
         let value = byte as f64 / 255.0;
@@ -111,7 +111,7 @@ fn linear([r, g, b, a]: [u8; 4]) -> Linear {
     [light(r), light(g), light(b), f64::from(a) / 255.0]
 }
 
-/// The nearest texel of a colour in linear light.
+/// The colour in sRGB, rounded to 8 bits per channel.
 pub(super) fn texel([r, g, b, a]: Linear) -> [u8; 4] {
     let byte = |light: f64| {
         let light = light.clamp(0.0, 1.0);
@@ -129,7 +129,7 @@ pub(super) fn texel([r, g, b, a]: Linear) -> [u8; 4] {
     ]
 }
 
-/// Refuses images of more texels than memory is to be taken for.
+/// Refuses empty images and those beyond [`MOST_TEXELS`] or [`LONGEST`].
 fn check_size(width: u32, height: u32) -> Result<(), String> {
     let texels = u64::from(width) * u64::from(height);
     if texels == 0 || texels > MOST_TEXELS || width.max(height) > LONGEST {
@@ -142,7 +142,7 @@ fn check_size(width: u32, height: u32) -> Result<(), String> {
 
 fn png_image(bytes: &[u8]) -> Result<Image, String> {
     let bad = |error: png::DecodingError| format!("is a damaged PNG file ({error})");
-    // Twice the texels: rows of 16 bits are halved while they are read.
+    // Twice the memory of the texels, since rows may have 16 bits per channel while they are decoded.
     let limits = png::Limits {
         bytes: (8 * MOST_TEXELS) as usize,
     };
@@ -198,13 +198,13 @@ fn whole(width: u32, height: u32, texels: Vec<[u8; 4]>) -> Result<Image, String>
     }
 }
 
-/// The keyword and the text of PNG files that are written here, by which they are known again.
+/// The PNG text chunk (keyword and text) by which pages are recognised.
 const MARK: (&str, &str) = ("Software", "isomend: texels of patches");
 
-/// A PNG file of texels in rows from the top; opaque ones without their opacity.
+/// A PNG file of texels in rows from the top; without an alpha channel if all are opaque.
 ///
 /// # Errors
-/// For want of memory.
+/// If the encoder fails.
 pub(super) fn png_file(size: [u32; 2], texels: &[[u8; 4]]) -> Result<Vec<u8>, png::EncodingError> {
     let is_opaque = texels.iter().all(|t| t[3] == 255);
     let mut bytes = Vec::new();
@@ -228,7 +228,7 @@ pub(super) fn png_file(size: [u32; 2], texels: &[[u8; 4]]) -> Result<Vec<u8>, pn
     Ok(bytes)
 }
 
-/// Whether a file, of which the first bytes are enough, is one that [`png_file`] made.
+/// Whether a file was made by [`png_file`], from its first bytes.
 pub(crate) fn is_own(head: &[u8]) -> bool {
     let text = format!("{}\0{}", MARK.0, MARK.1);
     head.starts_with(b"\x89PNG") && head.windows(text.len()).any(|part| part == text.as_bytes())
@@ -250,7 +250,7 @@ mod tests {
         assert_eq!(image.size, [4, 3]);
         assert_eq!(image.texels[5], [100, 155, 7, 255]);
         assert!(is_own(&bytes) && !is_own(b"\x89PNG\r\n\x1a\n"));
-        // At the centre of a texel stands its colour.
+        // Sampling at a texel's centre gives its colour.
         assert_eq!(
             texel(image.sample([1.5, 1.5], [Wrap::Clamp; 2])),
             [100, 155, 7, 255]

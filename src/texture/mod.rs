@@ -1,15 +1,15 @@
-//! Texels for patches that lie across seams of a texture: a page of their own.
+//! Texture atlas for patches whose rims cross seams of a texture: one new image, called a page.
 //!
-//! Over a seam no texture coordinates can be continued. Such a patch is cut open into a disk, laid out in a circle by mean value coordinates
-//! and put on a new page, with as many texels for a length as the images round it have. The colours at its rim are read from the images
-//! on both sides, in linear light; inside they are harmonic. The images of the input stay as they are.
+//! Texture coordinates cannot be continued across a seam. Such a patch is cut open into a disk, mapped into a circle by mean value
+//! coordinates and packed into the page, at the texel density of the images at its rim. The colours of the rim are read from these images
+//! in linear light; inside they are interpolated harmonically. The images of the input are not changed.
 
 mod chart;
 mod coordinates;
 mod disk;
 mod image;
-mod looks;
 mod pack;
+mod rim_colours;
 mod tile;
 mod unfolded;
 
@@ -26,15 +26,15 @@ use crate::mesh::{Attributes, Mesh, Model};
 use chart::{Weights, layout};
 use coordinates::{first_set, put, uv_rounding};
 use image::Linear;
-use looks::Looks;
+use rim_colours::RimColours;
 use tile::{Canvas, LEAST_RADIUS, in_tile, side};
 use unfolded::Chart;
 
 pub(crate) use image::is_own;
 
-/// Factor on the texels per length for the next try where a page cannot hold all charts: the area of charts falls to 0.64.
+/// Factor on the texel density for the next attempt if a page cannot hold all charts: their area falls to 0.64.
 const COARSER: f64 = 0.8;
-/// The least part of the texels at the rim.
+/// Lower bound of the page's texel density, as a fraction of the density at the rims; below it there is no page.
 const COARSEST: f64 = 0.02;
 
 /// A page of texels, and the patches that use it.
@@ -43,27 +43,27 @@ pub(crate) struct Page {
     pub(crate) png: Vec<u8>,
     /// Texels in width and height.
     pub(crate) size: [u32; 2],
-    /// The faces that use it.
+    /// The faces that use it, in ascending order.
     pub(crate) faces: Vec<u32>,
-    /// The part of the texels for a length that the images at the rims have; below 1 where the page was too small.
+    /// Texel density as a fraction of the density at the rims; below 1 if the page was too small.
     pub(crate) density: f64,
-    /// Red, green, blue and opacity by which texels are multiplied.
+    /// Red, green, blue and opacity that multiply the texels.
     factor: Linear,
-    /// The place of the material that most of the faces at the rims have.
-    like: u32,
+    /// Label of the most frequent material along the rims; the page's material is a copy of it.
+    rim_material: u32,
 }
 
-/// What became of the patches across seams.
+/// The page, and the patches across seams that are not on it.
 #[derive(Default)]
 pub(crate) struct Painted {
-    /// The page, if any patch got texels.
+    /// The page; `None` if no patch got texels.
     pub(crate) page: Option<Page>,
-    /// Why others got none, and how many did not for each reason.
+    /// Number of patches without texels, by the reason.
     pub(crate) refused: BTreeMap<String, usize>,
 }
 
-/// Gives the patches of a model that have no texture coordinates, because their rims cross seams, places on a new page. The model begins
-/// with the vertices and faces of `input`, as [`transfer`](crate::attributes::transfer) leaves it; `resolve` loads images.
+/// Makes a page for the patches that have no texture coordinates because their rims cross seams, and adds their coordinates to the model.
+/// The model begins with the vertices and faces of `input`, as after [`transfer`](crate::attributes::transfer); `resolve` loads images.
 pub(crate) fn paint(
     input: &Loaded,
     model: &mut Model,
@@ -74,12 +74,13 @@ pub(crate) fn paint(
     let kept = input.mesh.faces.len();
     let positions = &model.mesh.positions;
     let copies: HashMap<u32, u32> = model.attributes.copies.iter().copied().collect();
-    let own = |v: u32| match (v as usize) < input.mesh.positions.len() {
+    // In the new faces, replace copies of rim vertices by the vertices of the input, so that rims are found by index.
+    let of_input = |v: u32| match (v as usize) < input.mesh.positions.len() {
         true => v,
         false => copies.get(&v).copied().unwrap_or(v),
     };
     let faces = model.mesh.faces.iter().enumerate();
-    let faces = faces.map(|(f, face)| if f < kept { *face } else { face.map(own) });
+    let faces = faces.map(|(f, face)| if f < kept { *face } else { face.map(of_input) });
     let filled = Mesh::new(positions.clone(), faces.collect());
     let patches = Patches::new(&input.mesh, &filled);
     let across = across_seams(input, model, &patches);
@@ -92,14 +93,15 @@ pub(crate) fn paint(
         .collect();
     rims.sort_unstable();
     rims.dedup();
-    let looks = Looks::new(input, &rims, resolve);
+    // Load the images at the rims, and map each patch into a circle.
+    let rim_colours = RimColours::new(input, &rims, resolve);
     let made = across.into_par_iter().map(|(patch, faces)| {
         let refusal = patches.rim_faces[patch as usize]
             .iter()
-            .find_map(|f| looks.refusal(*f));
+            .find_map(|f| rim_colours.refusal(*f));
         match refusal {
             Some(why) => Err(why),
-            None => Chart::new(faces, &patches, &filled, &looks, cancel),
+            None => Chart::new(faces, &patches, &filled, &rim_colours, cancel),
         }
     });
     let mut charts = Vec::new();
@@ -109,18 +111,18 @@ pub(crate) fn paint(
             Err(why) => *painted.refused.entry(why).or_default() += 1,
         }
     }
-    let work = Work {
+    let pages = PageBuilder {
         kept: [input.mesh.positions.len(), kept],
         patches: &patches,
         filled: &filled,
-        looks: &looks,
+        rim_colours: &rim_colours,
         cancel,
     };
-    painted.page = work.page(charts, model, &mut painted.refused);
+    painted.page = pages.page(charts, model, &mut painted.refused);
     painted
 }
 
-/// The patches without texture coordinates whose rims have some, with their new faces.
+/// The new faces of each patch that has no texture coordinates although its rim has some. Faces are counted from the first new one.
 fn across_seams(input: &Loaded, model: &Model, patches: &Patches) -> BTreeMap<u32, Vec<usize>> {
     let mut faces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     let Some(after) = first_set(&model.attributes) else {
@@ -148,34 +150,37 @@ fn across_seams(input: &Loaded, model: &Model, patches: &Patches) -> BTreeMap<u3
     faces
 }
 
-/// What pages are made of.
-struct Work<'a> {
-    /// Vertices and faces of the input.
+/// The data from which a page is made.
+struct PageBuilder<'a> {
+    /// Number of vertices and faces of the input.
     kept: [usize; 2],
     patches: &'a Patches,
     filled: &'a Mesh,
-    looks: &'a Looks<'a>,
+    rim_colours: &'a RimColours<'a>,
     cancel: &'a Cancel,
 }
 
-/// Charts on a page.
+/// The layout of a page.
 struct Sheet {
+    /// Texels in width and height.
     size: [u32; 2],
+    /// The upper left corner of each chart's tile.
     corners: Vec<[u32; 2]>,
     /// The radii of the charts in texels.
     radii: Vec<f64>,
+    /// As in [`Page::density`].
     density: f64,
 }
 
-impl Work<'_> {
-    /// Lays charts out on a page, paints it, and gives the model its texture coordinates.
+impl PageBuilder<'_> {
+    /// Lays out the charts, paints the page, and adds the charts' texture coordinates to the model.
     fn page(
         &self,
         charts: Vec<Chart>,
         model: &mut Model,
         refused: &mut BTreeMap<String, usize>,
     ) -> Option<Page> {
-        let goes_up = self.looks.goes_up();
+        let goes_up = self.rim_colours.goes_up();
         let (charts, sheet) = laid_out(charts, goes_up, &model.attributes, refused, self.cancel)?;
         let texels = self.texels(&charts, &sheet);
         let png = image::png_file(sheet.size, &texels).ok()?;
@@ -196,8 +201,8 @@ impl Work<'_> {
             size: sheet.size,
             faces,
             density: sheet.density,
-            factor: self.looks.factor(),
-            like: self.like(&charts),
+            factor: self.rim_colours.factor(),
+            rim_material: self.rim_material(&charts),
         })
     }
 
@@ -209,7 +214,7 @@ impl Work<'_> {
             let own: Vec<Linear> = slots.map(|s| colours[*s as usize]).collect();
             let rim = |edge: usize, part: f64| {
                 let (face, corners) = chart.across[edge]?;
-                Some(self.looks.colour(face, corners, part))
+                Some(self.rim_colours.colour(face, corners, part))
             };
             let canvas = Canvas {
                 disk: &chart.disk,
@@ -222,7 +227,7 @@ impl Work<'_> {
             canvas.painted().into_iter().map(image::texel).collect()
         });
         let tiles: Vec<Vec<[u8; 4]>> = tiles.collect();
-        // Where there is nothing: the mean of all, so that smaller versions of the page are not darkened.
+        // Between tiles: the mean of all texels, so that mipmaps are not darkened.
         let [width, height] = sheet.size.map(|n| n as usize);
         let mut texels = vec![mean(tiles.iter().flatten()); width * height];
         for ((tile, corner), radius) in tiles.iter().zip(&sheet.corners).zip(&sheet.radii) {
@@ -235,7 +240,7 @@ impl Work<'_> {
         texels
     }
 
-    /// The colours of all slots: at the rims of the charts the mean of the faces' colours there, inside harmonic.
+    /// The colours of all slots: at a rim the mean over the corners of the input's faces there, inside harmonic.
     fn colours(&self, charts: &[Chart]) -> Vec<Linear> {
         let slots = &self.patches.slots;
         let points: Vec<DVec3> = slots
@@ -253,7 +258,7 @@ impl Work<'_> {
             let own = &mut values[4 * s as usize..][..4];
             own.fill(0.0);
             for &(face, corner) in rim {
-                let colour = self.looks.colour(face, [corner; 2], 0.0);
+                let colour = self.rim_colours.colour(face, [corner; 2], 0.0);
                 let part = 1.0 / rim.len() as f64;
                 own.iter_mut().zip(colour).for_each(|(v, c)| *v += part * c);
             }
@@ -262,11 +267,11 @@ impl Work<'_> {
         values.as_chunks::<4>().0.to_vec()
     }
 
-    /// The place of the material that most of the faces at the rims have.
-    fn like(&self, charts: &[Chart]) -> u32 {
+    /// Label of the most frequent material along the rims; [`NONE`] without a rim.
+    fn rim_material(&self, charts: &[Chart]) -> u32 {
         let mut count: BTreeMap<u32, usize> = BTreeMap::new();
         for (face, _) in charts.iter().flat_map(|chart| &chart.across).flatten() {
-            *count.entry(self.looks.label(*face)).or_default() += 1;
+            *count.entry(self.rim_colours.label(*face)).or_default() += 1;
         }
         let most = count
             .iter()
@@ -275,7 +280,8 @@ impl Work<'_> {
     }
 }
 
-/// Charts laid out on a page, all triangles of which keep their side once texture coordinates are rounded; the others are refused.
+/// Packs charts into a page and verifies that no triangle flips when its texture coordinates are rounded. A chart with flipped triangles is
+/// mapped again with equal weights; if some still flip, it is refused and the others are packed again.
 fn laid_out(
     mut charts: Vec<Chart>,
     goes_up: bool,
@@ -294,12 +300,13 @@ fn laid_out(
         };
         let rounds = uv_rounding(attributes)?;
         let place = |i: usize, p: DVec2| sheet.uv(i, p, goes_up).map(&rounds);
-        let turned = |i: usize, p: DVec2| {
+        // With the second coordinate upwards, so that unflipped triangles have positive area.
+        let upright = |i: usize, p: DVec2| {
             let [u, v] = place(i, p);
             [u, if goes_up { v } else { -v }]
         };
         let laid = charts.into_par_iter().enumerate().map(|(i, mut chart)| {
-            if chart.is_folded(|p| turned(i, p)) {
+            if chart.is_folded(|p| upright(i, p)) {
                 chart.places = layout(
                     &chart.disk,
                     &chart.points,
@@ -308,7 +315,7 @@ fn laid_out(
                     cancel,
                 );
             }
-            (!chart.is_folded(|p| turned(i, p))).then_some(chart)
+            (!chart.is_folded(|p| upright(i, p))).then_some(chart)
         });
         let laid: Vec<Option<Chart>> = laid.collect();
         let count = laid.len();
@@ -321,7 +328,7 @@ fn laid_out(
     }
 }
 
-/// The charts with as many texels as a page can hold.
+/// The layout with the largest density at which all charts fit on a page, at most 1; `None` if there is none above [`COARSEST`].
 fn sheet(charts: &[Chart]) -> Option<Sheet> {
     let mut density = 1.0;
     while density > COARSEST && !charts.is_empty() {
@@ -343,7 +350,7 @@ fn sheet(charts: &[Chart]) -> Option<Sheet> {
 }
 
 impl Sheet {
-    /// The texture coordinates of a place of a chart.
+    /// The texture coordinates of a point in a chart's unit circle.
     fn uv(&self, chart: usize, place: DVec2, goes_up: bool) -> [f64; 2] {
         let at = in_tile(place, self.radii[chart]);
         let [x, y] =
@@ -352,7 +359,7 @@ impl Sheet {
     }
 }
 
-/// The mean of texels, each number by itself.
+/// The mean of texels, channel by channel, in sRGB.
 fn mean<'a>(texels: impl Iterator<Item = &'a [u8; 4]>) -> [u8; 4] {
     let (mut sum, mut count) = ([0u64; 4], 0);
     for texel in texels {
@@ -365,8 +372,9 @@ fn mean<'a>(texels: impl Iterator<Item = &'a [u8; 4]>) -> [u8; 4] {
 }
 
 impl Page {
-    /// Gives its faces a material of this name with the page as its image, under the name that the file has for it.
-    pub(crate) fn dress(&self, attributes: &mut Attributes, name: &str, image: String) {
+    /// Adds a material of this name with the page as its texture, and assigns it to the page's faces. `image` is the texture's path or data
+    /// URI.
+    pub(crate) fn assign_material(&self, attributes: &mut Attributes, name: &str, image: String) {
         let Some(labels) = attributes
             .labels
             .iter_mut()
@@ -374,17 +382,17 @@ impl Page {
         else {
             return;
         };
-        let like = labels
+        let rim_material = labels
             .names
-            .get(self.like as usize)
+            .get(self.rim_material as usize)
             .map(|n| n.trim().to_owned());
-        // The plain material of patches goes where none has it any more.
+        // If no face outside the page has the plain material of patches and it is the last label, the new one replaces it.
         let plain = labels.names.iter().position(|n| n == PATCH_NAME);
         let on_page = |f: usize| self.faces.binary_search(&(f as u32)).is_ok();
         let of_face = || labels.of_face.iter().enumerate();
         let free = plain.filter(|p| of_face().all(|(f, l)| *l != *p as u32 || on_page(f)));
-        let is_new = |p: &usize| labels.names.len() == p + 1;
-        match free.filter(is_new) {
+        let is_last = |p: &usize| labels.names.len() == p + 1;
+        match free.filter(is_last) {
             Some(place) => labels.names[place] = name.to_owned(),
             None => _ = labels.place(name),
         }
@@ -395,7 +403,7 @@ impl Page {
         let found = attributes
             .materials
             .iter()
-            .find(|m| Some(&m.name) == like.as_ref());
+            .find(|m| Some(&m.name) == rim_material.as_ref());
         let [r, g, b, opacity] = self.factor.map(|x| x as f32);
         let material = Material {
             name: name.to_owned(),

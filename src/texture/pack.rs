@@ -1,9 +1,9 @@
-//! Tiles packed into one page.
+//! Packs square tiles into one rectangular page, in rows.
 
-/// The longest side of a page in texels.
+/// Upper bound of a page's width and height, in texels.
 pub(super) const LONGEST: u32 = 4096;
 
-/// Where tiles lie on a page.
+/// The layout of tiles on a page.
 pub(super) struct Packed {
     /// Texels in width and height.
     pub(super) size: [u32; 2],
@@ -11,11 +11,11 @@ pub(super) struct Packed {
     pub(super) corners: Vec<[u32; 2]>,
 }
 
-/// Squares of these sides in rows, the largest first. Nothing where a page cannot hold them.
+/// Packs squares of the given sides in rows, the largest first. `None` if they do not fit on a page.
 pub(super) fn packed(sides: &[u32]) -> Option<Packed> {
     let area: f64 = sides.iter().map(|s| f64::from(*s).powi(2)).sum();
     let largest = sides.iter().copied().max()?;
-    // Room for the gaps that rows of unequal squares leave; chosen, not measured.
+    // 10 % of room for the gaps in rows of unequal squares; chosen, not measured.
     let width = ((1.1 * area).sqrt().ceil().min(f64::from(LONGEST)) as u32).max(largest);
     let width = width.next_multiple_of(4);
     let mut order: Vec<usize> = (0..sides.len()).collect();

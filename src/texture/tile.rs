@@ -1,4 +1,4 @@
-//! The texels of one chart: the colours of its rim, continued over its inside and into its gutter.
+//! Rasterises one chart: the colours of its rim, continued harmonically inside and extrapolated into a gutter.
 
 use std::f64::consts::TAU;
 
@@ -8,31 +8,32 @@ use super::chart::Border;
 use super::disk::Disk;
 use super::image::Linear;
 
-/// Texels round a chart that have colours too, for filters that read beyond its border.
+/// Width in texels of the painted gutter round a chart, for filters that read beyond its border.
 pub(super) const GUTTER: u32 = 4;
-/// The smallest radius of a chart in texels: smaller ones would have no texel whose centre lies well inside.
+/// Lower bound of the radius of a chart, in texels: smaller charts have hardly any texel centre well inside.
 pub(super) const LEAST_RADIUS: f64 = 4.0;
-/// Most samples round a rim.
+/// Upper bound of the number of samples along a rim.
 const MOST_SAMPLES: usize = 4096;
-/// What the rim differs by from colours that are linear between its vertices is left out where it is smaller than this everywhere: a
-/// quarter of a step of 8 bits.
+/// Linear light, from 0 to 1. The detail of a rim (its colours minus those interpolated between its vertices) is omitted if it is smaller
+/// than this everywhere.
 const LEAST_DETAIL: f64 = 1.0 / 1024.0;
-/// Terms of a series are left out from where they have fallen to this part.
+/// The Fourier series is truncated where r^k falls below this.
 const TERM: f64 = 1e-4;
-/// Texels beyond the border over which the slope at the border goes on; bilinear filters on the border read no farther.
+/// Texels. Colours are extrapolated linearly up to this distance beyond the border and are constant farther out; a bilinear filter on the
+/// border reads no farther.
 const SLOPE: f64 = 1.5;
 
-/// A chart that is to be painted.
+/// The data from which a chart is painted.
 pub(super) struct Canvas<'a> {
     pub(super) disk: &'a Disk,
     pub(super) border: &'a Border,
-    /// The places of the vertices in the unit circle.
+    /// The positions of the vertices in the unit circle.
     pub(super) places: &'a [DVec2],
     /// The radius of the circle in texels.
     pub(super) radius: f64,
     /// The colours of the vertices.
     pub(super) colours: &'a [Linear],
-    /// For each edge of the border, whose part before a point is given, the colour that the rim has there; nothing on a cut.
+    /// The colour of the rim at a fraction of an edge of the border; `None` on a cut.
     pub(super) rim: &'a (dyn Fn(usize, f64) -> Option<Linear> + Sync),
 }
 
@@ -41,7 +42,7 @@ pub(super) fn side(radius: f64) -> u32 {
     2 * (radius.ceil() as u32 + GUTTER)
 }
 
-/// Where a place of the unit circle lies in the tile, in texels from its upper left corner.
+/// The position in the tile of a point in the unit circle, in texels from the upper left corner.
 pub(super) fn in_tile(place: DVec2, radius: f64) -> DVec2 {
     let centre = 0.5 * f64::from(side(radius));
     DVec2::new(centre + radius * place.x, centre - radius * place.y)
@@ -50,9 +51,9 @@ pub(super) fn in_tile(place: DVec2, radius: f64) -> DVec2 {
 impl Canvas<'_> {
     /// The texels of the tile, in rows from the top.
     ///
-    /// Inside they are harmonic: the colours of the vertices, which are harmonic on the surface, linear over the triangles, and the rest of
-    /// the rim's, harmonic in the circle. In the gutter colours go on with the slope that they have at the border, so that a bilinear
-    /// filter finds the rim's colour on the border itself.
+    /// Inside, a texel is the sum of two interpolants: the colours of the vertices, harmonic on the surface and linear over each triangle;
+    /// and the detail of the rim between its vertices, harmonic in the circle. Colours are extrapolated linearly into the gutter, so that a
+    /// bilinear filter gives the rim's colour on the border.
     pub(super) fn painted(&self) -> Vec<Linear> {
         let side = side(self.radius) as usize;
         let detail = self.detail();
@@ -83,6 +84,7 @@ impl Canvas<'_> {
         if area == 0.0 {
             return;
         }
+        // The texels whose centres are in the triangle's bounding box.
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         let range = |axis: usize| {
             let first = (low[axis] - 0.5).ceil().max(0.0) as usize;
@@ -92,6 +94,7 @@ impl Canvas<'_> {
         for y in range(1) {
             for x in range(0) {
                 let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                // Barycentric coordinates of the texel's centre.
                 let parts = [
                     (b - at).perp_dot(c - at),
                     (c - at).perp_dot(a - at),
@@ -99,7 +102,7 @@ impl Canvas<'_> {
                 ];
                 let parts = parts.map(|part| part / area);
                 let texel = &mut texels[y * side + x];
-                // On an edge that two faces share the first one paints.
+                // On an edge shared by two faces the first face paints.
                 if texel.is_none() && parts.iter().all(|part| *part >= 0.0) {
                     let mut colour = [0.0; 4];
                     for (vertex, part) in face.iter().zip(parts) {
@@ -115,17 +118,18 @@ impl Canvas<'_> {
         }
     }
 
-    /// A place relative to the centre of the tile, in texels, as one in the unit circle: what lies on the polygon comes to lie on the circle.
+    /// Maps a position relative to the tile's centre, in texels, into the unit circle: radially, so that the border polygon maps to the
+    /// circle.
     fn in_circle(&self, at: DVec2) -> DVec2 {
         let at = DVec2::new(at.x, -at.y) / self.radius;
         at / self.border.at_angle(at.to_angle()).2
     }
 
-    /// The colour beyond the border, of a place relative to the centre of the tile.
+    /// The colour beyond the border, at a position relative to the tile's centre in texels.
     fn beyond(&self, at: DVec2, side: usize, inside: &[Option<Linear>]) -> Linear {
         let (colour, distance) = self.on_border(at);
         let beyond = at.length() - distance;
-        // The slope of the colour: to the centre of a texel that lies between one and two texels inside.
+        // The slope across the border, from the texel about 1.5 texels inside it.
         let inner = at.normalize_or(DVec2::X) * (distance - 1.5).max(0.0) + 0.5 * side as f64;
         let (x, y) = (inner.x as usize, inner.y as usize);
         let inner = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - 0.5 * side as f64;
@@ -141,20 +145,20 @@ impl Canvas<'_> {
         std::array::from_fn(|k| (colour[k] + steps * (own[k] - other[k])).clamp(0.0, 1.0))
     }
 
-    /// The colour of the border in the direction of a place, and the distance of the border from the centre in texels.
+    /// The colour of the border in the direction of a position, and the border's distance from the centre in texels.
     fn on_border(&self, at: DVec2) -> (Linear, f64) {
         let (edge, part, distance) = self.border.at_angle(DVec2::new(at.x, -at.y).to_angle());
         let colour = (self.rim)(edge, part).unwrap_or_else(|| self.between(edge, part));
         (colour, distance * self.radius)
     }
 
-    /// The colours of the ends of an edge of the border, linear between them.
+    /// The colour at a fraction of an edge of the border, interpolated linearly between its ends.
     fn between(&self, edge: usize, part: f64) -> Linear {
         let [a, b] = self.border.ends(edge).map(|v| &self.colours[v as usize]);
         std::array::from_fn(|k| a[k] + part * (b[k] - a[k]))
     }
 
-    /// What the rim's colours differ by from ones that are linear between its vertices.
+    /// The difference between the rim's colours and their linear interpolation between its vertices; 0 on cuts.
     fn detail(&self) -> Detail {
         let wanted = (2.0 * TAU * self.radius).ceil() as usize;
         let count = wanted.clamp(16, MOST_SAMPLES);
@@ -177,14 +181,15 @@ fn add(sum: &mut Linear, part: f64, value: &Linear) {
     }
 }
 
-/// A function on the unit circle, continued harmonically: u(r, θ) = Re Σ c_k r^k e^{ikθ}, the real part of a polynomial in z = r e^{iθ}.
+/// A function on the unit circle, continued harmonically into it: u(r, θ) = Re Σ c_k r^k e^{ikθ}, the real part of a polynomial in
+/// z = r e^{iθ}.
 struct Detail {
-    /// The coefficients c_k of each of the four numbers of a colour.
+    /// The coefficients c_k of each of the four channels.
     coefficients: Vec<[DVec2; 4]>,
 }
 
 impl Detail {
-    /// From values at equal angles, from 0 on.
+    /// From samples at equally spaced angles, starting at 0, by a discrete Fourier transform.
     fn new(samples: &[Linear]) -> Self {
         let largest = samples
             .iter()
@@ -214,12 +219,11 @@ impl Detail {
         }
     }
 
-    /// Adds its value at a place in the unit circle.
+    /// Adds its value at a point in the unit circle, by Horner's rule.
     fn add(&self, colour: &mut Linear, z: DVec2) {
         let radius = z.length().min(1.0);
         let terms = (TERM.ln() / radius.max(1e-9).ln()).abs().ceil().min(1e6) as usize;
         let used = &self.coefficients[..self.coefficients.len().min(terms.max(1))];
-        // Horner's rule.
         let mut sum = [DVec2::ZERO; 4];
         for coefficient in used.iter().rev() {
             for (sum, c) in sum.iter_mut().zip(coefficient) {
@@ -259,7 +263,7 @@ mod tests {
         }
     }
 
-    /// On the border a bilinear filter finds the rim's colour, and inside the function that the rim is of, if that is harmonic.
+    /// Bilinear sampling gives the rim's colour on the border, and inside the harmonic function that the rim's colours are taken from.
     #[test]
     fn the_border_has_the_colours_of_the_rim() {
         let count = 24;
@@ -281,7 +285,7 @@ mod tests {
             Weights::MeanValue,
             &crate::cancel::Cancel::new(),
         );
-        // A wave that the vertices of the rim do not see.
+        // A wave that vanishes at the vertices of the rim.
         let wave = |edge: usize, part: f64| {
             0.5 + 0.2 * places[border.ends(edge)[0] as usize].x + 0.1 * (TAU * part).sin()
         };

@@ -1,28 +1,30 @@
-//! Patches unfolded into charts, with the faces across their rims and the texels that they need.
+//! Charts: patches mapped into a circle, with the input's faces across their rims and the radius in texels.
 
 use glam::{DVec2, DVec3};
 
 use super::chart::{Border, Weights, layout};
 use super::disk::Disk;
-use super::looks::Looks;
+use super::rim_colours::RimColours;
 use crate::attributes::{Patches, Slot};
 use crate::cancel::Cancel;
 use crate::mesh::{Mesh, area_vector};
 
-/// Upper bound of the texels per length, over the mean at the rim: the area of a patch on the page grows with the square.
+/// Upper bound of a chart's texel density over the mean density at its rim: the chart's area on the page grows with the square.
 const DENSEST: f64 = 4.0;
 
-/// A patch laid out in a circle.
+/// A patch mapped into the unit circle.
 pub(super) struct Chart {
-    /// Its faces among the new ones.
+    /// Its faces, counted from the first new face.
     pub(super) faces: Vec<usize>,
     pub(super) disk: Disk,
+    /// The positions of the disk's vertices in space.
     pub(super) points: Vec<DVec3>,
     pub(super) border: Border,
-    /// For each edge of the border the mesh's own face across it, with the corners at its ends; nothing on a cut.
+    /// For each edge of the border: the input's face across it, with its corners at the ends of the edge; `None` on a cut.
     pub(super) across: Vec<Option<(u32, [u8; 2])>>,
-    /// The radius in texels that keeps as many of them for a length as there are at the rim.
+    /// Radius in texels at which the chart has the texel density of its rim.
     pub(super) radius: f64,
+    /// The positions of the disk's vertices in the unit circle.
     pub(super) places: Vec<DVec2>,
 }
 
@@ -31,7 +33,7 @@ impl Chart {
         faces: Vec<usize>,
         patches: &Patches,
         filled: &Mesh,
-        looks: &Looks<'_>,
+        rim_colours: &RimColours<'_>,
         cancel: &Cancel,
     ) -> Result<Self, String> {
         let in_slots: Vec<[u32; 3]> = faces.iter().map(|f| patches.faces[*f]).collect();
@@ -47,13 +49,14 @@ impl Chart {
                 common_face(slot(a), slot(b))
             })
             .collect();
-        let density = density(&across, &border, &points, looks);
+        let density = density(&across, &border, &points, rim_colours);
         let density = density.ok_or("there is no image round the patch")?;
         let area: f64 = (disk.faces.iter())
             .map(|f| 0.5 * area_vector(f.map(|v| points[v as usize])).length())
             .sum();
-        let round = border.length / std::f64::consts::TAU;
-        let radius = density * round.max((area / std::f64::consts::PI).sqrt());
+        // The larger of the radii of the circles with the border's length and with the patch's area.
+        let of_border = border.length / std::f64::consts::TAU;
+        let radius = density * of_border.max((area / std::f64::consts::PI).sqrt());
         let places = layout(&disk, &points, &border, Weights::MeanValue, cancel);
         Ok(Self {
             faces,
@@ -66,7 +69,7 @@ impl Chart {
         })
     }
 
-    /// Whether a triangle is flipped over once the places of its corners are rounded.
+    /// Whether a triangle is flipped or degenerate after rounding of its corners.
     pub(super) fn is_folded(&self, rounded: impl Fn(DVec2) -> [f64; 2]) -> bool {
         let places: Vec<DVec2> = self.places.iter().map(|p| rounded(*p).into()).collect();
         self.disk.faces.iter().any(|face| {
@@ -76,17 +79,18 @@ impl Chart {
     }
 }
 
-/// Texels for a length at a rim: as many as nine tenths of it have at most, since charts that meet there may differ widely: at the eyes
-/// of the duck of the glTF samples edges of one rim had from 0.2 to 23 texels; but no more than [`DENSEST`] times the mean. Nothing where there are no images.
+/// Texel density at a rim, in texels per unit of length: its 90th percentile along the rim, between the mean and [`DENSEST`] times the
+/// mean. Charts that share a rim may differ widely: at the eyes of the glTF sample duck, edges of one rim have 0.2 to 23 texels. `None`
+/// without images.
 fn density(
     across: &[Option<(u32, [u8; 2])>],
     border: &Border,
     points: &[DVec3],
-    looks: &Looks<'_>,
+    rim_colours: &RimColours<'_>,
 ) -> Option<f64> {
     let mut edges: Vec<[f64; 2]> = Vec::new();
     for (edge, found) in across.iter().enumerate() {
-        let texels = found.and_then(|(face, corners)| looks.texels(face, corners));
+        let texels = found.and_then(|(face, corners)| rim_colours.texels(face, corners));
         let [a, b] = border.ends(edge).map(|v| points[v as usize]);
         let length = a.distance(b);
         edges.extend(
@@ -107,7 +111,7 @@ fn density(
     (density.is_finite() && density > 0.0).then_some(density)
 }
 
-/// The mesh's own face that meets two slots on a rim, and its corners there.
+/// The input's face that has both slots of a rim edge as corners, and the numbers of these corners.
 fn common_face(a: &Slot, b: &Slot) -> Option<(u32, [u8; 2])> {
     let mut pairs = a.rim.iter().flat_map(|p| b.rim.iter().map(move |q| (p, q)));
     let found = pairs.find(|(p, q)| p.0 == q.0 && p.1 != q.1);

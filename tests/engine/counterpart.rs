@@ -1,4 +1,4 @@
-//! Holes filled after a counterpart: the mirrored mesh, or a template.
+//! Holes filled with a counterpart: the mirrored mesh, or a template.
 
 use std::sync::Arc;
 
@@ -13,12 +13,12 @@ use crate::shapes::{Noise, cut, sphere, turn};
 /// A bump of a body: direction, width, height.
 type Bump = (DVec3, f64, f64);
 
-/// Where the body that is cut has its bump.
+/// Direction of the bump that is cut out.
 fn place() -> DVec3 {
     DVec3::new(0.7, 0.4, 0.6).normalize()
 }
 
-/// An ellipsoid with some bumps, and noise along its normals, in parts of its edges.
+/// An ellipsoid with bumps, and radial noise; `noise` is its root mean square in edges.
 fn body(bumps: &[Bump], noise: f64) -> Mesh {
     let mut mesh = sphere(28);
     let edge = 0.045;
@@ -40,7 +40,7 @@ fn mirrored(bumps: &[Bump]) -> Vec<Bump> {
     [bumps, &others].concat()
 }
 
-/// Bumps on both sides, and one that is on one side only.
+/// Bumps on both sides and on the plane of symmetry, and one on one side only.
 fn symmetric() -> Vec<Bump> {
     let eye = DVec3::new(0.4, -0.5, 0.8).normalize();
     let mut bumps = mirrored(&[(place(), 0.14, 0.15), (eye, 0.12, 0.08)]);
@@ -49,21 +49,21 @@ fn symmetric() -> Vec<Bump> {
     bumps
 }
 
-/// A mesh without the faces near a direction; their middles go by the shape without bumps.
+/// A mesh without the faces near a direction of the unit sphere, from which the body was scaled.
 fn opened(mesh: &Mesh, at: DVec3) -> Mesh {
     cut(mesh, |p| {
         (p / DVec3::new(1.0, 1.3, 0.9)).normalize().distance(at) < 0.3
     })
 }
 
-/// Root mean square distance of new vertices from the nearest vertices of another mesh.
+/// Root mean square distance of the new vertices from another mesh: from its vertices and the planes of nearby faces.
 fn error(filled: &Filled, open: &Mesh, truth: &Mesh) -> f64 {
     let new = &filled.mesh.positions[open.positions.len()..];
     let nearest = |p: &DVec3| {
         let all = truth.faces.iter().map(|f| {
             let [a, b, c] = f.map(|v| truth.positions[v as usize]);
             let normal = (b - a).cross(c - a).normalize();
-            // Distance from the plane of the face, where it is near.
+            // Distance from the plane of a nearby face.
             match p.distance((a + b + c) / 3.0) < 0.04 {
                 true => (*p - a).dot(normal).abs(),
                 false => f64::INFINITY,
@@ -104,7 +104,7 @@ fn what_was_cut_out_of_a_symmetric_body_comes_back() {
         assert!(normal.x.abs() > 0.999, "{normal}");
         assert_eq!(report.refused, None);
         assert!(report.misfit < report.feature, "{report:?}");
-        // The input stays, and expected errors are about as large as the true ones.
+        // The input is unchanged, and every new vertex has an expected error.
         assert_eq!(
             like.mesh.positions[..open.positions.len()],
             open.positions[..]
@@ -203,14 +203,14 @@ fn a_template_is_turned_shifted_and_scaled() {
         let own = error(&filled, &open, &truth);
         assert!(own < smooth / 3.0, "{own} {smooth}");
     }
-    // Another shape fits nowhere.
+    // A template of another shape is refused.
     let other = FillParams::new().with_like(Like::template("cube", crate::shapes::cube(4)));
     let filled = fill(&open, &other).unwrap();
     assert!(found(&filled).refused.is_some());
 }
 
 #[test]
-fn worn_parts_are_restored_after_the_other_side() {
+fn worn_parts_are_restored_from_the_other_side() {
     let mut worn = symmetric();
     worn.remove(0);
     let (truth, worn) = (body(&symmetric(), 0.0), body(&worn, 0.1));

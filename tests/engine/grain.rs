@@ -5,7 +5,7 @@ use isomend::{Control, FillParams, Inspection, Mesh, fill};
 
 use crate::shapes::{Noise, cut, sphere};
 
-/// A ball of stone: noise of a part of an edge along its normals, and waves of a few edges.
+/// A rough sphere with a hole: radial noise, and waves a few edges long; `noise` and `waves` are root mean squares in edges.
 fn stone(noise: f64, waves: f64) -> Mesh {
     let mut mesh = sphere(28);
     let edge = 0.04;
@@ -26,7 +26,7 @@ fn stone(noise: f64, waves: f64) -> Mesh {
     })
 }
 
-/// Root mean square distance of vertices from the sphere that most of them lie round.
+/// Root mean square distance of vertices from the sphere with their mean radius.
 fn roughness(points: &[DVec3]) -> f64 {
     let mean = points.iter().map(|p| p.length()).sum::<f64>() / points.len() as f64;
     let squares: f64 = points.iter().map(|p| (p.length() - mean).powi(2)).sum();
@@ -43,7 +43,7 @@ fn a_patch_on_stone_is_as_rough_as_the_stone() {
         assert_eq!(plain.report.regions[0].grain, None);
         assert_eq!(rough.report.regions[0].intersecting_faces, 0);
         assert!((report.patch / report.ring - 1.0).abs() < 0.1, "{report:?}");
-        // The same patch but for its grain, with the same expected errors; the input is as it was.
+        // Grain changes only positions of the patch; the input and the expected errors are unchanged.
         let count = open.positions.len();
         assert_eq!(rough.mesh.positions[..count], open.positions[..]);
         assert_eq!(rough.mesh.faces, plain.mesh.faces);
@@ -56,11 +56,11 @@ fn a_patch_on_stone_is_as_rough_as_the_stone() {
                 .copied()
                 .collect()
         };
-        // Measured in another way: against the sphere. Long waves of the stone are part of that, which a smooth patch has in part.
+        // An independent measure, against the sphere. It includes long waves, some of which the smooth patch continues.
         let own = roughness(&inner(&rough.mesh));
         let stone = roughness(&open.positions);
         assert!(own > 0.7 * stone && own < 1.3 * stone, "{own} {stone}");
-        // What was added is of the height of what is missing of the stone, and no vertex moves by much more.
+        // The added height is of the order of the roughness, and no vertex moves by much more.
         let both = plain.mesh.positions.iter().zip(&rough.mesh.positions);
         let moves: Vec<f64> = both.map(|(p, q)| p.distance(*q)).collect();
         let squares: f64 = moves.iter().map(|m| m * m).sum();

@@ -1,4 +1,4 @@
-//! Files beside the mesh from one run to the next, marks under corner colours and materials, and units that are lost.
+//! Files of earlier runs, marks on meshes with corner colours or materials, and remarks on units.
 
 use std::fs;
 
@@ -28,10 +28,10 @@ fn files_of_earlier_runs_are_not_taken_for_results() {
     );
     assert!(!desk.path("new.ply").exists());
     assert_eq!(fs::read(desk.path("new_earlier.ply")).unwrap(), first);
-    // Nothing is there that could be taken for a patch.
+    // No file remains that could be mistaken for a result.
     let done = fill("whole.ply");
     assert!(!text(&done.stderr).contains("is now"));
-    // Where one file cannot be written, none is.
+    // If one file cannot be written, none is.
     fs::remove_file(desk.path("out.ply")).unwrap();
     fs::create_dir(desk.path("new.ply")).unwrap();
     assert_ne!(fill("ball.ply").status.code(), Some(0));
@@ -124,7 +124,7 @@ fn a_material_through_which_the_mark_is_seen_is_named() {
 }
 
 #[test]
-fn units_are_told_by_commands_that_look() {
+fn units_are_printed_by_commands_that_write_no_mesh() {
     let desk = Desk::new();
     let done = desk.run(&["convert", "ball.ply", "-o", "ball.3mf", "--unit", "in"]);
     assert_code(&done, 0);
@@ -154,7 +154,7 @@ fn units_are_told_by_commands_that_look() {
     }
 }
 
-/// A 3MF package of a model.
+/// A 3MF package with the given model.
 fn package(model: &str) -> Vec<u8> {
     use std::io::{Cursor, Write};
     let mut package = zip::ZipWriter::new(Cursor::new(Vec::new()));

@@ -1,5 +1,4 @@
-//! Patches that lie across seams of a texture get texels of their own: a cube with six charts on one image, holes over its edges and
-//! corners.
+//! Texels for patches across seams of a texture, on a cube with six charts in one image and holes over its edges and corners.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -11,13 +10,13 @@ use isomend::{LabelKind, PATCH_NAME, Role};
 
 use crate::desk::{Desk, assert_code, text};
 
-/// Texels of a chart along a side, and those round it that go on beyond the edges of the cube.
+/// Width of a chart in texels, and the margin on each side that shows the texture beyond the cube's edges.
 const SIDE: u32 = 128;
 const MARGIN: f64 = 5.0;
-/// Squares along an edge of the cube.
+/// Number of squares along an edge of the cube.
 const SQUARES: u32 = 16;
 
-/// The colour that the texture has in space, in linear light.
+/// The texture as a function in space, in linear light.
 fn light(p: DVec3) -> [f64; 3] {
     [
         0.5 + 0.3 * (1.1 * p.x + 0.3).sin() * (0.9 * p.y).cos(),
@@ -45,7 +44,7 @@ fn linear(byte: u8) -> f64 {
     }
 }
 
-/// A point of a side of the cube [-1, 1]³, right-handed seen from outside.
+/// A point on a side of the cube [-1, 1]³; (a, b) is right-handed seen from outside.
 fn on_side(side: usize, a: f64, b: f64) -> DVec3 {
     let sign = if side.is_multiple_of(2) { 1.0 } else { -1.0 };
     let mut p = [0.0; 3];
@@ -55,7 +54,7 @@ fn on_side(side: usize, a: f64, b: f64) -> DVec3 {
     DVec3::from_array(p)
 }
 
-/// Where the upper left corner of a chart lies in the image, and the place in it of a point of its side: every other one is turned.
+/// The position of a point of a side in the image, in texels from the upper left corner. Every other chart is rotated.
 fn in_image(side: usize, a: f64, b: f64) -> DVec2 {
     let (a, b) = if side.is_multiple_of(2) {
         (a, b)
@@ -96,7 +95,7 @@ fn png(width: u32, height: u32, data: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// `cube.obj` with its material and image: without what lies round two corners, an edge and the middle of a side.
+/// Saves `cube.obj` with its material and image, with holes at two corners, on an edge and inside a side.
 fn save_cube(desk: &Desk) {
     let holes = [
         (DVec3::ONE, 0.5),
@@ -144,9 +143,10 @@ fn save_cube(desk: &Desk) {
     fs::write(desk.path("atlas.png"), atlas()).unwrap();
 }
 
-/// An image as it was read: rows of texels.
+/// An RGB image.
 struct Texels {
     width: usize,
+    /// Texels, row by row from the top.
     rows: Vec<[u8; 3]>,
 }
 
@@ -164,7 +164,7 @@ impl Texels {
         }
     }
 
-    /// Bilinear in linear light, as sRGB from 0 to 255, with the second coordinate counted from the top.
+    /// The colour at texture coordinates, the second counted from the top: bilinear in linear light, returned as sRGB from 0 to 255.
     fn at(&self, uv: DVec2) -> DVec3 {
         let height = self.rows.len() / self.width;
         let at = uv * DVec2::new(self.width as f64, height as f64) - 0.5;
@@ -180,11 +180,11 @@ impl Texels {
     }
 }
 
-/// A filled mesh as a viewer sees it.
+/// A filled mesh with its images, as a viewer shows it.
 struct Seen {
     loaded: Loaded,
     images: Vec<Texels>,
-    /// For each face its image.
+    /// The image of each face; `usize::MAX` without one.
     of_face: Vec<usize>,
 }
 
@@ -254,7 +254,7 @@ impl Seen {
         (sum / (3 * differences.len()) as f64).sqrt()
     }
 
-    /// How much colours step at the rims of patches with another image, root mean square of 255.
+    /// Root mean square difference of colours across the rims of patches with another image, in sRGB from 0 to 255.
     fn rim_step(&self) -> f64 {
         let mesh = &self.loaded.mesh;
         let key = |v: u32| mesh.positions[v as usize].to_array().map(f64::to_bits);
@@ -291,7 +291,7 @@ impl Seen {
         Self::root_mean_square(&steps)
     }
 
-    /// Error of the colours inside patches with an image of their own against the texture in space, root mean square of 255.
+    /// Root mean square error of the colours inside patches on the page against the texture in space, in sRGB from 0 to 255.
     fn inside(&self) -> f64 {
         let own = |f: &usize| self.is_patch(*f) && self.of_face[*f] != self.of_face[0];
         let difference = |f: usize| {
@@ -315,7 +315,7 @@ impl Seen {
         for f in patches {
             let [a, b, c] = [0, 1, 2].map(|k| self.uv(f, k).unwrap());
             if self.of_face[f] != self.of_face[0] {
-                // Counted from the top, faces go round clockwise.
+                // With the second coordinate counted from the top, faces are clockwise.
                 assert!((b - a).perp_dot(c - a) < 0.0, "face {f}");
                 pages += 1;
             }
@@ -371,7 +371,7 @@ fn patches_across_seams_get_texels_of_their_own() {
     }
     let obj = fs::read_to_string(desk.path("out.obj")).unwrap();
     assert!(obj.contains("usemtl out_isomend") && obj.contains("mtllib out_isomend.mtl"));
-    // The same bytes with one thread.
+    // One thread writes the same bytes.
     let page = fs::read(desk.path("out_isomend.png")).unwrap();
     assert_code(
         &desk.run(&["fill", "cube.obj", "-o", "out.obj", "--threads", "1"]),
@@ -391,14 +391,14 @@ fn pages_take_the_place_of_no_other_file_and_can_be_left_out() {
     assert!(!desk.files().iter().any(|name| name.contains("_isomend")));
     let obj = fs::read_to_string(desk.path("plain.obj")).unwrap();
     assert!(obj.contains("usemtl isomend_patch"));
-    // A file of that name that is somebody's own.
+    // A file of that name that isomend did not write.
     desk.text("out_isomend.png", "my own");
     let done = desk.run(&["fill", "cube.obj", "-o", "out.obj", "--holes", "1"]);
     assert_code(&done, 0);
     assert_eq!(fs::read(desk.path("out_isomend.png")).unwrap(), b"my own");
     assert!(desk.path("out_isomend_2.png").exists());
     let first = fs::read(desk.path("out_isomend_2.png")).unwrap();
-    // What was filled so is filled again, in place: the first page stays in use.
+    // The output is filled again, in place: the first page is still used.
     let done = desk.run(&["fill", "out.obj", "-o", "out.obj"]);
     assert_code(&done, 0);
     assert_eq!(fs::read(desk.path("out_isomend_2.png")).unwrap(), first);

@@ -9,9 +9,9 @@ use crate::linalg::solve_spd;
 use crate::mesh::{Mesh, area_vector, face_normal};
 use crate::spatial::{Bvh, Closest};
 
-/// A partner's normal has at least this cosine with the sample's: 60°.
+/// Lower bound of the cosine between the normals of a sample and its partner: 60°.
 const PARTNER_COSINE: f64 = 0.5;
-/// Spans of the samples. Rounds end when a step is shorter than this.
+/// Converged if the step is below this, dimensionless: rotation in radians plus translation in spans plus change of scale.
 const SHORTEST_STEP: f64 = 1e-7;
 
 /// A point of a surface and the unit normal there.
@@ -25,33 +25,33 @@ pub(super) struct Sample {
 pub(super) struct Target<'a> {
     pub(super) mesh: &'a Mesh,
     pub(super) bvh: &'a Bvh,
-    /// For each vertex whether it lies on a border.
+    /// Whether each vertex is on a boundary edge.
     pub(super) border: &'a [bool],
 }
 
-/// How far samples are aligned.
+/// Parameters of an alignment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Settings {
-    /// Rounds, at most.
+    /// Upper bound of the iterations.
     pub(super) rounds: usize,
-    /// Part of the samples that have partners; the others are the farthest, or have none.
+    /// Fraction of the samples used: those nearest to their partners.
     pub(super) kept: f64,
-    /// Whether the scale is found too.
+    /// Whether the scale is an unknown too.
     pub(super) scale: bool,
-    /// Part of the trace of the normal matrix that is added to its diagonal. Surfaces that slide on themselves, such as spheres, make it
-    /// singular; with a larger part, samples move less where they hardly say how.
+    /// Tikhonov regularisation: the fraction of the normal matrix's trace that is added to its diagonal. Surfaces that slide on themselves,
+    /// such as spheres, make the matrix singular; a larger ridge suppresses motion along poorly determined directions.
     pub(super) ridge: f64,
 }
 
-/// An alignment.
+/// The result of an alignment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Aligned {
     pub(super) motion: Motion,
-    /// Root mean square distance of the samples with partners from the planes of these; infinite where too few have one.
+    /// See [`distance`]; in the target's unit.
     pub(super) rms: f64,
 }
 
-/// A sample at its place, and the point of the target and its normal there.
+/// A moved sample with its partner: the closest point of the target, and the normal there.
 struct Pair {
     at: DVec3,
     partner: DVec3,
@@ -59,15 +59,15 @@ struct Pair {
 }
 
 impl Target<'_> {
-    /// The closest point and the face's normal, unless it lies on a border, or looks elsewhere than the sample.
+    /// The closest point and its face's normal; `None` if the point is on a boundary or the normals differ too much.
     pub(super) fn partner(&self, at: DVec3, normal: DVec3) -> Option<(DVec3, DVec3)> {
         let closest = self.bvh.closest(at, f64::INFINITY)?;
         let own = face_normal(self.mesh, closest.face);
-        let fits = own.dot(normal) > PARTNER_COSINE && !self.is_on_border(&closest);
-        fits.then_some((closest.point, own))
+        let is_partner = own.dot(normal) > PARTNER_COSINE && !self.is_on_border(&closest);
+        is_partner.then_some((closest.point, own))
     }
 
-    /// Whether a closest point lies on a border: at a vertex or on an edge whose vertices all do.
+    /// Whether a closest point is at a boundary vertex, or on an edge between two boundary vertices.
     pub(super) fn is_on_border(&self, closest: &Closest) -> bool {
         let face = self.mesh.faces[closest.face as usize];
         let weights = closest.barycentric;
@@ -88,7 +88,8 @@ impl Target<'_> {
         samples.par_iter().map(pair).collect()
     }
 
-    /// The nearest pairs, as many as a part of all samples; none where fewer have a partner than half of that.
+    /// The nearest pairs, up to the fraction `kept` of all samples; `None` if there are fewer than half of that number or fewer than 7, the
+    /// number of unknowns.
     fn nearest(&self, samples: &[Sample], motion: &Motion, kept: f64) -> Option<Vec<Pair>> {
         let mut pairs: Vec<Pair> = self.pairs(samples, motion).into_iter().flatten().collect();
         let most = (kept * samples.len() as f64).ceil() as usize;
@@ -102,9 +103,9 @@ impl Target<'_> {
     }
 }
 
-/// The motion that brings samples closest to a target, from a motion near it; by Gauss-Newton steps of the squared distances from the
-/// partners' planes (Y. Chen, G. Medioni, "Object modelling by registration of multiple range images", 1992), of which the farthest are
-/// left out (D. Chetverikov et al., "The trimmed iterative closest point algorithm", 2002).
+/// Aligns samples with a target by iterative closest points from an initial motion: Gauss-Newton steps on the squared point-to-plane
+/// distances (Y. Chen, G. Medioni, "Object modelling by registration of multiple range images", 1992), without the farthest pairs
+/// (D. Chetverikov et al., "The trimmed iterative closest point algorithm", 2002).
 pub(super) fn aligned(
     samples: &[Sample],
     target: &Target,
@@ -134,12 +135,12 @@ pub(super) fn aligned(
     }
 }
 
-/// Root mean square distance of a part of some samples, the nearest ones, from the planes of their partners; infinite where too few have one.
+/// Root mean square point-to-plane distance of the fraction `kept` of the samples, the nearest ones; infinite if too few have partners.
 pub(super) fn distance(samples: &[Sample], target: &Target, motion: &Motion, kept: f64) -> f64 {
     match target.nearest(samples, motion, kept) {
         Some(pairs) if motion.is_finite() => {
             let square = |p: &Pair| (p.at - p.partner).dot(p.normal).powi(2);
-            // Samples without a partner among those kept count as far as the farthest that has one.
+            // If fewer samples have partners, each missing one counts with the distance of the farthest pair.
             let most = (kept * samples.len() as f64).ceil();
             let missing = most - pairs.len() as f64;
             let farthest = pairs
@@ -151,7 +152,7 @@ pub(super) fn distance(samples: &[Sample], target: &Target, motion: &Motion, kep
     }
 }
 
-/// A step, and its length in spans of the points.
+/// A Gauss-Newton step, and its size as in [`SHORTEST_STEP`]. The span is the root mean square distance of the points from their centre.
 fn step(pairs: &[Pair], settings: &Settings) -> Option<(Motion, f64)> {
     let count = pairs.len() as f64;
     let centre = pairs.iter().map(|p| p.at).sum::<DVec3>() / count;
@@ -163,7 +164,7 @@ fn step(pairs: &[Pair], settings: &Settings) -> Option<(Motion, f64)> {
     if span <= 0.0 || !span.is_finite() {
         return None;
     }
-    // Unknowns: rotation, shift in spans, change of scale.
+    // Normal equations for the rotation vector, the translation in spans, and the change of scale.
     let n = if settings.scale { 7 } else { 6 };
     let (mut matrix, mut rhs) = (vec![0.0; n * n], vec![0.0; n]);
     for pair in pairs {
@@ -183,6 +184,7 @@ fn step(pairs: &[Pair], settings: &Settings) -> Option<(Motion, f64)> {
     if !solve_spd(&mut matrix, &mut rhs) {
         return None;
     }
+    // The motion about the centre; the change of scale is clamped to ±20 % for stability.
     let (turn, shift) = (DVec3::from_slice(&rhs), DVec3::from_slice(&rhs[3..6]));
     let scale = 1.0 + rhs.get(6).copied().unwrap_or(0.0).clamp(-0.2, 0.2);
     let rotation = DMat3::from_quat(DQuat::from_scaled_axis(turn)) * scale;
@@ -191,7 +193,7 @@ fn step(pairs: &[Pair], settings: &Settings) -> Option<(Motion, f64)> {
     step.is_finite().then_some((step, size))
 }
 
-/// About a given number of points of a surface, evenly by area.
+/// Samples of a surface, evenly distributed by area; at most `count`.
 pub(super) fn samples(mesh: &Mesh, count: usize) -> Vec<Sample> {
     let areas = (0..mesh.faces.len() as u32).map(|f| 0.5 * area_vector(mesh.corners(f)).length());
     let areas: Vec<f64> = areas.map(|a| if a.is_finite() { a } else { 0.0 }).collect();
@@ -201,7 +203,8 @@ pub(super) fn samples(mesh: &Mesh, count: usize) -> Vec<Sample> {
     for (f, area) in areas.iter().enumerate() {
         sum += area;
         while (samples.len() as f64 + 0.5) * step < sum && samples.len() < count {
-            // A sequence of low discrepancy (M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018), folded.
+            // The R2 low-discrepancy sequence (M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018), folded into
+            // the triangle.
             let i = samples.len() as f64;
             let (mut u, mut v) = ((0.754_877_666 * i).fract(), (0.569_840_291 * i).fract());
             if u + v > 1.0 {

@@ -1,4 +1,4 @@
-//! Motions that bring a mesh onto its counterpart: planes of symmetry, and poses of a template.
+//! Global registration of a mesh with its counterpart: finds planes of symmetry, and poses of a template.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,37 +11,38 @@ use crate::cancel::Cancel;
 use crate::linalg::{second_moments, symmetric_eigen};
 use crate::mesh::Mesh;
 
-/// Samples of the coarse alignment, from each start, and of the fine one.
+/// Number of samples of the coarse alignments and of the fine ones.
 const FEW_SAMPLES: usize = 400;
 const MANY_SAMPLES: usize = 1500;
-/// Normals of planes that are tried beside the principal axes, evenly on a half sphere: about 15° apart. Where principal moments are
-/// alike, principal axes say nothing.
+/// Number of initial plane normals besides the principal axes, evenly on a half sphere, about 15° apart. If principal moments are equal,
+/// principal axes are arbitrary.
 const DIRECTIONS: usize = 90;
-/// Turns about each of the template's principal axes that are tried beside the poses in which principal axes agree.
+/// Number of initial rotations about each principal axis of the template, for both directions of the axis.
 const TURNS: usize = 8;
-/// Rounds of the coarse and of the fine alignment.
+/// Upper bounds of the iterations of a coarse and of a fine alignment.
 const COARSE: usize = 8;
 const FINE: usize = 60;
-/// Part of the samples that have a partner: a quarter may have none.
+/// Fraction of the samples used: a quarter of the surface may have no counterpart.
 const KEPT: f64 = 0.75;
-/// Parts of the samples of the last alignments, each of which is taken where the distance of the nearest ones grows by no more than a factor.
+/// Fractions of the samples used by the last alignments. The result of each is accepted if the distance of the nearest samples
+/// ([`KEPT`]) is at most [`AS_NEAR`] times as large as before.
 const NEARLY_ALL: [f64; 2] = [0.93, 0.985];
 const AS_NEAR: f64 = 1.2;
 /// See [`Settings::ridge`].
 const RIDGE: f64 = 1e-6;
-/// Best ends of the coarse alignment that are aligned finely, and motions that are kept.
+/// Upper bounds of the number of coarse results that are refined, and of the motions that are returned.
 const REFINED: usize = 10;
 const MOST: usize = 4;
-/// Spans. Motions whose root mean square distance is larger are no symmetry, and no pose.
+/// Spans. Upper bound of the root mean square distance of a symmetry or pose.
 const FARTHEST: f64 = 0.1;
-/// A motion is kept when its distance is at most this many times the best distance.
+/// Upper bound of a motion's distance over the best motion's.
 const ALIKE: f64 = 4.0;
-/// Spans. Two motions that differ by less are the same.
+/// Spans. Motions whose mean difference on the samples is smaller count as the same.
 const SAME: f64 = 0.02;
-/// Spans. A symmetry that is done twice leaves everything where it was, but for this.
+/// Spans. Upper bound of the mean distance between the samples and the same samples reflected twice.
 const INVOLUTION: f64 = 0.05;
 
-/// Middle, principal axes and span of some points.
+/// Centre, principal axes and span (root mean square distance from the centre) of points.
 struct Moments {
     centre: DVec3,
     axes: [DVec3; 3],
@@ -63,7 +64,7 @@ impl Moments {
     }
 }
 
-/// Motions of a mesh onto itself that mirror it, the best first; none where it has no symmetry.
+/// The reflections that map a mesh approximately onto itself, the best first; empty without a symmetry.
 pub(super) fn mirrors(mesh: &Mesh, target: &Target, cancel: &Cancel) -> Vec<Motion> {
     let coarse = samples(mesh, FEW_SAMPLES);
     let moments = Moments::new(&coarse);
@@ -81,7 +82,7 @@ pub(super) fn mirrors(mesh: &Mesh, target: &Target, cancel: &Cancel) -> Vec<Moti
     ends.into_iter().filter(is_symmetry).collect()
 }
 
-/// Motions of a mesh onto a template, the best first; none where none fits.
+/// The motions that map a mesh onto a template, the best first; empty if none fits.
 pub(super) fn poses(
     mesh: &Mesh,
     template: &Mesh,
@@ -98,7 +99,7 @@ pub(super) fn poses(
         true => other.span / own.span,
         false => 1.0,
     };
-    // Where it lies already, with middles together, and with principal axes together or turned about one of the template's.
+    // Initial motions: none, equal centres, and rotations relative to the principal axes.
     let mut starts = vec![
         Motion::IDENTITY,
         Motion::about(DMat3::IDENTITY * factor, own.centre, other.centre),
@@ -109,7 +110,8 @@ pub(super) fn poses(
     best(mesh, &coarse, target, starts, scale, cancel)
 }
 
-/// Rotations that bring the axes of one frame to the axes of another in any order, and turned about each of the other's.
+/// Rotations that map one principal axis of a frame to one of another, in both directions, with [`TURNS`] rotations about it. They contain
+/// all rotations that align the axes.
 fn frames(from: [DVec3; 3], to: [DVec3; 3]) -> Vec<DMat3> {
     let right = |[x, y, _]: [DVec3; 3]| DMat3::from_cols(x, y, x.cross(y));
     let (from, to) = (right(from), right(to));
@@ -119,7 +121,7 @@ fn frames(from: [DVec3; 3], to: [DVec3; 3]) -> Vec<DMat3> {
         for k in 0..TURNS {
             let (sine, cosine) = (TAU * k as f64 / TURNS as f64).sin_cos();
             let (u, v) = (x * cosine + y * sine, y * cosine - x * sine);
-            // The frame, and the one upside down.
+            // The frame, and the frame with the axis reversed.
             all.push(DMat3::from_cols(u, v, z) * from.transpose());
             all.push(DMat3::from_cols(u, -v, -z) * from.transpose());
         }
@@ -127,7 +129,8 @@ fn frames(from: [DVec3; 3], to: [DVec3; 3]) -> Vec<DMat3> {
     all
 }
 
-/// The ends of alignments from some starts, the best first, each once.
+/// Aligns samples from several initial motions: coarsely from all, then finely from the best. Returns the different results that fit, the
+/// best first.
 fn best(
     mesh: &Mesh,
     coarse: &[Sample],
@@ -142,6 +145,7 @@ fn best(
         scale,
         ridge: RIDGE,
     };
+    // Coarse alignment from each initial motion.
     let span = Moments::new(coarse).span;
     let from = |start: &Motion| {
         let end = aligned(coarse, target, *start, &with(COARSE, KEPT), cancel);
@@ -150,10 +154,11 @@ fn best(
     let mut ends: Vec<Aligned> = starts.par_iter().map(from).collect();
     ends.sort_by(|a, b| a.rms.total_cmp(&b.rms));
     let ends = distinct(ends, coarse, span, REFINED);
+    // Fine alignment of the best ones.
     let fine = samples(mesh, MANY_SAMPLES);
     let from = |end: &Aligned| {
         let first = aligned(&fine, target, end.motion, &with(FINE, KEPT), cancel);
-        // Where nearly all samples say the same as the nearest, they say it better: details of a sphere are its farthest samples.
+        // Then with nearly all samples, if these agree with the nearest: on a sphere with details the farthest samples are the details.
         let mut end = first;
         for kept in NEARLY_ALL {
             let all = aligned(&fine, target, end.motion, &with(FINE, kept), cancel);
@@ -166,16 +171,21 @@ fn best(
     };
     let mut ends: Vec<Aligned> = ends.par_iter().map(from).collect();
     ends.sort_by(|a, b| a.rms.total_cmp(&b.rms));
+    // Keep the different ones that are close enough.
     let least = ends.first().map_or(0.0, |e| e.rms);
-    // The distance is measured on the target: a template may have another unit.
+    // Distances are in the target's unit; divided by the scale they are in the mesh's.
     let own = |e: &Aligned| e.rms / e.motion.scale();
     let ends = distinct(ends, coarse, span, MOST);
-    let fits = |e: &Aligned| own(e) < FARTHEST * span && e.rms <= ALIKE * least.max(1e-6 * span);
-    ends.into_iter().filter(fits).map(|e| e.motion).collect()
+    let is_close =
+        |e: &Aligned| own(e) < FARTHEST * span && e.rms <= ALIKE * least.max(1e-6 * span);
+    ends.into_iter()
+        .filter(is_close)
+        .map(|e| e.motion)
+        .collect()
 }
 
-/// An alignment with the distance by which it is ranked: the geometric mean of the distance of the nearest samples, which leaves out what is damaged,
-/// and the distance of nearly all, which has the details of a body that slides on itself.
+/// An alignment with the distance by which it is ranked: the geometric mean of the distance of the nearest samples, which excludes damage,
+/// and the distance of nearly all samples, which includes the details of a body that slides on itself.
 fn ranked(samples: &[Sample], target: &Target, end: Aligned) -> Aligned {
     let of = |kept| distance(samples, target, &end.motion, kept);
     Aligned {
@@ -184,7 +194,7 @@ fn ranked(samples: &[Sample], target: &Target, end: Aligned) -> Aligned {
     }
 }
 
-/// The first alignments that differ from all before, up to a number.
+/// The first alignments, at most `most`, that differ from all before them.
 fn distinct(ends: Vec<Aligned>, samples: &[Sample], span: f64, most: usize) -> Vec<Aligned> {
     let mut kept: Vec<Aligned> = Vec::new();
     for end in ends.into_iter().filter(|e| e.rms.is_finite()) {
@@ -200,8 +210,8 @@ fn distinct(ends: Vec<Aligned>, samples: &[Sample], span: f64, most: usize) -> V
     kept
 }
 
-/// A direction of a half sphere, evenly (Á. González, "Measurement of areas on a sphere using Fibonacci and latitude-longitude
-/// lattices", 2010).
+/// Direction `i` of [`DIRECTIONS`] on a Fibonacci lattice of the half sphere (Á. González, "Measurement of areas on a sphere using
+/// Fibonacci and latitude-longitude lattices", 2010).
 fn half_sphere(i: usize) -> DVec3 {
     let z = 1.0 - (i as f64 + 0.5) / DIRECTIONS as f64;
     let turn = PI * (3.0 - 5.0_f64.sqrt()) * i as f64;

@@ -1,4 +1,4 @@
-//! How well a counterpart fits the faces round a hole, and predicts rings of them that are taken out.
+//! Fits a counterpart to the known vertices round a hole: rigid alignment, then a smooth field of offsets, with the misfit of both.
 
 use std::collections::VecDeque;
 
@@ -16,50 +16,51 @@ use crate::spatial::Bvh;
 
 /// Diameters. Width of the collar of known vertices to which a counterpart is fitted, as for kriging.
 const COLLAR: f64 = 0.45;
-/// Mean edges. Its least width.
+/// Mean rim edges. Lower bound of the collar's width.
 const COLLAR_EDGES: f64 = 3.5;
-/// Rounds of the alignment with the collar, and samples of it, at most.
+/// Upper bounds of the iterations and of the samples of the alignment with the collar.
 const ROUNDS: usize = 10;
 const SAMPLES: usize = 800;
-/// Part of the collar that is aligned: the rest may be damaged on one side.
+/// Fraction of the collar that is aligned: the remainder may be damaged on one of the two sides.
 const KEPT: f64 = 0.85;
 /// See [`Settings::ridge`]: a smooth collar must not slide on the counterpart.
 const RIDGE: f64 = 0.01;
-/// Least part of the collar that has partners on the counterpart.
+/// Lower bound of the fraction of the collar's vertices with partners on the counterpart.
 const LEAST_PARTNERS: f64 = 0.7;
-/// Upper bound of the motion that brings the counterpart closest to the collar: diameters, and radians.
+/// Upper bounds of the alignment's motion: displacement of the collar's centre in diameters, and rotation in radians.
 const FARTHEST: f64 = 0.25;
 const LARGEST_ANGLE: f64 = 0.35;
-/// Partners farther away than this are none, in diameters.
+/// Diameters. Upper bound of the distance of a partner.
 const FAR: f64 = 0.2;
 
-/// The known vertices round a hole.
+/// The known vertices round a hole; lengths in the mesh's unit.
 pub(super) struct Collar {
     samples: Vec<Sample>,
-    /// Their distances from the rim.
+    /// Distances of the samples from the rim.
     depth: Vec<f64>,
-    /// Mean normal.
+    /// Sum of the samples' normals.
     normal: DVec3,
     /// Mean length of the rim's edges.
     pub(super) edge: f64,
+    /// Diameter of the hole.
     diameter: f64,
 }
 
-/// A counterpart that was brought to a hole: rigidly, then by the smooth field of the offsets of the known vertices from it.
+/// A counterpart fitted to a hole: aligned rigidly, then moved by the smooth field of the collar's offsets from it.
 pub(super) struct Fitted {
     /// The counterpart.
     pub(super) mesh: Mesh,
     pub(super) bvh: Bvh,
-    /// The field by which it was moved.
+    /// The field of offsets.
     pub(super) field: OffsetField,
-    /// Root mean square distance of the collar from it before that.
+    /// Root mean square distance of the collar from the rigidly aligned counterpart.
     pub(super) misfit: f64,
-    /// Root mean square of the field on the collar: the misfit without what is rough.
+    /// Root mean square of the field on the collar: the misfit without roughness.
     pub(super) smooth_misfit: f64,
 }
 
 impl Collar {
-    /// The vertices that are connected with a rim and near it.
+    /// The vertices within the collar's width of a rim and connected with it inside the collar.
     pub(super) fn new(mesh: &Mesh, rim: &[u32], diameter: f64) -> Self {
         let around = VertexFaces::new(mesh);
         let at = |v: u32| mesh.positions[v as usize];
@@ -67,7 +68,7 @@ impl Collar {
         let lengths = rim.iter().zip(next).map(|(&a, &b)| at(a).distance(at(b)));
         let edge = lengths.sum::<f64>() / rim.len().max(1) as f64;
         let width = (COLLAR * diameter).max(COLLAR_EDGES * edge);
-        // Few points of a long rim are enough for distances of half a diameter.
+        // About 300 points of a long rim suffice for distances up to half a diameter.
         let few: Vec<DVec3> = rim
             .iter()
             .step_by(rim.len().div_ceil(300))
@@ -79,6 +80,7 @@ impl Collar {
                 .fold(f64::MAX, f64::min)
                 .sqrt()
         };
+        // Breadth first from the rim; NaN marks vertices that were not reached.
         let mut depth = vec![f64::NAN; mesh.positions.len()];
         let mut queue: VecDeque<u32> = rim.iter().copied().collect();
         rim.iter().for_each(|&v| depth[v as usize] = 0.0);
@@ -93,6 +95,7 @@ impl Collar {
                 }
             }
         }
+        // The vertices within the collar's width, with their normals.
         let inside = |v: &u32| depth[*v as usize] < width;
         let vertices: Vec<u32> = (0..depth.len() as u32).filter(inside).collect();
         let sample = |&v: &u32| Sample {
@@ -109,7 +112,7 @@ impl Collar {
         }
     }
 
-    /// Brings a part of a counterpart to the hole.
+    /// Fits a part of a counterpart to the hole.
     pub(super) fn fitted(&self, part: &PlacedPart, cancel: &Cancel) -> Result<Fitted, NotLike> {
         let bvh = Bvh::new(&part.mesh, 0..part.mesh.faces.len() as u32);
         let target = Target {
@@ -140,7 +143,7 @@ impl Collar {
         self.joined(mesh, part, cancel)
     }
 
-    /// Why the collar has too few partners on a part of a counterpart.
+    /// The reason for which the collar has too few partners on a part of a counterpart.
     fn why_apart(&self, part: &PlacedPart, bvh: &Bvh) -> NotLike {
         let target = Target {
             mesh: &part.mesh,
@@ -165,7 +168,7 @@ impl Collar {
         }
     }
 
-    /// Moves an aligned counterpart by the smooth field of the collar's offsets from it.
+    /// Moves an aligned counterpart by the smooth field of the collar's offsets, so that it meets the rim.
     fn joined(
         &self,
         mut mesh: Mesh,
@@ -178,6 +181,7 @@ impl Collar {
             bvh: &bvh,
             border: &part.border,
         };
+        // The offset of each collar vertex from its partner.
         let datum = |(s, depth): (&Sample, &f64)| {
             let (partner, _) = target.partner(s.point, s.normal)?;
             let offset = s.point - partner;
@@ -198,6 +202,7 @@ impl Collar {
         if (data.len() as f64) < LEAST_PARTNERS * self.samples.len() as f64 {
             return Err(self.why_apart(part, &bvh));
         }
+        // The smooth field, and the root mean squares of offsets and field.
         let field = OffsetField::fit(&data, self.normal, self.diameter, self.edge, cancel);
         let field = field.ok_or(NotLike::Apart)?;
         let mean = |square: &dyn Fn(&OffsetDatum) -> f64| {
@@ -222,7 +227,7 @@ impl Collar {
 }
 
 impl Fitted {
-    /// Distance of a point from it.
+    /// Distance of a point from the counterpart.
     pub(super) fn distance(&self, p: DVec3) -> f64 {
         self.bvh
             .closest(p, f64::INFINITY)

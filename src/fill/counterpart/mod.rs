@@ -1,5 +1,5 @@
-//! Candidate: the part of a counterpart, the mirrored mesh or a template, that lies where the hole is; joined to the rim by a smooth field of
-//! offsets, and made only where it predicts the faces round the hole.
+//! Candidate: the part of a counterpart (the mirrored mesh or a template) at the hole, joined to the rim by a smooth field of offsets. It
+//! is used only if it predicts the faces round the hole.
 
 mod align;
 mod find;
@@ -28,22 +28,25 @@ pub(crate) use placed::{Counterpart, PlacedPart};
 use judge::{Collar, Fitted};
 use surface::CounterpartSurface;
 
-/// Upper bound of the ratio of its error on the rings to the error of a smooth patch, where the counterpart has in the hole what a smooth patch
-/// has not: its own vertices are as noisy as the rings' vertices, which makes 1.4.
+/// Upper bound of the counterpart's error on the rings over a smooth patch's error, if the counterpart has a feature in the hole: its
+/// vertices are as noisy as the rings', which alone gives √2.
 const NOT_WORSE: f64 = 1.6;
-/// The same where it has not: then it must be clearly better.
+/// The same bound without a feature: then it must be clearly better.
 const CLEARLY_BETTER: f64 = 0.6;
-/// What the counterpart has in the hole that a smooth patch has not, over its error on the rings: the least.
+/// The counterpart has a feature if its distance from a smooth patch in the hole, over its error on the rings, exceeds this.
 const FEATURE: f64 = 2.5;
-/// The same over the smooth part of its misfit beside the hole. Surfaces that are not alike differ as much beside the hole as in it.
+/// Lower bound of that distance over the smooth misfit beside the hole. Dissimilar surfaces differ as much beside the hole as in it.
 const BEYOND_MISFIT: f64 = 3.0;
+/// Upper bound of the fraction of a smooth patch's vertices whose closest points on the counterpart are on a boundary: small holes of it
+/// are closed when it is joined.
+const MOST_OPEN: f64 = 0.02;
 
-/// Expected cost: the cost of the smooth patches with which it is compared, one of the hole and one of the hole with rings taken out.
+/// Expected cost: of two smooth patches to compare with, of the hole and of the hole without some rings of faces.
 pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
     2.0 * faired::cost(problem)
 }
 
-/// The region closed by the counterpart; nothing where it does not prove itself. Keeps what was found.
+/// The region closed by the counterpart, or nothing if it is refused. Stores the report of the test.
 pub(super) fn make(problem: &RegionProblem<'_>, so_far: &mut SoFar<'_>) -> Made {
     let (report, made) = problem.like();
     if let Some(why) = report.refused {
@@ -53,20 +56,20 @@ pub(super) fn make(problem: &RegionProblem<'_>, so_far: &mut SoFar<'_>) -> Made 
     made.map_or(Made::Nothing, Made::Region)
 }
 
-/// A part of the counterpart that was fitted to the hole.
+/// A part of the counterpart fitted to the hole, and the result of its test.
 struct Tested {
     fitted: Fitted,
     report: CounterpartReport,
 }
 
 impl RegionProblem<'_> {
-    /// Whether a counterpart is looked for.
+    /// Whether a counterpart is a candidate.
     pub(super) fn has_counterpart(&self) -> bool {
         let is_surface = self.plan == RegionPlan::Solve && self.is_finished();
         is_surface && self.counterparts.is_some()
     }
 
-    /// The region closed by the counterpart that predicts the rings round the hole best, and what was found.
+    /// The region closed by the counterpart that predicts the rings round the hole best, and the report of its test.
     fn like(&self) -> (CounterpartReport, Option<RegionPatch>) {
         let refused = |why| {
             let refused = Some(why);
@@ -83,15 +86,16 @@ impl RegionProblem<'_> {
         if parts.is_empty() {
             return refused(NotLike::Nothing);
         }
+        // Vertices of a smooth patch, and rings of faces for the test of prediction.
         let smooth = self.faired().map(|finished| finished.patch.positions);
         let Some(smooth) = smooth.filter(|points| !points.is_empty()) else {
             return refused(NotLike::Untested);
         };
         let around = self.wide_part(&Patch::default());
         let rings = RINGS.iter().find_map(|&n| self.rings(&around, n));
-        // Of several planes or poses the one with the least error on the rings; those that are refused count last.
+        // Of several planes or poses, choose the one with the least error on the rings; refused ones rank last.
         let mut best: Option<Tested> = None;
-        let (mut why, mut rest) = (None, None);
+        let (mut first_refusal, mut other_refusal) = (None, None);
         for (number, part) in parts.iter().enumerate() {
             match self.tested(part, &around, rings.as_ref(), &smooth) {
                 Ok(tested) => {
@@ -100,18 +104,19 @@ impl RegionProblem<'_> {
                         best = Some(tested);
                     }
                 }
-                Err(report) if number == 0 => why = Some(*report),
-                Err(report) => rest = rest.or(Some(*report)),
+                Err(report) if number == 0 => first_refusal = Some(*report),
+                Err(report) => other_refusal = other_refusal.or(Some(*report)),
             }
         }
-        // Where none is used, the reason given is the first one's, which fits the whole mesh best.
-        let (fitted, mut report) = match (best, why) {
+        // If none is used, the report is of the first one, which fits the whole mesh best, if that cannot be fitted to the hole; otherwise
+        // of the one with the least error.
+        let (fitted, mut report) = match (best, first_refusal) {
             (Some(best), None) if best.report.refused.is_some() => return (best.report, None),
-            (Some(best), why) if best.report.refused.is_some() => {
-                return (why.unwrap_or(best.report), None);
+            (Some(best), first) if best.report.refused.is_some() => {
+                return (first.unwrap_or(best.report), None);
             }
             (Some(best), _) => (best.fitted, best.report),
-            (None, why) => return (why.or(rest).unwrap_or_default(), None),
+            (None, first) => return (first.or(other_refusal).unwrap_or_default(), None),
         };
         match self.closed_like(&fitted, &report) {
             Ok(region) => (report, Some(region)),
@@ -122,7 +127,8 @@ impl RegionProblem<'_> {
         }
     }
 
-    /// How well a part of the counterpart fits the hole; `smooth` are vertices of a smooth patch of it.
+    /// Fits a part of the counterpart to the hole and tests its prediction of the rings. `smooth` are the vertices of a smooth patch of
+    /// the hole. An error is the report if it cannot be fitted.
     fn tested(
         &self,
         part: &PlacedPart,
@@ -147,10 +153,12 @@ impl RegionProblem<'_> {
                 ..report.clone()
             })
         })?;
+        // The feature: the distance of the smooth patch from the counterpart.
         report.misfit = Some(fitted.misfit);
         let squares: f64 = smooth.iter().map(|p| fitted.distance(*p).powi(2)).sum();
         let feature = (squares / smooth.len() as f64).sqrt();
         report.feature = Some(feature);
+        // The errors with which the counterpart and a smooth patch predict the rings.
         let own = rings.and_then(|rings| Some([rings.error(part, self.cancel)?, rings.smooth]));
         let Some([own, other]) = own else {
             report.refused = Some(NotLike::Untested);
@@ -164,6 +172,7 @@ impl RegionProblem<'_> {
             fitted.misfit,
             fitted.smooth_misfit
         );
+        // The test.
         let most = match feature > FEATURE * own {
             true => NOT_WORSE,
             false => CLEARLY_BETTER,
@@ -178,7 +187,7 @@ impl RegionProblem<'_> {
         Ok(Tested { fitted, report })
     }
 
-    /// The hole with a number of its innermost rings of faces taken out; none where that leaves no single hole, or no smooth patch of it can
+    /// The hole without some of the innermost rings of faces round it; `None` if that leaves no single hole, or no smooth patch of it can
     /// be made.
     fn rings(&self, around: &Part, rings: u32) -> Option<Rings> {
         let rim: Vec<u32> = self.holes[0].rim.iter().map(|&v| around.local(v)).collect();
@@ -213,7 +222,7 @@ impl RegionProblem<'_> {
             closed_by: Some(ClosedBy::Counterpart),
             ..RegionReport::default()
         };
-        // Beside its error on the rings, what the field may be off.
+        // Combine the error on the rings with the standard deviation of the field.
         let ring = found.ring_error.unwrap_or(0.0);
         let error = |p: &DVec3| Some(ring.hypot(fitted.field.deviation(*p)));
         let expected_error = patch.positions.iter().map(error).collect();
@@ -223,16 +232,16 @@ impl RegionProblem<'_> {
     }
 }
 
-/// A hole with rings of faces taken out, which are to be predicted.
+/// A hole widened by removing rings of faces, whose vertices are to be predicted.
 struct Rings {
     widened: WidenedHole,
     collar: Collar,
-    /// Root mean square error with which a smooth patch predicts them.
+    /// Root mean square error with which a smooth patch predicts the removed vertices.
     smooth: f64,
 }
 
 impl Rings {
-    /// The same of a part of a counterpart, which is fitted to what is left round the hole.
+    /// Root mean square error of a part of a counterpart that is fitted to the faces round the widened hole.
     fn error(&self, part: &PlacedPart, cancel: &Cancel) -> Option<f64> {
         let fitted = self.collar.fitted(part, cancel).ok()?;
         self.widened.root_mean_square(|p| fitted.distance(p))
@@ -240,7 +249,7 @@ impl Rings {
 }
 
 impl Fitted {
-    /// Whether it has no hole of its own where the patch is to be.
+    /// Refuses a counterpart that has a hole where the patch is needed.
     fn covers(&self, part: &PlacedPart, smooth: &[DVec3]) -> Result<(), NotLike> {
         let (mut open, mut own) = (0, 0);
         for p in smooth {
@@ -262,7 +271,3 @@ impl Fitted {
         }
     }
 }
-
-/// Part of a smooth patch's vertices whose nearest points on the counterpart may lie on a border of it: its small holes are closed when it is
-/// joined.
-const MOST_OPEN: f64 = 0.02;

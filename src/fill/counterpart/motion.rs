@@ -1,10 +1,10 @@
-//! Rigid motions, reflections and scalings of space.
+//! Similarity transforms: rotations, translations, reflections and uniform scalings.
 
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::mesh::Mesh;
 
-/// `x ↦ A x + b`, `A` being an orthogonal matrix times a scale.
+/// `x ↦ A x + b`, where `A` is an orthogonal matrix times a scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Motion {
     pub(super) matrix: DMat3,
@@ -28,7 +28,7 @@ impl Motion {
         }
     }
 
-    /// A matrix about a point that goes to another one.
+    /// The motion with the given matrix that maps `from` to `to`.
     pub(super) fn about(matrix: DMat3, from: DVec3, to: DVec3) -> Self {
         Self {
             matrix,
@@ -40,7 +40,7 @@ impl Motion {
         self.matrix * p + self.shift
     }
 
-    /// Where a unit normal of a surface goes.
+    /// The image of a unit normal, of unit length.
     pub(super) fn direction(&self, n: DVec3) -> DVec3 {
         (self.matrix * n).normalize_or_zero()
     }
@@ -53,7 +53,7 @@ impl Motion {
         }
     }
 
-    /// This one, then another.
+    /// This motion followed by another.
     pub(super) fn then(&self, next: &Self) -> Self {
         Self {
             matrix: next.matrix * self.matrix,
@@ -61,7 +61,7 @@ impl Motion {
         }
     }
 
-    /// Length after over length before.
+    /// Ratio of lengths after the motion to lengths before.
     pub(super) fn scale(&self) -> f64 {
         self.matrix.determinant().abs().cbrt()
     }
@@ -70,7 +70,7 @@ impl Motion {
         self.matrix.determinant() < 0.0
     }
 
-    /// Angle of its rotation, in radians, where it is a motion without reflection.
+    /// Angle of rotation in radians; meaningless for a reflection.
     pub(super) fn angle(&self) -> f64 {
         let quat = DQuat::from_mat3(&(self.matrix * (1.0 / self.scale())));
         2.0 * quat.w.abs().min(1.0).acos()
@@ -80,7 +80,7 @@ impl Motion {
         self.matrix.is_finite() && self.shift.is_finite()
     }
 
-    /// A mesh after the motion; after a reflection its faces are turned, so that outside stays outside.
+    /// The moved mesh. A reflection reverses the order of the corners, so that outside stays outside.
     pub(super) fn moved(&self, mesh: &Mesh) -> Mesh {
         let positions = mesh.positions.iter().map(|p| self.at(*p)).collect();
         let turned = |&[a, b, c]: &[u32; 3]| match self.is_reflection() {

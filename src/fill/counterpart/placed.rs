@@ -1,4 +1,4 @@
-//! The counterpart of a mesh, and the part of it that comes to lie at a region.
+//! The counterpart of a mesh: the motions of the mesh onto it, and the part of it at a region.
 
 use std::borrow::Cow;
 
@@ -14,15 +14,17 @@ use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, Mesh, Part, Topology, bounds};
 use crate::spatial::Bvh;
 
-/// Diagonals of the rims' bounding box: how far round the rims the counterpart is looked at, and how high a missing part may rise.
+/// Diagonals of the rims' bounding box: margin round that box within which the counterpart is used; it bounds the height of a missing part.
 const REACH: f64 = 1.0;
 
-/// The counterpart of a mesh, with the motions of the mesh onto it.
+/// The counterpart of a mesh, and the motions that map the mesh onto it.
 pub(crate) struct Counterpart<'a> {
     mesh: Cow<'a, Mesh>,
     bvh: Bvh,
+    /// Whether each vertex is on a boundary edge.
     border: Vec<bool>,
     is_mirror: bool,
+    /// The best first.
     motions: Vec<Motion>,
 }
 
@@ -30,15 +32,15 @@ pub(crate) struct Counterpart<'a> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PlacedPart {
     pub(super) mesh: Mesh,
-    /// For each vertex whether it lies on a border of the counterpart.
+    /// Whether each vertex is on a boundary edge of the counterpart.
     pub(super) border: Vec<bool>,
-    /// For each vertex whether it is one of the region's own rims, mirrored.
+    /// Whether each vertex is the mirror image of a vertex on the region's rims.
     pub(super) own_rim: Vec<bool>,
     pub(super) kind: CounterpartKind,
 }
 
 impl PlacedPart {
-    /// Whether its lists fit each other.
+    /// Whether a deserialised part is consistent: a valid mesh, and one flag for each vertex in each list.
     pub(crate) fn is_valid(&self) -> bool {
         let count = self.mesh.positions.len();
         let is_whole = self.mesh.faces.is_empty() || self.mesh.validate().is_ok();
@@ -47,7 +49,7 @@ impl PlacedPart {
 }
 
 impl<'a> Counterpart<'a> {
-    /// The mesh itself, mirrored in a plane, a point and a unit normal, or in its planes of symmetry.
+    /// The mesh itself, mirrored in the given plane (a point and a unit normal), or in its planes of symmetry.
     pub(crate) fn mirror(
         mesh: &'a Mesh,
         topology: &Topology,
@@ -63,7 +65,7 @@ impl<'a> Counterpart<'a> {
         new
     }
 
-    /// A template, in the poses in which it fits the mesh; scaled, if it may be.
+    /// A template in the poses in which it fits the mesh; with `scale` its size may change.
     pub(crate) fn template(
         mesh: &Mesh,
         template: Mesh,
@@ -101,7 +103,7 @@ impl<'a> Counterpart<'a> {
         }
     }
 
-    /// The parts that come to lie at some holes of a mesh, one for each motion, the best first.
+    /// The parts at some holes of a mesh, one for each motion, the best first.
     pub(crate) fn parts(&self, mesh: &Mesh, holes: &[&Hole]) -> Vec<PlacedPart> {
         let rims = || holes.iter().flat_map(|h| &h.rim).copied();
         let (low, high) = bounds(rims().map(|v| mesh.positions[v as usize]));
@@ -111,7 +113,7 @@ impl<'a> Counterpart<'a> {
         self.motions.iter().map(part).collect()
     }
 
-    /// The part that a motion brings to a box.
+    /// The part whose faces reach the image of a box under a motion, moved back to the box.
     fn part(
         &self,
         motion: &Motion,
@@ -144,11 +146,12 @@ impl<'a> Counterpart<'a> {
     }
 }
 
-/// The plane of a motion that mirrors: a point of it near a mesh, and its unit normal.
+/// The plane of a reflection: the foot of the perpendicular from the origin, and its unit normal. A motion that is found numerically is a
+/// reflection only approximately; the plane is then the best one at the middle of `near`.
 fn plane(motion: &Motion, near: &Mesh) -> [DVec3; 2] {
-    // The matrix of a reflection is I - 2 n nᵀ: of the columns of what is left of I the longest is along n.
-    let rest = [0, 1, 2].map(|k| DVec3::AXES[k] - motion.matrix.col(k));
-    let longest = rest
+    // The matrix A of a reflection is I − 2 n nᵀ: the longest column of I − A is along n.
+    let columns = [0, 1, 2].map(|k| DVec3::AXES[k] - motion.matrix.col(k));
+    let longest = columns
         .into_iter()
         .reduce(|a, b| match b.length() > a.length() {
             true => b,
@@ -162,6 +165,6 @@ fn plane(motion: &Motion, near: &Mesh) -> [DVec3; 2] {
         DVec3::ZERO
     };
     let halfway = 0.5 * (middle + motion.at(middle));
-    // The foot of the origin, so that the numbers do not depend on the region.
+    // The foot of the perpendicular does not depend on the region.
     [normal * normal.dot(halfway), normal]
 }

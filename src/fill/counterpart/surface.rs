@@ -1,4 +1,4 @@
-//! A counterpart that was brought to a hole, as the surface on which its patch lies.
+//! A fitted counterpart as the surface onto which a patch's vertices are projected.
 
 use glam::DVec3;
 
@@ -8,7 +8,7 @@ use crate::fill::problem::RegionProblem;
 use crate::mesh::{VertexFaces, vertex_normal};
 use crate::sdf::{RimSet, Sampler, Surface};
 
-/// The surface of a counterpart, and where it belongs to the holes of a region.
+/// The surface of a counterpart, and the distance by which it is cut along the rims of a region.
 pub(super) struct CounterpartSurface<'a> {
     fitted: &'a Fitted,
     normals: Vec<DVec3>,

@@ -1,58 +1,58 @@
-//! The colour of a material of a glTF file: a factor, and an image with the way in which it lies on a surface.
+//! Base colour of a glTF material: its factor, and its image with texture transform and wrapping.
 
 use serde_json::Value;
 
 use super::document::Document;
 
-/// What an image does beyond its border: the numbers of OpenGL.
+/// OpenGL's codes for wrapping: `CLAMP_TO_EDGE` and `MIRRORED_REPEAT`.
 const CLAMP: u64 = 33071;
 const MIRROR: u64 = 33648;
 
-/// What happens beyond the border of an image.
+/// How an image continues beyond its border.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Wrapping {
-    /// It is repeated.
+    /// Repeats.
     Repeat,
-    /// It is repeated, every other one mirrored.
+    /// Repeats, every other copy mirrored.
     Mirror,
-    /// Its last texels go on.
+    /// Repeats the texels at the border.
     Clamp,
 }
 
-/// The colour of a material.
+/// The base colour of a material.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct BaseColour {
-    /// Red, green, blue in linear light and opacity, by which the image is multiplied.
+    /// Red, green and blue in linear light, and opacity; they multiply the image.
     pub(crate) factor: [f64; 4],
-    /// Whether opacity means nothing.
+    /// Whether opacity is ignored.
     pub(crate) opaque: bool,
     /// The image, if there is one.
     pub(crate) image: Option<BaseImage>,
 }
 
-/// The image of a material.
+/// The image of a material's base colour.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct BaseImage {
-    /// Its number; none where it is in a format of an extension.
+    /// The image's index in the document; `None` if only an extension defines it.
     pub(crate) number: Option<usize>,
-    /// The set of texture coordinates that it uses.
+    /// The number of the set of texture coordinates.
     pub(crate) set: u32,
     /// Offset, rotation in radians and scale of texture coordinates (`KHR_texture_transform`).
     pub(crate) offset: [f64; 2],
     pub(crate) rotation: f64,
     pub(crate) scale: [f64; 2],
-    /// Beyond its border, to the sides and upwards.
+    /// Wrapping in u and in v.
     pub(crate) wrap: [Wrapping; 2],
 }
 
 impl Document {
-    /// The colour of a material.
+    /// The base colour of a material by its index.
     pub(crate) fn base_colour(&self, material: usize) -> BaseColour {
         let empty = Value::Null;
         let all = self.json.get("materials");
         let material = all.and_then(|all| all.get(material)).unwrap_or(&empty);
         let metal = material.get("pbrMetallicRoughness").unwrap_or(&empty);
-        // An older way to give a colour, whose factors are others.
+        // Colours of the specular-glossiness extension are not read: an image without a number says so.
         let is_foreign = material
             .pointer("/extensions/KHR_materials_pbrSpecularGlossiness")
             .is_some();
@@ -100,7 +100,7 @@ fn number(value: Option<&Value>) -> Option<usize> {
     value?.as_u64().and_then(|n| usize::try_from(n).ok())
 }
 
-/// The numbers of a list; those that are missing are the given ones.
+/// The numbers of a list; missing ones are taken from `otherwise`.
 fn numbers<const N: usize>(value: Option<&Value>, mut otherwise: [f64; N]) -> [f64; N] {
     let list = value.and_then(Value::as_array).into_iter().flatten();
     for (number, value) in otherwise.iter_mut().zip(list) {

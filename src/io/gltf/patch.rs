@@ -1,4 +1,4 @@
-//! Writes a glTF file again with patches: the original content stays, patches are added as new nodes.
+//! Writes a glTF document with patches: the original content is kept, and patches are added as new nodes.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -93,7 +93,7 @@ fn merge(document: &Document) -> Builder {
     builder
 }
 
-/// Gives new indices to primitives that lost faces. A mesh that several nodes use is copied for the node that lost
+/// Writes new indices for primitives that lost faces. A mesh that several nodes use is copied for the node whose instance lost
 /// faces.
 fn remove_faces(builder: &mut Builder, document: &Document, model: &Contents<'_>, kept: &[bool]) {
     let mut next = 0;
@@ -165,7 +165,7 @@ fn remove_primitives(builder: &mut Builder, emptied: &BTreeMap<usize, Vec<usize>
             });
             continue;
         }
-        // A mesh must have a primitive, so that a mesh without faces stays in the file, but no node refers to it.
+        // A glTF mesh must have a primitive. A mesh that lost all faces therefore stays in the file, but no node refers to it.
         for node in builder.list("nodes") {
             if node.get("mesh").and_then(Value::as_u64) == Some(*mesh as u64)
                 && let Some(node) = node.as_object_mut()
@@ -192,11 +192,11 @@ fn add_node(builder: &mut Builder, node: usize, primitives: Vec<Value>) {
     }
 }
 
-/// The new faces, grouped by the parent node and material.
+/// The new faces, grouped by block (parent node) and material.
 struct Patches<'a> {
     document: &'a Document,
     model: &'a Contents<'a>,
-    /// For each new vertex that is a copy: the vertex of the file that it is a copy of.
+    /// The original vertex of each vertex that is a copy.
     origin: BTreeMap<u32, u32>,
     groups: BTreeMap<(usize, u32), Vec<[u32; 3]>>,
 }
@@ -249,7 +249,7 @@ impl<'a> Patches<'a> {
         parts.into_values().collect()
     }
 
-    /// The block that most corners of the faces belong to.
+    /// The block with the most corners of the given faces.
     fn home(&self, faces: &[usize]) -> usize {
         let mut votes: BTreeMap<usize, usize> = BTreeMap::new();
         let corners = faces.iter().flat_map(|f| self.model.mesh.faces[*f]);
@@ -334,7 +334,7 @@ impl<'a> Patches<'a> {
             .collect()
     }
 
-    /// Adds the attributes that all the vertices have.
+    /// Adds the attributes for which all vertices have a value, except joints and weights.
     fn attributes(
         &self,
         builder: &mut Builder,

@@ -1,4 +1,4 @@
-//! The materials of patches in a document that was read: the document's own, one without a texture, and one for a page of texels.
+//! Materials of patches in a glTF document: the document's materials, a plain one, and one for a page of texels.
 
 use std::collections::BTreeMap;
 
@@ -10,18 +10,18 @@ use super::materials::decimal;
 use crate::mesh::Attributes;
 use crate::mesh::attributes::{LabelKind, Material, PATCH_NAME};
 
-/// An extension that gives a surface its colour without light; it has no textures of its own.
+/// The extension for unlit materials.
 const UNLIT: &str = "KHR_materials_unlit";
 
-/// The materials that labels of patches stand for.
+/// Maps material labels to materials of the document, and adds new ones.
 pub(super) struct PatchMaterials<'a> {
     names: &'a [String],
-    looks: &'a [Material],
-    /// How many materials the document had.
-    there: usize,
-    /// The document's material with a texture that most faces have.
-    like: Value,
-    /// Materials that were added, by their labels.
+    materials: &'a [Material],
+    /// Number of materials of the original document.
+    original: usize,
+    /// The most used textured material of the document, the model for new textured ones.
+    model: Value,
+    /// Indices of the added materials, by their labels.
     added: BTreeMap<u32, usize>,
 }
 
@@ -32,35 +32,35 @@ impl<'a> PatchMaterials<'a> {
         builder: &mut Builder,
     ) -> Self {
         let labels = attributes.labels_of(LabelKind::Material);
-        // A document without materials has no list of them either.
-        let there = match builder.json.get("materials") {
+        // Not `list` alone, which would add an empty list to a document without materials.
+        let original = match builder.json.get("materials") {
             Some(_) => builder.list("materials").len(),
             None => 0,
         };
         Self {
             names: labels.map_or(&[], |l| &l.names),
-            looks: &attributes.materials,
-            there,
-            like: most_used(document),
+            materials: &attributes.materials,
+            original,
+            model: most_used(document),
             added: BTreeMap::new(),
         }
     }
 
-    /// The place of a label's material in the file; one that is new is added when it is first used.
+    /// The index of a label's material in the document; a new material is added when first used.
     pub(super) fn index(&mut self, builder: &mut Builder, label: u32) -> usize {
-        if (label as usize) < self.there {
+        if (label as usize) < self.original {
             return label as usize;
         }
         if let Some(place) = self.added.get(&label) {
             return *place;
         }
         let name = self.names.get(label as usize);
-        let look = self.looks.iter().find(|m| Some(&m.name) == name);
-        let image = look.and_then(|look| Some((look, look.texture.as_deref()?)));
+        let found = self.materials.iter().find(|m| Some(&m.name) == name);
+        let image = found.and_then(|found| Some((found, found.texture.as_deref()?)));
         let material = match image {
-            Some((look, image)) => {
+            Some((found, image)) => {
                 let texture = builder.texture(image);
-                self.textured(look, texture)
+                self.textured(found, texture)
             }
             None => json!({
                 "name": PATCH_NAME,
@@ -74,18 +74,18 @@ impl<'a> PatchMaterials<'a> {
         place
     }
 
-    /// A material like the document's with another texture: with the same light, opacity and sides, but without maps of normals and
-    /// the like, for which patches have no texture coordinates.
-    fn textured(&self, look: &Material, texture: usize) -> Value {
-        let before = &self.like["pbrMetallicRoughness"];
+    /// A copy of the model material with another base texture. It has no normal map or other maps, for which patches have no texture
+    /// coordinates.
+    fn textured(&self, wanted: &Material, texture: usize) -> Value {
+        let before = &self.model["pbrMetallicRoughness"];
         let mut metal = Map::new();
-        let [r, g, b] = look.colour.unwrap_or([1.0; 3]);
-        let factor = [r, g, b, look.opacity.unwrap_or(1.0)];
+        let [r, g, b] = wanted.colour.unwrap_or([1.0; 3]);
+        let factor = [r, g, b, wanted.opacity.unwrap_or(1.0)];
         if factor != [1.0; 4] {
             metal.insert("baseColorFactor".to_owned(), json!(factor.map(decimal)));
         }
         metal.insert("baseColorTexture".to_owned(), json!({ "index": texture }));
-        // Factors of a map that is not there any more say nothing.
+        // Factors that multiplied a metallic-roughness map are reset to a rough dielectric: 0 and 1.
         let has_map = before.get("metallicRoughnessTexture").is_some();
         for (key, otherwise) in [("metallicFactor", 0.0), ("roughnessFactor", 1.0)] {
             match before.get(key).filter(|_| !has_map) {
@@ -94,20 +94,24 @@ impl<'a> PatchMaterials<'a> {
                 None => {}
             }
         }
-        let mut material = json!({ "name": look.name, "pbrMetallicRoughness": metal });
+        let mut material = json!({ "name": wanted.name, "pbrMetallicRoughness": metal });
         for key in ["alphaMode", "alphaCutoff", "doubleSided"] {
-            if let Some(own) = self.like.get(key) {
+            if let Some(own) = self.model.get(key) {
                 material[key] = own.clone();
             }
         }
-        if self.like.pointer(&format!("/extensions/{UNLIT}")).is_some() {
+        if self
+            .model
+            .pointer(&format!("/extensions/{UNLIT}"))
+            .is_some()
+        {
             material["extensions"] = json!({ UNLIT: {} });
         }
         material
     }
 }
 
-/// The material with a texture that most faces of a document have.
+/// The textured material with the most faces; null if there is none.
 fn most_used(document: &Document) -> Value {
     let material = |number: usize| document.json.get("materials")?.get(number);
     let mut count: BTreeMap<usize, usize> = BTreeMap::new();

@@ -83,9 +83,11 @@ struct Build<'a> {
     uses: usize,
     colours: Colours,
     objects: Names,
-    /// The names of the items, how many have each one that several have, and how many were given another one.
+    /// The names of the items so far.
     names: BTreeSet<String>,
+    /// The last number appended to each name that several items have.
     counts: BTreeMap<String, usize>,
+    /// Number of items that got a numbered name.
     renamed: usize,
     materials: Names,
     appearances: BTreeMap<String, [u8; 4]>,
@@ -148,7 +150,7 @@ impl<'a> Build<'a> {
         name.unwrap_or_else(|| format!("object_{}", item.object))
     }
 
-    /// A name that no item before has: items of the same name, as of one object that is there several times, are numbered.
+    /// A unique name for an item: if several items have the same name, as when one object is placed several times, numbers are appended.
     fn own_name(&mut self, name: String) -> String {
         if self.names.insert(name.clone()) {
             return name;
@@ -164,7 +166,7 @@ impl<'a> Build<'a> {
         }
     }
 
-    /// Puts an object, named in `part`, and what it consists of somewhere.
+    /// Places an object that `part` refers to, and its components, under the transform `outer`.
     fn place(
         &mut self,
         part: &str,
@@ -211,8 +213,8 @@ impl<'a> Build<'a> {
     ) -> Result<(), IoError> {
         if object.triangles.is_empty() {
             return Ok(());
-            // Charge the memory before anything is allocated.
         }
+        // Charge the memory before anything is allocated.
         let bytes = BYTES[0].saturating_mul(object.positions.len())
             + BYTES[1].saturating_mul(object.triangles.len());
         self.left = self.left.checked_sub(bytes).ok_or_else(|| {
@@ -298,13 +300,13 @@ impl<'a> Build<'a> {
             all.labels.push(self.objects.labels);
         }
         if !self.materials.labels.names.is_empty() {
-            let look = |(name, [r, g, b, a]): (String, [u8; 4])| Material {
+            let material = |(name, [r, g, b, a]): (String, [u8; 4])| Material {
                 name,
                 colour: Some([r, g, b].map(|x| f32::from(x) / 255.0)),
                 opacity: Some(f32::from(a) / 255.0),
                 ..Material::default()
             };
-            all.materials = self.appearances.into_iter().map(look).collect();
+            all.materials = self.appearances.into_iter().map(material).collect();
             all.labels.push(self.materials.labels);
         }
         if !self.colours.pool.is_empty() {

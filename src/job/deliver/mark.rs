@@ -62,6 +62,7 @@ impl Mark {
         let Model {
             mesh, attributes, ..
         } = model;
+        // Vertices that no face of the input uses.
         let mut is_own = vec![true; mesh.positions.len()];
         let old = mesh.faces[..kept].iter().flatten();
         old.for_each(|v| is_own[*v as usize] = false);
@@ -70,6 +71,7 @@ impl Mark {
             || attributes.corner.iter().any(|c| has_uv(&c.pool));
         // Renderers multiply textures by the colour: white leaves a texture unchanged.
         let plain = if textured { [255.0; 3] } else { [200.0; 3] };
+        // Take the colours of corners, vertices and faces out of the attributes, or make new ones.
         let on_faces = has_face_colours(format);
         let mut of_corners = mark_surface::corner_colours(attributes, mesh, format);
         let mut vertex = colours(&mut attributes.vertex, mesh.positions.len(), plain);
@@ -78,6 +80,7 @@ impl Mark {
         if let Some(face) = face.as_mut().filter(|_| !has_own) {
             mean_of_corners(face, &vertex, mesh);
         }
+        // Colour the patches; `hidden` counts faces that keep the input's colours at all corners.
         let mut hidden = 0;
         let stripes: Vec<Stripes> = components.iter().map(|c| Stripes::new(mesh, c)).collect();
         let colour_of = |component: usize, p: DVec3| match self {

@@ -1,4 +1,4 @@
-//! Marks on meshes that have their colours at corners or from materials.
+//! Marks patches on meshes with colours at corners or from materials.
 
 use std::collections::BTreeMap;
 
@@ -16,8 +16,9 @@ fn is_colour(a: &Attribute) -> bool {
     a.role == Role::Colour && (3..=4).contains(&a.components)
 }
 
-/// The colours of corners, taken out of the attributes of a model, to which colours of vertices are added where there are none. Where it is coloured by materials alone, and the format has either
-/// colours or materials, the materials give them: else the colours of patches would take all others away.
+/// Takes the corner colours out of a model's attributes, and adds vertex colours to these if there are none. If only materials colour the
+/// mesh, and the format (3MF) has either colours or materials on a face, the corner colours are made from the materials: otherwise marking
+/// patches would remove all other colours.
 pub(super) fn corner_colours(
     attributes: &mut Attributes,
     mesh: &Mesh,
@@ -30,7 +31,7 @@ pub(super) fn corner_colours(
     Some(found)
 }
 
-/// The same without colours of vertices.
+/// The corner colours, of the mesh or from its materials; `None` if there are none.
 fn found_colours(
     attributes: &mut Attributes,
     mesh: &Mesh,
@@ -48,24 +49,24 @@ fn found_colours(
         return None;
     }
     let labels = attributes.labels_of(LabelKind::Material)?;
-    let looks = labels.names.iter().map(|name| {
+    let colours = labels.names.iter().map(|name| {
         let own = attributes.materials.iter().find(|m| m.name == name.trim());
         let [r, g, b] = own.and_then(|m| m.colour)?;
         let opacity = own.and_then(|m| m.opacity).unwrap_or(1.0);
         Some([r, g, b, opacity].map(|x| (255.0 * f64::from(x)).round()))
     });
-    let looks: Vec<Option<[f64; 4]>> = looks.collect();
-    looks.iter().flatten().next()?;
+    let colours: Vec<Option<[f64; 4]>> = colours.collect();
+    colours.iter().flatten().next()?;
     let mut pool = Attribute::new("colour", Role::Colour, Scalar::U8, 4);
-    for look in &looks {
-        pool.push(Some(&look.unwrap_or([200.0, 200.0, 200.0, 255.0])));
+    for colour in &colours {
+        pool.push(Some(&colour.unwrap_or([200.0, 200.0, 200.0, 255.0])));
     }
     let corner = |f: usize| labels.of_face.get(f).copied().unwrap_or(NONE);
     let corners = (0..mesh.faces.len()).map(|f| [corner(f); 3]).collect();
     Some(CornerAttribute { pool, corners })
 }
 
-/// The mean of the corners' colours at each vertex, for formats that have colours of vertices alone.
+/// The mean of the corners' colours at each vertex, for formats with vertex colours only.
 fn vertex_colours(of_corners: &CornerAttribute, mesh: &Mesh) -> Attribute {
     let pool = &of_corners.pool;
     let mut sums = vec![vec![0.0; pool.components + 1]; mesh.positions.len()];
@@ -92,7 +93,8 @@ fn vertex_colours(of_corners: &CornerAttribute, mesh: &Mesh) -> Attribute {
     colours
 }
 
-/// Gives the corners of patches the colour that `colour_at` has for a component and a corner; corners without one keep theirs.
+/// Colours the corners of patches. `colour_at` takes the index of a component and a corner's position; a corner keeps its colour if the
+/// result is `None`.
 pub(super) fn paint_corners(
     of_corners: &mut CornerAttribute,
     components: &[Component],
@@ -121,8 +123,8 @@ pub(super) fn paint_corners(
     }
 }
 
-/// A remark on marks under which materials show: viewers multiply the colours of vertices by the colours of materials, or show the latter alone.
-/// `document` has the materials of a glTF file.
+/// A remark on marked faces with coloured or textured materials: viewers multiply the vertex colours by these, or show the materials alone.
+/// `document` holds the materials of a glTF file.
 pub(super) fn material_note(
     model: &Model,
     kept: usize,
@@ -135,8 +137,8 @@ pub(super) fn material_note(
     let attributes = &model.attributes;
     let labels = attributes.labels_of(LabelKind::Material)?;
     let is_plain = |(place, name): (usize, &String)| {
-        let look = attributes.materials.iter().find(|m| m.name == name.trim());
-        match (look, document) {
+        let material = attributes.materials.iter().find(|m| m.name == name.trim());
+        match (material, document) {
             _ if name == PATCH_NAME => true,
             (Some(m), _) => m.texture.is_none() && m.colour.is_none_or(|c| c == [1.0; 3]),
             (None, Some(document)) => {

@@ -40,7 +40,7 @@ pub struct Deliverables {
     /// The largest error allowed, in the mesh's units. Reports list a hole if twice the expected error exceeds this on more than the
     /// fraction `tuning().deliver.beyond_part` of its patch.
     pub tolerance: Option<f64>,
-    /// Leave patches across seams of a texture without texels of their own, in a plain material.
+    /// Leave patches across seams of a texture without texels, with a plain material.
     pub no_texture: bool,
 }
 
@@ -50,13 +50,13 @@ impl Deliverables {
         self.unit.is_some() || self.tolerance.is_some()
     }
 
-    /// Whether patches across seams of a texture get no texels of their own: where that is asked for, and where they are marked, since a
-    /// texture would show through the mark.
+    /// Whether patches across seams of a texture stay without texels: if requested, and if they are marked, since a texture would show
+    /// through the mark.
     pub(super) fn has_plain_patches(&self) -> bool {
         self.no_texture || self.mark.is_some()
     }
 
-    /// Checks what can be known before anything is read.
+    /// Checks the deliverables before anything is read.
     pub(super) fn check(&self, spec: &JobSpec) -> Result<(), JobError> {
         let wrong = |what: String| Err(JobError::Deliverable { what });
         if let Some(tolerance) = self.tolerance.filter(|t| !(t.is_finite() && *t > 0.0)) {
@@ -86,7 +86,7 @@ impl Deliverables {
         self.check_places(spec)
     }
 
-    /// Refuses files that cannot be written or are another file of the job.
+    /// Refuses files that cannot be written, and files that the job uses already.
     fn check_places(&self, spec: &JobSpec) -> Result<(), JobError> {
         let mut taken = vec![("the input", spec.source.place.clone())];
         taken.extend(spec.output.iter().map(|o| ("the mesh", o.place.clone())));

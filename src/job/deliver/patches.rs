@@ -56,8 +56,7 @@ impl Whole<'_> {
         if !has_face_colours(format) {
             attributes.face.retain(|a| a.role != Role::Colour);
         }
-        let groups = |l: &Labels| l.kind != LabelKind::Group;
-        attributes.labels.retain(groups);
+        attributes.labels.retain(|l| l.kind != LabelKind::Group);
         match format {
             Format::Ply | Format::Vtk | Format::Vtp => {
                 attributes.face.push(numbers(holes.iter().copied()));

@@ -1,29 +1,29 @@
-//! The row of what a region was filled after.
+//! The counterpart of a region in JSON documents.
 
 use glam::DVec3;
 use serde::Serialize;
 
 use crate::fill::{CounterpartKind, CounterpartReport, NotLike};
 
-/// The counterpart after which a region was to be filled.
+/// The test of a counterpart; lengths in the mesh's unit, all root mean squares. See [`CounterpartReport`].
 #[derive(Serialize)]
 pub(super) struct CounterpartRow {
-    /// Whether its patch comes from the counterpart.
+    /// Whether the patch was made from the counterpart.
     used: bool,
-    /// `mirror` or `template`; null where nothing fits the mesh.
+    /// `mirror` or `template`; null if nothing fits the mesh.
     kind: Option<&'static str>,
     /// Point and normal of the mirror plane.
     plane: Option<[DVec3; 2]>,
-    /// By what the template was scaled.
+    /// Scale factor of the template.
     scale: Option<f64>,
-    /// Distance of the faces round the hole from it, root mean square, in the mesh's unit.
+    /// Distance between the vertices round the hole and the rigidly aligned counterpart.
     misfit: Option<f64>,
-    /// Error with which it, and a smooth patch, predict rings round the hole that were taken out.
+    /// Errors with which the counterpart and a smooth patch predict removed rings of faces round the hole.
     ring_error: Option<f64>,
     smooth_ring_error: Option<f64>,
-    /// Distance of a smooth patch of the hole from it.
+    /// Distance between a smooth patch of the hole and the counterpart.
     feature: Option<f64>,
-    /// Why it was not used: as a word for programs, and in words for people.
+    /// Why it was refused: a keyword for programs, and a sentence for people.
     cause: Option<&'static str>,
     reason: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! The colours of a mesh's own faces: factors and images of their materials.
+//! Base colours of the input's faces, sampled from the factors and texture images of their materials.
 
 use std::collections::BTreeMap;
 
@@ -7,53 +7,58 @@ use crate::attributes::Source;
 use crate::io::{BaseImage, Format, Image as Stored, Loaded, Resolve, Wrapping};
 use crate::mesh::attributes::{LabelKind, NONE, Role};
 
-/// Most images that are read.
+/// Upper bound of the number of images.
 const MOST_IMAGES: usize = 64;
-/// Most texels of all images together: 2²⁷, which take half a gigabyte.
+/// No further image is read once the images have this many texels together: 2²⁷, half a gigabyte.
 const MOST_TEXELS: f64 = (1u64 << 27) as f64;
 
-/// How the faces of a material look.
+/// The base colour of a material.
 #[derive(Clone, Debug)]
-struct Look {
-    /// By which the image is multiplied.
+struct MaterialColour {
+    /// Red, green, blue and opacity that multiply the image.
     factor: Linear,
+    /// Whether opacity is ignored.
     opaque: bool,
     texture: Option<Texture>,
 }
 
-/// An image as it lies on faces.
+/// An image and its mapping to faces.
 #[derive(Clone, Debug)]
 struct Texture {
-    /// The image; none where it is of no kind that is known.
+    /// The image; `None` if its format is not supported.
     key: Option<Key>,
+    /// Number of the set of texture coordinates.
     set: u32,
-    /// Texture coordinates (u, v, 1) to fractions of the image from its upper left corner.
+    /// Affine map from (u, v, 1) to the position as a fraction of the image's size, from the upper left corner.
     rows: [[f64; 3]; 2],
     wrap: [Wrap; 2],
 }
 
-/// Where an image is.
+/// Where an image is stored.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Key {
-    /// In the mesh file.
+    /// In the mesh file, by its number.
     Inside(usize),
-    /// Beside it.
+    /// In a file beside it, by its name.
     Beside(String),
 }
 
-/// The looks of the materials of a mesh, and the images that were asked for.
-pub(super) struct Looks<'a> {
+/// The base colours of the materials of some faces, with their images.
+pub(super) struct RimColours<'a> {
     loaded: &'a Loaded,
-    looks: BTreeMap<u32, Look>,
-    /// Sets of texture coordinates.
+    /// By the label of the material.
+    of_materials: BTreeMap<u32, MaterialColour>,
+    /// Sets of texture coordinates, by their numbers.
     sets: Vec<(u32, Source<'a>)>,
+    /// Images that were read, or why they could not be.
     images: BTreeMap<Key, Result<Image, String>>,
-    /// Whether all materials that were asked for have the same factor: then it stays one of the material.
+    /// The factor if all materials have the same one. It then becomes the factor of the page's material; otherwise it is multiplied into
+    /// the page's texels.
     factor: Option<Linear>,
 }
 
-impl<'a> Looks<'a> {
-    /// The looks of the given faces, whose images `resolve` loads.
+impl<'a> RimColours<'a> {
+    /// The base colours of the given faces; `resolve` loads image files.
     pub(super) fn new(loaded: &'a Loaded, faces: &[u32], resolve: &Resolve<'_>) -> Self {
         let attributes = &loaded.attributes;
         let pools = attributes.corner.iter().map(Source::Corner);
@@ -62,40 +67,43 @@ impl<'a> Looks<'a> {
             Role::Uv(set) if source.attribute().components >= 2 => Some((set, source)),
             _ => None,
         });
-        let mut looks = Self {
+        let mut colours = Self {
             loaded,
-            looks: BTreeMap::new(),
+            of_materials: BTreeMap::new(),
             sets: sets.collect(),
             images: BTreeMap::new(),
             factor: None,
         };
         for &face in faces {
-            let label = looks.label(face);
-            if !looks.looks.contains_key(&label) {
-                let look = looks.of_label(label);
-                looks.load(&look, resolve);
-                looks.looks.insert(label, look);
+            let label = colours.label(face);
+            if !colours.of_materials.contains_key(&label) {
+                let material = colours.of_label(label);
+                colours.load(&material, resolve);
+                colours.of_materials.insert(label, material);
             }
         }
-        let mut factors = looks.looks.values().map(|look| look.factor);
+        let mut factors = colours
+            .of_materials
+            .values()
+            .map(|material| material.factor);
         let first = factors.next();
-        looks.factor = first.filter(|first| factors.all(|f| f == *first));
-        looks
+        colours.factor = first.filter(|first| factors.all(|f| f == *first));
+        colours
     }
 
-    /// The factor that all materials have; white where they differ.
+    /// The factor of all materials; white if they differ.
     pub(super) fn factor(&self) -> Linear {
         self.factor.unwrap_or([1.0; 4])
     }
 
-    /// The place of a face's label among the materials.
+    /// The label of a face's material; [`NONE`] without a material.
     pub(super) fn label(&self, face: u32) -> u32 {
         let labels = self.loaded.attributes.labels_of(LabelKind::Material);
         let label = labels.and_then(|l| l.of_face.get(face as usize));
         label.copied().unwrap_or(NONE)
     }
 
-    /// Whether the second texture coordinate goes up in the image, as it does in all formats but glTF.
+    /// Whether the second texture coordinate counts upwards from the bottom of the image: in all formats but glTF.
     pub(super) fn goes_up(&self) -> bool {
         !matches!(self.loaded.format, Format::Gltf | Format::Glb)
     }
@@ -105,8 +113,8 @@ impl<'a> Looks<'a> {
         found.map(|(_, source)| *source)
     }
 
-    fn of_label(&self, label: u32) -> Look {
-        let plain = Look {
+    fn of_label(&self, label: u32) -> MaterialColour {
+        let plain = MaterialColour {
             factor: [1.0; 4],
             opaque: true,
             texture: None,
@@ -116,7 +124,7 @@ impl<'a> Looks<'a> {
         }
         if let Some(document) = &self.loaded.document {
             let found = document.base_colour(label as usize);
-            return Look {
+            return MaterialColour {
                 factor: found.factor,
                 opaque: found.opaque,
                 texture: found.image.map(|image| Texture::of_document(&image)),
@@ -137,16 +145,16 @@ impl<'a> Looks<'a> {
             rows: [[1.0, 0.0, 0.0], [0.0, -1.0, 1.0]],
             wrap: [Wrap::Repeat; 2],
         };
-        Look {
+        MaterialColour {
             factor: [r, g, b, f64::from(found.opacity.unwrap_or(1.0))],
             opaque: true,
             texture: found.texture.as_ref().map(texture),
         }
     }
 
-    /// Reads the image of a look.
-    fn load(&mut self, look: &Look, resolve: &Resolve<'_>) {
-        let Some(key) = look.texture.as_ref().and_then(|t| t.key.clone()) else {
+    /// Reads the image of a material, once.
+    fn load(&mut self, material: &MaterialColour, resolve: &Resolve<'_>) {
+        let Some(key) = material.texture.as_ref().and_then(|t| t.key.clone()) else {
             return;
         };
         if self.images.contains_key(&key) {
@@ -183,9 +191,9 @@ impl<'a> Looks<'a> {
         }
     }
 
-    /// Why the look of a face cannot be had, if so.
+    /// Why the colours of a face are not available; `None` if they are.
     pub(super) fn refusal(&self, face: u32) -> Option<String> {
-        let texture = self.look(face)?.texture.as_ref()?;
+        let texture = self.material(face)?.texture.as_ref()?;
         let Some(key) = &texture.key else {
             return Some("an image is in a format that is not read".to_owned());
         };
@@ -197,18 +205,18 @@ impl<'a> Looks<'a> {
         Some(format!("{name} {why}"))
     }
 
-    fn look(&self, face: u32) -> Option<&Look> {
-        self.looks.get(&self.label(face))
+    fn material(&self, face: u32) -> Option<&MaterialColour> {
+        self.of_materials.get(&self.label(face))
     }
 
-    /// The image of a look with its texture.
+    /// The texture of a face, its image and its set of texture coordinates.
     fn texture(&self, face: u32) -> Option<(&Texture, &Image, Source<'a>)> {
-        let texture = self.look(face)?.texture.as_ref()?;
+        let texture = self.material(face)?.texture.as_ref()?;
         let image = self.images.get(texture.key.as_ref()?)?.as_ref().ok()?;
         Some((texture, image, self.set(texture.set)?))
     }
 
-    /// The place on its image, in texels, of a point of a face between two of its corners, such a part of the way.
+    /// The position on the image, in texels, of a point between two corners of a face: the fraction `part` of the way from the first.
     fn place(
         &self,
         face: u32,
@@ -230,9 +238,9 @@ impl<'a> Looks<'a> {
             .then_some((at, texture, image))
     }
 
-    /// The colour of a face between two of its corners, such a part of the way from the first, without the common factor.
+    /// The colour at a point between two corners of a face, the fraction `part` of the way from the first, without the common factor.
     pub(super) fn colour(&self, face: u32, corners: [u8; 2], part: f64) -> Linear {
-        let Some(look) = self.look(face) else {
+        let Some(material) = self.material(face) else {
             return [1.0; 4];
         };
         let mut colour = match self.place(face, corners, part) {
@@ -242,16 +250,16 @@ impl<'a> Looks<'a> {
         if self.factor.is_none() {
             colour
                 .iter_mut()
-                .zip(look.factor)
+                .zip(material.factor)
                 .for_each(|(c, f)| *c *= f);
         }
-        if look.opaque {
+        if material.opaque {
             colour[3] = 1.0;
         }
         colour
     }
 
-    /// How many texels lie along an edge of a face; none where it has no image.
+    /// The length of a face's edge on its image, in texels; `None` without an image.
     pub(super) fn texels(&self, face: u32, [a, b]: [u8; 2]) -> Option<f64> {
         let (start, ..) = self.place(face, [a, b], 0.0)?;
         let (end, ..) = self.place(face, [a, b], 1.0)?;
@@ -266,7 +274,7 @@ impl Texture {
         Self {
             key: image.number.map(Key::Inside),
             set: image.set,
-            // Offset · rotation · scale, as KHR_texture_transform has it.
+            // Translation · rotation · scale, as KHR_texture_transform defines.
             rows: [[cos * sx, sin * sy, ox], [-sin * sx, cos * sy, oy]],
             wrap: image.wrap.map(|wrap| match wrap {
                 Wrapping::Repeat => Wrap::Repeat,
