@@ -34,7 +34,7 @@ impl<'a> Source<'a> {
     }
 
     /// Whether values may be averaged. Integers that are not colours or normalised, such as a scan number, may not.
-    fn blends(&self) -> bool {
+    pub(super) fn blends(&self) -> bool {
         let a = self.attribute();
         a.scalar.is_float() || a.normalized || a.role != Role::Other
     }

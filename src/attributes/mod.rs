@@ -211,13 +211,13 @@ impl<'a> Transfer<'a> {
 
     fn face_attribute(&self, before: &Attribute) -> Attribute {
         let mut after = before.clone();
-        let field = self.field(&Source::Face(before));
+        let source = Source::Face(before);
+        let (field, blends) = (self.field(&source), source.blends());
         for slots in &self.patches.faces {
             let values: Vec<&[f64]> = slots
                 .iter()
                 .filter_map(|&s| field.get(s as usize))
                 .collect();
-            let blends = before.scalar.is_float() || before.role != Role::Other;
             let mean: Option<Vec<f64>> = values.first().map(|first| {
                 let mean =
                     |c: usize| values.iter().map(|v| v[c]).sum::<f64>() / values.len() as f64;

@@ -49,6 +49,11 @@ impl FinishReport {
         self.components.iter().all(at_minimum)
     }
 
+    /// Records a refusal for all components.
+    pub(super) fn refuse(&mut self, record: fn(&mut FinishRecord)) {
+        self.components.iter_mut().for_each(record);
+    }
+
     /// The largest expected error of any vertex.
     pub fn largest_expected_error(&self) -> Option<f64> {
         let components = self

@@ -154,8 +154,8 @@ impl RegionProblem<'_> {
             initialisation: start,
             components: Vec::new(),
         };
-        for piece in around.patches(local.new_faces()) {
-            let done = finish(&around, &piece, &params);
+        for vertices in around.patches(local.new_faces()) {
+            let done = finish(&around, &vertices, &params);
             for (i, &v) in done.vertices.iter().enumerate() {
                 let at = v as usize - own;
                 blend[at] = done.positions[i];
@@ -184,8 +184,7 @@ impl RegionProblem<'_> {
         let taken = match fits(&blend) {
             Some(intersecting) => Some((blend, intersecting)),
             None => {
-                let components = report.components.iter_mut();
-                components.for_each(FinishRecord::refuse_blend);
+                report.refuse(FinishRecord::refuse_blend);
                 fits(&minimum).map(|intersecting| (minimum, intersecting))
             }
         };
@@ -196,10 +195,7 @@ impl RegionProblem<'_> {
             let whole = |f: &[u32; 3]| f.map(|v| local.part.original(v, local.count));
             patch.measure(self.mesh, local.part.mesh.faces.iter().map(whole));
         } else {
-            report
-                .components
-                .iter_mut()
-                .for_each(FinishRecord::refuse_all);
+            report.refuse(FinishRecord::refuse_all);
             expected_error.fill(None);
         }
         FinishedPatch {

@@ -90,6 +90,18 @@ impl FromStr for Like {
     }
 }
 
+impl Like {
+    /// Whether a given plane has finite numbers and a normal that is not zero.
+    pub(crate) fn is_valid(&self) -> bool {
+        match self {
+            Self::Mirror(Some([point, normal])) => {
+                point.is_finite() && normal.try_normalize().is_some()
+            }
+            _ => true,
+        }
+    }
+}
+
 impl TryFrom<String> for Like {
     type Error = String;
 

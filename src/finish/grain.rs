@@ -31,6 +31,8 @@ const FEWEST: usize = 12;
 const LENGTHS: [f64; 5] = [0.0, 0.7, 1.4, 2.8, 5.6];
 /// Sweeps of coordinate descent in the fit of the variances.
 const ROUNDS: usize = 400;
+/// Upper bound of the factor that corrects the height of the summed fields, which is 1 for independent fields.
+const MOST_SCALED: f64 = 3.0;
 /// Number of waves of each random field.
 const WAVES: usize = 192;
 /// Mean edges. Distance from the rim over which the grain grows from zero to its whole height.
@@ -92,7 +94,8 @@ pub(crate) fn grain(around: &Surroundings<'_>, vertices: &[u32]) -> Option<Grain
     // The fields are not quite independent: scale their sum once to the reported roughness.
     let now = measured(&heights)[REPORTED].powi(2) - own[REPORTED].powi(2);
     let scale = (missing[REPORTED] / now).sqrt();
-    if !scale.is_finite() || patch.cancel.is_cancelled() {
+    let is_near = scale.is_finite() && scale < MOST_SCALED;
+    if !is_near || patch.cancel.is_cancelled() {
         return None;
     }
     heights.iter_mut().for_each(|h| *h *= scale);

@@ -26,8 +26,6 @@ pub(super) const PATCH_MATERIAL: &str = "# Material of patches to which the text
 const PAGE_HEAD: &str = "# Texels of patches that lie across seams of the texture, by isomend.\n";
 /// Bytes at the beginning of a file that suffice to recognise a file of an earlier run.
 const HEAD: u64 = 512;
-/// Upper bound of the number in a page's name; at this number files are overwritten.
-const MOST_NAMES: usize = 1000;
 
 /// The data for adding texels to the patches of a mesh before it is written.
 pub(super) struct Texels<'a> {
@@ -179,10 +177,7 @@ impl Texels<'_> {
             let taken = |n: &String| n == name || files.contains(n);
             !used.iter().any(taken) && files.iter().all(|file| is_free(file))
         };
-        (1..MOST_NAMES)
-            .map(name)
-            .find(is_unused)
-            .unwrap_or_else(|| name(MOST_NAMES))
+        (1..).map(name).find(is_unused).unwrap_or_default()
     }
 }
 

@@ -54,7 +54,8 @@ impl<'a> LazyCounterpart<'a> {
         match like {
             Like::Mirror(plane) => {
                 let topology = &self.found.topology;
-                Some(Counterpart::mirror(mesh, topology, *plane, cancel))
+                let plane = plane.map(|[point, normal]| [point, normal.normalize_or_zero()]);
+                Some(Counterpart::mirror(mesh, topology, plane, cancel))
             }
             Like::Template { mesh: template, .. } => {
                 let template = Inspection::new(template.as_ref()?.as_ref()).ok()?;

@@ -36,6 +36,11 @@ impl FillParams {
                        of one's own or a level set by itself; leave one of them out",
             });
         }
+        if self.like.as_ref().is_some_and(|like| !like.is_valid()) {
+            return Err(FillError::Parameter {
+                what: "the mirror plane of `like` needs a point and a normal of finite numbers, and the normal must not be zero",
+            });
+        }
         if self.grain && !self.finishes() {
             return Err(FillError::Parameter {
                 what: "`grain` is added to finished patches: not with `finish` none, another energy than willmore, steps of one's own or \

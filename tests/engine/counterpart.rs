@@ -115,6 +115,19 @@ fn what_was_cut_out_of_a_symmetric_body_comes_back() {
 }
 
 #[test]
+fn normals_of_planes_need_no_unit_length_but_must_not_be_zero() {
+    let open = opened(&body(&symmetric(), 0.1), place());
+    let by = |normal: DVec3| {
+        let plane = Like::Mirror(Some([DVec3::ZERO, normal]));
+        fill(&open, &FillParams::new().with_like(plane))
+    };
+    assert_eq!(by(DVec3::X).unwrap().mesh, by(DVec3::X * 8.0).unwrap().mesh);
+    for wrong in [DVec3::ZERO, DVec3::X * f64::NAN] {
+        assert!(matches!(by(wrong), Err(FillError::Parameter { .. })));
+    }
+}
+
+#[test]
 fn bytes_do_not_depend_on_threads_or_tasks() {
     let open = opened(&body(&symmetric(), 0.1), place());
     let found = Inspection::new(&open).unwrap();

@@ -172,12 +172,12 @@ fn best(
     let mut ends: Vec<Aligned> = ends.par_iter().map(from).collect();
     ends.sort_by(|a, b| a.rms.total_cmp(&b.rms));
     // Keep the different ones that are close enough.
-    let least = ends.first().map_or(0.0, |e| e.rms);
     // Distances are in the target's unit; divided by the scale they are in the mesh's.
     let own = |e: &Aligned| e.rms / e.motion.scale();
+    let least = ends.first().map_or(0.0, own);
     let ends = distinct(ends, coarse, span, MOST);
     let is_close =
-        |e: &Aligned| own(e) < FARTHEST * span && e.rms <= ALIKE * least.max(1e-6 * span);
+        |e: &Aligned| own(e) < FARTHEST * span && own(e) <= ALIKE * least.max(1e-6 * span);
     ends.into_iter()
         .filter(is_close)
         .map(|e| e.motion)

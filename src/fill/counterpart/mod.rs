@@ -111,7 +111,6 @@ impl RegionProblem<'_> {
         // If none is used, the report is of the first one, which fits the whole mesh best, if that cannot be fitted to the hole; otherwise
         // of the one with the least error.
         let (fitted, mut report) = match (best, first_refusal) {
-            (Some(best), None) if best.report.refused.is_some() => return (best.report, None),
             (Some(best), first) if best.report.refused.is_some() => {
                 return (first.unwrap_or(best.report), None);
             }
