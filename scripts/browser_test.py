@@ -351,7 +351,7 @@ def make_pages(program, folder):
         "fill": ["fill", scan, "-o", folder / "mended.ply"],
         "restore": ["restore", ROOT / "data/sphere.ply", "-o", folder / "restored.ply", "--ball", "0,0,-1,0.4"],
         "fair": ["fair", ROOT / "data/sphere.ply", "-o", folder / "faired.ply", "--ball", "0,0,-1,0.5"],
-        "whole": ["fair", ROOT / "data/torus.ply", "-o", folder / "whole.ply", "--strength", "1"],
+        "whole": ["fair", ROOT / "data/sphere.ply", "-o", folder / "whole.ply", "--strength", "1"],
     }
     for name, arguments in runs.items():
         page = folder / f"{name}.html"
