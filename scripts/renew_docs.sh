@@ -11,7 +11,8 @@ mkdir -p "$folder"
 folder=$(cd "$folder" && pwd)
 cd "$(dirname "$0")/.."
 
-scripts=(accuracy real_meshes compare_libigl shapes_with_edges bench_peers scaling edges_picture readme_picture report_picture)
+scripts=(accuracy real_meshes compare_libigl shapes_with_edges bench_peers scaling edges_picture readme_picture report_picture
+    restoration_pictures)
 python=$folder/venv/bin/python
 [ -x "$python" ] || python3 -m venv "$folder/venv"
 needed() {
@@ -35,3 +36,4 @@ done
 "$python" scripts/edges_picture.py
 "$python" scripts/readme_picture.py
 "$python" scripts/report_picture.py
+"$python" scripts/restoration_pictures.py

@@ -75,6 +75,9 @@ CHAPTERS = {
 GALLERY = {
     "mended.png": ("A scan with holes and the same filled, patches in orange", "readme_picture.py"),
     "blender.png": ("In Blender: with holes, filled, and the expected error of the patches", "blender_picture.py"),
+    "piece.png": ("A break, its hatched patch, and the missing piece", "restoration_pictures.py"),
+    "counterpart.png": ("An ear made after the other one", "restoration_pictures.py"),
+    "texels.png": ("Patches across seams of a texture", "restoration_pictures.py"),
     "edges.png": ("Holes cut out of solids with sharp edges: open, with smooth patches, and with the edges continued", "edges_picture.py"),
     "libigl.png": ("Patches of isomend and of libigl, coloured by their distance from the true surface", "compare_libigl.py"),
     "view_holes.png": ("Holes in the page of isomend view", "view_picture.py"),

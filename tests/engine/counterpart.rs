@@ -127,6 +127,30 @@ fn normals_of_planes_need_no_unit_length_but_must_not_be_zero() {
     }
 }
 
+/// A mesh with a cavity below it, nearer than the middle of the hole is to its rim.
+fn hollow(mut mesh: Mesh) -> Mesh {
+    let (inner, first) = (body(&[], 0.0), mesh.positions.len() as u32);
+    mesh.positions
+        .extend(inner.positions.iter().map(|p| *p * 0.88));
+    let turned = inner.faces.iter().map(|&[a, b, c]| [a, c, b]);
+    mesh.faces.extend(turned.map(|f| f.map(|v| first + v)));
+    mesh
+}
+
+#[test]
+fn thin_walls_are_filled_after_their_counterpart_too() {
+    let truth = body(&symmetric(), 0.0);
+    for noise in [0.0, 0.05] {
+        let open = hollow(opened(&body(&symmetric(), noise), place()));
+        let smooth = fill(&open, &FillParams::default()).unwrap();
+        let like = fill(&open, &mirror()).unwrap();
+        let region = &like.report.regions[0];
+        assert_eq!(region.closed_by, Some(ClosedBy::Counterpart), "{noise}");
+        let errors = [&smooth, &like].map(|filled| error(filled, &open, &truth));
+        assert!(errors[1] < errors[0] / 3.0, "{noise}: {errors:?}");
+    }
+}
+
 #[test]
 fn bytes_do_not_depend_on_threads_or_tasks() {
     let open = opened(&body(&symmetric(), 0.1), place());

@@ -33,8 +33,11 @@ use surface::CounterpartSurface;
 const NOT_WORSE: f64 = 1.6;
 /// The same bound without a feature: then it must be clearly better.
 const CLEARLY_BETTER: f64 = 0.6;
-/// The counterpart has a feature if its distance from a smooth patch in the hole, over its error on the rings, exceeds this.
-const FEATURE: f64 = 2.5;
+/// Distance of the counterpart from a smooth patch in the hole, over its error on the rings: up to the first it has no feature, from the
+/// second on it has one. Between them the bound is interpolated.
+const FEATURE: [f64; 2] = [1.2, 2.5];
+/// Upper bound of the fraction of the patch's vertices that are off the counterpart by more than its error on the rings and an edge.
+const MOST_OFF: f64 = 0.05;
 /// Lower bound of that distance over the smooth misfit beside the hole. Dissimilar surfaces differ as much beside the hole as in it.
 const BEYOND_MISFIT: f64 = 3.0;
 /// Upper bound of the fraction of a smooth patch's vertices whose closest points on the counterpart are on a boundary: small holes of it
@@ -172,10 +175,13 @@ impl RegionProblem<'_> {
             fitted.smooth_misfit
         );
         // The test.
-        let most = match feature > FEATURE * own {
-            true => NOT_WORSE,
-            false => CLEARLY_BETTER,
+        let part = (feature / own - FEATURE[0]) / (FEATURE[1] - FEATURE[0]);
+        let part = if part.is_finite() {
+            part.clamp(0.0, 1.0)
+        } else {
+            1.0
         };
+        let most = CLEARLY_BETTER + part * (NOT_WORSE - CLEARLY_BETTER);
         report.refused = if own > most * other {
             Some(NotLike::Predicted)
         } else if feature < BEYOND_MISFIT * fitted.smooth_misfit {
@@ -216,13 +222,19 @@ impl RegionProblem<'_> {
         if patch.report.intersecting_faces > 0 {
             return Err(NotLike::Intersects(patch.report.intersecting_faces));
         }
+        let ring = found.ring_error.unwrap_or(0.0);
+        let is_off = |p: &&DVec3| fitted.distance(**p) > ring + edge;
+        let off = patch.positions.iter().filter(is_off).count();
+        if off as f64 > MOST_OFF * patch.positions.len() as f64 {
+            log::debug!("region {}: {off} vertices are off the counterpart", self.id);
+            return Err(NotLike::NotJoined);
+        }
         let report = RegionReport {
             diameter: self.diameter(),
             closed_by: Some(ClosedBy::Counterpart),
             ..RegionReport::default()
         };
         // Combine the error on the rings with the standard deviation of the field.
-        let ring = found.ring_error.unwrap_or(0.0);
         let error = |p: &DVec3| Some(ring.hypot(fitted.field.deviation(*p)));
         let expected_error = patch.positions.iter().map(error).collect();
         let mut finished = FinishedPatch::unfinished(patch);
