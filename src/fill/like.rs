@@ -12,6 +12,9 @@ use crate::mesh::Mesh;
 
 /// The word for the mesh's own mirror image.
 const MIRROR: &str = "mirror";
+/// A normal whose squared length differs from 1 by at most this is kept bit for bit, so that a plane that was written is read as the same
+/// plane. Normalising rounds the squared length to within 2 units in the last place of 1.
+const UNIT_TOLERANCE: f64 = 8.0 * f64::EPSILON;
 
 /// A surface after which holes are filled: a counterpart. Written as `mirror`, `mirror:x,y,z,nx,ny,nz`, or the name of a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -78,8 +81,10 @@ impl FromStr for Like {
             .map(|n| [DVec3::from_slice(&n), DVec3::from_slice(&n[3..])]);
         match plane {
             Some([point, normal]) => {
-                let normal = normal.try_normalize();
-                let normal = normal.ok_or("the normal of a mirror plane must not be zero")?;
+                let unit = normal.try_normalize();
+                let unit = unit.ok_or("the normal of a mirror plane must not be zero")?;
+                let is_unit = (normal.length_squared() - 1.0).abs() <= UNIT_TOLERANCE;
+                let normal = if is_unit { normal } else { unit };
                 Ok(Self::Mirror(Some([point, normal])))
             }
             None => Err(

@@ -26,6 +26,8 @@ pub(super) const PATCH_MATERIAL: &str = "# The material of patches that the text
 const PAGE_HEAD: &str = "# Texels of patches that lie across seams of the texture, by isomend.\n";
 /// As many bytes tell whether a file is one that was written here.
 const HEAD: u64 = 512;
+/// What follows the name of the input, before the number of the step, in the name of an intermediate file of a recipe.
+pub(crate) const INTERMEDIATE: &str = ".isomend-step";
 /// Most names that are tried for a page.
 const MOST_NAMES: usize = 1000;
 
@@ -130,8 +132,7 @@ impl Texels<'_> {
 
     /// The name of a page's material and files: one that the input does not use, and that no file has which was not written here.
     fn page_name(&self, attributes: &Attributes) -> String {
-        let stem = self.place.path().and_then(Path::file_stem);
-        let stem = stem.map_or("patches".to_owned(), |s| s.to_string_lossy().into_owned());
+        let stem = stem_of(self.place);
         let word = |c: char| {
             if c.is_whitespace() || c.is_control() || c == '#' {
                 '_'
@@ -158,8 +159,10 @@ impl Texels<'_> {
                 });
             used.extend(files);
         }
+        // A GLB file contains the image, so that no file beside it is written.
+        let beside = self.place.path().filter(|_| self.format != Format::Glb);
         let is_free = |file: &str| {
-            let path = self.place.path().map(|p| p.with_file_name(file));
+            let path = beside.map(|p| p.with_file_name(file));
             let head = path.filter(|p| p.exists()).map(|p| head_of(&p));
             head.is_none_or(|head| is_own(&head) || head.starts_with(PAGE_HEAD.as_bytes()))
         };
@@ -177,6 +180,20 @@ impl Texels<'_> {
             .find(fits)
             .unwrap_or_else(|| name(MOST_NAMES))
     }
+}
+
+/// The name of a mesh without its extension, as the name of its page begins. An intermediate file and the mesh in memory that it stands for
+/// have the same one, so that both give the same bytes.
+fn stem_of(place: &Place) -> String {
+    let stem = |path: &Path| path.file_stem().map(|s| s.to_string_lossy().into_owned());
+    let found = match place {
+        Place::File(path) => stem(path).map(|stem| match stem.rsplit_once(INTERMEDIATE) {
+            Some((stem, number)) if number.parse::<usize>().is_ok() => stem.to_owned(),
+            _ => stem,
+        }),
+        Place::Memory { name, folder } => folder.as_ref().and_then(|_| stem(Path::new(name))),
+    };
+    found.unwrap_or_else(|| "patches".to_owned())
 }
 
 /// Stages the file that describes the material of patches beside a mesh, unless there is one, which may be the user's own.
