@@ -163,7 +163,8 @@ impl App {
     }
 
     /// The output and the deliverables of a report, without files besides the mesh. If the mesh was saved as its last command writes it,
-    /// the output has the same bytes, so that the report names the hash of the saved file.
+    /// the output has the same bytes, so that the report names the hash of the saved file. In memory a textured OBJ or glTF file has no
+    /// texels beside it, so that its bytes differ; its report is of the mesh in the session.
     fn reported(
         &self,
         state: &State,
@@ -175,9 +176,11 @@ impl App {
         let format = saved
             .as_ref()
             .and_then(|saved| Format::from_extension(&saved.path));
-        let (Some(saved), Some(format)) =
-            (saved, format.filter(|format| self.is_last(state, *format)))
-        else {
+        let has_side_files = |format: Format| {
+            matches!(format, Format::Obj | Format::Gltf) && state.textures().count() > 0
+        };
+        let is_same = |format: &Format| self.is_last(state, *format) && !has_side_files(*format);
+        let (Some(saved), Some(format)) = (saved, format.filter(is_same)) else {
             wanted.mark = None;
             return Ok((Output::new(between, Some(self.format_between))?, wanted));
         };

@@ -16,6 +16,9 @@ const quoted = (word) => /^[\w./:,=+@%-]+$/.test(word) ? word : `'${word.replace
 /** The regions of a report that were to be filled after a counterpart. */
 const tested = (report) => (report?.regions || []).filter((region) => region.counterpart);
 
+/** Whether a counterpart was refused at some hole. */
+export const isRefused = (report) => tested(report).some((region) => !region.counterpart.used);
+
 /** What a report says about counterparts, in a line; empty without one. */
 export function counterpartLine(report) {
   const regions = tested(report), used = regions.filter((r) => r.counterpart.used), holes = (list) => list.flatMap((r) => r.holes);
@@ -44,7 +47,7 @@ export class Like {
     for (const button of all("[data-across]")) button.addEventListener("click", () => this.across(Number(button.dataset.across)));
     find("#like-file").addEventListener("focus", () => app.save.listFiles().catch(() => null));
     find("#like-take").addEventListener("click", () => this.take());
-    find("#like").addEventListener("toggle", () => app.plane.show());
+    find("#like").addEventListener("toggle", () => { this.reveal(); app.plane.show(); });
   }
 
   /** Reads from the program's parameters where the counterpart has its place in a command's parameters. */
@@ -76,8 +79,14 @@ export class Like {
     find("#like-plane").hidden = kind !== "plane";
     find("#like-template").hidden = kind !== "file";
     find("#like-hint").textContent = tr("like_hint_" + (kind || "none"));
+    this.reveal();
     this.app.plane.show();
     this.app.steps.describe();
+  }
+
+  /** Scrolls the open group into view. */
+  reveal() {
+    if (this.app.tab === "mend" && find("#like").open) find("#like").scrollIntoView({ block: "nearest" });
   }
 
   /** Chooses no counterpart, and texels. */
@@ -176,9 +185,10 @@ export class Like {
 
   /** Shows what the last run says about counterparts, and the plane that it found. */
   update() {
-    const report = this.report();
-    find("#like-said").textContent = counterpartLine(report);
+    const report = this.report(), said = counterpartLine(report), isNew = said && said !== find("#like-said").textContent;
+    find("#like-said").textContent = said;
     find("#like-take").hidden = !planeOf(report);
+    if (isNew) this.reveal();
     this.app.plane.show();
   }
 

@@ -35,7 +35,7 @@ export const LIKE_WORDS = {
   plane_shift: ["Shift the mirror plane along its normal: drag, or use the arrow keys", "Spiegelebene entlang ihrer Normale verschieben: ziehen oder Pfeiltasten"],
   plane_turn: ["Turn the mirror plane: drag, or use the arrow keys", "Spiegelebene drehen: ziehen oder Pfeiltasten"],
   plane_turn_other: ["Turn the mirror plane the other way: drag, or use the arrow keys", "Spiegelebene in der anderen Richtung drehen: ziehen oder Pfeiltasten"],
-  like_used: ["Counterpart used for {used} of {holes}.", "Vorbild verwendet für {used} von {holes}."],
+  like_used: ["Counterpart used for {used} of {holes}.", "{holes}, davon {used} nach dem Vorbild."],
   like_refused: ["Not for {holes}: {reason}.", "Nicht für {holes}: {reason}."],
   hole_of_number: ["hole {numbers}", "Loch {numbers}"],
   holes_of_numbers: ["holes {numbers}", "die Löcher {numbers}"],

@@ -3,7 +3,7 @@
 import { all, digits, find } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
 import { formsIn } from "./fields.js";
-import { counterpartLine } from "./like.js";
+import { counterpartLine, isRefused } from "./like.js";
 import { Presets } from "./presets.js";
 import { counts, has, tr } from "./strings.js";
 
@@ -193,7 +193,7 @@ export class Steps {
     if (name === "done" && job?.preview) return this.previewed(data.state, job.label);
     await this.app.refresh();
     const made = this.app.model.find(data.state);
-    if (name === "done") this.app.say([made?.summary || tr("done"), counterpartLine(made?.report)].filter(Boolean).join(". "));
+    if (name === "done") this.app.say([made?.summary || tr("done"), isRefused(made?.report) && counterpartLine(made.report)].filter(Boolean).join(". "));
   }
 
   /** Shows the progress of a run: finished regions and running ones. */
