@@ -77,6 +77,7 @@ fn repeated(served: &Served, output: &str, script: &str) -> String {
 fn a_hole_is_filled_after_the_other_side() {
     let desk = bust();
     for (like, grain) in [("mirror", false), ("mirror:0,0.5,0,1,0.001,0", true)] {
+        let [output, script] = ["ply", "sh"].map(|end| format!("grain_{grain}.{end}"));
         let served = Served::new(&desk, &["bust.ply"]);
         let state = served.step(&fill(json!({ "like": like, "grain": grain })));
         let report = &state["states"][1]["report"];
@@ -89,14 +90,14 @@ fn a_hole_is_filled_after_the_other_side() {
             found["plane"][1][0].as_f64().unwrap().abs() > 0.999,
             "{found}"
         );
-        let script = repeated(&served, "out.ply", "again.sh");
+        let script = repeated(&served, &output, &script);
         assert!(
             script.contains(&format!(" --like {}", &like[..6])),
             "{script}"
         );
         assert_eq!(script.contains(" --grain"), grain, "{script}");
         // The command line with the option as it was typed.
-        let made = fs::read(desk.path("out.ply")).unwrap();
+        let made = fs::read(desk.path(&output)).unwrap();
         let grain: &[&str] = if grain { &["--grain"] } else { &[] };
         let typed = ["fill", "bust.ply", "-o", "typed.ply", "--like", like];
         assert_code(&desk.run(&[&typed, grain].concat()), 0);

@@ -3,7 +3,7 @@
 /** Each text by its name: English, then German. Names in braces are placeholders. */
 export const LIKE_WORDS = {
   like: ["Counterpart", "Vorbild"],
-  like_what: ["Fill after", "Füllen nach"],
+  like_what: ["Fill after", "Nach"],
   like_none: ["none", "keinem"],
   like_mirror: ["its other side, plane searched", "anderer Seite, Ebene gesucht"],
   like_plane: ["its other side, given plane", "anderer Seite, Ebene angegeben"],
