@@ -1,6 +1,6 @@
 // The mirror plane in the view: a translucent rectangle with its normal, and handles that shift and turn it.
 
-import { cross, dot, minus, plus, times } from "../../report/viewer/camera.js";
+import { cross, dot, minus, plus, times, unit } from "../../report/viewer/camera.js";
 import { find } from "../../report/viewer/controls.js";
 import { planeAxes } from "./outline.js";
 
@@ -36,8 +36,6 @@ void main() {
   gl_FragDepth = clamp(0.5 * depth.x / depth.y + 0.5, 0.0, 1.0);
   colour = paint;
 }`;
-
-const unit = (a) => times(a, 1 / (Math.hypot(...a) || 1));
 
 export class Plane {
   constructor(app) {
