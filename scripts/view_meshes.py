@@ -1,4 +1,5 @@
-"""Meshes for the tests of the page: a large ball with holes, a textured ball as GLB, a cube with holes."""
+"""Meshes for the tests of the page: a large ball with holes, a textured ball as GLB, a cube with holes, a body that is
+symmetric but for what is missing."""
 
 import json
 import struct
@@ -108,3 +109,19 @@ def textured_glb(path):
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)
     path.write_bytes(struct.pack("<4sIIII", b"glTF", 2, 28 + len(text) + len(blob), len(text), 0x4E4F534A) + text + struct.pack("<II", len(blob), 0x4E4942) + blob)
+
+
+def bust(path):
+    """Writes an ellipsoid with bumps on both sides of x = 0 and one on one side, without the faces at one bump, as a binary PLY; beside it
+    `cast.ply`, the whole of it, shifted. Both halves of the ellipsoid have the same triangles."""
+    vertices, faces = ball(60, 0, ())
+    at = vertices / 50
+    height = sum(h * np.exp(-(np.linalg.norm(at - np.array(p), axis=1) / 0.16) ** 2)[:, None]
+                 for p, h in (((0.69, 0.4, 0.6), 0.16), ((-0.69, 0.4, 0.6), 0.16), ((0, 0.1, 1), 0.1), ((-0.78, -0.6, -0.2), 0.25)))
+    vertices = 50 * (at * (1, 1.3, 0.9) + at * height)
+    write_ply(path.with_name("cast.ply"), vertices + (4, 0, 0), faces)
+    faces = faces[np.linalg.norm(at[faces].mean(1) - (0.69, 0.4, 0.6), axis=1) > 0.3]
+    used = np.unique(faces)
+    number = np.zeros(len(vertices), int)
+    number[used] = np.arange(len(used))
+    write_ply(path, vertices[used], number[faces])

@@ -30,6 +30,7 @@ from browser_test import NAMES, ROOT
 from left_out import left_out
 from view_choices import check_point, choices
 from view_creases import creases
+from view_like import like
 from view_meshes import bumpy_ball, textured_glb
 from view_page import Page, Server, check_refusals
 from view_tasks import tasks
@@ -449,7 +450,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
     parser.add_argument("--keep", type=Path, help="folder in which to keep screenshots")
-    parser.add_argument("--only", choices=["scan", "textured", "choices", "creases", "tasks", "million"])
+    parser.add_argument("--only", choices=["scan", "textured", "choices", "creases", "like", "tasks", "million"])
     arguments = parser.parse_args()
     chromium = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
     if not chromium:
@@ -460,7 +461,7 @@ def main():
         arguments.keep.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as temporary:
         base = Path(temporary)
-        for name in ("scan", "textured", "choices", "creases", "tasks", "million"):
+        for name in ("scan", "textured", "choices", "creases", "like", "tasks", "million"):
             if arguments.only not in (None, name):
                 continue
             folder, profile = base / name / "files", base / name / "profile"
@@ -474,8 +475,8 @@ def main():
             try:
                 if name == "million":
                     large(page, program, folder)
-                elif name == "creases":
-                    creases(page, program, folder)
+                elif name in ("creases", "like"):
+                    {"creases": creases, "like": like}[name](page, program, folder)
                 elif name == "tasks":
                     tasks(page, program, folder, Path(shutil.copy(ROOT / "data/scan.ply", folder / "scan.ply")))
                 elif name == "choices":

@@ -35,6 +35,7 @@ pub use candidate::{FinishReport, PatchInitialisation};
 pub(crate) use counterpart::{Counterpart, PlacedPart};
 pub use invented::{CounterpartKind, CounterpartReport, GrainReport, NotLike};
 pub use like::Like;
+pub(crate) use like::unit_normal;
 pub use outcome::{
     AttemptFailure, ClosedBy, FailedReason, HoleOutcome, LeftReason, NotContinued, Tally,
     TriangulatedReason,

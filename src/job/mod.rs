@@ -61,6 +61,8 @@ pub use result::{Kept, OperationReport};
 pub use spec::{JobSpec, Work};
 pub use steps::{Read, run};
 pub use surface::{SurfaceResult, SurfaceSpec};
+#[cfg(feature = "view")]
+pub(crate) use texels::INTERMEDIATE;
 pub use unchanged::Unchanged;
 pub use volumes::{MeasuredFile, VolumeSeconds, measure, write_volume};
 

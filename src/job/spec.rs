@@ -1,6 +1,8 @@
 //! The description of a job: source, work with its parameters, output, drawings and deliverables.
 
 use std::path::Path;
+#[cfg(feature = "view")]
+use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
@@ -8,6 +10,8 @@ use super::deliver::Deliverables;
 use super::draw::Drawings;
 use super::{JobError, MaskSpec, Output, Place, Source};
 use crate::fill::FillParams;
+#[cfg(feature = "view")]
+use crate::fill::Like;
 use crate::mend::{FairParams, RestoreParams};
 use crate::repair::RepairParams;
 
@@ -50,6 +54,26 @@ impl Work {
             Self::Fair(..) | Self::Copy => return None,
         };
         Some(fill.like.as_ref()?.unread()?)
+    }
+
+    /// The same work with another file for its template.
+    #[cfg(feature = "view")]
+    #[must_use]
+    pub(crate) fn with_template(mut self, file: PathBuf) -> Self {
+        let fill = match &mut self {
+            Self::Fill(fill) => fill,
+            Self::Restore(_, params) => &mut params.fill,
+            Self::Repair(params) => &mut params.fill,
+            Self::Fair(..) | Self::Copy => return self,
+        };
+        fill.like = Some(Like::Template { file, mesh: None });
+        self
+    }
+
+    /// Whether its command makes patches, and has the options for them.
+    #[cfg_attr(not(feature = "view"), allow(dead_code))]
+    pub(crate) fn makes_patches(&self) -> bool {
+        matches!(self, Self::Fill(_) | Self::Restore(..) | Self::Repair(_))
     }
 
     /// Checks its parameters, and that the files of its mask can be read.

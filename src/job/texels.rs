@@ -26,6 +26,8 @@ pub(super) const PATCH_MATERIAL: &str = "# Material of patches to which the text
 const PAGE_HEAD: &str = "# Texels of patches that lie across seams of the texture, by isomend.\n";
 /// Bytes at the beginning of a file that suffice to recognise a file of an earlier run.
 const HEAD: u64 = 512;
+/// What follows the name of the input, before the number of the step, in the name of an intermediate file of a recipe.
+pub(crate) const INTERMEDIATE: &str = ".isomend-step";
 
 /// The data for adding texels to the patches of a mesh before it is written.
 pub(super) struct Texels<'a> {
@@ -133,8 +135,7 @@ impl Texels<'_> {
     /// not write.
     fn page_name(&self, attributes: &Attributes) -> String {
         // The name of the output, without characters that OBJ and MTL files cannot hold.
-        let stem = self.place.path().and_then(Path::file_stem);
-        let stem = stem.map_or("patches".to_owned(), |s| s.to_string_lossy().into_owned());
+        let stem = stem_of(self.place);
         let word = |c: char| {
             if c.is_whitespace() || c.is_control() || c == '#' {
                 '_'
@@ -162,9 +163,11 @@ impl Texels<'_> {
                 });
             used.extend(files);
         }
+        // A GLB file contains the image, so that no file beside it is written.
+        let beside = self.place.path().filter(|_| self.format != Format::Glb);
         // Number the name until it is free.
         let is_free = |file: &str| {
-            let path = self.place.path().map(|p| p.with_file_name(file));
+            let path = beside.map(|p| p.with_file_name(file));
             let head = path.filter(|p| p.exists()).map(|p| head_of(&p));
             head.is_none_or(|head| is_own(&head) || head.starts_with(PAGE_HEAD.as_bytes()))
         };
@@ -179,6 +182,20 @@ impl Texels<'_> {
         };
         (1..).map(name).find(is_unused).unwrap_or_default()
     }
+}
+
+/// The name of a mesh without its extension, as the name of its page begins. An intermediate file and the mesh in memory that it stands for
+/// have the same one, so that both give the same bytes.
+fn stem_of(place: &Place) -> String {
+    let stem = |path: &Path| path.file_stem().map(|s| s.to_string_lossy().into_owned());
+    let found = match place {
+        Place::File(path) => stem(path).map(|stem| match stem.rsplit_once(INTERMEDIATE) {
+            Some((stem, number)) if number.parse::<usize>().is_ok() => stem.to_owned(),
+            _ => stem,
+        }),
+        Place::Memory { name, folder } => folder.as_ref().and_then(|_| stem(Path::new(name))),
+    };
+    found.unwrap_or_else(|| "patches".to_owned())
 }
 
 /// Stages the material file of plain patches beside a mesh, unless it exists: the user may have edited it.

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use super::{FillError, Inspection};
 use crate::cancel::Cancel;
-use crate::fill::{Counterpart, FillParams, Like, PlacedPart};
+use crate::fill::{Counterpart, FillParams, Like, PlacedPart, unit_normal};
 use crate::mesh::Hole;
 
 /// Checks that the template of a fill, if there is one, has been read and is a valid mesh.
@@ -54,7 +54,8 @@ impl<'a> LazyCounterpart<'a> {
         match like {
             Like::Mirror(plane) => {
                 let topology = &self.found.topology;
-                let plane = plane.map(|[point, normal]| [point, normal.normalize_or_zero()]);
+                let unit = |n| unit_normal(n).unwrap_or(n);
+                let plane = plane.map(|[point, normal]| [point, unit(normal)]);
                 Some(Counterpart::mirror(mesh, topology, plane, cancel))
             }
             Like::Template { mesh: template, .. } => {

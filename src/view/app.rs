@@ -11,9 +11,10 @@ use super::choices::Choices;
 use super::events::{Events, ProgressSender};
 use super::session::{Busy, Session};
 use super::state::State;
-use super::step::Order;
+use super::step::{Order, Refusal, Scope};
 use super::store::{Store, StoredStep};
 use super::words::CommandRenderer;
+use crate::io::Format;
 use crate::mend::Control;
 
 /// Kind of the job that repeats the steps of an earlier session.
@@ -26,9 +27,9 @@ pub struct App {
     /// Size of the input file in bytes.
     pub bytes: u64,
     /// The format of the input file, if the caller set it.
-    pub from: Option<crate::io::Format>,
+    pub from: Option<Format>,
     /// The format of the intermediate files between two steps.
-    pub format_between: crate::io::Format,
+    pub format_between: Format,
     /// The folder below which files are read and written.
     pub root: PathBuf,
     /// The point that positions sent to the page are relative to.
@@ -108,8 +109,8 @@ impl App {
             for step in steps {
                 let parent = app.session().current().clone();
                 let faces = parent.loaded.mesh.faces.len();
-                let order = Order::new(step.work, step.mask, faces, app.renderer.as_ref());
-                let order = order.map_err(|wrong| wrong.error)?;
+                let order = Order::new(step, &app.scope(faces));
+                let order = order.map_err(Refusal::words)?;
                 let state = app.make(order, &parent, control)?;
                 app.session().add(state, false);
                 if let Some(choices) = choices.next() {
@@ -123,6 +124,21 @@ impl App {
             Ok(None)
         })?;
         Ok(())
+    }
+
+    /// What a step on a mesh with `faces` faces is checked against.
+    pub fn scope(&self, faces: usize) -> Scope<'_> {
+        Scope {
+            faces,
+            root: &self.root,
+            words: self.renderer.as_ref(),
+        }
+    }
+
+    /// Whether patches get no texels of their own in intermediate files: OBJ keeps the images in files of their own, and the session keeps
+    /// intermediate files in memory.
+    pub fn plain_between(&self) -> bool {
+        self.format_between == Format::Obj
     }
 
     /// Runs a step on the thread pool.

@@ -12,7 +12,7 @@ const OWN_STYLE: &str = include_str!("page/page.css");
 const LAYOUT: &str = include_str!("page/layout.css");
 const WORKER: &str = include_str!("page/worker.js");
 /// The page's own modules, in no order: `main.js` imports what it needs.
-const OWN: [Script; 26] = [
+const OWN: [Script; 29] = [
     ("band.js", include_str!("page/band.js")),
     ("choices.js", include_str!("page/choices.js")),
     ("creases.js", include_str!("page/creases.js")),
@@ -28,6 +28,8 @@ const OWN: [Script; 26] = [
     ("holes.js", include_str!("page/holes.js")),
     ("keys.js", include_str!("page/keys.js")),
     ("layout.js", include_str!("page/layout.js")),
+    ("like.js", include_str!("page/like.js")),
+    ("like_strings.js", include_str!("page/like_strings.js")),
     ("main.js", include_str!("page/main.js")),
     ("mask.js", include_str!("page/mask.js")),
     ("masks.js", include_str!("page/masks.js")),
@@ -36,6 +38,7 @@ const OWN: [Script; 26] = [
     ("net.js", include_str!("page/net.js")),
     ("outline.js", include_str!("page/outline.js")),
     ("paint.js", include_str!("page/paint.js")),
+    ("plane.js", include_str!("page/plane.js")),
     ("presets.js", include_str!("page/presets.js")),
     ("save.js", include_str!("page/save.js")),
     ("steps.js", include_str!("page/steps.js")),

@@ -6,10 +6,10 @@ use std::sync::PoisonError;
 use serde_json::{Value, json};
 
 use super::app::error_text;
-use super::state::State;
+use super::state::{State, StepDone};
 use super::words::Command;
 use crate::io::Format;
-use crate::job::{Deliverables, JobError, Mark, Output, Work};
+use crate::job::{Deliverables, JobError, Mark, Mended, Output};
 use crate::mend::Control;
 use crate::mesh::Unit;
 
@@ -71,9 +71,8 @@ pub fn unit_alone(wanted: &Deliverables) -> Deliverables {
 impl State {
     /// Whether the command of the last step has options for patches: a fill, a restoration or a repair.
     pub fn has_patches(&self) -> bool {
-        let makes =
-            |work: &Work| matches!(work, Work::Fill(_) | Work::Restore(..) | Work::Repair(_));
-        self.step.as_ref().is_some_and(|step| makes(&step.work))
+        let step = self.step.as_ref();
+        step.is_some_and(|step| step.work.makes_patches())
     }
 
     /// Refuses deliverables that the last step does not make.
@@ -136,6 +135,23 @@ impl State {
         }
         let beyond = self.invented(wanted)?["beyond_tolerance"].take();
         Ok(beyond == Value::Null || beyond == json!([]))
+    }
+}
+
+impl StepDone {
+    /// The result of the step with deliverables, and with texels as in the step.
+    ///
+    /// # Errors
+    /// [`JobError::Deliverable`].
+    pub fn delivering(
+        &self,
+        mended: Mended<'static>,
+        wanted: Deliverables,
+    ) -> Result<Mended<'static>, JobError> {
+        mended.delivering(Deliverables {
+            no_texture: self.no_texture,
+            ..wanted
+        })
     }
 }
 

@@ -19,6 +19,17 @@ pub enum Denied {
     Missing(String),
 }
 
+impl Denied {
+    /// The reason in words.
+    pub fn words(self) -> String {
+        match self {
+            Self::Outside(what) | Self::Wrong(what) | Self::Taken(what) | Self::Missing(what) => {
+                what
+            }
+        }
+    }
+}
+
 /// The path of a file to write below a folder. The file's own folder must exist. Links out of the folder and links in place of the file
 /// are refused.
 ///
@@ -89,6 +100,24 @@ fn inside(root: &Path, name: &str) -> Result<PathBuf, Denied> {
     match folder.starts_with(root) {
         true => Ok(folder.join(file)),
         false => Err(outside()),
+    }
+}
+
+/// A path as an argument of a command. A leading dash gets the prefix `./`, so that the path is not taken for an option.
+pub fn path_argument(path: &Path) -> String {
+    let text = path.to_string_lossy().into_owned();
+    match text.starts_with('-') {
+        true => format!("./{text}"),
+        false => text,
+    }
+}
+
+/// The path of a template as the value of `--like`. A name that begins like the word for the mirrored mesh gets the prefix `./` too.
+pub fn template_argument(path: &Path) -> String {
+    let text = path_argument(path);
+    match text.starts_with("mirror") {
+        true => format!("./{text}"),
+        false => text,
     }
 }
 

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::deliver::{add_options, add_unit};
-use super::files::relative;
+use super::files::{path_argument, relative, template_argument};
 use super::runs::Runs;
-use super::state::State;
-use super::words::Command;
+use super::state::{State, StepDone};
+use super::words::{Command, NO_TEXTURE};
 use crate::job::Deliverables;
 
 /// Exit code of a command that left a hole open that was to be filled.
@@ -47,6 +47,10 @@ pub struct Places<'a> {
     pub deliverables: &'a Deliverables,
     /// Whether all deliverables can be made, and all patches are within the tolerance.
     pub delivers: bool,
+    /// Whether patches get no texels of their own in intermediate files, as in the session. See [`App::plain_between`].
+    ///
+    /// [`App::plain_between`]: super::app::App::plain_between
+    pub plain_between: bool,
 }
 
 impl Recipe {
@@ -54,11 +58,16 @@ impl Recipe {
     /// cannot.
     pub fn new(state: &State, last: Option<Command>, ascii: bool, places: &Places) -> Self {
         let steps = state.steps();
-        let mut commands: Vec<(Command, Option<&Runs>, bool)> = steps
-            .iter()
-            .map(|s| (s.command.clone(), s.mask.as_ref(), !s.complete))
-            .collect();
         let argument = |path: &Path| path_argument(&relative(places.folder, path));
+        let is_between = |number: usize| number < steps.len() || last.is_some();
+        let mut commands: Vec<(Command, Option<&Runs>, bool)> = (1..)
+            .zip(&steps)
+            .map(|(number, step)| {
+                let is_plain = places.plain_between && is_between(number);
+                let command = step.command_in(places.folder, is_plain);
+                (command, step.mask.as_ref(), !step.complete)
+            })
+            .collect();
         if let Some((command, _, in_part)) = commands.last_mut() {
             add_options(command, places.deliverables, &argument);
             *in_part |= !places.delivers;
@@ -166,6 +175,20 @@ impl Recipe {
     }
 }
 
+impl StepDone {
+    /// The step as a command of a recipe in a folder; its patches get no texels of their own if `is_plain` is set.
+    fn command_in(&self, folder: &Path, is_plain: bool) -> Command {
+        let mut command = self.command.clone();
+        if let Some(file) = self.work.template() {
+            command.set("like", template_argument(&relative(folder, file)));
+        }
+        if is_plain && self.work.makes_patches() && !self.no_texture {
+            command.flag(NO_TEXTURE);
+        }
+        command
+    }
+}
+
 impl Line {
     fn shell(&self) -> String {
         let mut words = vec!["isomend".to_owned(), self.command.name.clone()];
@@ -173,15 +196,6 @@ impl Line {
         words.extend(self.command.arguments());
         let words: Vec<String> = words.iter().map(|w| quoted(w)).collect();
         words.join(" ")
-    }
-}
-
-/// A path as an argument of a command. A leading dash gets the prefix `./`, so that the path is not taken for an option.
-fn path_argument(path: &Path) -> String {
-    let text = path.to_string_lossy().into_owned();
-    match text.starts_with('-') {
-        true => format!("./{text}"),
-        false => text,
     }
 }
 

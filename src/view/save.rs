@@ -8,10 +8,15 @@ use super::app::App;
 use super::deliver::{add_options, unit_alone, without_files};
 use super::recipe::{Places, Recipe};
 use super::session::SavedAs;
-use super::state::{State, between};
+use super::state::{State, StepDone, between};
+use crate::attributes::SEAM_NOTE;
 use crate::io::Format;
 use crate::job::{Deliverables, Drawings, JobError, JobSpec, Output, Place, Source, Work, inspect};
 use crate::mend::Control;
+
+/// The remark on patches of earlier steps that have no texels.
+const PLAIN_EARLIER: &str = "patches of earlier steps across seams of the texture keep a plain material: in OBJ only patches of the last \
+                             step get texels; fill the holes in one step, or work on a GLB file";
 
 /// The result of saving.
 pub struct Saved {
@@ -52,7 +57,7 @@ impl App {
         state.check_deliverables(wanted)?;
         let mut saved = Saved {
             path: output.place.path().unwrap_or(&self.input).to_path_buf(),
-            notes: Vec::new(),
+            notes: self.plain_earlier(state).into_iter().collect(),
             document: Value::Null,
             warnings: Vec::new(),
         };
@@ -60,7 +65,7 @@ impl App {
         if let Some(step) = &state.step {
             // Checks the deliverables against the format and the file of the mesh.
             let mended = step.mended.clone().drawn(Drawings::default());
-            let mended = mended.to(output.clone()).delivering(wanted.clone())?;
+            let mended = step.delivering(mended.to(output.clone()), wanted.clone())?;
             let is_last = self.is_last(state, output.format);
             let is_plain = *wanted == unit_alone(wanted);
             if is_last || !is_plain {
@@ -75,7 +80,7 @@ impl App {
                 let done = mended.write()?;
                 saved.document = serde_json::to_value(done.document()).unwrap_or_default();
                 saved.warnings = done.delivery_warnings();
-                saved.notes = done.notes_written().to_vec();
+                saved.notes.extend_from_slice(done.notes_written());
                 if is_last {
                     return Ok(saved);
                 }
@@ -92,6 +97,19 @@ impl App {
         let done = spec.read()?.mend(&Control::new())?.into_owned().write()?;
         saved.notes.extend_from_slice(done.notes_written());
         Ok(saved)
+    }
+
+    /// A remark if patches of earlier steps lie across seams of the texture and have no texels, although they were to have some.
+    fn plain_earlier(&self, state: &State) -> Option<String> {
+        let across_seams = |step: &&StepDone| {
+            let notes = step.document["notes"].as_array().into_iter().flatten();
+            let mut notes = notes.filter_map(Value::as_str);
+            !step.no_texture && notes.any(|note| note.starts_with(SEAM_NOTE))
+        };
+        let mut earlier = state.steps();
+        earlier.pop();
+        let found = self.plain_between() && earlier.iter().any(across_seams);
+        found.then(|| PLAIN_EARLIER.to_owned())
     }
 
     /// Whether the command of a mesh's last step gives the same mesh in the given format. Steps with glTF as the intermediate format keep
@@ -129,7 +147,7 @@ impl App {
                 add_options(&mut command, &wanted, &|path| path.display().to_string());
                 let drawings = drawn(format!("isomend {}", command.words().join(" ")));
                 let mended = step.mended.clone().drawn(drawings).to(output);
-                mended.delivering(wanted)?.write()?;
+                step.delivering(mended, wanted)?.write()?;
             }
             None => {
                 let drawings = drawn(format!("isomend inspect {}", self.input.display()));
@@ -145,7 +163,8 @@ impl App {
     }
 
     /// The output and the deliverables of a report, without files besides the mesh. If the mesh was saved as its last command writes it,
-    /// the output has the same bytes, so that the report names the hash of the saved file.
+    /// the output has the same bytes, so that the report names the hash of the saved file. In memory a textured OBJ or glTF file has no
+    /// texels beside it, so that its bytes differ; its report is of the mesh in the session.
     fn reported(
         &self,
         state: &State,
@@ -157,9 +176,11 @@ impl App {
         let format = saved
             .as_ref()
             .and_then(|saved| Format::from_extension(&saved.path));
-        let (Some(saved), Some(format)) =
-            (saved, format.filter(|format| self.is_last(state, *format)))
-        else {
+        let has_side_files = |format: Format| {
+            matches!(format, Format::Obj | Format::Gltf) && state.textures().count() > 0
+        };
+        let is_same = |format: &Format| self.is_last(state, *format) && !has_side_files(*format);
+        let (Some(saved), Some(format)) = (saved, format.filter(is_same)) else {
             wanted.mark = None;
             return Ok((Output::new(between, Some(self.format_between))?, wanted));
         };
@@ -206,6 +227,7 @@ impl App {
             output,
             deliverables: &saved.deliverables,
             delivers: saved.delivered,
+            plain_between: self.plain_between(),
         };
         Ok(Recipe::new(state, last, saved.ascii, &places))
     }

@@ -251,6 +251,7 @@ impl Session {
         let step = |s: &super::state::StepDone| StoredStep {
             work: s.work.clone(),
             mask: s.mask.clone(),
+            no_texture: s.no_texture,
         };
         let mut choices = Vec::new();
         let mut at = Some(current);

@@ -13,7 +13,7 @@ use super::texture::Textures;
 use super::words::Command;
 use crate::check::CheckParams;
 use crate::io::Loaded;
-use crate::job::{Drawings, JobError, Mended, Place, Source, Work, inspect};
+use crate::job::{Drawings, INTERMEDIATE, JobError, Mended, Place, Source, Work, inspect};
 use crate::mend::{CreaseEnd, FillReport};
 use crate::mesh::{Hole, Mesh};
 use crate::report::counted;
@@ -69,6 +69,8 @@ pub struct StepDone {
     pub work: Work,
     /// The marked faces.
     pub mask: Option<Runs>,
+    /// Whether patches across seams of a texture get no texels of their own.
+    pub no_texture: bool,
     /// The step as a command.
     pub command: Command,
     /// The result, which can be written in any format.
@@ -252,7 +254,7 @@ pub fn place_after(input: &Path, depth: usize) -> Place {
 /// The intermediate file after `depth` steps, as a recipe writes it.
 pub fn between(input: &Path, depth: usize, extension: &str) -> PathBuf {
     let stem = input.file_stem().unwrap_or_default().to_string_lossy();
-    input.with_file_name(format!("{stem}.isomend-step{depth}.{extension}"))
+    input.with_file_name(format!("{stem}{INTERMEDIATE}{depth}.{extension}"))
 }
 
 impl StepDone {

@@ -7,9 +7,11 @@ use std::time::Instant;
 use serde::Deserialize;
 use serde_json::Value;
 
+use super::files::{Denied, relative, template_argument, to_read};
 use super::runs::Runs;
 use super::state::{State, StepDone, place_after};
-use super::words::CommandRenderer;
+use super::store::StoredStep;
+use super::words::{CommandRenderer, NO_TEXTURE};
 use crate::fill::FillParams;
 use crate::io::Format;
 use crate::job::{JobError, JobResult, JobSpec, MaskSpec, OperationReport, Output, Source, Work};
@@ -30,9 +32,22 @@ pub struct Request {
     /// The marked faces.
     #[serde(default)]
     pub mask: Option<Runs>,
+    /// Whether patches across seams of a texture get no texels of their own.
+    #[serde(default)]
+    pub no_texture: bool,
     /// Whether the result is only a preview.
     #[serde(default)]
     pub preview: bool,
+}
+
+/// What a step is checked against.
+pub struct Scope<'a> {
+    /// Number of faces of the mesh.
+    pub faces: usize,
+    /// The folder below which a template is read.
+    pub root: &'a Path,
+    /// Writes the step as a command.
+    pub words: &'a dyn CommandRenderer,
 }
 
 /// A kind of step.
@@ -49,13 +64,28 @@ pub enum Kind {
     Repair,
 }
 
-/// The error of an invalid request.
+/// Why a step is refused.
 #[derive(Debug)]
-pub struct Wrong {
-    /// The reason.
-    pub error: String,
-    /// The invalid field of the request.
-    pub field: &'static str,
+pub enum Refusal {
+    /// A field of the request is invalid.
+    Wrong {
+        /// The reason.
+        error: String,
+        /// The field.
+        field: &'static str,
+    },
+    /// The template may not be read.
+    Template(Denied),
+}
+
+impl Refusal {
+    /// The reason in words.
+    pub fn words(self) -> String {
+        match self {
+            Self::Wrong { error, .. } => error,
+            Self::Template(denied) => denied.words(),
+        }
+    }
 }
 
 /// A checked step, ready to run.
@@ -65,16 +95,18 @@ pub struct Order {
     pub work: Work,
     /// The marked faces.
     pub mask: Option<Runs>,
-    /// The step as a command.
+    /// Whether patches across seams of a texture get no texels of their own.
+    pub no_texture: bool,
+    /// The step as a command. A template is named relative to the folder of the page.
     pub command: super::words::Command,
 }
 
 impl Request {
-    /// Checks the request for a mesh with `faces` faces. The command line must be able to express it.
+    /// Checks the request. The command line must be able to express it.
     ///
     /// # Errors
-    /// When a parameter or the mask is invalid, or no command does the work.
-    pub fn order(self, faces: usize, words: &dyn CommandRenderer) -> Result<Order, Wrong> {
+    /// When a parameter or the mask is invalid, the template may not be read, or no command does the work.
+    pub fn order(self, scope: &Scope) -> Result<Order, Refusal> {
         let params = match self.params {
             Value::Null => Value::Object(serde_json::Map::new()),
             params => params,
@@ -89,13 +121,18 @@ impl Request {
             }
             Kind::Repair => Work::Repair(read::<RepairParams>(params)?),
         };
-        Order::new(work, self.mask, faces, words)
+        let step = StoredStep {
+            work,
+            mask: self.mask,
+            no_texture: self.no_texture,
+        };
+        Order::new(step, scope)
     }
 }
 
 /// Parameters from JSON.
-fn read<P: serde::de::DeserializeOwned>(params: Value) -> Result<P, Wrong> {
-    serde_json::from_value(params).map_err(|error| Wrong {
+fn read<P: serde::de::DeserializeOwned>(params: Value) -> Result<P, Refusal> {
+    serde_json::from_value(params).map_err(|error| Refusal::Wrong {
         error: error.to_string(),
         field: "params",
     })
@@ -106,51 +143,51 @@ impl Order {
     ///
     /// # Errors
     /// As [`Request::order`].
-    pub fn new(
-        work: Work,
-        mask: Option<Runs>,
-        faces: usize,
-        words: &dyn CommandRenderer,
-    ) -> Result<Self, Wrong> {
-        let in_mask = |error| Wrong {
-            error,
-            field: "mask",
+    pub fn new(step: StoredStep, scope: &Scope) -> Result<Self, Refusal> {
+        let StoredStep {
+            work,
+            mask,
+            no_texture,
+        } = step;
+        let wrong = |error: &str, field| Refusal::Wrong {
+            error: error.to_owned(),
+            field,
         };
         if let Some(mask) = &mask {
-            mask.check(faces).map_err(in_mask)?;
+            mask.check(scope.faces)
+                .map_err(|error| wrong(&error, "mask"))?;
         }
-        match (&work, &mask) {
-            (Work::Fill(_) | Work::Repair(_), Some(_)) => {
-                return Err(in_mask(
-                    "fill and repair take no marked faces: holes are chosen by their numbers"
-                        .to_owned(),
-                ));
+        let refusal = match (&work, &mask) {
+            (Work::Fill(_) | Work::Repair(_), Some(_)) => Some((
+                "fill and repair take no marked faces: holes are chosen by their numbers",
+                "mask",
+            )),
+            (Work::Restore(..), None) => Some((
+                "no face is marked; mark the region to restore first",
+                "mask",
+            )),
+            (work, _) if no_texture && !work.makes_patches() => {
+                Some(("this command makes no patches", "no_texture"))
             }
-            (Work::Restore(..), None) => {
-                return Err(in_mask(
-                    "no face is marked; mark the region to restore first".to_owned(),
-                ));
-            }
-            _ => {}
+            _ => None,
+        };
+        if let Some((error, field)) = refusal {
+            return Err(wrong(error, field));
         }
-        if let Some(file) = work.template() {
-            let file = file.display();
-            let error = format!(
-                "{file}: templates are read by the command line and by Python, not by the page"
-            );
-            return Err(Wrong {
-                error,
-                field: "params",
-            });
-        }
+        let work = template_below(work, scope.root).map_err(Refusal::Template)?;
         let faces = mask.as_ref().map(|_| "marks.faces");
-        let command = words.command(&work, faces).map_err(|error| Wrong {
-            error,
-            field: "params",
-        })?;
+        let command = scope.words.command(&work, faces);
+        let mut command = command.map_err(|error| wrong(&error, "params"))?;
+        if let Some(file) = work.template() {
+            command.set("like", template_argument(&relative(scope.root, file)));
+        }
+        if no_texture {
+            command.flag(NO_TEXTURE);
+        }
         Ok(Self {
             work,
             mask,
+            no_texture,
             command,
         })
     }
@@ -184,6 +221,7 @@ impl Order {
         let source = Source::mesh(parent.place(input), parent.loaded.clone());
         let mut spec = JobSpec::plan(source, self.marked());
         spec.output = Some(Output::new(place.clone(), Some(format))?);
+        spec.deliverables.no_texture = self.no_texture;
         // Keep the removed faces for the report page of the step.
         spec.drawings.may_follow = true;
         spec.work.check()?;
@@ -192,6 +230,7 @@ impl Order {
         let step = StepDone {
             work: self.work,
             mask: self.mask,
+            no_texture: self.no_texture,
             command: self.command,
             summary: summary(&done),
             document: serde_json::to_value(done.document()).unwrap_or_default(),
@@ -209,10 +248,27 @@ impl Order {
     }
 }
 
-/// The format of intermediate files: the input's format, which stores all its attributes; PLY for STL, which does not number vertices.
+/// The work with its template as a file below the folder of the page.
+///
+/// # Errors
+/// When the template may not be read.
+fn template_below(work: Work, root: &Path) -> Result<Work, Denied> {
+    let Some(file) = work.template() else {
+        return Ok(work);
+    };
+    let name = file
+        .to_str()
+        .ok_or_else(|| Denied::Wrong("the name of the template is not valid Unicode".to_owned()))?;
+    let path = to_read(root, name)?;
+    Ok(work.with_template(path))
+}
+
+/// The format of intermediate files: the input's format, which stores all its attributes; PLY for STL, which does not number vertices;
+/// GLB for glTF, since it contains its images.
 pub fn format_between(file: Format) -> Format {
     match file {
         Format::Stl => Format::Ply,
+        Format::Gltf => Format::Glb,
         format => format,
     }
 }

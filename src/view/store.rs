@@ -97,6 +97,9 @@ pub struct StoredStep {
     pub work: Work,
     /// The marked faces.
     pub mask: Option<Runs>,
+    /// Whether patches across seams of a texture get no texels of their own.
+    #[serde(default)]
+    pub no_texture: bool,
 }
 
 /// The recovery file of a session.

@@ -2,6 +2,9 @@
 
 use crate::job::Work;
 
+/// The option that leaves patches across seams of a texture without texels of their own.
+pub const NO_TEXTURE: &str = "no-texture";
+
 /// A command with its options, without its input and output files.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Command {
@@ -24,6 +27,19 @@ impl Command {
     pub fn option(&mut self, name: &str, value: impl ToString) {
         let value = Some(value.to_string());
         self.options.push((name.to_owned(), value));
+    }
+
+    /// Changes the value of an option that the command has.
+    pub fn set(&mut self, name: &str, value: String) {
+        let mut options = self.options.iter_mut();
+        if let Some((_, old)) = options.find(|(option, _)| option == name) {
+            *old = Some(value);
+        }
+    }
+
+    /// Whether the command has an option.
+    pub fn has(&self, name: &str) -> bool {
+        self.options.iter().any(|(option, _)| option == name)
     }
 
     /// Adds an option without a value.

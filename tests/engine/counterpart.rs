@@ -145,7 +145,8 @@ fn thin_walls_are_filled_after_their_counterpart_too() {
         let smooth = fill(&open, &FillParams::default()).unwrap();
         let like = fill(&open, &mirror()).unwrap();
         let region = &like.report.regions[0];
-        assert_eq!(region.closed_by, Some(ClosedBy::Counterpart), "{noise}");
+        let used = region.closed_by == Some(ClosedBy::Counterpart);
+        assert!(used, "{noise}: {:?}", region.counterpart);
         let errors = [&smooth, &like].map(|filled| error(filled, &open, &truth));
         assert!(errors[1] < errors[0] / 3.0, "{noise}: {errors:?}");
     }

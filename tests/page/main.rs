@@ -10,6 +10,7 @@ mod shapes;
 
 mod deliver;
 mod files;
+mod like;
 mod recipes;
 mod requests;
 mod sessions;

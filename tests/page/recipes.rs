@@ -62,7 +62,7 @@ fn input(desk: &Desk, format: Format) -> String {
 
 /// Runs the shell form of a recipe; the program under test comes first in `PATH`.
 #[cfg(unix)]
-fn run_shell(desk: &Desk, script: &str) {
+pub fn run_shell(desk: &Desk, script: &str) {
     let program = assert_cmd::cargo::cargo_bin("isomend");
     let folder = program.parent().unwrap().display().to_string();
     let path = format!("{folder}:{}", std::env::var("PATH").unwrap());
@@ -117,7 +117,7 @@ fn run_table(desk: &Desk, name: &str) {
 }
 
 /// Writes the ball as OBJ with materials and texture coordinates in two charts: patches between the charts get a new material.
-fn input_with_materials(desk: &Desk) -> String {
+pub fn input_with_materials(desk: &Desk) -> String {
     let mesh = ball();
     let mut uv = Attribute::new("uv", Role::Uv(0), Scalar::F32, 2);
     let mut corners = Vec::new();

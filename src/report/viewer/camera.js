@@ -5,7 +5,7 @@ export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * 
 export const plus = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 export const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 export const times = (a, s) => [a[0] * s, a[1] * s, a[2] * s];
-const unit = (a) => times(a, 1 / (Math.hypot(...a) || 1));
+export const unit = (a) => times(a, 1 / (Math.hypot(...a) || 1));
 
 /** The frame of a camera: unit vectors to the right, up and towards the eye, for an eye in the direction `towards`. */
 export function frame(towards, up) {

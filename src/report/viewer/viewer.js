@@ -171,6 +171,7 @@ export class Viewer {
       const within = [across(left), up(bottom), across(right), up(top)];
       this.drawSurface(side, matrix, colours, fewer, within);
       if (this.options.rims && side.rims.length || side.segments) this.drawRims(side, matrix, under.width, canvas.height, ratio, colours);
+      this.over?.(side, matrix, colours);
     }
     if (!part) this.measure(start, fewer);
     this.frames++;

@@ -58,8 +58,10 @@ impl App {
         let state = state_of(self, id)?;
         let failed = |error: std::io::Error| Refused::failed(error.to_string());
         let folder = tempfile::tempdir().map_err(failed)?;
+        // As the page suggests for saving: the name of texels in a GLB file depends on it.
         let stem = self.input.file_stem().unwrap_or_default();
-        let path = folder.path().join(stem).with_extension(extension);
+        let name = format!("{}_mended.{extension}", stem.to_string_lossy());
+        let path = folder.path().join(name);
         let mut request = DeliveryRequest::parse(query.deliver.as_deref())?.unwrap_or_default();
         request.patches = query.file == Part::Patches;
         request.piece = query.file == Part::Piece;

@@ -26,6 +26,9 @@ use crate::job::{Deliverables, Output, parse_face_numbers, write_text};
 const FACE_LIST: u64 = 256 << 20;
 /// Why an input is not overwritten.
 const INPUT: &str = "this file is open here, and the recipe starts from it; choose another name";
+/// Why a template is not overwritten.
+const TEMPLATE: &str =
+    "this file is the template of a step, and the recipe reads it; choose another name";
 /// Content security policy of a report: it runs its own script in a sandbox and loads nothing.
 const REPORT_POLICY: &str = "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
                              img-src data: blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -191,10 +194,17 @@ impl App {
         }
     }
 
-    /// Refuses to overwrite the input of any page of this server.
+    /// Refuses to overwrite the input of any page of this server, and the template of a step.
     pub(super) fn refuse_input(&self, path: &Path) -> Result<(), Refused> {
-        match (self.is_input)(path) {
-            true => Err(Refused::conflict(INPUT)),
+        if (self.is_input)(path) {
+            return Err(Refused::conflict(INPUT));
+        }
+        let is_template = |state: &Arc<MeshState>| {
+            let step = state.step.as_ref();
+            step.is_some_and(|step| step.work.template() == Some(path))
+        };
+        match self.session().line().any(is_template) {
+            true => Err(Refused::conflict(TEMPLATE)),
             false => Ok(()),
         }
     }

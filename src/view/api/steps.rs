@@ -11,10 +11,19 @@ use serde_json::json;
 
 use super::super::app::App;
 use super::super::session::Session;
-use super::super::step::Request;
-use super::http::{Answer, MARKS, Refused, SMALL, json_answer, read};
+use super::super::step::{Refusal, Request};
+use super::http::{Answer, MARKS, Refused, SMALL, json_answer, read, work};
 
 const BUSY: &str = "another step is running; wait for it, or cancel it";
+
+impl From<Refusal> for Refused {
+    fn from(refusal: Refusal) -> Self {
+        match refusal {
+            Refusal::Wrong { error, field } => Self::wrong(error, field),
+            Refusal::Template(denied) => denied.into(),
+        }
+    }
+}
 
 /// `POST api/step`: starts a step or a preview, and returns the number of its job.
 pub async fn step(State(app): State<Arc<App>>, body: Body) -> Answer {
@@ -27,8 +36,9 @@ pub async fn step(State(app): State<Arc<App>>, body: Body) -> Answer {
         }
         session.current().loaded.mesh.faces.len()
     };
-    let order = request.order(faces, app.renderer.as_ref());
-    let order = order.map_err(|wrong| Refused::wrong(wrong.error, wrong.field))?;
+    // Checking a template looks for its file.
+    let checked = work(&app, move |app| Ok(request.order(&app.scope(faces))?));
+    let order = checked.await?;
     match app.begin(order, preview) {
         Ok(Some(job)) => {
             let mut answer = json_answer(&json!({ "job": job }));

@@ -6,11 +6,11 @@ import { has, tr } from "./strings.js";
 export const KINDS = ["fill", "restore", "fair", "repair"];
 /** The parameters that are always visible; the others are folded away. */
 const FIRST = {
-  fill: ["edge_ratio", "max_diameter"], restore: ["keep_shape", "edge_ratio"], fair: ["strength"], repair: ["debris", "wall", "close_borders", "flat_base"],
+  fill: ["edge_ratio", "max_diameter", "grain"], restore: ["keep_shape", "edge_ratio", "grain"], fair: ["strength"], repair: ["debris", "wall", "close_borders", "flat_base"],
 };
 const OWN_UNIT = "the mesh's unit";
 
-/** Whether a parameter belongs to its command's form. Holes and crease ends are chosen in their lists. */
+/** Whether a parameter belongs to its command's form. Holes and crease ends are chosen in their lists, counterparts in their group. */
 const inForm = (row) => row.path.length > 0 && !row.library_only && !["holes", "groups", "pairs", "like"].includes(row.kind) && row.name !== "like_scale";
 
 const valueAt = (params, path) => path.reduce((at, name) => at?.[name], params);

@@ -15,6 +15,8 @@ import { Defects } from "./defects.js";
 import { Steps } from "./steps.js";
 import { Save } from "./save.js";
 import { Deliver } from "./deliver.js";
+import { Like } from "./like.js";
+import { Plane } from "./plane.js";
 import { Masks } from "./masks.js";
 import { Measure, MEASURES } from "./measure.js";
 import { Band } from "./band.js";
@@ -118,6 +120,7 @@ class App {
     else showIntro(this);
     if (this.tab === "save") this.save.recipe();
     this.steps.previews = this.steps.previews.filter((p) => this.model.find(p.id));
+    this.like.update();
     if (this.steps.previews.length) return this.steps.showPreviews();
     find("#previews").hidden = true;
     const before = current.parent === null || current.parent === undefined ? null : Number(find("#against").value);
@@ -159,6 +162,7 @@ class App {
     if (tab === "save") this.save?.recipe();
     if (tab === "save" || tab === "measure") this.save?.listFiles().catch(() => null);
     if (tab === "measure") this.measure?.list();
+    this.plane?.show();
   }
 
   /** Activates a tool, and opens its tab. */
@@ -225,6 +229,8 @@ async function begin() {
   app.display = new Display(app);
   app.holes = new Holes(app);
   app.defects = new Defects(app);
+  app.like = new Like(app);
+  app.plane = new Plane(app);
   app.steps = new Steps(app);
   app.save = new Save(app);
   app.deliver = new Deliver(app);
@@ -235,6 +241,7 @@ async function begin() {
   }, (words = "", trouble = false) => app.painted(words, trouble));
   app.masks = new Masks(app);
   app.steps.start(parameters, defaults);
+  app.like.start(parameters);
   app.measure.changedUnit();
   app.save.start({ file, formats });
   Object.assign(viewer.camera, app.home());
@@ -246,6 +253,7 @@ async function begin() {
     if (part) return;
     app.views.drawn();
     app.measure.draw();
+    app.plane.drawn();
     app.holes.drawOver();
   };
   useCross(app);

@@ -56,6 +56,7 @@ export class Presets {
     this.chosen[kind] = preset;
     form.reset();
     form.put(set);
+    if (kind === "fill" || kind === "restore") this.app.like.reset();
     if (kind === "fill") this.app.holes.cap(Boolean(preset.capped));
     this.taken();
   }

@@ -76,8 +76,9 @@ export class Save {
     await this.app.attempt("#save-trouble", async () => {
       const kind = find("#save-kind").value, path = find("#save-path").value.trim();
       if (!path) throw new Error(tr("type_name"));
-      const { path: where, bytes, patches, piece, warnings = [] } = await this.write(kind, path, find("#overwrite").checked);
+      const { path: where, bytes, patches, piece, notes = [], warnings = [] } = await this.write(kind, path, find("#overwrite").checked);
       find("#saved").textContent = tr("saved", { where: [where, patches, piece].filter(Boolean).join(", "), bytes: counts("byte", bytes) });
+      if (notes.length) find("#saved").textContent += ` ${notes.join("; ")}.`;
       find("#save-trouble").textContent = warnings.join(" ");
     });
   }

@@ -3,6 +3,7 @@
 import { all, digits, find } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
 import { formsIn } from "./fields.js";
+import { counterpartLine, isRefused } from "./like.js";
 import { Presets } from "./presets.js";
 import { counts, has, tr } from "./strings.js";
 
@@ -52,6 +53,7 @@ export class Steps {
     find(`[name=kind][value=${kind}]`).checked = true;
     for (const box of all("#fields > div")) box.hidden = box.id !== "fields-" + kind;
     this.presets.show(kind);
+    this.app.like.show(kind);
     find("#mend-trouble").textContent = "";
     this.describe();
   }
@@ -68,8 +70,13 @@ export class Steps {
     const which = kind === "fill" ? [holes.text()] : marked && kind !== "repair" ? ["--faces mask.txt"] : [];
     find("#mend-on").textContent = on[kind];
     const isCommand = kind !== "fill" || which[0].startsWith("--");
-    find("#mend-text").textContent = isCommand ? ["isomend", kind, ...which, ...this.forms[kind].typed()].join(" ") : which[0];
+    find("#mend-text").textContent = isCommand ? ["isomend", kind, ...which, ...this.typed(kind)].join(" ") : which[0];
     find("#to-restore").disabled = find("#to-fair").disabled = !marked;
+  }
+
+  /** The options of a command that differ from the defaults. */
+  typed(kind) {
+    return [...this.forms[kind].typed(), ...this.app.like.typed(kind)];
   }
 
   /** Starts a step or a preview. */
@@ -78,7 +85,8 @@ export class Steps {
     const place = this.app.tab === "mend" ? "#mend-trouble" : this.app.tab === "paint" ? "#paint-trouble" : "#holes-trouble";
     await this.app.attempt(place, async () => {
       if (this.job) throw new Error(tr("is_running"));
-      const params = this.forms[kind].read();
+      const params = this.forms[kind].read(), { like } = this.app;
+      like.read(kind, params);
       if (kind === "fill") Object.assign(params, this.app.holes.params(only));
       const mask = kind === "restore" || kind === "fair" ? this.app.marks() : [];
       if (kind === "restore" && !mask.length) throw new Error(tr("paint_first"));
@@ -86,11 +94,11 @@ export class Steps {
       if (kind === "fair" && !mask.length && this.app.choices.masked && !sure) {
         return this.ask(tr("fair_all"), () => this.run(kind, { preview, only, sure: true }));
       }
-      const label = ["isomend", kind, ...(kind === "fill" ? [this.app.holes.text(only)] : []), ...this.forms[kind].typed()].join(" ");
+      const label = ["isomend", kind, ...(kind === "fill" ? [this.app.holes.text(only)] : []), ...this.typed(kind)].join(" ");
       this.begin(kind, preview, label);
       try {
         await this.app.choices.flush();
-        const { job } = await askJson("step", { kind, params, mask: mask.length ? mask : null, preview });
+        const { job } = await askJson("step", { kind, params, mask: mask.length ? mask : null, no_texture: like.noTexture(kind), preview });
         if (this.job && !this.ended.has(job)) this.job.id = job;
       } catch (error) {
         this.end();
@@ -184,7 +192,8 @@ export class Steps {
     if (name === "cancelled") this.app.say(tr("cancelled"));
     if (name === "done" && job?.preview) return this.previewed(data.state, job.label);
     await this.app.refresh();
-    if (name === "done") this.app.say(this.app.model.find(data.state)?.summary || tr("done"));
+    const made = this.app.model.find(data.state);
+    if (name === "done") this.app.say([made?.summary || tr("done"), isRefused(made?.report) && counterpartLine(made.report)].filter(Boolean).join(". "));
   }
 
   /** Shows the progress of a run: finished regions and running ones. */
@@ -237,6 +246,7 @@ export class Steps {
   async previewed(id, label) {
     await this.app.model.fetchState();
     this.previews.push({ id, label });
+    this.app.like.update();
     await this.showPreviews();
   }
 
@@ -325,7 +335,8 @@ export class Steps {
       list.append(item);
     }
     const notes = (report?.notes || []).map((note) => Object.assign(document.createElement("p"), { className: "hint", textContent: note }));
-    find("#summary").replaceChildren(list, ...notes);
+    const after = Object.assign(document.createElement("p"), { className: "hint", textContent: counterpartLine(report) });
+    find("#summary").replaceChildren(after, list, ...notes);
     find("#outcome").hidden = !holes.length && !notes.length;
   }
 

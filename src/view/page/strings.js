@@ -2,6 +2,7 @@
 // defects without an entry here, are shown in English.
 
 import { DELIVER_WORDS } from "./deliver_strings.js";
+import { LIKE_WORDS } from "./like_strings.js";
 
 /** Each text by its name: English, then German. Names in braces are placeholders. */
 const WORDS = {
@@ -491,7 +492,7 @@ export function setLanguage(name) {
   } catch { /* The browser allows no storage. */ }
 }
 
-const wordsOf = (name) => WORDS[name] || DELIVER_WORDS[name];
+const wordsOf = (name) => WORDS[name] || DELIVER_WORDS[name] || LIKE_WORDS[name];
 
 export const has = (name) => Boolean(wordsOf(name));
 
