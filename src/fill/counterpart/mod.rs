@@ -20,7 +20,7 @@ use super::report::RegionReport;
 use super::sharp::{RINGS, WidenedHole};
 use super::so_far::{Made, SoFar};
 use crate::cancel::Cancel;
-use crate::mesh::Part;
+use crate::mesh::{DisjointSets, Mesh, Part};
 use crate::stitch::Patch;
 
 pub(crate) use placed::{Counterpart, PlacedPart};
@@ -214,7 +214,8 @@ impl RegionProblem<'_> {
         let surface = CounterpartSurface::new(self, fitted);
         let rim = &self.holes[0].rim;
         let edge = self.holes[0].length / rim.len().max(1) as f64;
-        let patch = self.stitch_exact(edge, &surface, &fitted.mesh);
+        let own = fitted.at_rim(rim.iter().map(|&v| self.mesh.positions[v as usize]));
+        let patch = self.stitch_exact(edge, &surface, &own);
         let patch = patch.map_err(|error| {
             log::debug!("region {}: counterpart: {error}", self.id);
             NotLike::NotJoined
@@ -260,6 +261,27 @@ impl Rings {
 }
 
 impl Fitted {
+    /// The connected components that are nearest to vertices of the rim: without the opposite walls of hollow bodies.
+    fn at_rim(&self, rim: impl Iterator<Item = DVec3>) -> Mesh {
+        let mut sets = DisjointSets::new(self.mesh.positions.len());
+        for &[a, b, c] in &self.mesh.faces {
+            sets.join(a, b);
+            sets.join(a, c);
+        }
+        let nearest = rim.filter_map(|p| self.bvh.closest(p, f64::INFINITY));
+        let mut found: Vec<u32> = nearest
+            .map(|c| sets.find(self.mesh.faces[c.face as usize][0]))
+            .collect();
+        found.sort_unstable();
+        found.dedup();
+        let faces = self.mesh.faces.iter();
+        let is_found = |f: &&[u32; 3]| found.contains(&sets.find(f[0]));
+        Mesh::new(
+            self.mesh.positions.clone(),
+            faces.filter(is_found).copied().collect(),
+        )
+    }
+
     /// Refuses a counterpart that has a hole where the patch is needed.
     fn covers(&self, part: &PlacedPart, smooth: &[DVec3]) -> Result<(), NotLike> {
         let (mut open, mut own) = (0, 0);
