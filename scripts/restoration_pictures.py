@@ -163,7 +163,7 @@ def piece(program, folder, target):
 
 
 def counterpart(program, folder, target):
-    """An ear that is broken off: open, filled smoothly, filled after the other side, and as it was."""
+    """An ear that is broken off: open, filled smoothly, filled with the shape of the other side, and as it was."""
     v, f = surface(bust, 0.028, 0.5)
     save(folder / "scan.ply", *without(v, f, ((0.72, 0.03, 0.02), 0.4)))
     for name, words in (("smooth", ()), ("like", ("--like", "mirror"))):

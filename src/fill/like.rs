@@ -1,4 +1,4 @@
-//! The option `like`: fills holes after a counterpart, the mirrored mesh or a template.
+//! The option `like`: fills holes with the shape of a counterpart, the mirrored mesh or a template.
 
 use std::fmt;
 use std::path::PathBuf;

@@ -169,7 +169,7 @@ pub enum ClosedBy {
     Faired,
     /// The smooth sides around it, continued until they meet in sharp or rounded edges.
     Sides,
-    /// The part of a counterpart that lies there: of the mirrored mesh, or of a template.
+    /// The part of a counterpart at the hole: of the mirrored mesh, or of a template.
     Counterpart,
     /// A nearly flat cap, the surface of least area, as requested.
     Flat,

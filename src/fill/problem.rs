@@ -53,7 +53,7 @@ pub(crate) struct RegionProblem<'a> {
     pub(crate) joined: &'a [[u32; 2]],
     /// The plane of its flat base, if it gets one.
     pub(crate) base: Option<BasePlane>,
-    /// The parts of a counterpart that lie at the region, the best first; none where it is filled after none.
+    /// The parts of the counterpart at the region, the best first; none without a counterpart.
     pub(crate) counterparts: Option<&'a [PlacedPart]>,
     /// Upper bound of the factor of its box's margin: beyond it the mesh at hand ends.
     pub(crate) most_growth: f64,

@@ -61,7 +61,7 @@ pub struct RegionReport {
     pub crease_ends: usize,
     /// Why these edges, or the ones that the caller asked for, were not continued; none where they were, or there are none.
     pub not_continued: Option<NotContinued>,
-    /// How the counterpart after which it was to be filled fits; none where it was to be filled after none.
+    /// How the counterpart fits; none if none was asked for.
     pub counterpart: Option<CounterpartReport>,
     /// The roughness that was invented for its patch; none where none was asked for, or too little is known.
     pub grain: Option<GrainReport>,

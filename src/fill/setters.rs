@@ -54,7 +54,7 @@ setters! { FillParams:
     with_flat_base(base: bool) => flat_base = base;
     /// Sets [`FillParams::base_offset`], in the mesh's units.
     with_base_offset(length: f64) => base_offset = Some(length);
-    /// Fills holes after a counterpart; see [`FillParams::like`].
+    /// Fills holes with the shape of a counterpart; see [`FillParams::like`].
     ///
     /// ```
     /// let params = isomend::FillParams::new().with_like(isomend::Like::Mirror(None));

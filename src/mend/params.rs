@@ -32,7 +32,7 @@ impl FillParams {
         }
         if self.like.is_some() && !self.finishes() {
             return Err(FillError::Parameter {
-                what: "patches after a counterpart, `like`, need their finish: not with `finish` none, another energy than willmore, steps \
+                what: "patches with the shape of a counterpart, `like`, need their finish: not with `finish` none, another energy than willmore, steps \
                        of one's own or a level set by itself; leave one of them out",
             });
         }

@@ -30,7 +30,7 @@ pub(super) struct ReachQuery<'a> {
     pub(super) joined: &'a [[u32; 2]],
     /// The plane of its flat base, if it gets one.
     pub(super) base: Option<BasePlane>,
-    /// The parts of a counterpart that lie at it, if it is filled after one.
+    /// The parts of the counterpart at its holes, if there is a counterpart.
     pub(super) counterparts: Option<Vec<PlacedPart>>,
     /// Upper bound of the factor of its box's margin.
     pub(super) growth: f64,

@@ -341,7 +341,7 @@ impl<'a> Regions<'a> {
         group.iter().map(|&h| &self.found.holes[h]).collect()
     }
 
-    /// For each of some regions the parts of the counterpart that lie there; none where it is filled after none.
+    /// For each of some regions the parts of the counterpart at its holes; none without a counterpart.
     fn counterparts(
         &self,
         regions: impl Iterator<Item = usize>,

@@ -40,7 +40,7 @@ pub struct RegionTask {
     /// The plane of its flat base, if it gets one.
     #[serde(default)]
     base: Option<BasePlane>,
-    /// The parts of a counterpart that lie at it, if it is filled after one.
+    /// The parts of the counterpart at its holes, if there is a counterpart.
     #[serde(default)]
     counterparts: Option<Vec<PlacedPart>>,
     /// The parameters of the fill.

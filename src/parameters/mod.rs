@@ -58,7 +58,7 @@ pub enum Kind {
     Groups,
     /// Pairs of numbers of crease ends.
     Pairs,
-    /// What holes are filled after, as [`Like`](crate::Like) is written.
+    /// A counterpart, as [`Like`](crate::Like) is written.
     Like,
 }
 

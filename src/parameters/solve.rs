@@ -118,13 +118,13 @@ pub const EDGE_RATIO: Parameter = Parameter {
     ..Parameter::PLAIN
 };
 
-/// The counterpart that holes are filled after.
+/// The counterpart whose shape holes are filled with.
 pub const LIKE: Parameter = Parameter {
     name: "like",
     field: "like",
     kind: Kind::Like,
     default: DefaultValue::Words("none"),
-    sentence: "Fill holes after a counterpart: the mesh mirrored (`mirror`), or another mesh of the same kind of object.",
+    sentence: "Fill holes with the shape of a counterpart: the mesh mirrored (`mirror`), or another mesh of the same kind of object.",
     details: "The plane of symmetry is searched, or given by a point and a normal. The other mesh is rotated and translated to fit. The \
               part of it that lies at the hole is joined to the rim by a smooth field of offsets. It is used only if it predicts the \
               faces around the hole; the report says how well.",

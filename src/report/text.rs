@@ -416,7 +416,7 @@ pub fn tally_line(report: &FillReport) -> String {
     let ways = [
         (tally.filled.saturating_sub(other), "by the level set"),
         (sides, "by continued sides"),
-        (alike, "after a counterpart"),
+        (alike, "from a counterpart"),
         (smoothed, "by smoothed triangles"),
         (tally.flat, "by flat caps"),
         (tally.bases, "by flat bases"),

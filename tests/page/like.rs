@@ -1,4 +1,4 @@
-//! `isomend view`: steps after a counterpart, with grain, and with texels; their recipes give the same bytes.
+//! `isomend view`: steps with a counterpart, with grain, and with texels; their recipes give the same bytes.
 
 use std::fs;
 use std::path::Path;

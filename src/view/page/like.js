@@ -1,4 +1,4 @@
-// The group "Counterpart": what holes are filled after. Also the switch for texels, and what a report says about counterparts.
+// The group "Counterpart": the shape that holes are filled with. Also the switch for texels, and what a report says about counterparts.
 
 import { all, find, numberIn } from "../../report/viewer/controls.js";
 import { counts, has, tr } from "./strings.js";
@@ -13,7 +13,7 @@ const WITH_TEXELS = ["obj", "gltf", "glb"];
 /** A word as a shell reads it. */
 const quoted = (word) => /^[\w./:,=+@%-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
 
-/** The regions of a report that were to be filled after a counterpart. */
+/** The regions of a report that were to be filled with the shape of a counterpart. */
 const tested = (report) => (report?.regions || []).filter((region) => region.counterpart);
 
 /** Whether a counterpart was refused at some hole. */
