@@ -35,6 +35,8 @@ const ROUNDS: usize = 400;
 const MOST_SCALED: f64 = 3.0;
 /// Number of draws. On six surfaces with one draw the roughness at the radii 2.2, 4 and 11 was 0.6 to 1.6 times the ring's.
 const DRAWS: usize = 8;
+/// Weight of the height beyond the ring's roughness in the choice of a draw.
+const HEIGHT: f64 = 8.0;
 /// Number of waves of each random field.
 const WAVES: usize = 192;
 /// Mean edges. Distance from the rim over which the grain grows from zero to its whole height.
@@ -78,7 +80,8 @@ pub(crate) fn grain(around: &Surroundings<'_>, vertices: &[u32]) -> Option<Grain
     if patch.cancel.is_cancelled() || missing[REPORTED] <= 0.0 {
         return None;
     }
-    // Of several draws the one whose roughness is nearest to the ring's at all radii.
+    // Of several draws the one whose roughness is nearest to the ring's at all radii, and that is no higher than the ring is rough: quadrics
+    // hide long waves.
     let task = Task {
         patch,
         shape: &shape,
@@ -91,8 +94,13 @@ pub(crate) fn grain(around: &Surroundings<'_>, vertices: &[u32]) -> Option<Grain
         .filter_map(|number| task.draw(number, &measured))
         .collect();
     let score = |draw: &([f64; RADII.len()], Vec<f64>)| -> f64 {
-        let ratios = draw.0.iter().zip(target);
-        ratios.map(|(m, t)| (m / t).ln().powi(2)).sum()
+        let (roughness, heights) = draw;
+        let ratios = roughness.iter().zip(target);
+        let unlike: f64 = ratios.map(|(m, t)| (m / t).ln().powi(2)).sum();
+        let squares: f64 = heights.iter().map(|h| h * h).sum();
+        let height = (squares / heights.len() as f64).sqrt();
+        let most = target.iter().copied().fold(0.0, f64::max);
+        unlike + HEIGHT * (height / most).ln().max(0.0).powi(2)
     };
     let best = draws
         .into_iter()
