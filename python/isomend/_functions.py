@@ -111,8 +111,8 @@ def fill(
         energy: The bending energy that patches minimise.
         finish: How the patches of the level set are finished on their own triangles.
         sharp: Whether sharp edges of man-made shapes that end at a hole are continued across it.
-        like: Fill holes with the shape of a counterpart: the mesh mirrored (``mirror``), or another mesh of the same kind of object. By
-            default none.
+        like: Fill holes with the shape of a counterpart: the mesh mirrored (``mirror``), or another mesh of the same kind of
+            object. By default none.
         like_scale: Scale the mesh that ``like`` names to fit.
         grain: Give patches the roughness of their surroundings, so that they do not look like plastic.
         edge_ratio: Length of the patch's edges relative to the edges round the hole. By default 0.7, 0.8 with ``finish`` none,
