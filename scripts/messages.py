@@ -21,7 +21,7 @@ COMMANDS = ("fill", "restore", "fair", "inspect", "check", "repair", "compare", 
 WRAPPER = """#!/bin/bash
 messages=$(mktemp "{folder}/XXXXXX.messages")
 echo "$1" > "$messages"
-"{program}" "$@" 2> >(tee -a "$messages" >&2)
+exec "{program}" "$@" 2> >(tee -a "$messages" >&2)
 """
 
 
