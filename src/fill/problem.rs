@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::base_plane::BasePlane;
-use super::counterpart::PlacedPart;
+use super::counterpart::placed::PlacedPart;
 use super::grids::Attempt;
 use super::params::FillParams;
 use super::reference::ReferenceSurface;

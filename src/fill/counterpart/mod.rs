@@ -5,7 +5,7 @@ mod align;
 mod find;
 mod judge;
 mod motion;
-mod placed;
+pub(super) mod placed;
 mod surface;
 
 use glam::DVec3;

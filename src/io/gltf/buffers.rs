@@ -185,6 +185,19 @@ pub(super) fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
         .ok()
 }
 
+/// A path as a relative reference (RFC 3986).
+pub(super) fn percent_encoded(path: &str) -> String {
+    let mut out = String::with_capacity(path.len());
+    for byte in path.bytes() {
+        match byte {
+            b'-' | b'.' | b'_' | b'~' | b'/' => out.push(char::from(byte)),
+            byte if byte.is_ascii_alphanumeric() => out.push(char::from(byte)),
+            byte => out += &format!("%{byte:02X}"),
+        }
+    }
+    out
+}
+
 /// Decodes percent-encoded bytes such as `%20`.
 pub(super) fn percent_decoded(uri: &str) -> String {
     let mut bytes = Vec::with_capacity(uri.len());

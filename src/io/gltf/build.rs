@@ -82,7 +82,7 @@ impl Builder {
                 let view = self.plain_view(bytes.into_iter());
                 json!({ "bufferView": view, "mimeType": "image/png" })
             }
-            None => json!({ "uri": super::materials::percent_encoded(image) }),
+            None => json!({ "uri": super::buffers::percent_encoded(image) }),
         };
         let image = self.push("images", image);
         self.push("textures", json!({ "source": image }))

@@ -100,16 +100,3 @@ pub(super) fn turned(uv: &Attribute) -> Option<Attribute> {
     }
     Some(turned)
 }
-
-/// A path as a relative reference (RFC 3986).
-pub(super) fn percent_encoded(path: &str) -> String {
-    let mut out = String::with_capacity(path.len());
-    for byte in path.bytes() {
-        match byte {
-            b'-' | b'.' | b'_' | b'~' | b'/' => out.push(char::from(byte)),
-            byte if byte.is_ascii_alphanumeric() => out.push(char::from(byte)),
-            byte => out += &format!("%{byte:02X}"),
-        }
-    }
-    out
-}

@@ -65,7 +65,7 @@ impl Deliverables {
             ));
         }
         if self.piece.is_some() && !matches!(spec.work, Work::Restore(..)) {
-            return wrong(write::ONLY_RESTORED.to_owned());
+            return wrong(piece::ONLY_RESTORED.to_owned());
         }
         let makes_patches = !matches!(spec.work, Work::Copy);
         if !makes_patches && (self.patches.is_some() || self.mark.is_some()) {

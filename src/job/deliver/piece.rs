@@ -8,6 +8,9 @@ use crate::mesh::{Mesh, Topology, weld_map};
 use crate::repair::{Carried, RepairParams, repair};
 use crate::tuning::tuning;
 
+/// Message if other work than a restoration is asked for a piece.
+pub(super) const ONLY_RESTORED: &str = "only a restoration makes a piece: the solid between the faces that it cuts out and the patches";
+
 /// The solid between two surfaces with a common rim.
 pub(in crate::job) struct Piece {
     /// Closed and oriented outward.

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::components::{Component, components};
 use super::invented::{Expected, Invented, Measured, Patch};
 use super::patches::Whole;
-use super::piece::{Piece, piece};
+use super::piece::{ONLY_RESTORED, Piece, piece};
 use crate::io::Precision;
 use crate::job::documents::FileInfo;
 use crate::job::output::Saved;
@@ -16,9 +16,6 @@ use crate::mesh::{Mesh, Model, Part, Unit};
 
 /// Most patches that get a line each in a text report.
 const MOST_PATCHES: usize = 30;
-/// Message if other work than a restoration is asked for a piece.
-pub(super) const ONLY_RESTORED: &str = "only a restoration makes a piece: the solid between the faces that it cuts out and the patches";
-
 /// The deliverables of a mended mesh.
 #[derive(Clone, Debug, Default)]
 pub(in crate::job) struct Delivered {
