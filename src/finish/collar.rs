@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::patch::Patch;
+use crate::cancel::Cancel;
 
 /// The known vertices around a patch within some width, and the ones used as data, most important first.
 pub(super) struct Collar {
@@ -65,21 +66,36 @@ fn farthest(
 ) -> Vec<u32> {
     let at = |v: u32| patch.points[v as usize];
     let near = |v: u32| before.iter().map(move |&c| at(v).distance_squared(at(c)));
-    let weighted = |&v: &u32| (v, at(v), weight(v), near(v).fold(f64::INFINITY, f64::min));
-    let mut left: Vec<(u32, DVec3, f64, f64)> = items.iter().map(weighted).collect();
+    let points: Vec<DVec3> = items.iter().map(|&v| at(v)).collect();
+    let weights: Vec<f64> = items.iter().map(|&v| weight(v)).collect();
+    let distances = items.iter().map(|&v| near(v).fold(f64::INFINITY, f64::min));
+    let score = |k: usize, squared: f64| weights[k] * squared;
+    let chosen = farthest_points(&points, distances.collect(), score, most, &patch.cancel);
+    chosen.into_iter().map(|k| items[k]).collect()
+}
+
+/// Farthest-point sampling: the indices of at most `most` points, in the order of choice. Each has the largest positive score of its
+/// index and its squared distance from the points chosen before, of which `squared` are the first; among equals it is the first.
+pub(super) fn farthest_points(
+    points: &[DVec3],
+    mut squared: Vec<f64>,
+    score: impl Fn(usize, f64) -> f64,
+    most: usize,
+    cancel: &Cancel,
+) -> Vec<usize> {
     let mut chosen = Vec::new();
-    while chosen.len() < most && !patch.cancel.is_cancelled() {
-        let (mut best, mut score) = (None, 0.0);
-        for (k, item) in left.iter().enumerate() {
-            if item.2 * item.3 > score {
-                (best, score) = (Some(k), item.2 * item.3);
+    while chosen.len() < most && !cancel.is_cancelled() {
+        let (mut best, mut highest) = (None, 0.0);
+        for (k, &distance) in squared.iter().enumerate() {
+            let own = score(k, distance);
+            if own > highest {
+                (best, highest) = (Some(k), own);
             }
         }
         let Some(best) = best else { break };
-        let (v, p, ..) = left[best];
-        chosen.push(v);
-        for item in &mut left {
-            item.3 = item.3.min(p.distance_squared(item.1));
+        chosen.push(best);
+        for (distance, p) in squared.iter_mut().zip(points) {
+            *distance = distance.min(points[best].distance_squared(*p));
         }
     }
     chosen

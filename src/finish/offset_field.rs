@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
+use super::collar::farthest_points;
 use super::kriging::{Kriging, Model};
 use super::params::FinishParams;
 use crate::cancel::Cancel;
@@ -86,31 +87,14 @@ impl OffsetField {
     }
 }
 
-/// Chooses at most `most` of the data by farthest point sampling (Y. Eldar et al., "The farthest point strategy for progressive image
-/// sampling", 1997). The score is distance from the data chosen before, divided by the square root of distance from the rim.
+/// Chooses at most `most` of the data by farthest-point sampling, as for a collar. The score is the squared distance from the data chosen
+/// before, divided by the distance from the rim and half an edge.
 fn spread(data: &[OffsetDatum], most: usize, edge: f64, cancel: &Cancel) -> Vec<OffsetDatum> {
-    let mut distances = vec![f64::INFINITY; data.len()];
-    let mut chosen = Vec::new();
-    let score = |i: usize, distance: f64| distance / (data[i].depth + 0.5 * edge);
-    while chosen.len() < most.min(data.len()) && !cancel.is_cancelled() {
-        // Among equals, the first.
-        let mut best = (0, f64::NEG_INFINITY);
-        for (i, &distance) in distances.iter().enumerate() {
-            let own = score(i, distance.min(f64::MAX));
-            if own > best.1 {
-                best = (i, own);
-            }
-        }
-        let (next, value) = best;
-        if value <= 0.0 {
-            break;
-        }
-        chosen.push(data[next]);
-        for (distance, datum) in distances.iter_mut().zip(data) {
-            *distance = distance.min(datum.point.distance_squared(data[next].point));
-        }
-    }
-    chosen
+    let points: Vec<DVec3> = data.iter().map(|d| d.point).collect();
+    let unknown = vec![f64::INFINITY; data.len()];
+    let score = |i: usize, squared: f64| squared.min(f64::MAX) / (data[i].depth + 0.5 * edge);
+    let chosen = farthest_points(&points, unknown, score, most, cancel);
+    chosen.into_iter().map(|i| data[i]).collect()
 }
 
 #[cfg(test)]
