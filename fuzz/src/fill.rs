@@ -97,6 +97,14 @@ fn params(found: &Inspection, input: &mut Unstructured) -> Result<FillParams> {
     Ok(params)
 }
 
+/// Whether a fill with these parameters says that the hole is closed.
+fn is_closed(outcome: &HoleOutcome) -> bool {
+    matches!(
+        outcome,
+        HoleOutcome::Filled | HoleOutcome::Faired(_) | HoleOutcome::Triangulated(_)
+    )
+}
+
 /// Every number of a report must be one, and every hole must have its end.
 fn check_report(report: &FillReport) {
     for hole in &report.holes {
@@ -107,11 +115,7 @@ fn check_report(report: &FillReport) {
         }
         let reached = hole.outcome != HoleOutcome::Failed(FailedReason::NotReached);
         assert!(reached, "{what}");
-        let closed = matches!(
-            hole.outcome,
-            HoleOutcome::Filled | HoleOutcome::Triangulated(_)
-        );
-        assert!(!closed || hole.region > 0, "{what}");
+        assert!(!is_closed(&hole.outcome) || hole.region > 0, "{what}");
         if hole.region > 0 {
             let region = &report.regions[hole.region - 1];
             assert!(region.holes.contains(&h.id), "{what}");
@@ -177,10 +181,7 @@ fn check_patches(mesh: &Mesh, filled: &Mesh, report: &FillReport) {
     }
     let mut rims: HashSet<(u32, u32)> = HashSet::new();
     for hole in &report.holes {
-        if !matches!(
-            hole.outcome,
-            HoleOutcome::Filled | HoleOutcome::Triangulated(_)
-        ) {
+        if !is_closed(&hole.outcome) {
             continue;
         }
         let rim = &hole.hole.rim;
