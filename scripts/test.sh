@@ -6,7 +6,8 @@
 #   scripts/test.sh --all    also each feature of the library alone, the Python wheel with the packages that it supports, checks of written
 #                            files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, and a minute
 #                            of fuzzing. A check that cannot run is left out, with a message; with CI=true this is a failure.
-#   scripts/test.sh --apps   also tests with large downloads: the Blender extension in Blender's Python module, the website by mdBook
+#   scripts/test.sh --apps   also tests with large downloads or builds: the Blender extension in Blender's Python module, the website by
+#                            mdBook, the program as WebAssembly under Node.js and in Chromium
 #
 # Each stage prints its seconds; a table of them is printed at the end.
 set -euo pipefail
@@ -93,6 +94,12 @@ parts_of_the_library() {
     for features in '' io report study view; do
         cargo clippy --quiet --lib --no-default-features --features "$features" -- -D warnings
     done
+    # The part that is compiled for WebAssembly alone.
+    if command -v rustup > /dev/null && rustup target add wasm32-wasip1 > /dev/null 2>&1; then
+        cargo clippy --quiet --package isomend-wasm --target wasm32-wasip1 -- -D warnings
+    else
+        echo "left out: the WebAssembly module, since Rust's library for it cannot be installed"
+    fi
 }
 
 peers() {
@@ -132,6 +139,12 @@ blender() {
     "$python" scripts/blender_test.py --isomend "$ISOMEND" --wheel .venv/wheels/*.whl
 }
 
+webassembly() {
+    scripts/wasm.sh target/wasm ci
+    node wasm/tests/run.mjs target/wasm/npm "$ISOMEND"
+    "$python" scripts/wasm_test.py target/wasm/site --isomend "$ISOMEND"
+}
+
 site() {
     local program
     program=$(command -v mdbook || echo "$PWD/.venv/mdbook/bin/mdbook")
@@ -158,4 +171,5 @@ fi
 if [ -n "$apps" ]; then
     stage 'Blender extension' blender
     stage 'site of the pages' site
+    stage 'WebAssembly' webassembly
 fi

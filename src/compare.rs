@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
+use crate::elementary::angle_between;
 use crate::mesh::{Mesh, area_vector, face_normal};
 use crate::spatial::Bvh;
 
@@ -274,7 +275,7 @@ fn distances(from: &Mesh, to: &Mesh, count: usize) -> Distances {
         let Some(foot) = bvh.closest(s.point, f64::INFINITY) else {
             return (f64::NAN, f64::NAN);
         };
-        let angle = face_normal(from, s.face).angle_between(face_normal(to, foot.face));
+        let angle = angle_between(face_normal(from, s.face), face_normal(to, foot.face));
         (foot.distance, angle.to_degrees())
     };
     let mut sums = Sums::default();

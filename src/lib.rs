@@ -73,6 +73,7 @@
 //! # Source
 //! M. Droske, M. Rumpf, "A level set formulation for Willmore flow", Interfaces and Free Boundaries 6 (2004) 361–378.
 #![warn(missing_docs)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 // Some items of the engine modules are used only by tests and benchmarks.
 #![cfg_attr(not(feature = "internals"), allow(dead_code, unused_imports))]
 
@@ -88,8 +89,10 @@ pub mod io;
 pub mod job;
 pub mod parameters;
 #[cfg(feature = "report")]
+#[allow(clippy::disallowed_methods)] // Drawings and texts, not meshes.
 pub mod report;
 #[cfg(feature = "study")]
+#[allow(clippy::disallowed_methods)] // Experiments, not meshes.
 pub mod study;
 pub mod volume;
 
@@ -98,6 +101,7 @@ mod cancel;
 #[cfg(feature = "cli")]
 mod cli;
 mod creases;
+mod elementary;
 mod extract;
 mod fill;
 mod finish;
@@ -117,6 +121,7 @@ mod spatial;
 mod stitch;
 #[cfg(all(feature = "io", feature = "report"))]
 mod texture;
+mod threads;
 mod tuning;
 #[cfg(feature = "view")]
 mod view;
@@ -128,6 +133,13 @@ pub use cancel::Cancel;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub use cli::main as command_line;
+/// The local page in a browser that runs the program itself, for the module of WebAssembly: no part of the interface.
+#[cfg(all(feature = "cli", target_family = "wasm"))]
+#[doc(hidden)]
+pub mod in_browser {
+    pub use crate::cli::{CommandLine, report_progress};
+    pub use crate::view::InBrowser;
+}
 pub use extract::{VolumeSurfaceError, level_surface};
 pub use fill::{
     AttemptFailure, ClosedBy, CounterpartKind, CounterpartReport, CreaseReport, FailedReason,

@@ -69,10 +69,12 @@ impl Console {
         self.verbose
     }
 
-    /// Whether to draw a progress bar: on a terminal that can draw it, and not with `-v`, whose lines it would disturb.
+    /// Whether to draw a progress bar: on a terminal that can draw it, with a thread for it, and not with `-v`, whose lines it would
+    /// disturb.
     pub fn wants_progress(self) -> bool {
         let dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
-        !self.quiet && !self.verbose && !dumb && std::io::stderr().is_terminal()
+        let has_threads = !cfg!(target_family = "wasm");
+        has_threads && !self.quiet && !self.verbose && !dumb && std::io::stderr().is_terminal()
     }
 }
 

@@ -38,7 +38,12 @@ fn wait_for_signals() -> std::io::Result<()> {
     Ok(())
 }
 
-#[cfg(not(unix))]
+#[cfg(target_family = "wasm")]
+fn wait_for_signals() -> std::io::Result<()> {
+    Ok(())
+}
+
+#[cfg(not(any(unix, target_family = "wasm")))]
 fn wait_for_signals() -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(|| stop(130))
 }

@@ -27,8 +27,12 @@ mod sdf;
 mod several;
 mod study;
 mod surface;
+#[cfg(not(target_family = "wasm"))]
 mod view;
 mod words;
+
+#[cfg(target_family = "wasm")]
+pub use {progress::report_progress, words::CommandLine};
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -42,6 +46,8 @@ use isomend::{FairError, FillError};
 
 pub use config::Usage;
 use console::Console;
+
+use crate::threads::Threads;
 
 /// How a command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,6 +110,7 @@ enum Command {
     Check(check::CheckArgs),
     Compare(compare::CompareArgs),
     Convert(convert::ConvertArgs),
+    #[cfg(not(target_family = "wasm"))]
     View(view::ViewArgs),
     Study(study::StudyArgs),
     Sdf(sdf::SdfArgs),
@@ -221,6 +228,7 @@ fn run(cli: Cli) -> anyhow::Result<End> {
         Command::Check(args) => start(&args.common, |console| check::run(&args, console)),
         Command::Compare(args) => start(&args.common, |console| compare::run(&args, console)),
         Command::Convert(args) => start(&args.common, |console| convert::run(&args, console)),
+        #[cfg(not(target_family = "wasm"))]
         Command::View(args) => view::run(&args),
         Command::Study(args) => start_run(&args.run, |console| study::run(&args, console)),
         Command::Sdf(args) => start(&args.common, |console| sdf::run(&args, console)),
@@ -247,9 +255,7 @@ fn start_run(
     if let Some(file) = &run.config {
         console.detail(&format!("options from {}", file.display()));
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(run.threads.unwrap_or(0))
-        .build()
+    let pool = Threads::new(run.threads.unwrap_or(0))
         .context("cannot start the threads; try fewer with --threads")?;
     pool.install(|| command(&console))
 }

@@ -9,6 +9,8 @@ use isomend::{
     TriangulatedReason, Unit,
 };
 
+use crate::elementary::log10;
+
 /// Number of widest holes that the table always shows.
 const LARGEST: usize = 10;
 /// Most rows with a remark.
@@ -218,7 +220,7 @@ fn digits(x: f64, count: usize) -> String {
         return "0".to_owned();
     }
     let rounded: f64 = format!("{x:.*e}", count - 1).parse().unwrap_or(x);
-    let magnitude = rounded.abs().log10().floor();
+    let magnitude = log10(rounded.abs()).floor();
     if (-4.0..7.0).contains(&magnitude) {
         let decimals = (count as f64 - 1.0 - magnitude).max(0.0) as usize;
         format!("{rounded:.decimals$}")

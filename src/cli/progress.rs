@@ -12,6 +12,17 @@ use super::console::Console;
 /// Steps of the bar.
 const STEPS: u64 = 1000;
 
+/// Receives the share of the work that is done, where the program runs in a browser.
+#[cfg(target_family = "wasm")]
+static RECEIVER: std::sync::OnceLock<fn(f64)> = std::sync::OnceLock::new();
+
+/// Lets a function receive the share of the work that is done.
+#[cfg(target_family = "wasm")]
+pub fn report_progress(receiver: fn(f64)) {
+    // Set only once, since a program runs one command.
+    let _ = RECEIVER.set(receiver);
+}
+
 /// The current progress bar, if one is drawn.
 static DRAWN: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
@@ -52,6 +63,10 @@ impl<'a> RegionProgress<'a> {
 
     /// Shows a step.
     pub fn step(&self, step: &Step) {
+        #[cfg(target_family = "wasm")]
+        if let Some(receive) = RECEIVER.get() {
+            receive(step.part);
+        }
         let bar = drawn().clone();
         match (bar, &step.event) {
             (Some(bar), _) => show(&bar, &mut self.busy(), step),

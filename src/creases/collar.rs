@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::rings::rings_of;
+use crate::elementary::exp;
 use crate::mesh::{Mesh, Part, VertexFaces, area_vector};
 
 /// Minimum and maximum width of the collar in which creases are searched, in rings of faces.
@@ -137,7 +138,7 @@ impl Collar {
                 let own = normals[f];
                 let sum = self.across(f).fold(own, |sum, g| {
                     let other = normals[g];
-                    sum + other * (-(1.0 - own.dot(other)) / SMOOTHING_WIDTH).exp()
+                    sum + other * exp(-(1.0 - own.dot(other)) / SMOOTHING_WIDTH)
                 });
                 sum.normalize_or_zero()
             };

@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 use super::CreaseRefusal;
 use super::collar::Collar;
 use super::sheet::{Sheet, onto};
+use crate::elementary::{angle_of, at_angle};
 use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
 use crate::mesh::triangulate::constrained_delaunay;
 
@@ -84,7 +85,7 @@ impl Chart {
                 radius,
                 sign,
             } => {
-                let at = *centre + *radius * DVec2::from_angle(p.x / radius);
+                let at = *centre + *radius * at_angle(p.x / radius);
                 across[0] * at.x + across[1] * at.y + *axis * (sign * p.y)
             }
         }
@@ -131,7 +132,7 @@ fn unroll(
     // Angles around the axis, without jumps of 2π along the outline.
     let mut angles: Vec<f64> = outline
         .iter()
-        .map(|p| (flat_of(*p) - centre).to_angle())
+        .map(|p| angle_of(flat_of(*p) - centre))
         .collect();
     for i in 1..angles.len() {
         let turns = (angles[i - 1] - angles[i]) / std::f64::consts::TAU;

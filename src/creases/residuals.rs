@@ -7,6 +7,7 @@
 
 use glam::DVec3;
 
+use crate::elementary::{exp, ln};
 use crate::linalg::Cholesky;
 
 /// Maximum number of vertices for the prediction: the cost of each likelihood grows with its cube.
@@ -54,7 +55,7 @@ impl Residuals {
         let n = points.len() as f64;
         // The log-likelihood of noise alone, then of each range and noise.
         let square = values.iter().map(|d| d * d).sum::<f64>() / n;
-        let alone = -0.5 * n * square.ln();
+        let alone = -0.5 * n * ln(square);
         let mut best: Option<(f64, Self)> = None;
         for range in RANGES.map(|r| r * diameter) {
             for noise in NOISES {
@@ -106,18 +107,18 @@ fn solve(points: &[DVec3], values: &[f64], range: f64, noise: f64) -> Option<(f6
     let mut weights = values.to_vec();
     factor.solve(&mut weights);
     let square = weights.iter().zip(values).map(|(w, v)| w * v).sum::<f64>() / n as f64;
-    let likelihood = -0.5 * n as f64 * square.ln() - 0.5 * factor.log_determinant();
+    let likelihood = -0.5 * n as f64 * ln(square) - 0.5 * factor.log_determinant();
     likelihood.is_finite().then_some((likelihood, weights))
 }
 
 /// The Matérn covariance of order 5/2 for a distance in ranges.
 fn covariance(distance: f64) -> f64 {
     let d = 5f64.sqrt() * distance;
-    (1.0 + d + d * d / 3.0) * (-d).exp()
+    (1.0 + d + d * d / 3.0) * exp(-d)
 }
 
 /// The derivative of the covariance with respect to the distance, divided by the distance.
 fn slope(distance: f64) -> f64 {
     let d = 5f64.sqrt() * distance;
-    -5.0 / 3.0 * (1.0 + d) * (-d).exp()
+    -5.0 / 3.0 * (1.0 + d) * exp(-d)
 }

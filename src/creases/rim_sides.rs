@@ -9,6 +9,7 @@ use super::collar::{Collar, median, rings};
 use super::labels::{LabelCosts, labels};
 use super::network::ends;
 use super::segment::Sides;
+use crate::elementary::{acos, cos};
 use crate::mesh::{Mesh, VertexFaces};
 
 /// Thresholds for a kind of mesh.
@@ -226,7 +227,7 @@ impl RimSides {
     /// The angle between the normals of two sides at a point, in degrees.
     pub(super) fn angle(&self, point: DVec3, sides: [usize; 2]) -> f64 {
         let [a, b] = sides.map(|s| self.sides.list[s].sheet.normal(point));
-        a.dot(b).clamp(-1.0, 1.0).acos().to_degrees()
+        acos(a.dot(b).clamp(-1.0, 1.0)).to_degrees()
     }
 
     /// Checks that a rim with a single side runs along a crease or that the side is flat.
@@ -238,7 +239,7 @@ impl RimSides {
             let (p, q) = (collar.rim_point(i), collar.rim_point(i + 1));
             let beyond = collar.smoothed[collar.beyond[i] as usize];
             all += p.distance(q);
-            if sheet.normal(p).dot(beyond) < CREASE.to_radians().cos() {
+            if sheet.normal(p).dot(beyond) < cos(CREASE.to_radians()) {
                 along += p.distance(q);
             }
         }

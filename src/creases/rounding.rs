@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::collar::{self, Collar, median};
 use super::rounded::{Face, MOST_PLANES, OUTLIER, Place, Plane, Rounded};
 use super::sheet::Sheet;
+use crate::elementary::{cos, ln, powf};
 use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
 use crate::mesh::{Mesh, VertexFaces};
 
@@ -114,7 +115,7 @@ impl Data {
             residual: 0.0,
         };
         let (least, most) = (RADII.0 * collar.edge, RADII.1 * collar.diameter);
-        let step = |i: usize| least * (most / least).powf(i as f64 / (RADII.2 - 1) as f64);
+        let step = |i: usize| least * powf(most / least, i as f64 / (RADII.2 - 1) as f64);
         let mut at = |i: usize| {
             model.radius = step(i);
             self.sum(&model)
@@ -171,7 +172,7 @@ impl Data {
         // The Bayesian information criterion; each plane has three coefficients.
         let count = self.near.len() as f64;
         let cost = |m: &Rounded| {
-            count * (m.residual.powi(2) + 1e-8).ln() + 3.0 * m.planes.len() as f64 * count.ln()
+            count * ln(m.residual.powi(2) + 1e-8) + 3.0 * m.planes.len() as f64 * ln(count)
         };
         let planes = planes(&self.collar);
         let covered: usize = planes.iter().map(|p| p.faces).sum();
@@ -340,7 +341,7 @@ fn grown(collar: &Collar, first: usize, is_taken: &[bool]) -> (Option<Plane>, Ve
             let off = collar.corners(f).map(|p| (normal.dot(p) - offset).abs());
             !is_taken[f]
                 && off.iter().all(|d| *d < near)
-                && collar.smoothed[f].dot(normal) > TURNED.to_radians().cos()
+                && collar.smoothed[f].dot(normal) > cos(TURNED.to_radians())
         };
         faces = flood(collar, first, fits);
         if faces.len() < 3 {

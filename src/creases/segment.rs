@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::collar::{Collar, median};
 use super::sheet::Sheet;
+use crate::elementary::cos;
 
 /// A region is seeded at a face where smoothed normals within two rings differ by less than this, in 1 − cos.
 const CALM: f64 = 0.1;
@@ -223,7 +224,7 @@ impl Growth<'_> {
             && sheet
                 .normal(self.collar.middle(face))
                 .dot(self.collar.smoothed[face])
-                > TURNED.to_radians().cos()
+                > cos(TURNED.to_radians())
     }
 
     /// Faces across the edges of a region that are in no region, in rising order.

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::residuals::Residuals;
+use crate::elementary::ln;
 use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
 
 /// Number of coefficients of a quadric: x², y², z², xy, yz, xz, x, y, z and 1.
@@ -48,8 +49,8 @@ impl Sheet {
             return plane;
         };
         let square = |residual: f64| residual.powi(2) + (ROUNDING * edge).powi(2);
-        let gain = count * (square(quadric.residual) / square(plane.residual)).ln();
-        match gain + 6.0 * count.ln() < 0.0 && quadric.residual < plane.residual {
+        let gain = count * ln(square(quadric.residual) / square(plane.residual));
+        match gain + 6.0 * ln(count) < 0.0 && quadric.residual < plane.residual {
             true => quadric,
             false => plane,
         }

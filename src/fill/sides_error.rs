@@ -4,6 +4,7 @@
 //! noise of the rings' vertices, which the patch does not have. The remainder is the error of the fitted sides, which falls as the number
 //! of fitted vertices grows, that is, as edges get shorter.
 
+use crate::elementary::hypot;
 use glam::DVec3;
 
 /// Noise of the rings over the residual of the sides.
@@ -46,18 +47,18 @@ impl Predicted {
         let beyond = (self.error.powi(2) - noise.powi(2)).max(0.0).sqrt();
         let own = if self.is_flat { OWN_OF_PLANE } else { OWN };
         let own = noise * (own * self.edge.sqrt()).min(1.0);
-        own.hypot(BEYOND_NOISE * beyond)
+        hypot(own, BEYOND_NOISE * beyond)
     }
 }
 
 /// The expected error of rounded edges, from their error on the rings and the hole's diameter.
 pub(super) fn of_rounded(error: f64, diameter: f64) -> f64 {
-    error.hypot(LEAST_OF_ROUNDED * diameter)
+    hypot(error, LEAST_OF_ROUNDED * diameter)
 }
 
 /// An expected error at a point, increased by the rounding of its coordinates.
 pub(super) fn with_rounding(error: f64, at: DVec3) -> f64 {
-    error.hypot(ROUNDING * at.abs().max_element())
+    hypot(error, ROUNDING * at.abs().max_element())
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use super::params::{FinishMethod, FinishParams};
 use super::patch::{Patch, test_rings};
 use super::report::{Candidate, Refusal};
 use super::willmore::minimise;
+use crate::elementary::powf;
 use crate::tuning::tuning;
 
 /// The candidate surfaces and their blend `Σ w e⁻⁴ x / Σ w e⁻⁴`. The errors `e` are measured on rings of known vertices around
@@ -87,7 +88,7 @@ fn weigh(surfaces: &mut [Continuation], ring_errors: &[Errors]) {
                 .iter()
                 .map(|e| of(*e).max(tuning().finish.least_ring_error))
                 .product();
-            Some(product.powf(1.0 / errors.len() as f64))
+            Some(powf(product, 1.0 / errors.len() as f64))
         };
         found.ring_error = mean(&|e| e);
         let is_one_of_alike = kriged.is_some() || found.chart.is_some();

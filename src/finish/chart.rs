@@ -5,6 +5,7 @@ use glam::{DMat3, DVec2, DVec3};
 use super::geometry::{median, quantile, vertex_normals};
 use super::patch::Patch;
 use super::report::ChartKind;
+use crate::elementary::atan2;
 use crate::tuning::tuning;
 
 /// Plane coordinates and heights over a sphere or plane, in diameters of the hole.
@@ -102,7 +103,7 @@ impl Chart {
                 let v = self.frame.transpose() * self.surface.over(point);
                 let sine = v.truncate().length();
                 let stretch = if sine > 1e-9 {
-                    sine.atan2(v.z) / sine
+                    atan2(sine, v.z) / sine
                 } else {
                     1.0
                 };

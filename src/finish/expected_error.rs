@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use super::candidates::{Continuation, Kriged};
 use super::geometry::{area_vector, corners};
 use super::patch::Patch;
+use crate::elementary::{hypot, powf};
 use crate::tuning::tuning;
 
 /// The expected error of each moving vertex, in the patch's units.
@@ -32,15 +33,15 @@ pub(super) fn expected_error(
     let by_kriging = best.and_then(|(_, kriged)| by_kriging(patch, shape, kriged));
     let (factor, values) = match by_kriging {
         Some(values) => (
-            rules.kriged_error * bend.powf(rules.kriged_error_bend),
+            rules.kriged_error * powf(bend, rules.kriged_error_bend),
             values,
         ),
         None => {
             let error = surfaces.first().and_then(|s| s.found.ring_error);
             let slope = error.map_or(tuning().finish.median_slope, |e| e / patch.edge);
             let factor = rules.ring_error
-                * bend.powf(rules.ring_error_bend)
-                * slope.powf(rules.ring_error_slope);
+                * powf(bend, rules.ring_error_bend)
+                * powf(slope, rules.ring_error_slope);
             (factor, by_depth(patch))
         }
     };
@@ -61,8 +62,8 @@ fn by_kriging(patch: &Patch, shape: &[DVec3], kriged: &Kriged) -> Option<Vec<f64
     if mean == 0.0 {
         return Some(deviations);
     }
-    let scale = mean.powf(tuning().finish.kriged_error_deviation);
-    let value = |d: &f64| scale * (d / mean).hypot(tuning().finish.kriged_error_floor);
+    let scale = powf(mean, tuning().finish.kriged_error_deviation);
+    let value = |d: &f64| scale * hypot(d / mean, tuning().finish.kriged_error_floor);
     mean.is_finite()
         .then(|| deviations.iter().map(value).collect())
 }
@@ -74,11 +75,7 @@ fn by_depth(patch: &Patch) -> Vec<f64> {
     let deepest = finite.fold(f64::MIN_POSITIVE, f64::max);
     depth
         .iter()
-        .map(|d| {
-            (d / deepest)
-                .min(1.0)
-                .hypot(tuning().finish.ring_error_floor)
-        })
+        .map(|d| hypot((d / deepest).min(1.0), tuning().finish.ring_error_floor))
         .collect()
 }
 

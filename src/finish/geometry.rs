@@ -5,6 +5,7 @@
 
 use std::f64::consts::PI;
 
+use crate::elementary::atan2;
 use crate::tuning::tuning;
 use glam::DVec3;
 use sprs::CsMat;
@@ -110,7 +111,7 @@ pub(super) fn gauss_curvature(points: &[DVec3], faces: &Faces, areas: &[f64]) ->
         let p = corners(points, face);
         for k in 0..3 {
             let (u, v) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
-            lack[face[k] as usize] -= u.cross(v).length().atan2(u.dot(v));
+            lack[face[k] as usize] -= atan2(u.cross(v).length(), u.dot(v));
         }
     }
     lack.iter().zip(areas).map(|(l, a)| l / a).collect()

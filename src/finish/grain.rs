@@ -14,6 +14,7 @@ use super::geometry::vertex_normals;
 use super::params::FinishParams;
 use super::patch::{Located, Patch};
 use super::surroundings::Surroundings;
+use crate::elementary::{cos, ln};
 use crate::linalg::solve_spd;
 
 /// Mean edges. Radii of the quadrics. Shape of longer wavelengths is continued by the patch itself.
@@ -96,11 +97,11 @@ pub(crate) fn grain(around: &Surroundings<'_>, vertices: &[u32]) -> Option<Grain
     let score = |draw: &([f64; RADII.len()], Vec<f64>)| -> f64 {
         let (roughness, heights) = draw;
         let ratios = roughness.iter().zip(target);
-        let unlike: f64 = ratios.map(|(m, t)| (m / t).ln().powi(2)).sum();
+        let unlike: f64 = ratios.map(|(m, t)| ln(m / t).powi(2)).sum();
         let squares: f64 = heights.iter().map(|h| h * h).sum();
         let height = (squares / heights.len() as f64).sqrt();
         let most = target.iter().copied().fold(0.0, f64::max);
-        unlike + HEIGHT * (height / most).ln().max(0.0).powi(2)
+        unlike + HEIGHT * ln(height / most).max(0.0).powi(2)
     };
     let best = draws
         .into_iter()
@@ -360,7 +361,7 @@ fn drawn(points: &[DVec3], length: f64, seed: u64) -> Vec<f64> {
     let waves: Vec<(DVec3, f64)> = (0..WAVES).map(wave).collect();
     let height = (2.0 / WAVES as f64).sqrt();
     let at = |p: &DVec3| {
-        let all = waves.iter().map(|(k, phase)| (k.dot(*p) + phase).cos());
+        let all = waves.iter().map(|(k, phase)| cos(k.dot(*p) + phase));
         height * all.sum::<f64>()
     };
     points.par_iter().map(at).collect()
@@ -386,7 +387,7 @@ impl Random {
     /// Normal with mean 0 and variance 1 (G. E. P. Box, M. E. Muller, 1958).
     fn normal(&mut self) -> f64 {
         let (u, v) = (self.uniform(), self.uniform());
-        (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
+        (-2.0 * ln(u)).sqrt() * cos(TAU * v)
     }
 }
 

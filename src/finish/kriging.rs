@@ -9,6 +9,7 @@
 use glam::DVec2;
 
 use crate::cancel::Cancel;
+use crate::elementary::ln;
 use crate::linalg::{Symmetric, Triangle, Tridiagonal};
 use crate::tuning::tuning;
 
@@ -25,9 +26,9 @@ const TERMS: usize = 6;
 fn covariance(order: u8, squared: f64) -> f64 {
     let s = squared.max(1e-24);
     match order {
-        2 => 0.5 * s * s.ln(),
+        2 => 0.5 * s * ln(s),
         3 => s * s.sqrt(),
-        4 => -0.5 * s * s * s.ln(),
+        4 => -0.5 * s * s * ln(s),
         _ => -s * s * s.sqrt(),
     }
 }
@@ -222,7 +223,7 @@ impl Model {
                     continue;
                 };
                 let scale = (shifted.quadratic(&data) / count).max(1e-300);
-                let likelihood = -0.5 * (count * scale.ln() + shifted.log_determinant());
+                let likelihood = -0.5 * (count * ln(scale) + shifted.log_determinant());
                 if likelihood.is_finite() && best.is_none_or(|b| likelihood > b.0) {
                     best = Some((likelihood, model));
                 }

@@ -9,6 +9,7 @@ use super::band::{Band, Cell, WIDTH, corner_numbers};
 use super::element::{ELEMENT, Gradients, against_gradients, dot, gauss_gradients, gradient};
 use super::settings::Variant;
 use super::stencil::Stencil;
+use crate::elementary::{cos, sin};
 
 /// Items per partial sum.
 const CHUNK: usize = 1024;
@@ -18,7 +19,7 @@ const EPSILON: f64 = 1e-6;
 /// The weight χ(t) = ½ (1 + cos(πt/b)) for |t| < b, else 0.
 pub fn chi(t: f64) -> f64 {
     if t.abs() < WIDTH {
-        0.5 * (1.0 + (PI * t / WIDTH).cos())
+        0.5 * (1.0 + cos(PI * t / WIDTH))
     } else {
         0.0
     }
@@ -27,7 +28,7 @@ pub fn chi(t: f64) -> f64 {
 /// The derivative χ′.
 pub fn chi_derivative(t: f64) -> f64 {
     if t.abs() < WIDTH {
-        -0.5 * PI / WIDTH * (PI * t / WIDTH).sin()
+        -0.5 * PI / WIDTH * sin(PI * t / WIDTH)
     } else {
         0.0
     }

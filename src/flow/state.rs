@@ -7,6 +7,7 @@ use super::outcome::StepRecord;
 use super::pull::{BandPull, Pull};
 use super::settings::FlowSettings;
 use super::system::System;
+use crate::elementary::log2;
 use crate::grid::SparseGrid;
 use crate::linalg::{
     CgOutcome, Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient,
@@ -138,7 +139,7 @@ impl<E: BandEnergy> BandState<E> {
         // diagonal is a good preconditioner.
         let band = self.energy.band();
         let short = settings.time_step <= tuning().flow.short;
-        if (settings.time_step / self.coarse_step).log2().abs() > tuning().flow.time_step_change {
+        if log2(settings.time_step / self.coarse_step).abs() > tuning().flow.time_step_change {
             self.coarse = None;
         }
         if !short && self.coarse.is_none() {

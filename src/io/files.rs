@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Component, Path};
 
+use super::paths::canonical;
 use super::{
     Contents, Format, IoError, Loaded, Precision, Resolve, WriteOptions, model_to_bytes,
     read_bytes, read_volume_bytes, replace_file, volume_to_bytes,
@@ -137,7 +138,7 @@ fn side_file(path: &Path, name: &str, most: u64) -> Result<Vec<u8>, IoError> {
         _ => Path::new("."),
     };
     let unreadable = |cause: std::io::Error| refuse(&format!("cannot be read ({cause})"));
-    let folder = fs::canonicalize(folder).map_err(unreadable)?;
+    let folder = canonical(folder).map_err(unreadable)?;
     // Names that lead outside are refused before the file system is asked about them.
     let mut depth = 0i64;
     for part in Path::new(name).components() {
@@ -150,7 +151,7 @@ fn side_file(path: &Path, name: &str, most: u64) -> Result<Vec<u8>, IoError> {
             return Err(refuse("is outside the folder of the file"));
         }
     }
-    let beside = fs::canonicalize(folder.join(name)).map_err(unreadable)?;
+    let beside = canonical(&folder.join(name)).map_err(unreadable)?;
     if !beside.starts_with(&folder) {
         return Err(refuse("is outside the folder of the file"));
     }

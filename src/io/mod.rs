@@ -34,6 +34,7 @@ mod lost;
 mod mesh_builder;
 mod obj;
 mod off;
+mod paths;
 mod ply;
 mod save;
 mod stl;
@@ -51,6 +52,7 @@ pub use files::{
     read_path, read_text, read_volume_path, write_model, write_path, write_volume_path,
 };
 pub use format::Format;
+pub(crate) use paths::canonical;
 #[cfg(feature = "report")]
 pub(crate) use save::Staged;
 #[cfg(feature = "view")]

@@ -137,6 +137,8 @@ impl Staged {
             // Before the content is written, so that only those who could read the old file can read it.
             if let Some(old) = &old {
                 keep_owner(file.as_file(), old);
+                // Files in memory have no permissions.
+                #[cfg(not(target_family = "wasm"))]
                 fs::set_permissions(file.path(), old.permissions())?;
             }
             file.write_all(bytes)?;

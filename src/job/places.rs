@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::JobError;
-use crate::io::Format;
+use crate::io::{Format, canonical};
 
 /// A file, or the caller's memory.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -116,9 +116,9 @@ impl<P: Into<PathBuf>> From<P> for Place {
 /// Whether two paths name the same file. Links are followed; a file that does not exist yet is compared by its folder and name.
 fn same_file(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| {
-        std::fs::canonicalize(path).ok().or_else(|| {
+        canonical(path).ok().or_else(|| {
             let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
-            let folder = std::fs::canonicalize(folder.unwrap_or(Path::new("."))).ok()?;
+            let folder = canonical(folder.unwrap_or(Path::new("."))).ok()?;
             Some(folder.join(path.file_name()?))
         })
     };
@@ -178,7 +178,7 @@ pub fn in_folder(
 
 /// Refuses outputs that are another input, for example through a link.
 fn refuse_other_inputs(inputs: &[Place], outputs: &[PathBuf]) -> Result<(), JobError> {
-    let place = |path: &Path| std::fs::canonicalize(path).ok();
+    let place = |path: &Path| canonical(path).ok();
     let named = inputs.iter().enumerate();
     let places: BTreeMap<PathBuf, usize> = named
         .filter_map(|(i, input)| Some((place(input.path()?)?, i)))

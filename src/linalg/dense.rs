@@ -1,5 +1,6 @@
 //! Small dense systems (Cholesky) and eigenvalues of symmetric 3 × 3 matrices.
 
+use crate::elementary::{hypot, ln};
 use glam::DVec3;
 
 /// A Cholesky factorisation of a dense matrix.
@@ -23,7 +24,7 @@ impl Cholesky {
     /// Natural logarithm of the matrix's determinant.
     pub fn log_determinant(&self) -> f64 {
         let diagonal = self.factor.iter().step_by(self.n + 1);
-        2.0 * diagonal.map(|d| d.ln()).sum::<f64>()
+        2.0 * diagonal.map(|d| ln(*d)).sum::<f64>()
     }
 }
 
@@ -101,8 +102,8 @@ pub fn symmetric_eigen(matrix: &[[f64; 3]; 3]) -> ([f64; 3], [DVec3; 3]) {
             }
             // The rotation in the plane of axes p and q that makes entry (p, q) zero.
             let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
-            let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
-            let c = 1.0 / t.hypot(1.0);
+            let t = theta.signum() / (theta.abs() + hypot(theta, 1.0));
+            let c = 1.0 / hypot(t, 1.0);
             let s = t * c;
             for row in &mut a {
                 (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);

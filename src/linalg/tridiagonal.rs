@@ -5,6 +5,7 @@
 
 use super::rows::{axpy, dot};
 use super::symmetric::{Symmetric, reflect};
+use crate::elementary::ln;
 
 /// A dense symmetric matrix reduced to tridiagonal form.
 pub struct Tridiagonal {
@@ -101,7 +102,7 @@ impl Tridiagonal {
 impl Shifted {
     /// The logarithm of the determinant.
     pub fn log_determinant(&self) -> f64 {
-        self.pivots.iter().map(|p| p.ln()).sum()
+        self.pivots.iter().map(|p| ln(*p)).sum()
     }
 
     /// `yᵀ (T + s)⁻¹ y`.

@@ -7,6 +7,7 @@ use super::error::MOST_THREADS;
 use crate::cancel::Cancel;
 use crate::fill::RegionReport;
 use crate::mesh::HoleId;
+use crate::threads::Threads;
 
 /// A callback that receives each [`Step`], often and from several threads.
 pub type Progress<'a> = dyn Fn(&Step) + Sync + 'a;
@@ -88,9 +89,8 @@ impl<'a> Control<'a> {
             return run();
         };
         self.check()?;
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.map_err(|_| FillError::Threads { threads })?
-            .install(run)
+        let pool = Threads::new(threads).map_err(|_| FillError::Threads { threads })?;
+        pool.install(run)
     }
 }
 

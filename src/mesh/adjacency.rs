@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::{Mesh, area_vector};
+use crate::elementary::angle_between;
 
 /// The faces of each vertex, as one flat list.
 pub struct VertexFaces {
@@ -56,7 +57,7 @@ pub fn vertex_normal(mesh: &Mesh, around: &VertexFaces, vertex: u32) -> DVec3 {
         let p = mesh.positions[vertex as usize];
         let a = mesh.positions[face[(k + 1) % 3] as usize] - p;
         let b = mesh.positions[face[(k + 2) % 3] as usize] - p;
-        sum += normal * a.angle_between(b);
+        sum += normal * angle_between(a, b);
     }
     sum.normalize_or_zero()
 }

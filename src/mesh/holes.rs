@@ -9,6 +9,7 @@ use super::{
     chains::describe_chains,
     topology::{NONE, Topology, end, start},
 };
+use crate::elementary::sin_cos;
 
 /// A vector area below this fraction of the sum of its parts' areas is a rounding error.
 const FLAT: f64 = 1e-9;
@@ -223,7 +224,7 @@ fn diameter(points: &[DVec3]) -> f64 {
         candidates.clear();
         for i in 0..49 {
             let z = 1.0 - (f64::from(i) + 0.5) / 49.0;
-            let (s, c) = (f64::from(i) * 2.399_963).sin_cos();
+            let (s, c) = sin_cos(f64::from(i) * 2.399_963);
             let d = DVec3::new(c, s, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z;
             let by = |a: &&DVec3, b: &&DVec3| a.dot(d).total_cmp(&b.dot(d));
             candidates.extend(points.iter().max_by(by));

@@ -1,5 +1,6 @@
 //! Area vectors of triangles and eigenvalues of 3 × 3 matrices.
 
+use crate::elementary::{acos, cos};
 use glam::DVec3;
 
 /// The normal of a triangle; its length is twice the area.
@@ -21,6 +22,6 @@ pub fn smallest_eigenvalue(m: &[[f64; 3]; 3]) -> f64 {
     let determinant = b(0, 0) * (b(1, 1) * b(2, 2) - b(1, 2) * b(1, 2))
         - b(0, 1) * (b(0, 1) * b(2, 2) - b(1, 2) * b(0, 2))
         + b(0, 2) * (b(0, 1) * b(1, 2) - b(1, 1) * b(0, 2));
-    let angle = (0.5 * determinant).clamp(-1.0, 1.0).acos() / 3.0;
-    q + 2.0 * p * (angle + 2.0 * std::f64::consts::PI / 3.0).cos()
+    let angle = acos((0.5 * determinant).clamp(-1.0, 1.0)) / 3.0;
+    q + 2.0 * p * cos(angle + 2.0 * std::f64::consts::PI / 3.0)
 }

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use crate::elementary::log2;
 use crate::grid::{Lattice, NodeIndex};
 use crate::mesh::{DisjointSets, Hole, Mesh, bounds};
 use crate::spatial::{Bounds, BoxTree};
@@ -301,7 +302,7 @@ impl Region {
             .map(|h| (h.diameter / h.width.max(1e-3 * h.diameter)).min(tuning().region.narrowest))
             .fold(f64::INFINITY, f64::min);
         let coarsest = tuning().region.coarsest * narrow.max(refine.min(2.0));
-        let mut refinements = (across / coarsest).log2().floor().max(0.0) as usize;
+        let mut refinements = log2(across / coarsest).floor().max(0.0) as usize;
         let mut coarse = voxel * f64::from(1u32 << refinements.min(16));
         // The box: rims and initial surface, with a margin that grows with the width of the widest hole.
         let rims = chosen().flat_map(|h| &h.rim);

@@ -2,6 +2,7 @@
 
 use super::draft::Draft;
 use crate::check::{Component, components};
+use crate::elementary::powf;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::NONE;
 use crate::tuning::tuning;
@@ -59,5 +60,5 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
 
 /// Whether a component encloses enough volume for its area to be a body with holes rather than a sheet.
 fn encloses(c: &Component) -> bool {
-    c.volume.abs() > tuning().repair.least_volume * c.area.powf(1.5)
+    c.volume.abs() > tuning().repair.least_volume * powf(c.area, 1.5)
 }

@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 
 use glam::DVec3;
 
+use crate::elementary::{exp, ln};
 use crate::linalg::solve_spd;
 use crate::mesh::{Mesh, VertexFaces, vertex_normal};
 
@@ -187,7 +188,7 @@ pub fn fit_jet(mesh: &Mesh, around: &VertexFaces, vertex: u32) -> Option<Jet> {
         .iter()
         .map(|&i| {
             let d = (mesh.positions[i as usize] - origin) / radius;
-            let weight = (-1.5 * d.length_squared()).exp();
+            let weight = exp(-1.5 * d.length_squared());
             [d.dot(axes[0]), d.dot(axes[1]), d.dot(axes[2]), weight]
         })
         .collect();
@@ -223,7 +224,7 @@ fn best_fit(samples: &[[f64; 4]]) -> Option<([f64; MAX_TERMS], f64)> {
         };
         let rss: f64 = samples.iter().zip(&equations.rows).map(residual).sum();
         let variance = rss / n;
-        let criterion = count * (variance + 1e-12).ln() + p as f64 * count.ln();
+        let criterion = count * ln(variance + 1e-12) + p as f64 * ln(count);
         let deviation = (variance * count / (count - p as f64).max(1.0)).sqrt();
         if best.as_ref().is_none_or(|b| criterion < b.0) {
             best = Some((criterion, c, deviation));

@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 
 use super::bvh::{Bvh, Child, WIDTH};
+use crate::elementary::atan2;
 use crate::mesh::area_vector;
 
 /// Cluster radii. Beyond this distance from its centre a cluster is replaced by its expansion.
@@ -212,7 +213,7 @@ fn solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let (la, lb, lc) = (a.length(), b.length(), c.length());
     let numerator = a.dot(b.cross(c));
     let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    2.0 * numerator.atan2(denominator)
+    2.0 * atan2(numerator, denominator)
 }
 
 #[cfg(test)]

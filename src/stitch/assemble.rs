@@ -12,6 +12,7 @@ use super::joined::check_joined;
 use super::matching;
 use super::rim::Rims;
 use super::{Patch, StitchError, StitchInput, StitchReport};
+use crate::elementary::acos;
 use crate::mesh::{DisjointSets, area_vector, bounds};
 
 /// A patch during stitching, with its connection to the mesh.
@@ -213,7 +214,7 @@ impl Assembled {
                 let normal = mesh
                     .area_vector(mesh.faces[h as usize / 3])
                     .normalize_or_zero();
-                Some(normal.dot(beyond).clamp(-1.0, 1.0).acos().to_degrees())
+                Some(acos(normal.dot(beyond).clamp(-1.0, 1.0)).to_degrees())
             })
             .collect();
         self.report.seam_angle_mean = angles.iter().sum::<f64>() / angles.len().max(1) as f64;

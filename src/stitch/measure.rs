@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::Patch;
 use super::assemble::quality;
+use crate::elementary::acos;
 use crate::mesh::{Mesh, area_vector};
 
 impl Patch {
@@ -35,7 +36,7 @@ impl Patch {
             for edge in edges(f) {
                 if let Some(n) = beyond.get(&edge) {
                     let cosine = normal(f).dot(*n).clamp(-1.0, 1.0);
-                    angles.push(cosine.acos().to_degrees());
+                    angles.push(acos(cosine).to_degrees());
                 }
             }
         }

@@ -6,6 +6,7 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 
 use super::{Patch, StitchError};
+use crate::elementary::angle_between;
 use crate::mesh::Mesh;
 use crate::mesh::triangulate::triangulate_loop;
 use crate::tuning::tuning;
@@ -163,8 +164,8 @@ impl Refinement {
             return false;
         }
         let [pa, pb, pc, pd] = [a, b, c, d].map(|v| self.position[v as usize]);
-        let opposite = (pa - pc).angle_between(pb - pc) + (pa - pd).angle_between(pb - pd);
-        let after = (pc - pa).angle_between(pd - pa) + (pc - pb).angle_between(pd - pb);
+        let opposite = angle_between(pa - pc, pb - pc) + angle_between(pa - pd, pb - pd);
+        let after = angle_between(pc - pa, pd - pa) + angle_between(pc - pb, pd - pb);
         // A flip must improve by more than rounding errors, so that the loop ends.
         if opposite.partial_cmp(&(after + 1e-9)) != Some(std::cmp::Ordering::Greater) {
             return false;

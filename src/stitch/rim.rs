@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::{StitchError, StitchInput};
+use crate::elementary::{angle_between, atan2};
 use crate::mesh::area_vector;
 
 /// The mesh face on the other side of a rim edge.
@@ -129,7 +130,7 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
             if on_rim.contains(&a) || on_rim.contains(&b) {
                 match first_normal.remove(&(b, a)) {
                     Some(other) if n.length() * other.length() > 0.0 => {
-                        angles.push(n.angle_between(other));
+                        angles.push(angle_between(n, other));
                     }
                     Some(_) => {}
                     None => _ = first_normal.insert((a, b), n),
@@ -267,7 +268,7 @@ fn clockwise(input: &StitchInput, rims: &Rims, at: u32, a: u32, b: u32) -> f64 {
         n.any_orthonormal_vector()
     };
     let y = n.cross(x);
-    let angle = |v: u32| (p(v) - p(at)).dot(y).atan2((p(v) - p(at)).dot(x));
+    let angle = |v: u32| atan2((p(v) - p(at)).dot(y), (p(v) - p(at)).dot(x));
     if a == b {
         TAU
     } else {

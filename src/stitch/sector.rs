@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use crate::elementary::angle_between;
 use crate::tuning::tuning;
 use glam::DVec3;
 
@@ -97,7 +98,7 @@ impl Sector {
     }
 
     fn angle(&self) -> f64 {
-        let angle = self.first.angle_between(self.last);
+        let angle = angle_between(self.first, self.last);
         let angle = if angle.is_finite() { angle } else { 0.0 };
         if self.reflex { TAU - angle } else { angle }
     }

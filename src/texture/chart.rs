@@ -7,6 +7,7 @@ use sprs::TriMatI;
 
 use super::disk::Disk;
 use crate::cancel::Cancel;
+use crate::elementary::{at_angle, cos, sin};
 use crate::linalg::{Csr, Jacobi, LinearOperator, SparseMatrix, bicgstab};
 use crate::mesh::attributes::NONE;
 
@@ -79,9 +80,9 @@ impl Border {
         let edge = self.angles.partition_point(|a| *a <= angle).max(1) - 1;
         let start = self.angles[edge];
         let end = self.angles.get(edge + 1).copied().unwrap_or(TAU);
-        let (before, behind) = ((angle - start).sin(), (end - angle).sin());
+        let (before, behind) = (sin(angle - start), sin(end - angle));
         let part = before / (before + behind).max(f64::MIN_POSITIVE);
-        let distance = (0.5 * (end - start)).cos() / (angle - 0.5 * (start + end)).cos();
+        let distance = cos(0.5 * (end - start)) / cos(angle - 0.5 * (start + end));
         (edge, part.clamp(0.0, 1.0), distance)
     }
 }
@@ -99,7 +100,7 @@ pub(super) fn layout(
     let mut places = vec![DVec2::ZERO; points.len()];
     let mut row = vec![0; points.len()];
     for (&vertex, angle) in border.vertices.iter().zip(&border.angles) {
-        places[vertex as usize] = DVec2::from_angle(*angle);
+        places[vertex as usize] = at_angle(*angle);
         row[vertex as usize] = NONE;
     }
     let mut count = 0;

@@ -3,6 +3,7 @@
 use std::io::Cursor;
 use std::sync::LazyLock;
 
+use crate::elementary::powf;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
@@ -100,7 +101,7 @@ static LINEAR: LazyLock<[f64; 256]> = LazyLock::new(|| {
         let value = byte as f64 / 255.0;
         match value <= 0.04045 {
             true => value / 12.92,
-            false => ((value + 0.055) / 1.055).powf(2.4),
+            false => powf((value + 0.055) / 1.055, 2.4),
         }
     })
 });
@@ -117,7 +118,7 @@ pub(super) fn texel([r, g, b, a]: Linear) -> [u8; 4] {
         let light = light.clamp(0.0, 1.0);
         let value = match light <= 0.003_130_8 {
             true => 12.92 * light,
-            false => 1.055 * light.powf(1.0 / 2.4) - 0.055,
+            false => 1.055 * powf(light, 1.0 / 2.4) - 0.055,
         };
         (255.0 * value).round() as u8
     };

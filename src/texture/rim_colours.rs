@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::image::{Image, Linear, MOST_BYTES, Wrap};
 use crate::attributes::Source;
+use crate::elementary::{hypot, sin_cos};
 use crate::io::{BaseImage, Format, Image as Stored, Loaded, Resolve, Wrapping};
 use crate::mesh::attributes::{LabelKind, NONE, Role};
 
@@ -263,14 +264,14 @@ impl<'a> RimColours<'a> {
     pub(super) fn texels(&self, face: u32, [a, b]: [u8; 2]) -> Option<f64> {
         let (start, ..) = self.place(face, [a, b], 0.0)?;
         let (end, ..) = self.place(face, [a, b], 1.0)?;
-        Some((end[0] - start[0]).hypot(end[1] - start[1]))
+        Some(hypot(end[0] - start[0], end[1] - start[1]))
     }
 }
 
 impl Texture {
     fn of_document(image: &BaseImage) -> Self {
         let ([ox, oy], [sx, sy]) = (image.offset, image.scale);
-        let (sin, cos) = image.rotation.sin_cos();
+        let (sin, cos) = sin_cos(image.rotation);
         Self {
             key: image.number.map(Key::Inside),
             set: image.set,

@@ -7,6 +7,7 @@ use glam::DVec2;
 use super::chart::Border;
 use super::disk::Disk;
 use super::image::Linear;
+use crate::elementary::{angle_of, at_angle, ln};
 
 /// Width in texels of the painted gutter round a chart, for filters that read beyond its border.
 pub(super) const GUTTER: u32 = 4;
@@ -122,7 +123,7 @@ impl Canvas<'_> {
     /// circle.
     fn in_circle(&self, at: DVec2) -> DVec2 {
         let at = DVec2::new(at.x, -at.y) / self.radius;
-        at / self.border.at_angle(at.to_angle()).2
+        at / self.border.at_angle(angle_of(at)).2
     }
 
     /// The colour beyond the border, at a position relative to the tile's centre in texels.
@@ -147,7 +148,7 @@ impl Canvas<'_> {
 
     /// The colour of the border in the direction of a position, and the border's distance from the centre in texels.
     fn on_border(&self, at: DVec2) -> (Linear, f64) {
-        let (edge, part, distance) = self.border.at_angle(DVec2::new(at.x, -at.y).to_angle());
+        let (edge, part, distance) = self.border.at_angle(angle_of(DVec2::new(at.x, -at.y)));
         let colour = (self.rim)(edge, part).unwrap_or_else(|| self.between(edge, part));
         (colour, distance * self.radius)
     }
@@ -202,7 +203,7 @@ impl Detail {
         }
         let count = samples.len();
         let coefficient = |k: usize| {
-            let step = DVec2::from_angle(-TAU * k as f64 / count as f64);
+            let step = at_angle(-TAU * k as f64 / count as f64);
             let mut turn = DVec2::X;
             let mut sum = [DVec2::ZERO; 4];
             for sample in samples {
@@ -222,7 +223,7 @@ impl Detail {
     /// Adds its value at a point in the unit circle, by Horner's rule.
     fn add(&self, colour: &mut Linear, z: DVec2) {
         let radius = z.length().min(1.0);
-        let terms = (TERM.ln() / radius.max(1e-9).ln()).abs().ceil().min(1e6) as usize;
+        let terms = (ln(TERM) / ln(radius.max(1e-9))).abs().ceil().min(1e6) as usize;
         let used = &self.coefficients[..self.coefficients.len().min(terms.max(1))];
         let mut sum = [DVec2::ZERO; 4];
         for coefficient in used.iter().rev() {

@@ -16,6 +16,7 @@ use super::store::{Store, StoredStep};
 use super::words::CommandRenderer;
 use crate::io::Format;
 use crate::mend::Control;
+use crate::threads::Threads;
 
 /// Kind of the job that repeats the steps of an earlier session.
 const RESUME: &str = "resume";
@@ -30,8 +31,6 @@ pub struct App {
     pub from: Option<Format>,
     /// The format of the intermediate files between two steps.
     pub format_between: Format,
-    /// The folder below which files are read and written.
-    pub root: PathBuf,
     /// The point that positions sent to the page are relative to.
     pub centre: DVec3,
     /// The session.
@@ -42,16 +41,33 @@ pub struct App {
     pub earlier: Option<PathBuf>,
     /// The events for the page.
     pub events: Events,
-    /// The thread pool for steps, which all pages of the server share.
-    pub pool: Arc<rayon::ThreadPool>,
+    /// What all pages share.
+    pub host: Host,
+}
+
+/// A job of a page.
+pub type Job = Box<dyn FnOnce() + Send>;
+/// Runs a job of the given kind after the request that starts it was answered.
+pub type Start = dyn Fn(&str, Job) -> std::io::Result<()> + Send + Sync;
+
+/// What the pages of a server, or of a browser that runs the program itself, share.
+pub struct Host {
+    /// The folder below which files are read and written.
+    pub root: PathBuf,
+    /// The thread pool for steps.
+    pub pool: Arc<Threads>,
     /// The thread pool for long requests, so that they need not wait for a step.
-    pub aside: Arc<rayon::ThreadPool>,
+    pub aside: Arc<Threads>,
     /// Writes steps as commands of the command line.
     pub renderer: Arc<dyn CommandRenderer>,
-    /// Opens another file on its own page; returns the path of that page on this server.
+    /// Opens another file on its own page; returns the address of that page.
     pub open: Box<dyn Fn(PathBuf) -> Result<String, String> + Send + Sync>,
-    /// Whether a path is the input of any page of this server.
+    /// Whether a path is the input of any page.
     pub is_input: Box<dyn Fn(&Path) -> bool + Send + Sync>,
+    /// Starts jobs.
+    pub start: Box<Start>,
+    /// Whether the recovery file keeps saved steps too, since cancelling a step ends the program.
+    pub stores_saved: bool,
 }
 
 impl App {
@@ -73,12 +89,13 @@ impl App {
         if !self.session().busy.as_ref().is_some_and(is_resume) {
             self.store.update(|| {
                 let session = self.session();
-                session.needs_storing().then(|| session.snapshot())
+                let needs_storing = self.host.stores_saved || session.needs_storing();
+                needs_storing.then(|| session.snapshot())
             });
         }
     }
 
-    /// Starts a step on its own thread and returns the number of its job; none if another job is running.
+    /// Starts a step and returns the number of its job; none if another job is running.
     ///
     /// # Errors
     /// When the thread cannot be started.
@@ -130,8 +147,8 @@ impl App {
     pub fn scope(&self, faces: usize) -> Scope<'_> {
         Scope {
             faces,
-            root: &self.root,
-            words: self.renderer.as_ref(),
+            root: &self.host.root,
+            words: self.host.renderer.as_ref(),
         }
     }
 
@@ -144,11 +161,11 @@ impl App {
     /// Runs a step on the thread pool.
     fn make(&self, order: Order, parent: &Arc<State>, control: &Control) -> Result<State, String> {
         let make = || order.make(&self.input, parent, control);
-        let made = unless_panicked(|| self.pool.install(make))?;
+        let made = unless_panicked(|| self.host.pool.install(make))?;
         made.map_err(|error| error_text(&error))
     }
 
-    /// Runs a job on its own thread. The job may return a mesh, and whether it is a preview; it is added to the session.
+    /// Runs a job aside. The job may return a mesh, and whether it is a preview; it is added to the session.
     fn start(
         self: &Arc<Self>,
         kind: &'static str,
@@ -166,8 +183,7 @@ impl App {
             let made = job(&app, &control);
             app.finish(number, made, cancel.is_cancelled());
         };
-        let thread = std::thread::Builder::new().name(kind.to_owned());
-        if let Err(error) = thread.spawn(work) {
+        if let Err(error) = (self.host.start)(kind, Box::new(work)) {
             self.session().busy = None;
             return Err(error);
         }

@@ -14,25 +14,48 @@ const BACKLOG: usize = 256;
 /// Shortest time between two events of progress.
 const BETWEEN: Duration = Duration::from_millis(50);
 
+/// Receives an event in the text format of server-sent events.
+pub type Receive = dyn Fn(&str) + Send + Sync;
+
 /// Broadcasts events to all connected pages.
-pub struct Events(Sender<String>);
+pub struct Events {
+    channel: Sender<String>,
+    /// Receives each event at once, while the work goes on.
+    receive: Option<Box<Receive>>,
+}
 
 impl Default for Events {
     fn default() -> Self {
-        Self(broadcast::channel(BACKLOG).0)
+        Self {
+            channel: broadcast::channel(BACKLOG).0,
+            receive: None,
+        }
     }
 }
 
 impl Events {
     /// Sends an event.
     pub fn send(&self, name: &str, data: &Value) {
+        let text = event(name, data);
+        if let Some(receive) = &self.receive {
+            receive(&text);
+        }
         // Sending fails if no page is connected, which is no error.
-        let _ = self.0.send(event(name, data));
+        let _ = self.channel.send(text);
     }
 
     /// Receives the events from now on.
     pub fn listen(&self) -> Receiver<String> {
-        self.0.subscribe()
+        self.channel.subscribe()
+    }
+
+    /// Events that also call a function at once.
+    #[cfg(any(test, target_family = "wasm"))]
+    pub fn to(receive: Box<Receive>) -> Self {
+        Self {
+            receive: Some(receive),
+            ..Self::default()
+        }
     }
 }
 

@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
+use crate::io::canonical;
+
 /// Upper bound of the length of a path, in bytes.
 const LONGEST: usize = 4096;
 
@@ -93,7 +95,7 @@ fn inside(root: &Path, name: &str) -> Result<PathBuf, Denied> {
     let (Some(folder), Some(file)) = (whole.parent(), whole.file_name()) else {
         return wrong("the path has no file name");
     };
-    let folder = folder.canonicalize().map_err(|_| {
+    let folder = canonical(folder).map_err(|_| {
         let folder = folder.display();
         Denied::Wrong(format!("there is no folder {folder}; make it first"))
     })?;
@@ -125,10 +127,10 @@ pub fn template_argument(path: &Path) -> String {
 pub fn relative(folder: &Path, path: &Path) -> PathBuf {
     let whole = |p: &Path| {
         let parent = p.parent().filter(|p| !p.as_os_str().is_empty());
-        let parent = parent.unwrap_or(Path::new(".")).canonicalize().ok()?;
+        let parent = canonical(parent.unwrap_or(Path::new("."))).ok()?;
         Some(parent.join(p.file_name()?))
     };
-    let (Ok(folder), Some(path)) = (folder.canonicalize(), whole(path)) else {
+    let (Ok(folder), Some(path)) = (canonical(folder), whole(path)) else {
         return path.to_path_buf();
     };
     let (from, to): (Vec<_>, Vec<_>) = (folder.components().collect(), path.components().collect());

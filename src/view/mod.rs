@@ -8,6 +8,7 @@ mod api;
 mod app;
 mod assets;
 mod choices;
+#[cfg(not(target_family = "wasm"))]
 mod connections;
 mod container;
 mod deliver;
@@ -16,20 +17,31 @@ mod deviation;
 mod errors;
 mod events;
 mod files;
+#[cfg(not(target_family = "wasm"))]
 mod gate;
+#[cfg(any(test, target_family = "wasm"))]
+mod in_browser;
+mod opened;
+#[cfg(not(target_family = "wasm"))]
 mod pages;
 mod recipe;
 mod runs;
 mod save;
+#[cfg(not(target_family = "wasm"))]
 mod server;
 mod session;
 mod state;
 mod step;
 mod store;
 mod texture;
+#[cfg(not(target_family = "wasm"))]
 mod token;
 mod words;
 
-pub use server::{Address, Settings, ViewError, serve};
+#[cfg(target_family = "wasm")]
+pub use in_browser::InBrowser;
+pub use opened::ViewError;
+#[cfg(not(target_family = "wasm"))]
+pub use server::{Address, Settings, serve};
 pub use store::ResumeError;
 pub use words::{Command, CommandRenderer};

@@ -217,7 +217,7 @@ impl App {
         let format = format.ok_or("the extension of the saved file names no known format")?;
         let last = match self.is_last(state, format) {
             true => None,
-            false => Some(self.renderer.command(&Work::Copy, None)?),
+            false => Some(self.host.renderer.command(&Work::Copy, None)?),
         };
         let places = Places {
             folder,

@@ -4,23 +4,19 @@ use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use thiserror::Error;
+use axum::middleware::from_fn_with_state;
 
 use super::api::router;
-use super::app::{App, error_text};
-use super::choices::Choices;
+use super::app::{App, Host, error_text};
 use super::connections;
 use super::events::Events;
-use super::gate::Gate;
+use super::gate::{Gate, authorise};
+use super::opened::{Opened, ViewError};
 use super::pages::Pages;
-use super::session::Session;
-use super::state::State;
-use super::step::format_between;
-use super::store::{Fingerprint, ResumeError, Store, StoredStep};
 use super::token::Token;
 use super::words::CommandRenderer;
-use crate::io::{Format, IoError};
-use crate::job::{JobError, Source};
+use crate::io::{Format, canonical};
+use crate::threads::Threads;
 
 /// Number of threads that serve connections; the work of requests runs on other threads.
 const LISTENERS: usize = 2;
@@ -47,40 +43,6 @@ pub struct Settings {
     pub resume: Option<Option<PathBuf>>,
 }
 
-/// Why the server cannot start.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum ViewError {
-    /// The mesh cannot be read or inspected.
-    #[error(transparent)]
-    Job(#[from] JobError),
-    /// The earlier session cannot be resumed.
-    #[error(transparent)]
-    Resume(#[from] ResumeError),
-    /// The folder for files cannot be used.
-    #[error("the folder {} cannot be used: {cause}", path.display())]
-    Root {
-        /// The folder.
-        path: PathBuf,
-        /// The cause.
-        cause: std::io::Error,
-    },
-    /// The address or port cannot be used.
-    #[error("cannot listen on {at}: {cause}")]
-    Listen {
-        /// The address.
-        at: SocketAddr,
-        /// The cause.
-        cause: std::io::Error,
-    },
-    /// The system refuses a resource that the server needs.
-    #[error("cannot start the server: {0}")]
-    Start(#[from] std::io::Error),
-    /// The threads cannot be started.
-    #[error("cannot start the threads; try fewer: {0}")]
-    Threads(#[from] rayon::ThreadPoolBuildError),
-}
-
 /// The address of a started server.
 pub struct Address {
     /// The address that the server listens on.
@@ -100,12 +62,12 @@ pub struct Address {
 /// # Errors
 /// [`ViewError`].
 pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), ViewError> {
-    let threads = || rayon::ThreadPoolBuilder::new().num_threads(settings.threads);
-    let (pool, aside) = (Arc::new(threads().build()?), Arc::new(threads().build()?));
+    let threads = || Threads::new(settings.threads).map(Arc::new);
+    let (pool, aside) = (threads()?, threads()?);
     let root = root(&settings)?;
     let wanted = SocketAddr::new(settings.listen, settings.port);
     let resume = settings.resume.as_ref().map(Option::as_deref);
-    let read = Read::new(&pool, &root, settings.input, settings.from, resume)?;
+    let read = Opened::read(&pool, &root, settings.input, settings.from, resume)?;
     let words: Arc<dyn CommandRenderer> = Arc::from(settings.words);
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(LISTENERS)
@@ -142,55 +104,12 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
     })
 }
 
-/// A file that was read for a page.
-struct Read {
-    input: PathBuf,
-    from: Option<Format>,
-    bytes: u64,
-    first: State,
-    store: Store,
-    steps: Option<(Vec<StoredStep>, Vec<Choices>)>,
-    earlier: Option<PathBuf>,
-}
-
-impl Read {
-    /// Reads a file and, if `resume` is given, the steps of an earlier session.
-    fn new(
-        pool: &rayon::ThreadPool,
-        root: &Path,
-        input: PathBuf,
-        from: Option<Format>,
-        resume: Option<Option<&Path>>,
-    ) -> Result<Self, ViewError> {
-        let mut source = Source::from(input.clone());
-        source.format = from;
-        let first = pool.install(|| State::first(&source, source.read()?))?;
-        let content = std::fs::read(&input).map_err(|cause| {
-            let path = input.clone();
-            JobError::Io(IoError::Read { path, cause })
-        })?;
-        let store = Store::new(root, &input, Fingerprint::of(&content));
-        let steps = resume.map(|file| store.read(file)).transpose()?;
-        let earlier = store.path().to_path_buf();
-        let earlier = (steps.is_none() && earlier.exists()).then_some(earlier);
-        Ok(Self {
-            input,
-            from,
-            bytes: content.len() as u64,
-            first,
-            store,
-            steps,
-            earlier,
-        })
-    }
-}
-
 /// The state that all pages of a server share.
 struct Shared {
     at: SocketAddr,
     root: PathBuf,
-    pool: Arc<rayon::ThreadPool>,
-    aside: Arc<rayon::ThreadPool>,
+    pool: Arc<Threads>,
+    aside: Arc<Threads>,
     words: Arc<dyn CommandRenderer>,
     pages: Arc<Pages>,
     /// The state of each page, with its token.
@@ -202,33 +121,26 @@ struct Shared {
 impl Shared {
     /// Adds the page of a file that was read. Returns the page's token and a ticket that leads to the page once. `is_own_file` says
     /// whether the steps of an earlier session were read from the recovery file of this session.
-    fn add_page(self: &Arc<Self>, read: Read, is_own_file: bool) -> std::io::Result<[Token; 2]> {
+    fn add_page(self: &Arc<Self>, read: Opened, is_own_file: bool) -> std::io::Result<[Token; 2]> {
         let [token, ticket] = [Token::new()?, Token::new()?];
         let gate = Arc::new(Gate::new(token.clone(), ticket.clone(), self.at));
-        let [low, high] = read.first.loaded.mesh.bounds();
         let (opens, knows) = (self.clone(), self.clone());
-        let app = Arc::new(App {
-            bytes: read.bytes,
-            input: read.input,
-            format_between: format_between(read.first.loaded.format),
-            from: read.from,
+        let host = Host {
             root: self.root.clone(),
-            centre: 0.5 * (low + high),
-            session: Mutex::new(Session::new(read.first)),
-            store: read.store,
-            earlier: read.earlier,
-            events: Events::default(),
             pool: self.pool.clone(),
             aside: self.aside.clone(),
             renderer: self.words.clone(),
             open: Box::new(move |path| opens.open(path)),
             is_input: Box::new(move |path| knows.page_of(path).is_some()),
-        });
-        if let Some(steps) = read.steps {
-            app.resume(steps, is_own_file)?;
-        }
+            start: Box::new(|kind, job| {
+                let thread = std::thread::Builder::new().name(kind.to_owned());
+                thread.spawn(job).map(drop)
+            }),
+            stores_saved: false,
+        };
+        let app = read.app(host, Events::default(), is_own_file)?;
         let mut apps = self.apps.lock().unwrap_or_else(PoisonError::into_inner);
-        let router = router(app.clone(), gate);
+        let router = router(app.clone()).layer(from_fn_with_state(gate, authorise));
         if !self.pages.add_page(token.clone(), router) {
             return Err(std::io::Error::other(TOO_MANY));
         }
@@ -247,7 +159,7 @@ impl Shared {
         if !self.pages.has_room() {
             return Err(TOO_MANY.to_owned());
         }
-        let read = Read::new(&self.aside, &self.root, path, None, None);
+        let read = Opened::read(&self.aside, &self.root, path, None, None);
         let read = read.map_err(|error| error_text(&error))?;
         let [token, _] = self
             .add_page(read, false)
@@ -257,9 +169,9 @@ impl Shared {
 
     /// The token of the page whose input is this file.
     fn page_of(&self, path: &Path) -> Option<Token> {
-        let path = path.canonicalize().ok()?;
+        let path = canonical(path).ok()?;
         let apps = self.apps.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_of = |app: &App| app.input.canonicalize().is_ok_and(|input| input == path);
+        let is_of = |app: &App| canonical(&app.input).is_ok_and(|input| input == path);
         let page = apps.iter().find(|(_, app)| is_of(app));
         page.map(|(token, _)| token.clone())
     }
@@ -287,7 +199,7 @@ fn root(settings: &Settings) -> Result<PathBuf, ViewError> {
         path: root.to_path_buf(),
         cause,
     };
-    let whole = root.canonicalize().map_err(in_root)?;
+    let whole = canonical(root).map_err(in_root)?;
     match whole.is_dir() {
         true => Ok(whole),
         false => Err(in_root(std::io::Error::other("it is not a folder"))),

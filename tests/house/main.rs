@@ -13,7 +13,14 @@ use std::path::{Path, PathBuf};
 
 /// The top-level modules of the library by layer, from the lowest: a module may import from lower layers only.
 const LAYERS: [&[&str]; 14] = [
-    &["cancel", "setters", "parameters", "tuning"],
+    &[
+        "cancel",
+        "elementary",
+        "setters",
+        "threads",
+        "parameters",
+        "tuning",
+    ],
     &["grid", "linalg", "mesh"],
     &["spatial", "io"],
     &["sdf", "extract", "compare", "check"],

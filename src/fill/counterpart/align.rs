@@ -1,10 +1,11 @@
 //! Alignment of sample points of a surface with another surface: iterative closest points, point to plane, with trimming.
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::motion::Motion;
 use crate::cancel::Cancel;
+use crate::elementary;
 use crate::linalg::solve_spd;
 use crate::mesh::{Mesh, area_vector, face_normal};
 use crate::spatial::{Bvh, Closest};
@@ -187,7 +188,7 @@ fn step(pairs: &[Pair], settings: &Settings) -> Option<(Motion, f64)> {
     // The motion about the centre; the change of scale is clamped to ±20 % for stability.
     let (turn, shift) = (DVec3::from_slice(&rhs), DVec3::from_slice(&rhs[3..6]));
     let scale = 1.0 + rhs.get(6).copied().unwrap_or(0.0).clamp(-0.2, 0.2);
-    let rotation = DMat3::from_quat(DQuat::from_scaled_axis(turn)) * scale;
+    let rotation = elementary::rotation(turn) * scale;
     let step = Motion::about(rotation, centre, centre + shift * span);
     let size = turn.length() + shift.length() + (scale - 1.0).abs();
     step.is_finite().then_some((step, size))

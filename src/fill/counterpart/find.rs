@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::align::{Aligned, Sample, Settings, Target, aligned, distance, samples};
 use super::motion::Motion;
 use crate::cancel::Cancel;
+use crate::elementary::{cos, sin, sin_cos};
 use crate::linalg::{second_moments, symmetric_eigen};
 use crate::mesh::Mesh;
 
@@ -119,7 +120,7 @@ fn frames(from: [DVec3; 3], to: [DVec3; 3]) -> Vec<DMat3> {
     for axis in 0..3 {
         let [x, y, z] = [0, 1, 2].map(|k| to.col((axis + k) % 3));
         for k in 0..TURNS {
-            let (sine, cosine) = (TAU * k as f64 / TURNS as f64).sin_cos();
+            let (sine, cosine) = sin_cos(TAU * k as f64 / TURNS as f64);
             let (u, v) = (x * cosine + y * sine, y * cosine - x * sine);
             // The frame, and the frame with the axis reversed.
             all.push(DMat3::from_cols(u, v, z) * from.transpose());
@@ -216,5 +217,5 @@ fn half_sphere(i: usize) -> DVec3 {
     let z = 1.0 - (i as f64 + 0.5) / DIRECTIONS as f64;
     let turn = PI * (3.0 - 5.0_f64.sqrt()) * i as f64;
     let wide = (1.0 - z * z).sqrt();
-    DVec3::new(wide * turn.cos(), wide * turn.sin(), z)
+    DVec3::new(wide * cos(turn), wide * sin(turn), z)
 }

@@ -20,6 +20,7 @@ use super::report::RegionReport;
 use super::sharp::{RINGS, WidenedHole};
 use super::so_far::{Made, SoFar};
 use crate::cancel::Cancel;
+use crate::elementary::hypot;
 use crate::mesh::{DisjointSets, Mesh, Part};
 use crate::stitch::Patch;
 
@@ -236,7 +237,7 @@ impl RegionProblem<'_> {
             ..RegionReport::default()
         };
         // Combine the error on the rings with the standard deviation of the field.
-        let error = |p: &DVec3| Some(ring.hypot(fitted.field.deviation(*p)));
+        let error = |p: &DVec3| Some(hypot(ring, fitted.field.deviation(*p)));
         let expected_error = patch.positions.iter().map(error).collect();
         let mut finished = FinishedPatch::unfinished(patch);
         finished.expected_error = expected_error;

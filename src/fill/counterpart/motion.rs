@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
+use crate::elementary::{acos, cbrt};
 use crate::mesh::Mesh;
 
 /// `x ↦ A x + b`, where `A` is an orthogonal matrix times a scale.
@@ -63,7 +64,7 @@ impl Motion {
 
     /// Ratio of lengths after the motion to lengths before.
     pub(super) fn scale(&self) -> f64 {
-        self.matrix.determinant().abs().cbrt()
+        cbrt(self.matrix.determinant().abs())
     }
 
     pub(super) fn is_reflection(&self) -> bool {
@@ -73,7 +74,7 @@ impl Motion {
     /// Angle of rotation in radians; meaningless for a reflection.
     pub(super) fn angle(&self) -> f64 {
         let quat = DQuat::from_mat3(&(self.matrix * (1.0 / self.scale())));
-        2.0 * quat.w.abs().min(1.0).acos()
+        2.0 * acos(quat.w.abs().min(1.0))
     }
 
     pub(super) fn is_finite(&self) -> bool {

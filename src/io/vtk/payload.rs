@@ -15,6 +15,8 @@ use super::scalar::Scalar;
 pub(super) enum Compressor {
     Zlib,
     Lz4,
+    /// Not in WebAssembly, since the decoder is a C library.
+    #[cfg(not(target_family = "wasm"))]
     Lzma,
 }
 
@@ -23,6 +25,7 @@ impl Compressor {
         Some(match name {
             b"vtkZLibDataCompressor" => Compressor::Zlib,
             b"vtkLZ4DataCompressor" => Compressor::Lz4,
+            #[cfg(not(target_family = "wasm"))]
             b"vtkLZMADataCompressor" => Compressor::Lzma,
             _ => return None,
         })
@@ -336,6 +339,7 @@ impl<'a> Inflater<'a> {
         budget: &Budget,
     ) -> Result<(), String> {
         // Bytes. Memory limit of the xz decoder; its strongest preset needs 65 MB.
+        #[cfg(not(target_family = "wasm"))]
         const XZ_MEMORY: u64 = 80 << 20;
         let wanted = length.min(numbers.missing()) as u64;
         let decompressed = match self.compressor {
@@ -343,6 +347,7 @@ impl<'a> Inflater<'a> {
                 self.zlib.reset(data);
                 std::io::copy(&mut (&mut self.zlib).take(wanted), numbers).ok()
             }
+            #[cfg(not(target_family = "wasm"))]
             Compressor::Lzma => xz2::stream::Stream::new_stream_decoder(XZ_MEMORY, 0)
                 .ok()
                 .and_then(|stream| {

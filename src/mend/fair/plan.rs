@@ -11,6 +11,7 @@ use super::super::cut::{CutResult, count};
 use super::super::params::{FairExtent, FairParams};
 use super::super::report::{FairReport, FillReport};
 use super::{FairError, Faired};
+use crate::elementary::{log2, powf};
 use crate::fill::{ClosedBy, FailedReason, FillParams, HoleOutcome, RegionReport};
 use crate::flow::{FlowSettings, Pace};
 use crate::grid::Lattice;
@@ -68,7 +69,7 @@ impl Plan {
         let finest = (LEAST_PER_EDGE * edge).max((area / USUAL_SQUARES).sqrt());
         let fits = LEAST_VOXELS * finest;
         let strength = match params.extent {
-            FairExtent::Time(time) => TAU * time.powf(0.25),
+            FairExtent::Time(time) => TAU * powf(time, 0.25),
             FairExtent::Strength(strength) => strength,
             FairExtent::Auto => fits.max(STRENGTH_EDGES * edge),
         };
@@ -215,7 +216,7 @@ impl Plan {
         let corners = found.topology.faces().flat_map(|f| found.mesh.corners(f));
         let (low, high) = bounds(corners);
         let longest = (high - low).max_element();
-        let refinements = (longest / (self.voxel * COARSEST)).log2().ceil().max(0.0) as usize;
+        let refinements = log2(longest / (self.voxel * COARSEST)).ceil().max(0.0) as usize;
         let coarse = self.voxel * f64::from(1u32 << refinements.min(16));
         let margin = DVec3::splat(MARGIN * coarse);
         let (lattice, dims) = Lattice::around(low, high, margin, coarse);

@@ -1,5 +1,6 @@
 //! Pairs the half-edges of a non-manifold edge so that a body lies between each two.
 
+use crate::elementary::atan2;
 use crate::mend::Inspection;
 use crate::mesh::Mesh;
 use crate::mesh::topology::{end, start};
@@ -36,7 +37,7 @@ fn around_edge(mesh: &Mesh, half_edges: &[u32]) -> Option<Vec<[u32; 2]>> {
     let y = along.cross(x);
     let angle = |h: u32| {
         let d = across(h);
-        y.dot(d).atan2(x.dot(d)).rem_euclid(std::f64::consts::TAU)
+        atan2(y.dot(d), x.dot(d)).rem_euclid(std::f64::consts::TAU)
     };
     let mut order: Vec<(f64, u32, bool)> = half_edges
         .iter()

@@ -4,6 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::f64::consts::TAU;
 
 use crate::check::components;
+use crate::elementary::atan2;
 use crate::mend::Inspection;
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{DisjointSets, Mesh, Topology};
@@ -123,7 +124,7 @@ pub(super) fn paired_components(mesh: &Mesh, topology: &Topology) -> DisjointSet
         };
         let x = across(edge[0]).normalize_or_zero();
         let y = along.cross(x);
-        let angle = |h: u32| y.dot(across(h)).atan2(x.dot(across(h)));
+        let angle = |h: u32| atan2(y.dot(across(h)), x.dot(across(h)));
         let (up, down): (Vec<u32>, Vec<u32>) =
             (edge.iter().copied()).partition(|h| start(mesh, *h) == a);
         // The body extends from the face that runs down to the face that runs up, in the direction of rising angle.

@@ -12,6 +12,7 @@ use std::cmp::Ordering;
 use std::collections::VecDeque;
 
 use super::exact::{Point, turn};
+use crate::elementary::hypot;
 use crate::mesh::topology::NONE;
 
 /// A triangulation; half-edge `3 t + k` runs from corner `k` of triangle `t` to the next one.
@@ -438,6 +439,6 @@ impl Planar {
             (u.dot(v), u.cross(v).length())
         });
         // The sine of the sum times the lengths of the four edges, compared relative to them.
-        s * d + t * c < -1e-9 * (c.hypot(s) * d.hypot(t))
+        s * d + t * c < -1e-9 * (hypot(c, s) * hypot(d, t))
     }
 }

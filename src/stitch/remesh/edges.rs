@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_3, TAU};
 use glam::DVec3;
 
 use super::Remesher;
+use crate::elementary::angle_between;
 use crate::stitch::assemble::quality;
 use crate::stitch::half_edge::prev;
 use crate::tuning::tuning;
@@ -191,7 +192,7 @@ impl Remesher<'_> {
             .map(|h| {
                 let [p, q, r] =
                     [v, mesh.to(h), mesh.from(prev(h))].map(|x| mesh.position[x as usize]);
-                (q - p).angle_between(r - p)
+                angle_between(q - p, r - p)
             })
             .sum();
         count - (angle.clamp(0.0, TAU) / FRAC_PI_3).round().max(1.0) as i32

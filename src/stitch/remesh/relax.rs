@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::Remesher;
+use crate::elementary::atan2;
 use crate::linalg::{Jacobi, LinearOperator, conjugate_gradient};
 use crate::stitch::half_edge::{next, prev};
 use crate::tuning::tuning;
@@ -154,9 +155,7 @@ impl Remesher<'_> {
                 .area_vector(mesh.faces[edge as usize / 3])
                 .normalize_or_zero();
             let along = (corners[1] - corners[0]).normalize_or_zero();
-            let angle = along
-                .dot(own.cross(beyond.normal))
-                .atan2(own.dot(beyond.normal));
+            let angle = atan2(along.dot(own.cross(beyond.normal)), own.dot(beyond.normal));
             let smooth = self.smooth_angle(corners, beyond.apex - self.centre)?;
             Some(Seam {
                 edge,

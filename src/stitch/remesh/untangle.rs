@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::Remesher;
+use crate::elementary::{cos, sin};
 use crate::stitch::half_edge::NONE;
 use crate::tuning::tuning;
 
@@ -92,7 +93,7 @@ impl Remesher<'_> {
             let from = best.1;
             for i in 0..DIRECTIONS {
                 let angle = TAU * i as f64 / DIRECTIONS as f64;
-                let p: DVec3 = from + reach * size * (angle.cos() * x + angle.sin() * y);
+                let p: DVec3 = from + reach * size * (cos(angle) * x + sin(angle) * y);
                 let area = self.least_area(v, p);
                 if area > best.0 {
                     best = (area, p);

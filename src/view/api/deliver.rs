@@ -115,7 +115,7 @@ impl App {
             let name = path.to_str().ok_or_else(|| {
                 Refused::wrong("the name of the file is not valid Unicode", "path")
             })?;
-            self.refuse_input(&to_write(&self.root, name, overwrite)?)?;
+            self.refuse_input(&to_write(&self.host.root, name, overwrite)?)?;
         }
         Ok(())
     }

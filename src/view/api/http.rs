@@ -128,9 +128,23 @@ pub async fn work<R: Send + 'static>(
     work: impl FnOnce(&App) -> Result<R, Refused> + Send + 'static,
 ) -> Result<R, Refused> {
     let app = app.clone();
-    let done = tokio::task::spawn_blocking(move || unless_panicked(|| work(&app))).await;
-    done.map_err(|error| Refused::failed(error.to_string()))?
-        .map_err(Refused::failed)?
+    let done = blocking(move || unless_panicked(|| work(&app))).await?;
+    done.map_err(Refused::failed)?
+}
+
+/// Runs work on a blocking thread.
+#[cfg(not(target_family = "wasm"))]
+async fn blocking<R: Send + 'static>(
+    work: impl FnOnce() -> R + Send + 'static,
+) -> Result<R, Refused> {
+    let done = tokio::task::spawn_blocking(work).await;
+    done.map_err(|error| Refused::failed(error.to_string()))
+}
+
+/// Runs work at once: there are no other threads.
+#[cfg(target_family = "wasm")]
+async fn blocking<R>(work: impl FnOnce() -> R) -> Result<R, Refused> {
+    Ok(work())
 }
 
 /// Runs long work on the thread pool for requests.
@@ -141,5 +155,5 @@ pub async fn long_work<R: Send + 'static>(
     app: &Arc<App>,
     long: impl FnOnce(&App) -> Result<R, Refused> + Send + 'static,
 ) -> Result<R, Refused> {
-    work(app, |app| app.aside.install(|| long(app))).await
+    work(app, |app| app.host.aside.install(|| long(app))).await
 }

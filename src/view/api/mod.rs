@@ -18,16 +18,14 @@ use axum::Router;
 use axum::extract::Path;
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
-use axum::middleware::from_fn_with_state;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 
 use super::app::App;
 use super::assets;
-use super::gate::{Gate, authorise};
 
-/// All routes of one page, behind its gate.
-pub fn router(app: Arc<App>, gate: Arc<Gate>) -> Router {
+/// All routes of one page. The first part of each path is a name of the page that its gate checks.
+pub fn router(app: Arc<App>) -> Router {
     Router::new()
         .route("/{token}", get(with_slash))
         .route("/{token}/", get(|| file(String::new())))
@@ -62,7 +60,6 @@ pub fn router(app: Arc<App>, gate: Arc<Gate>) -> Router {
         .route("/{token}/api/uv/{id}", get(values::uvs))
         .route("/{token}/api/texture/{number}", get(values::texture))
         .fallback(|| async { StatusCode::NOT_FOUND })
-        .layer(from_fn_with_state(gate, authorise))
         .with_state(app)
 }
 

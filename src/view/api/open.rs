@@ -27,7 +27,7 @@ static UPLOAD: Semaphore = Semaphore::const_new(1);
 /// `GET api/files`: the names of the meshes in the folder.
 pub async fn files(State(app): State<Arc<App>>) -> Answer {
     let names = work(&app, |app| {
-        let folder = std::fs::read_dir(&app.root);
+        let folder = std::fs::read_dir(&app.host.root);
         let folder = folder.map_err(|error| Refused::failed(error.to_string()))?;
         let meshes = folder.flatten().filter(|entry| {
             let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
@@ -53,8 +53,8 @@ pub async fn open(State(app): State<Arc<App>>, body: Body) -> Answer {
     let OpenRequest { path } = read(body, SMALL).await?;
     // Not on a thread of a rayon pool: see `Shared::opening`.
     let page = work(&app, move |app| {
-        let path = to_read(&app.root, &path)?;
-        (app.open)(path).map_err(|error| Refused::wrong(error, "path"))
+        let path = to_read(&app.host.root, &path)?;
+        (app.host.open)(path).map_err(|error| Refused::wrong(error, "path"))
     });
     Ok(json_answer(&json!({ "page": page.await? })))
 }
@@ -73,7 +73,7 @@ pub async fn send(
     // Check the name before receiving the body, so that a refused file is not uploaded.
     let checked = name.clone();
     let path = work(&app, move |app| {
-        let path = to_write(&app.root, &checked, false)?;
+        let path = to_write(&app.host.root, &checked, false)?;
         match Format::from_extension(&path) {
             Some(_) => Ok(path),
             None => {

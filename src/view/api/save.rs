@@ -113,7 +113,7 @@ pub async fn save(State(app): State<Arc<App>>, body: Body) -> Answer {
 
 impl App {
     fn save_content(&self, request: &SaveRequest) -> Result<Value, Refused> {
-        let path = to_write(&self.root, &request.path, request.overwrite)?;
+        let path = to_write(&self.host.root, &request.path, request.overwrite)?;
         request.kind.check(&path)?;
         self.refuse_input(&path)?;
         let id = request.id.unwrap_or_else(|| self.session().current().id);
@@ -196,7 +196,7 @@ impl App {
 
     /// Refuses to overwrite the input of any page of this server, and the template of a step.
     pub(super) fn refuse_input(&self, path: &Path) -> Result<(), Refused> {
-        if (self.is_input)(path) {
+        if (self.host.is_input)(path) {
             return Err(Refused::conflict(INPUT));
         }
         let is_template = |state: &Arc<MeshState>| {
@@ -211,7 +211,7 @@ impl App {
 
     /// A path as the page shows it: relative to the folder if it is below it.
     fn shown(&self, path: &Path) -> String {
-        let path = path.strip_prefix(&self.root).unwrap_or(path);
+        let path = path.strip_prefix(&self.host.root).unwrap_or(path);
         path.display().to_string()
     }
 
@@ -230,7 +230,7 @@ impl App {
             saved.delivered = state.delivers(&wanted).map_err(refused)?;
             saved.deliverables = wanted;
         }
-        let folder = path.parent().unwrap_or(&self.root);
+        let folder = path.parent().unwrap_or(&self.host.root);
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         self.recipe(&state, (folder, &stem), &saved)
             .map_err(|error| Refused::wrong(error, "path"))
@@ -246,7 +246,7 @@ impl App {
         let format = session.current().loaded.format;
         let name = format!("{stem}.mended.{}", format.extension());
         SavedAs {
-            path: self.root.join(name),
+            path: self.host.root.join(name),
             ascii: false,
             deliverables: Deliverables::default(),
             delivered: true,
@@ -267,7 +267,7 @@ impl App {
             let name = file.to_str().ok_or_else(|| {
                 Refused::wrong("the name of the file is not valid Unicode", "path")
             })?;
-            self.refuse_input(&to_write(&self.root, name, request.overwrite)?)?;
+            self.refuse_input(&to_write(&self.host.root, name, request.overwrite)?)?;
         }
         let mut bytes = 0;
         for (file, text) in &files {
@@ -284,7 +284,7 @@ pub async fn recipe(State(app): State<Arc<App>>, Query(query): Query<DeliverQuer
     let request = DeliveryRequest::parse(query.deliver.as_deref())?;
     let value = long_work(&app, move |app| {
         let id = app.session().current().id;
-        let recipe = app.recipe_at(id, &app.root.join("recipe.sh"), request.as_ref())?;
+        let recipe = app.recipe_at(id, &app.host.root.join("recipe.sh"), request.as_ref())?;
         let masks: Vec<&str> = recipe.masks().map(|(name, _)| name).collect();
         Ok(json!({ "shell": recipe.shell(), "toml": recipe.toml(), "masks": masks }))
     });
@@ -300,7 +300,7 @@ struct FaceFile {
 pub async fn load_mask(State(app): State<Arc<App>>, body: Body) -> Answer {
     let FaceFile { path: name } = read(body, SMALL).await?;
     let value = work(&app, move |app| {
-        let path = to_read(&app.root, &name)?;
+        let path = to_read(&app.host.root, &name)?;
         let wrong = |error: String| Refused::wrong(error, "path");
         let size = std::fs::metadata(&path).map_or(0, |about| about.len());
         if size > FACE_LIST {

@@ -62,7 +62,7 @@ fn document(app: &App) -> Value {
             "name": app.input.file_name().unwrap_or_default().to_string_lossy(),
             "format": current.loaded.format.extension(),
             "bytes": app.bytes,
-            "root": app.root.display().to_string(),
+            "root": app.host.root.display().to_string(),
             "unit": current.loaded.attributes.unit,
         },
         "deliver": saved_row(app, current.id),

@@ -152,7 +152,7 @@ fn deviations(
     let mesh = &state.loaded.mesh;
     let values = match file {
         Some(name) => {
-            let path = to_read(&app.root, name)?;
+            let path = to_read(&app.host.root, name)?;
             let reference = read_path(&path, None);
             let reference =
                 reference.map_err(|error| Refused::wrong(error_text(&error), "file"))?;
@@ -274,7 +274,7 @@ pub async fn check(
         if let Some((_, value)) = known.as_ref().filter(|(p, _)| *p == params) {
             return Ok(value.clone());
         }
-        let value = app.aside.install(|| checked(app, &state, &params))?;
+        let value = app.host.aside.install(|| checked(app, &state, &params))?;
         *known = Some((params, value.clone()));
         Ok(value)
     });

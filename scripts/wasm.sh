@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# Builds the program as WebAssembly, into DIR: scripts/wasm.sh DIR [PROFILE]
+#
+#   npm/    the npm package: the module, its functions in JavaScript, types
+#   site/   the page of `isomend view` as a static site that needs no server program: put it on any web server
+#
+# It needs Rust with rustup, Node.js 20 or newer and npm. The profile is `wasm` by default; with `ci` the module is built faster, and is
+# larger. `node wasm/tests/run.mjs DIR/npm PROGRAM` tests the package against the program of this system, and scripts/wasm_test.py the site.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+out=${1:?usage: scripts/wasm.sh DIR [PROFILE]}
+profile=${2:-wasm}
+mkdir -p "$out"
+out=$(cd "$out" && pwd)
+target=wasm32-wasip1
+
+rustup target add --toolchain "$(rustup show active-toolchain | cut -d ' ' -f 1)" $target 2> /dev/null || rustup target add $target
+cargo build --quiet --locked --profile "$profile" --target $target --package isomend-wasm
+module=${CARGO_TARGET_DIR:-target}/$target/$profile/isomend_wasm.wasm
+
+# The functions of WASI in JavaScript, with files in memory; and, for releases, the optimiser of modules.
+tools=${CARGO_TARGET_DIR:-target}/$target/tools
+wanted=(@bjorn3/browser_wasi_shim@0.4.2)
+[ "$profile" != wasm ] || wanted+=(binaryen@132.0.0)
+mkdir -p "$tools"
+npm install --silent --no-save --prefix "$tools" "${wanted[@]}"
+tools=$(cd "$tools/node_modules" && pwd)
+
+rm -rf "$out/npm" "$out/site"
+mkdir -p "$out/npm/wasi" "$out/site/wasi"
+if [ "$profile" = wasm ]; then
+    node "$tools/binaryen/bin/wasm-opt" --all-features --strip-debug --strip-producers -O3 "$module" -o "$out/npm/isomend.wasm"
+else
+    cp "$module" "$out/npm/isomend.wasm"
+fi
+cp "$tools"/@bjorn3/browser_wasi_shim/dist/*.js "$out/npm/wasi/"
+for licence in "$tools"/@bjorn3/browser_wasi_shim/LICENSE-*; do cp "$licence" "$out/npm/wasi/"; done
+cp wasm/npm/* LICENSE-* "$out/npm/"
+cp wasm/site/* data/scan.ply LICENSE-* "$out/site/"
+cp "$out/npm/isomend.wasm" "$out/npm/program.js" "$out/site/"
+cp "$out"/npm/wasi/* "$out/site/wasi/"
+node wasm/assets.mjs "$out/site"
+printf '%s: %d bytes, %d with gzip\n' "$out/npm/isomend.wasm" "$(wc -c < "$out/npm/isomend.wasm")" "$(gzip -9 -c "$out/npm/isomend.wasm" | wc -c)"
