@@ -21,6 +21,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import traceback
 import urllib.request
 from pathlib import Path
 
@@ -36,20 +37,37 @@ DRAWN = """(() => {
   viewer.draw();
   const w = gl.drawingBufferWidth, h = gl.drawingBufferHeight, pixels = new Uint8Array(4 * w * h);
   gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+  const words = new Uint32Array(pixels.buffer), [red, green, blue] = pixels;
   let drawn = 0, hash = 0;
   const hues = new Set();
-  for (let i = 0; i < pixels.length; i += 4) {
-    const differs = [0, 1, 2].some(k => Math.abs(pixels[i + k] - pixels[k]) > 12);
-    if (differs) drawn++;
-    const [r, g, b] = pixels.subarray(i, i + 3), top = Math.max(r, g, b), range = top - Math.min(r, g, b);
+  for (let i = 0; i < words.length; i++) {
+    const word = words[i], r = word & 255, g = word >> 8 & 255, b = word >> 16 & 255;
+    hash = (Math.imul(hash, 31) + word) | 0;
+    if (word === words[0]) continue;
+    if (Math.abs(r - red) > 12 || Math.abs(g - green) > 12 || Math.abs(b - blue) > 12) drawn++;
+    const top = Math.max(r, g, b), range = top - Math.min(r, g, b);
     if (range > 50) {
       const sector = top === r ? (g - b) / range : top === g ? 2 + (b - r) / range : 4 + (r - g) / range;
       hues.add(Math.floor(4 * sector + 24) % 24);
     }
-    hash = (Math.imul(hash, 31) + pixels[i] + 256 * pixels[i + 1] + 65536 * pixels[i + 2]) | 0;
   }
   return { part: drawn / (w * h), hues: hues.size, hash, error: gl.getError() };
 })()"""
+# DRAWN, once camera and picture have not changed for two frames and 100 ms. On a slow machine a frame takes longer than a flight of the
+# camera, so that a time alone does not tell that it has ended.
+SETTLED = """(async () => {
+  const { viewer } = window.isomend, { camera } = viewer;
+  const state = () => JSON.stringify([viewer.frames, camera.centre, camera.axes, camera.reach]);
+  const frame = () => new Promise((done) => requestAnimationFrame(done));
+  for (let before = null; before !== state() || viewer.isMoving || viewer.waiting;) {
+    before = state();
+    await frame();
+    await frame();
+    await new Promise((done) => setTimeout(done, 100));
+  }
+  return %s; })()""" % DRAWN
+# Upper bound of a wait, in seconds: a wait that takes longer has failed.
+MOST_WAIT = 300
 
 
 class Browser:
@@ -59,10 +77,12 @@ class Browser:
         command = [program, "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle",
                    "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars", "--no-first-run",
                    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-pings",
+                   # On a slow machine a picture may take longer than the 10 s after which Chromium restarts its drawing process.
+                   "--disable-gpu-watchdog", "--disable-background-timer-throttling", "--disable-renderer-backgrounding",
                    "--remote-debugging-port=0", "--remote-allow-origins=*", f"--user-data-dir={folder}", "about:blank"]
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         port = folder / "DevToolsActivePort"
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + MOST_WAIT
         while not (port.exists() and port.read_text().count("\n")):
             if time.monotonic() > deadline or self.process.poll() is not None:
                 self.close()
@@ -70,9 +90,9 @@ class Browser:
             time.sleep(0.1)
         address = f"127.0.0.1:{port.read_text().split()[0]}"
         local = urllib.request.build_opener(urllib.request.ProxyHandler({}))
-        pages = json.load(local.open(f"http://{address}/json", timeout=30))
+        pages = json.load(local.open(f"http://{address}/json", timeout=MOST_WAIT))
         target = next(p for p in pages if p["type"] == "page")
-        self.socket = websocket.create_connection(target["webSocketDebuggerUrl"], timeout=120, http_no_proxy=["*"])
+        self.socket = websocket.create_connection(target["webSocketDebuggerUrl"], timeout=MOST_WAIT, http_no_proxy=["*"])
         self.count, self.troubles, self.requests = 0, [], []
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.call(f"{domain}.enable")
@@ -109,11 +129,11 @@ class Browser:
         return done["result"].get("value")
 
     def until(self, script, what):
-        deadline = time.monotonic() + 90
+        deadline = time.monotonic() + MOST_WAIT
         while not self.run(script):
             if time.monotonic() > deadline:
                 raise RuntimeError(f"timeout while waiting until {what}; the page says: {self.run('document.body.innerText')[:300]}")
-            time.sleep(0.1)
+            time.sleep(0.05)
 
     def open(self, page, width=1280, height=900):
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
@@ -131,20 +151,25 @@ class Browser:
 
     def settled(self):
         """Waits until the picture does not change any more; returns it as DRAWN does."""
-        before = self.run(DRAWN)
-        while True:
-            time.sleep(0.15)
-            now = self.run(DRAWN)
-            if now["hash"] == before["hash"]:
-                return now
-            before = now
+        return self.run(SETTLED)
 
     def screenshot(self, path):
         path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot")["data"]))
 
     def close(self):
         self.process.terminate()
-        self.process.wait(30)
+        try:
+            self.process.wait(60)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+
+
+def finish(failures):
+    """Prints one line for each failed check, at the end of the output, where a log that is cut still has it; returns the exit code."""
+    for name, what in failures:
+        print(f"FAILED {name}: {' '.join(what.split())[:400]}", flush=True)
+    return 1 if failures else 0
 
 
 def check(browser, page, keep):
@@ -372,7 +397,7 @@ def main():
     if not chromium:
         left_out("the report's checks in a browser", "there is no Chromium (on Debian: apt install chromium)")
         return 0
-    failed = 0
+    failures = []
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         keep = arguments.keep
         if keep:
@@ -383,17 +408,20 @@ def main():
         browser = Browser(chromium, profile)
         try:
             for page in pages:
-                looked_at = page.stem == "inspect"
-                wrong = (check_inspection if looked_at else check)(browser, page, keep)
-                print(f"report of {page.stem}: {'right' if not wrong else 'WRONG'} ({page.stat().st_size} bytes)")
-                for what in wrong:
-                    print("   ", what)
-                failed += bool(wrong)
+                start = time.monotonic()
+                try:
+                    wrong = (check_inspection if page.stem == "inspect" else check)(browser, page, keep)
+                except Exception as error:
+                    traceback.print_exc()
+                    wrong = [f"{type(error).__name__}: {error}"]
+                word = "right" if not wrong else "WRONG"
+                print(f"report of {page.stem}: {word} ({page.stat().st_size} bytes, {time.monotonic() - start:.0f} s)", flush=True)
+                failures += [(f"report of {page.stem}", what) for what in wrong]
                 if keep:
                     shutil.copy(page, keep)
         finally:
             browser.close()
-    return 1 if failed else 0
+    return finish(failures)
 
 
 if __name__ == "__main__":

@@ -34,6 +34,25 @@ stage() {
     table+=("$(printf '%6d s  %s' $((SECONDS - begin)) "$1$word")")
     echo "== $1: $((SECONDS - begin)) s$word"
 }
+# Runs a stage beside the following ones, until `join`, which shows its output.
+beside() {
+    logs=$(mktemp -d)
+    (
+        table=() failed=0
+        stage "$@"
+        printf '%s\n' "${table[@]}" > "$logs/table"
+        echo "$failed" > "$logs/failed"
+    ) > "$logs/output" 2>&1 &
+    running=$!
+}
+join() {
+    local line
+    wait "$running" || true
+    cat "$logs/output"
+    while IFS= read -r line; do table+=("$line"); done < "$logs/table"
+    failed=$((failed + $(cat "$logs/failed")))
+    rm -r "$logs"
+}
 finish() {
     printf '\n'
     [ ${#table[@]} = 0 ] || printf '%s\n' "${table[@]}"
@@ -90,9 +109,12 @@ python_tests() {
     PYTHONPATH=$PWD/$site "$python" -m pytest -q python/tests
 }
 
+# Whether each compiles without warnings; clippy has seen the same code with all features.
 parts_of_the_library() {
+    local features said
     for features in '' io report study view; do
-        cargo clippy --quiet --lib --no-default-features --features "$features" -- -D warnings
+        said=$(cargo check --quiet --color never --lib --no-default-features --features "$features" 2>&1) || said+=$'\nit does not compile'
+        [ -z "$said" ] || { printf "with the features '%s':\n%s\n" "$features" "$said"; return 1; }
     done
     # The part that is compiled for WebAssembly alone.
     if command -v rustup > /dev/null && rustup target add wasm32-wasip1 > /dev/null 2>&1; then
@@ -161,11 +183,13 @@ stage 'commands of the pages' python3 scripts/check_docs.py --isomend "$ISOMEND"
 [ -n "$all" ] || stage 'Python environment' environment scripts/requirements.txt
 [ -n "$all" ] || stage 'tests of the Python package' python_tests
 if [ -n "$all" ]; then
-    stage 'parts of the library by themselves' parts_of_the_library
     stage 'environment of other programs' peers
     stage 'Python wheel and its tests' wheel
+    # The browser waits much, and its measurements of time come last, when the other two have ended.
+    beside 'pages in a browser' browser
+    stage 'parts of the library by themselves' parts_of_the_library
     stage 'written files, by other programs' written_files
-    stage 'pages in a browser' browser
+    join
     stage 'fuzz targets on mutated seeds' scripts/fuzz.sh 60
 fi
 if [ -n "$apps" ]; then

@@ -7,7 +7,7 @@ import signal
 import subprocess
 from urllib.parse import urlsplit
 
-from browser_test import Browser
+from browser_test import MOST_WAIT, Browser
 
 
 class Server:
@@ -19,13 +19,13 @@ class Server:
         line = self.process.stdout.readline()
         found = re.search(r"http://\S+", line)
         if not found:
-            raise SystemExit(f"`isomend view` prints {line!r} instead of an address")
+            raise RuntimeError(f"`isomend view` prints {line!r} instead of an address")
         self.address = found.group()
 
     def stop(self):
         """Stops the program with Ctrl-C; returns its exit code."""
         self.process.send_signal(signal.SIGINT)
-        code = self.process.wait(60)
+        code = self.process.wait(MOST_WAIT)
         self.log.close()
         return code
 
@@ -47,7 +47,7 @@ class Page(Browser):
     def expect(self, right, what):
         if not right:
             self.wrong.append(what)
-            print("    WRONG:", what)
+            print("    WRONG:", what, flush=True)
 
     def shot(self, name):
         if self.keep:
@@ -127,7 +127,7 @@ def check_refusals(page, server):
         ("a way up in the address", "GET", f"/{token}/../../etc/passwd", {}, None),
     ]
     for what, method, path, headers, body in cases:
-        connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=30)
+        connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=MOST_WAIT)
         connection.request(method, path, body, headers)
         answer = connection.getresponse()
         text = answer.read()

@@ -9,11 +9,12 @@
 On data/scan.ply and on a textured GLB made here: choose two holes by clicks in the view, fill them, compare, undo, redo, preview,
 paint and restore, cancel a long fill, save, and run the recipe on the command line, which must give the same bytes. Requests with a
 wrong token, a foreign Host or Origin, and paths outside the folder must be refused. A mesh of a million triangles must be visible
-within 3 seconds, and a stroke of the brush within 100 milliseconds; both times are printed. The page must also work at a width of 400
-pixels, with keys and with touch. `--keep` keeps screenshots in a folder. The exit code is 1 if a test fails. If there is no Chromium
-the tests are left out, with a message; with CI=true this is a failure."""
+within 3 seconds, and a stroke of the brush within 100 milliseconds, or longer on a slower machine; both times are printed. The page must
+also work at a width of 400 pixels, with keys and with touch. `--keep` keeps screenshots in a folder. Failed checks are listed at the
+end, and the exit code is 1. If there is no Chromium the tests are left out, with a message; with CI=true this is a failure."""
 
 import argparse
+import contextlib
 import json
 import os
 import re
@@ -22,20 +23,21 @@ import subprocess
 import sys
 import tempfile
 import time
+import traceback
 from pathlib import Path
 
 import numpy as np
 
-from browser_test import NAMES, ROOT
+from browser_test import MOST_WAIT, NAMES, ROOT, finish
 from left_out import left_out
 from view_choices import check_point, choices
 from view_creases import creases
 from view_like import like
-from view_meshes import bumpy_ball, textured_glb
+from view_large import large
+from view_meshes import textured_glb
 from view_page import Page, Server, check_refusals
 from view_tasks import tasks
 
-FIRST_PICTURE, STROKE = 3.0, 0.1
 # A point of the window at the rim of a hole.
 HOLE = """((id) => { const { viewer, holes } = isomend, b = viewer.canvas.getBoundingClientRect(), panes = viewer.panes();
   const pane = panes[panes.length - 1], mesh = viewer.sides.after.mesh, rim = mesh.rims[mesh.rimIds.indexOf(id)];
@@ -139,7 +141,7 @@ def check_files(page, folder):
     """The picture of the view and the report of a step are saved."""
     page.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder / "downloads"))
     page.click_on("#screenshot")
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + MOST_WAIT
     while not (made := list((folder / "downloads").glob("*.png"))) and time.monotonic() < deadline:
         time.sleep(0.1)
     page.expect(made and made[0].read_bytes()[:4] == b"\x89PNG", "no screenshot is made")
@@ -405,94 +407,72 @@ def session(page, program, folder, mesh, name):
     page.expect(code == 0, f"after Ctrl-C the program ends with {code}")
 
 
-def large(page, program, folder):
-    """Measures the times of the first picture and of strokes with a million triangles."""
-    mesh = folder / "million.ply"
-    faces = bumpy_ball(mesh, 503)
-    server = Server(program, mesh, folder / "log.txt")
+def scan(page, program, folder):
+    session(page, program, folder, a_scan(folder), "scan")
+
+
+def textured(page, program, folder):
+    mesh = folder / "textured.glb"
+    textured_glb(mesh)
+    session(page, program, folder, mesh, "textured")
+
+
+def a_scan(folder):
+    return Path(shutil.copy(ROOT / "data/scan.ply", folder / "scan.ply"))
+
+
+# The groups of tests; each has its own browser, server and folder.
+GROUPS = {
+    "scan": scan,
+    "textured": textured,
+    "choices": lambda page, program, folder: choices(page, program, folder, a_scan(folder)),
+    "creases": creases,
+    "like": like,
+    "tasks": lambda page, program, folder: tasks(page, program, folder, a_scan(folder)),
+    "million": large,
+}
+
+
+def run_group(name, chromium, program, base, keep):
+    """Runs a group of tests; returns what is wrong."""
+    folder, profile = base / name / "files", base / name / "profile"
+    folder.mkdir(parents=True)
+    profile.mkdir()
+    if keep:
+        (keep / name).mkdir(parents=True, exist_ok=True)
+    start = time.monotonic()
+    page = Page(chromium, profile, keep and keep / name)
+    print(f"{name}:", flush=True)
     try:
-        seen = []
-        while len(seen) < 3 and not (seen and min(seen) < FIRST_PICTURE):
-            page.start(server)
-            seen.append(page.run("isomend.times.first") / 1000)
-        print(f"  {faces} triangles: first picture {', '.join(f'{t:.2f}' for t in seen)} s after the request of the page")
-        page.expect(min(seen) < FIRST_PICTURE, f"the first picture takes {min(seen):.2f} s")
-        page.until("!!isomend.mask() && !!isomend.viewer.sides.after.surface.order", "the surface is prepared")
-        frames = page.run("""(() => { const v = isomend.viewer, gl = v.gl, frame = (fewer) => { const t = performance.now(); v.camera.orbit(0.04, 0.02);
-            v.draw(fewer); gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); return performance.now() - t; };
-            for (let i = 0; i < 3; i++) frame(true); const moving = [1, 2, 3, 4, 5].map(() => frame(true)).sort((a, b) => a - b)[2];
-            return { moving, thin: v.drewThin, coarse: v.coarse, whole: frame(false) }; })()""")
-        what = ("fewer faces" if frames["thin"] else "all faces") + (" at half the resolution" if frames["coarse"] else "")
-        print(f"  moving {frames['moving']:.0f} ms a frame ({what}), still {frames['whole']:.0f} ms")
-        page.tab("paint")
-        page.click_on("[name=tool][value=brush] + span")
-        page.settled()
-        x, y, width, height = page.view()
-        page.run("isomend.paint.times = []")
-        for row in range(4):
-            page.drag([[x + width * (0.35 + 0.02 * i), y + height * (0.35 + 0.1 * row)] for i in range(15)])
-        strokes = page.run("isomend.paint.times")
-        drawn = page.run("""(() => { const p = isomend.paint, gl = isomend.viewer.gl, b = isomend.viewer.canvas, times = [];
-            for (let i = 0; i < 15; i++) { const t = performance.now(); p.begin({ button: 0 }, [b.clientWidth * (0.4 + 0.01 * i), b.clientHeight * 0.72]).end({}, false);
-              gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); times.push(performance.now() - t); } return times; })()""")
-        page.expect(page.run("isomend.mask().count") > 1000, "the strokes mark next to nothing")
-        print(f"  {len(strokes)} touches of the brush: median {np.median(strokes):.0f} ms, longest {max(strokes):.0f} ms; "
-              f"until drawn median {np.median(drawn):.0f} ms, a quarter within {np.percentile(drawn, 25):.0f} ms")
-        # Other load of the machine slows single strokes, so the 25th percentile counts.
-        page.expect(np.percentile(drawn, 25) / 1000 < STROKE and np.percentile(strokes, 25) / 1000 < STROKE, "a stroke of the brush takes too long")
-        page.shot("million")
-        page.tell_troubles()
+        GROUPS[name](page, program, folder)
+    except Exception as error:
+        traceback.print_exc()
+        page.expect(False, f"{type(error).__name__}: {error}")
+        with contextlib.suppress(Exception):
+            page.shot("failed")
     finally:
-        server.stop()
+        page.close()
+    print(f"{name}: {'WRONG' if page.wrong else 'right'} ({time.monotonic() - start:.0f} s)", flush=True)
+    return page.wrong
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
     parser.add_argument("--keep", type=Path, help="folder in which to keep screenshots")
-    parser.add_argument("--only", choices=["scan", "textured", "choices", "creases", "like", "tasks", "million"])
+    parser.add_argument("--only", choices=GROUPS)
     arguments = parser.parse_args()
     chromium = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
     if not chromium:
         left_out("the checks of the page of `isomend view`", "there is no Chromium (on Debian: apt install chromium)")
         return 0
-    program, failed = arguments.isomend.resolve(), 0
-    if arguments.keep:
-        arguments.keep.mkdir(parents=True, exist_ok=True)
+    failures = []
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as temporary:
-        base = Path(temporary)
-        for name in ("scan", "textured", "choices", "creases", "like", "tasks", "million"):
-            if arguments.only not in (None, name):
-                continue
-            folder, profile = base / name / "files", base / name / "profile"
-            folder.mkdir(parents=True)
-            profile.mkdir()
-            keep = arguments.keep and arguments.keep / name
-            if keep:
-                keep.mkdir(exist_ok=True)
-            page = Page(chromium, profile, keep)
-            print(f"{name}:")
-            try:
-                if name == "million":
-                    large(page, program, folder)
-                elif name in ("creases", "like"):
-                    {"creases": creases, "like": like}[name](page, program, folder)
-                elif name == "tasks":
-                    tasks(page, program, folder, Path(shutil.copy(ROOT / "data/scan.ply", folder / "scan.ply")))
-                elif name == "choices":
-                    choices(page, program, folder, Path(shutil.copy(ROOT / "data/scan.ply", folder / "scan.ply")))
-                else:
-                    mesh = folder / ("scan.ply" if name == "scan" else "textured.glb")
-                    shutil.copy(ROOT / "data/scan.ply", mesh) if name == "scan" else textured_glb(mesh)
-                    session(page, program, folder, mesh, name)
-            except RuntimeError as error:
-                page.shot("failed")
-                page.expect(False, str(error))
-            finally:
-                page.close()
-            print(f"{name}: {'WRONG' if page.wrong else 'right'}")
-            failed += bool(page.wrong)
-    return 1 if failed else 0
+        for name in GROUPS:
+            if arguments.only in (None, name):
+                wrong = run_group(name, chromium, arguments.isomend.resolve(), Path(temporary), arguments.keep)
+                failures += [(name, what) for what in wrong]
+    return finish(failures)
 
 
 if __name__ == "__main__":

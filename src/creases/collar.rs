@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::rings::rings_of;
+use crate::cancel::Cancel;
 use crate::elementary::exp;
 use crate::mesh::{Mesh, Part, VertexFaces, area_vector};
 
@@ -57,6 +58,8 @@ pub(super) struct Collar {
     pub(super) rim_edge: f64,
     /// Median edge length of the collar.
     pub(super) edge: f64,
+    /// Stops the smoothing of normals and the search for sides and planes.
+    pub(super) cancel: Cancel,
 }
 
 impl Collar {
@@ -67,6 +70,7 @@ impl Collar {
         around: &VertexFaces,
         rim: &[u32],
         rings: impl Fn(f64) -> u32,
+        cancel: &Cancel,
     ) -> Option<Self> {
         // Rim and lengths.
         let count = rim.len();
@@ -110,6 +114,7 @@ impl Collar {
             faces,
             ring,
             positions,
+            cancel: cancel.clone(),
         };
         collar.smoothed = collar.smooth();
         (collar.edge > 0.0 && rim_edge > 0.0).then_some(collar)
@@ -134,6 +139,9 @@ impl Collar {
     fn smooth(&self) -> Vec<DVec3> {
         let mut normals = self.normals.clone();
         for _ in 0..SMOOTHINGS {
+            if self.cancel.is_cancelled() {
+                break;
+            }
             let of = |f: usize| {
                 let own = normals[f];
                 let sum = self.across(f).fold(own, |sum, g| {

@@ -9,6 +9,7 @@ use super::collar::{Collar, median, rings};
 use super::labels::{LabelCosts, labels};
 use super::network::ends;
 use super::segment::Sides;
+use crate::cancel::Cancel;
 use crate::elementary::{acos, cos};
 use crate::mesh::{Mesh, VertexFaces};
 
@@ -82,13 +83,14 @@ pub(crate) struct RimSides {
 }
 
 impl RimSides {
-    /// Finds the sides around a rim of a mesh.
+    /// Finds the sides around a rim of a mesh; once the token is set, only some of them.
     pub(crate) fn new(
         mesh: &Mesh,
         around: &VertexFaces,
         rim: &[u32],
+        cancel: &Cancel,
     ) -> Result<Self, CreaseRefusal> {
-        let collar = Collar::new(mesh, around, rim, rings).ok_or(CreaseRefusal::Rim)?;
+        let collar = Collar::new(mesh, around, rim, rings, cancel).ok_or(CreaseRefusal::Rim)?;
         let sides = Sides::new(&collar);
         let is_exact = sides.free() < MOST_FREE && sides.noise(collar.edge) < MOST_NOISE;
         let limits = if is_exact { CLEAN } else { SCAN };

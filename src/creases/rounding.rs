@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::collar::{self, Collar, median};
 use super::rounded::{Face, MOST_PLANES, OUTLIER, Place, Plane, Rounded};
 use super::sheet::Sheet;
+use crate::cancel::Cancel;
 use crate::elementary::{cos, ln, powf};
 use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
 use crate::mesh::{Mesh, VertexFaces};
@@ -134,6 +135,9 @@ impl Data {
     fn refined(&self, mut model: Rounded, steps: usize) -> Rounded {
         let edge = self.collar.edge;
         for _ in 0..steps {
+            if self.collar.cancel.is_cancelled() {
+                break;
+            }
             // The width of the weights follows the median distance.
             let mut off: Vec<f64> = self
                 .near
@@ -182,6 +186,9 @@ impl Data {
         let mut chosen = vec![0];
         let mut best: Option<Rounded> = None;
         loop {
+            if self.collar.cancel.is_cancelled() {
+                return None;
+            }
             let others = (0..planes.len()).filter(|i| !chosen.contains(i));
             let with = others.filter_map(|i| {
                 let all = [&chosen[..], &[i]].concat();
@@ -201,10 +208,16 @@ impl Data {
 }
 
 impl Rounded {
-    /// Fits two or more flat sides with rounded edges between them; `None` if the mesh around the hole does not have that shape.
-    pub(crate) fn find(mesh: &Mesh, around: &VertexFaces, rim: &[u32]) -> Option<Self> {
+    /// Fits two or more flat sides with rounded edges between them; `None` if the mesh around the hole does not have that shape,
+    /// or the token is set.
+    pub(crate) fn find(
+        mesh: &Mesh,
+        around: &VertexFaces,
+        rim: &[u32],
+        cancel: &Cancel,
+    ) -> Option<Self> {
         let rings = |across: f64| across.clamp(RINGS[0], RINGS[1]) as u32;
-        let collar = Collar::new(mesh, around, rim, rings)?;
+        let collar = Collar::new(mesh, around, rim, rings, cancel)?;
         let near = collar::rings(collar.diameter / collar.rim_edge);
         let data = Data {
             all: collar.samples(SAMPLES, u32::MAX),
@@ -212,6 +225,7 @@ impl Rounded {
             collar,
         };
         let model = data.refined(data.best()?, STEPS);
+        (!cancel.is_cancelled()).then_some(())?;
         model.holds(&data.near, data.collar.edge)
     }
 }
@@ -295,7 +309,7 @@ fn planes(collar: &Collar) -> Vec<Plane> {
     let mut planes: Vec<Plane> = Vec::new();
     let (mut seeds, mut taken) = (0, 0);
     for &first in &order {
-        if variation[first] > CALM {
+        if variation[first] > CALM || collar.cancel.is_cancelled() {
             break;
         }
         if is_taken[first] || !is_seed[first] {

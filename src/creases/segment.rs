@@ -67,7 +67,7 @@ impl Sides {
         let mut order: Vec<usize> = (0..collar.len()).collect();
         order.sort_by(|a, b| variation[*a].total_cmp(&variation[*b]));
         for &first in &order {
-            if variation[first] > CALM {
+            if variation[first] > CALM || collar.cancel.is_cancelled() {
                 break;
             }
             if growth.of_face[first] == NONE
@@ -173,6 +173,9 @@ impl Growth<'_> {
         let mut off = Distances::new(collar);
         // Alternates growing by up to two rings with fitting the sheet, until the region no longer changes.
         for _ in 0..ROUNDS {
+            if collar.cancel.is_cancelled() {
+                break;
+            }
             off.forget();
             let mut grown = faces.clone();
             for _ in 0..2 {
@@ -278,7 +281,7 @@ impl Growth<'_> {
         let mut apart = HashSet::new();
         'search: loop {
             for i in 0..self.list.len() {
-                if self.list[i].faces.is_empty() {
+                if self.list[i].faces.is_empty() || self.collar.cancel.is_cancelled() {
                     continue;
                 }
                 for j in i + 1..self.list.len() {

@@ -6,12 +6,14 @@ use std::f64::consts::{PI, TAU};
 use glam::{DQuat, DVec3, IVec3};
 
 use super::*;
+use crate::cancel::Cancel;
 use crate::mesh::shapes::{grid, icosphere, punch};
 use crate::mesh::{Mesh, Topology, VertexFaces, area_vector, find_holes};
 
 /// Continues the creases that end at a rim, or fills a rim that runs along creases with its one side.
 fn continue_creases(mesh: &Mesh, rim: &[u32]) -> Result<Continued, CreaseRefusal> {
-    RimSides::new(mesh, &VertexFaces::new(mesh), rim)?.continued(mesh.positions.len())
+    RimSides::new(mesh, &VertexFaces::new(mesh), rim, &Cancel::new())?
+        .continued(mesh.positions.len())
 }
 
 /// The boundary of the union of unit cells in a box for which `is_in` is true; a cell is given by its lowest corner.
@@ -164,7 +166,7 @@ fn rounded_edges_and_corners_are_found_with_their_radius() {
         (DVec3::new(0.6, 0.6, 11.4), 0.02),
     ] {
         let (mesh, rim) = with_hole(&rounded_block(2.5, noise), centre, 2.4);
-        let model = Rounded::find(&mesh, &VertexFaces::new(&mesh), &rim).unwrap();
+        let model = Rounded::find(&mesh, &VertexFaces::new(&mesh), &rim, &Cancel::new()).unwrap();
         assert!(
             (model.radius - 2.5).abs() < 1e-6 + noise,
             "{}",
@@ -185,7 +187,7 @@ fn sharp_and_smooth_shapes_have_no_rounded_edges() {
     let sharp = with_hole(&cube(), DVec3::new(6.0, 0.0, 12.0), 3.2);
     let flat = with_hole(&cube(), DVec3::new(6.0, 6.0, 12.0), 2.2);
     for (mesh, rim) in [smooth, sharp, flat] {
-        assert!(Rounded::find(&mesh, &VertexFaces::new(&mesh), &rim).is_none());
+        assert!(Rounded::find(&mesh, &VertexFaces::new(&mesh), &rim, &Cancel::new()).is_none());
     }
 }
 
@@ -273,7 +275,7 @@ fn sides_that_are_no_quadrics_are_continued_with_the_residuals_of_their_vertices
         DVec3::new(x, y, z(x, y))
     });
     let (mesh, rim) = rim_of_ball(&mesh, DVec3::ZERO, 0.7);
-    let mut sides = RimSides::new(&mesh, &VertexFaces::new(&mesh), &rim).unwrap();
+    let mut sides = RimSides::new(&mesh, &VertexFaces::new(&mesh), &rim, &Cancel::new()).unwrap();
     let count = mesh.positions.len();
     let plain = off_graph(&sides.continued(count).unwrap(), z);
     assert!(sides.refine());
@@ -281,7 +283,7 @@ fn sides_that_are_no_quadrics_are_continued_with_the_residuals_of_their_vertices
     assert!(refined < 0.5 * plain, "{plain} {refined}");
     // Flat sides have no residuals.
     let (mesh, rim) = with_hole(&cube(), DVec3::new(6.0, 0.0, 12.0), 3.2);
-    let mut flat = RimSides::new(&mesh, &VertexFaces::new(&mesh), &rim).unwrap();
+    let mut flat = RimSides::new(&mesh, &VertexFaces::new(&mesh), &rim, &Cancel::new()).unwrap();
     assert!(!flat.refine());
 }
 

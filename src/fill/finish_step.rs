@@ -189,6 +189,7 @@ impl RegionProblem<'_> {
             }
         };
         // Quality and seam angles are measured at the new positions. If both results were refused, the patch stays.
+        let taken = taken.filter(|_| !self.cancel.is_cancelled());
         if let Some((positions, intersecting)) = taken {
             patch.positions = positions;
             patch.report.intersecting_faces = intersecting;

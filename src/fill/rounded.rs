@@ -34,7 +34,7 @@ impl RegionProblem<'_> {
         };
         let part = self.wide_part(&Patch::default());
         let rim: Vec<u32> = hole.rim.iter().map(|&v| part.local(v)).collect();
-        let model = Rounded::find(&part.mesh, &VertexFaces::new(&part.mesh), &rim)?;
+        let model = Rounded::find(&part.mesh, &VertexFaces::new(&part.mesh), &rim, self.cancel)?;
         let error = self.rounded_error(&part, &rim);
         let is_better = match error {
             Some([own, smooth]) => own < CLEARLY_BETTER * smooth,
@@ -65,7 +65,7 @@ impl RegionProblem<'_> {
         RINGS.into_iter().find_map(|rings| {
             let widened = self.widened(part, rim, rings)?;
             let around = VertexFaces::new(&widened.mesh);
-            let model = Rounded::find(&widened.mesh, &around, &widened.hole.rim)?;
+            let model = Rounded::find(&widened.mesh, &around, &widened.hole.rim, self.cancel)?;
             let own = widened.root_mean_square(|p| model.onto(p).distance(p))?;
             Some([own, self.smooth_error(&widened)?])
         })

@@ -64,7 +64,12 @@ pub(super) fn make(problem: &RegionProblem<'_>, so_far: &mut SoFar<'_>) -> Made 
     };
     let part = problem.wide_part(&Patch::default());
     let rim: Vec<u32> = hole.rim.iter().map(|&v| part.local(v)).collect();
-    let sides = RimSides::new(&part.mesh, &VertexFaces::new(&part.mesh), &rim);
+    let sides = RimSides::new(
+        &part.mesh,
+        &VertexFaces::new(&part.mesh),
+        &rim,
+        problem.cancel,
+    );
     let ends = sides.as_ref().map_or(0, |sides| sides.ends().len());
     so_far.crease_ends = ends;
     let made = sides
@@ -172,7 +177,7 @@ impl RegionProblem<'_> {
         );
         let is_rounded = || {
             let around = VertexFaces::new(&part.mesh);
-            Rounded::find(&part.mesh, &around, rim).is_some()
+            Rounded::find(&part.mesh, &around, rim, self.cancel).is_some()
         };
         let is_likely = is_seen || continued.creases.is_empty() || continued.residual < SURE;
         let clearly_better = if is_likely {
@@ -232,7 +237,8 @@ impl RegionProblem<'_> {
     fn prediction(&self, part: &Part, rim: &[u32], rings: u32) -> Option<Prediction> {
         let widened = self.widened(part, rim, rings)?;
         let around = VertexFaces::new(&widened.mesh);
-        let mut sides = RimSides::new(&widened.mesh, &around, &widened.hole.rim).ok()?;
+        let mut sides =
+            RimSides::new(&widened.mesh, &around, &widened.hole.rim, self.cancel).ok()?;
         let error = |sides: &RimSides| {
             let continued = sides.continued(widened.mesh.positions.len()).ok()?;
             widened.distance(&continued.positions, &continued.faces)
@@ -247,8 +253,9 @@ impl RegionProblem<'_> {
         })
     }
 
-    /// The mesh without the innermost rings of faces around its hole; none where that leaves no single hole.
+    /// The mesh without the innermost rings of faces around its hole; none where that leaves no single hole, or the token is set.
     pub(super) fn widened(&self, part: &Part, rim: &[u32], rings: u32) -> Option<WidenedHole> {
+        (!self.cancel.is_cancelled()).then_some(())?;
         let widened = without_rings(&part.mesh, rim, rings)?;
         let rest = Part::new(&part.mesh, &widened.kept, std::iter::empty());
         let mut mesh = rest.mesh.clone();

@@ -159,6 +159,10 @@ fn run(located: &Located, params: &FinishParams, finished: &mut Finished) {
     found.edge = patch.edge * located.scale;
     found.folds_before = willmore::folds(patch, &start);
     found.folds_after = found.folds_before;
+    if patch.cancel.is_cancelled() {
+        finished.set_stopped();
+        return;
+    }
     // The minimum of the energy.
     let mut shape = minimum(patch, &start, params, found);
     if patch.cancel.is_cancelled() {

@@ -266,8 +266,8 @@ fn add_products(
 /// Nodes per slab. Cells on the boundary of two slabs are computed twice; with slabs of this size they are few.
 const SLAB: usize = 32_768;
 
-/// Cells computed between two checks of the cancel token; their matrices take about 10 ms of one thread.
-const CELLS_PER_CHECK: usize = 8192;
+/// Cells computed between two checks of the cancel token; their matrices take 2 to 3 ms of one thread.
+const CELLS_PER_CHECK: usize = 2048;
 
 /// The results for the cells around the nodes of a slab.
 pub struct SlabCells<C> {

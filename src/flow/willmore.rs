@@ -116,7 +116,7 @@ pub(super) fn gradient(
         make,
         |nodes, loads| {
             let entry = |i: usize| {
-                if !band.unknown[i] {
+                if !band.unknown[i] || band.cancel.is_cancelled() {
                     return 0.0;
                 }
                 let mut sum = gathered(band, i, |c, a| loads.get(c)[a]);

@@ -44,11 +44,12 @@ impl Inspection<'_> {
             return Ok(Vec::new());
         }
         let around = VertexFaces::new(&self.mesh);
+        let cancel = control.token();
         let of_hole = |hole: &&Hole| {
             if control.is_cancelled() {
                 return Err(FillError::Cancelled);
             }
-            let sides = RimSides::new(&self.mesh, &around, &hole.rim);
+            let sides = RimSides::new(&self.mesh, &around, &hole.rim, &cancel);
             let ends = sides.map_or_else(|_| Vec::new(), |sides| sides.ends());
             let end = |end: crate::creases::CreaseEnd| CreaseEnd {
                 id: 0,
@@ -61,6 +62,9 @@ impl Inspection<'_> {
         };
         let ends: Result<Vec<Vec<CreaseEnd>>, FillError> = holes.par_iter().map(of_hole).collect();
         let mut ends = ends?.concat();
+        if control.is_cancelled() {
+            return Err(FillError::Cancelled);
+        }
         (1..)
             .zip(&mut ends)
             .for_each(|(id, end): (usize, &mut CreaseEnd)| end.id = id);

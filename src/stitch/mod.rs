@@ -140,7 +140,9 @@ pub fn stitch(input: &StitchInput) -> Result<Patch, StitchError> {
     let mut patch = assemble::assemble(input)?;
     remesh::remesh(input, &mut patch)?;
     let mut surroundings = check::Surroundings::new(input, &patch);
+    input.go_on()?;
     patch.report.intersecting_faces = remesh::repair(input, &mut patch, &mut surroundings);
+    input.go_on()?;
     patch.into_patch(input)
 }
 
@@ -169,7 +171,9 @@ pub fn remesh_closed(
     let mut patch = assemble::closed(&input, edge)?;
     remesh::remesh(&input, &mut patch)?;
     let mut surroundings = check::Surroundings::new(&input, &patch);
+    input.go_on()?;
     patch.report.intersecting_faces = remesh::repair(&input, &mut patch, &mut surroundings);
+    input.go_on()?;
     patch.into_patch(&input)
 }
 

@@ -237,9 +237,14 @@ fn threads_steps_and_diameters_out_of_bounds_are_refused() {
 /// Upper bound of the CPU time that a run takes after it is cancelled, in seconds.
 #[cfg(target_os = "linux")]
 const MOST_AFTER: f64 = 0.05;
+/// Cancellations of each run. The parts of a run that they divide are 30 to 60 ms long, so that one of them falls into a stretch of
+/// twice the bound.
+#[cfg(target_os = "linux")]
+const MOMENTS: usize = 24;
 
-/// Runs `work` on one thread to its end, then cancels further runs at pseudo-random moments; returns the longest CPU time from a
-/// cancellation to the end. A time above the bound is measured again, at most seven times, because a busy machine slows single runs.
+/// Runs `work` on one thread to its end, then cancels further runs, each at a pseudo-random moment of another of `moments` equal
+/// parts of that time; returns the longest CPU time from a cancellation to the end. A time above the bound is measured again, at
+/// most seven times, because a busy machine slows single runs.
 #[cfg(target_os = "linux")]
 fn longest_after_cancel(moments: usize, work: &(dyn Fn(&Control) -> bool + Sync)) -> f64 {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
@@ -250,7 +255,7 @@ fn longest_after_cancel(moments: usize, work: &(dyn Fn(&Control) -> bool + Sync)
     let all = cpu(&own) - begun;
     let at = |i: usize| {
         let chance = (12.9898 * (i + 1) as f64).sin() * 43_758.545_3;
-        let moment = all * (chance - chance.floor());
+        let moment = all * (i as f64 + chance - chance.floor()) / moments as f64;
         let mut shortest = f64::INFINITY;
         for _ in 0..8 {
             shortest = shortest.min(after_cancel(&pool, &own, moment, work));
@@ -304,8 +309,8 @@ fn fills_and_fairings_end_soon_after_they_are_cancelled() {
     let (whole, open) = (inspect(&sphere).unwrap(), inspect(&holed).unwrap());
     let fair = |control: &Control| whole.fair(None, &finer, control).is_ok();
     let fill = |control: &Control| open.fill(&fills, control).is_ok();
-    let after = longest_after_cancel(50, &fair);
+    let after = longest_after_cancel(MOMENTS, &fair);
     assert!(after < MOST_AFTER, "fair: {after} s");
-    let after = longest_after_cancel(50, &fill);
+    let after = longest_after_cancel(MOMENTS, &fill);
     assert!(after < MOST_AFTER, "fill: {after} s");
 }

@@ -19,6 +19,9 @@ impl Remesher<'_> {
             .par_iter()
             .map(|&f| this.facet_offset(f))
             .collect();
+        if self.is_cancelled() {
+            return;
+        }
         let ring = self.rings(tuning().stitch.compensation_fade);
         let moves: Vec<(u32, f64, f64)> = self
             .free_vertices()
@@ -32,6 +35,9 @@ impl Remesher<'_> {
             })
             .collect();
         for (v, by, most) in moves {
+            if self.is_cancelled() {
+                return;
+            }
             self.displace(v, by, most);
         }
     }

@@ -61,6 +61,7 @@ pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) -> Result<(), S
     if input.params.facet_compensation != 0.0 {
         work.compensate(input.params.facet_compensation);
     }
+    input.go_on()?;
     work.relax_seam();
     input.go_on()?;
     patch.mesh.compact();

@@ -1,0 +1,89 @@
+"""Times of the page of `isomend view` with a mesh of a million triangles: the first picture, and strokes of the brush. For view_test.py."""
+
+import numpy as np
+
+from view_meshes import bumpy_ball
+from view_page import Server
+
+# Seconds: upper bounds of the times, on a machine that needs REFERENCE for the work below; on a slower one they grow in proportion.
+FIRST_PICTURE, STROKE = 3.0, 0.1
+# Seconds of the page's two kinds of work on the machine of these bounds, two quiet cores of 2023: computing, drawing.
+REFERENCE = 0.030, 0.150
+# Measurements of each time until it is within its bound: other programs slow single ones.
+ROUNDS = 4
+# Seconds of a fixed amount of work in the page: 2 million reads in random order; 100,000 triangles without the page's own code.
+WORK = """(() => { const n = 1 << 21, values = new Float64Array(n), order = new Uint32Array(n);
+  for (let i = 0, x = 1; i < n; i++) { x = Math.imul(x, 1664525) + 1013904223 | 0; order[i] = (x >>> 0) % n; values[i] = i; }
+  const gl = new OffscreenCanvas(512, 512).getContext("webgl2"), program = gl.createProgram();
+  for (const [type, source] of [[gl.VERTEX_SHADER, `void main() { int i = gl_VertexID / 3, k = gl_VertexID % 3;
+      gl_Position = vec4(vec2(i % 400, i / 400) / 200.0 - 1.0 + vec2(k == 1, k == 2) * 0.01, 0.5, 1.0); }`],
+      [gl.FRAGMENT_SHADER, "precision highp float; out vec4 colour; void main() { colour = vec4(sqrt(gl_FragCoord.x) * 0.04); }"]]) {
+    const shader = gl.createShader(type); gl.shaderSource(shader, "#version 300 es\\n" + source); gl.compileShader(shader); gl.attachShader(program, shader); }
+  gl.linkProgram(program); gl.useProgram(program);
+  const compute = () => { let sum = 0; for (let i = 0; i < n; i++) sum += Math.sqrt(values[order[i]]); return sum; };
+  const draw = () => { gl.drawArrays(gl.TRIANGLES, 0, 300_000); gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); };
+  const seconds = [compute, draw].map((work) => { work(); const start = performance.now(); work(); return (performance.now() - start) / 1000; });
+  gl.getExtension("WEBGL_lose_context").loseContext();
+  return seconds; })()"""
+FRAMES = """(() => { const v = isomend.viewer, gl = v.gl, frame = (fewer) => { const t = performance.now(); v.camera.orbit(0.04, 0.02);
+    v.draw(fewer); gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); return performance.now() - t; };
+  for (let i = 0; i < 3; i++) frame(true); const moving = [1, 2, 3, 4, 5].map(() => frame(true)).sort((a, b) => a - b)[2];
+  return { moving, thin: v.drewThin, coarse: v.coarse, whole: frame(false) }; })()"""
+# Milliseconds of 15 strokes, each from the press of the button until it is drawn.
+DRAWN_STROKES = """(() => { const p = isomend.paint, gl = isomend.viewer.gl, b = isomend.viewer.canvas, times = [];
+  for (let i = 0; i < 15; i++) { const t = performance.now(); p.begin({ button: 0 }, [b.clientWidth * (0.4 + 0.01 * i), b.clientHeight * 0.72]).end({}, false);
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); times.push(performance.now() - t); } return times; })()"""
+
+
+def slowness(page):
+    """How many times longer this machine takes for a fixed amount of work than the one of the bounds; at least 1."""
+    return max(1, *(seconds / reference for seconds, reference in zip(page.run(WORK), REFERENCE)))
+
+
+def soon_enough(page, measured, bound, what):
+    """Measures a time in seconds until it is within its bound, at most ROUNDS times."""
+    seen = []
+    for _ in range(ROUNDS):
+        seconds, slow = measured(), slowness(page)
+        seen.append(f"{seconds:.3f} s of {bound * slow:.3f} s")
+        if seconds < bound * slow:
+            break
+    else:
+        page.expect(False, f"{what} takes too long: {', '.join(seen)}")
+    print(f"  {what}: {', '.join(seen)}", flush=True)
+
+
+def large(page, program, folder):
+    """Measures the times of the first picture and of strokes with a million triangles."""
+    mesh = folder / "million.ply"
+    print(f"  {bumpy_ball(mesh, 503)} triangles")
+    server = Server(program, mesh, folder / "log.txt")
+    try:
+        def first():
+            page.start(server)
+            return page.run("isomend.times.first") / 1000
+
+        soon_enough(page, first, FIRST_PICTURE, "first picture after the request of the page")
+        page.until("!!isomend.mask() && !!isomend.viewer.sides.after.surface.order", "the surface is prepared")
+        frames = page.run(FRAMES)
+        what = ("fewer faces" if frames["thin"] else "all faces") + (" at half the resolution" if frames["coarse"] else "")
+        print(f"  moving {frames['moving']:.0f} ms a frame ({what}), still {frames['whole']:.0f} ms")
+        page.tab("paint")
+        page.click_on("[name=tool][value=brush] + span")
+        page.settled()
+        x, y, width, height = page.view()
+
+        def strokes():
+            page.run("isomend.paint.times = []")
+            for row in range(4):
+                page.drag([[x + width * (0.35 + 0.02 * i), y + height * (0.35 + 0.1 * row)] for i in range(15)])
+            # Other load of the machine slows single strokes, so the 25th percentile counts.
+            return np.percentile(page.run("isomend.paint.times"), 25) / 1000
+
+        soon_enough(page, strokes, STROKE, "a touch of the brush")
+        soon_enough(page, lambda: np.percentile(page.run(DRAWN_STROKES), 25) / 1000, STROKE, "a stroke of the brush until it is drawn")
+        page.expect(page.run("isomend.mask().count") > 1000, "the strokes mark next to nothing")
+        page.shot("million")
+        page.tell_troubles()
+    finally:
+        server.stop()
