@@ -1,9 +1,10 @@
 """Makes the website from docs/ with mdBook: a page for each task, search, a gallery, and the documentation of the public API.
 
-    python3 scripts/site.py DIR [--mdbook PROGRAM] [--api]
+    python3 scripts/site.py DIR [--mdbook PROGRAM] [--api] [--try FOLDER]
 
 mdBook is installed with `cargo install --locked mdbook`. The pages are the repository's, with their links changed to pages of the site; a
-link without a target is a failure. --api adds cargo's documentation of the library. It needs only Python and mdBook."""
+link without a target is a failure. --api adds cargo's documentation of the library, --try the page that
+runs in the browser, from a folder that scripts/wasm.sh made. It needs only Python and mdBook."""
 
 import argparse
 import html.parser
@@ -42,7 +43,8 @@ CHAPTERS = {
     },
     "Where it runs": {
         "options.md": "Commands and options",
-        "view.md": "The page in the browser",
+        "view.md": "The page",
+        "browser.md": "In the browser and Node.js",
         "blender.md": "Blender",
         "comfyui.md": "ComfyUI",
         "python.md": "Python",
@@ -83,6 +85,7 @@ GALLERY = {
     "view_holes.png": ("Holes in the page of isomend view", "view_picture.py"),
     "view_paint.png": ("A painted region that is to be replaced", "view_picture.py"),
     "view_preview.png": ("One hole with two settings side by side", "view_picture.py"),
+    "browser.png": ("The page as a static site, without a program", "wasm_test.py"),
     "report.png": ("A report", "report_picture.py"),
 }
 
@@ -147,7 +150,7 @@ class Page(html.parser.HTMLParser):
 def check(site):
     """Ends the program with an error if a link has no target. Links of print.html, 404.html and toc.html are not checked. Returns the
     number of pages."""
-    read = {path: Page(path.read_text(encoding="utf-8")) for path in site.rglob("*.html") if "api" not in path.parts}
+    read = {path: Page(path.read_text(encoding="utf-8")) for path in site.rglob("*.html") if not {"api", "try"} & set(path.relative_to(site).parts)}
     wrong = []
     for path, page in read.items():
         for link in page.links if path.name not in ("print.html", "404.html", "toc.html") else ():
@@ -169,6 +172,7 @@ def main():
     parser.add_argument("out", type=Path, help="folder for the site, which is replaced")
     parser.add_argument("--mdbook", default="mdbook", help="the program mdbook")
     parser.add_argument("--api", action="store_true", help="add cargo's documentation, under api/isomend")
+    parser.add_argument("--try", type=Path, dest="page", help="add the page that runs in the browser, under try: the folder `site` of scripts/wasm.sh")
     arguments = parser.parse_args()
     if arguments.out.exists() and any(arguments.out.iterdir()) and not (arguments.out / "index.html").exists():
         sys.exit(f"{arguments.out} has other files in it; name a new folder, or the folder of an earlier site")
@@ -182,6 +186,8 @@ def main():
         shutil.copytree(ROOT / "data", source / "data", ignore=lambda _, files: [f for f in files if not f.endswith(".png")])
         for page, name in names.items():
             text = relinked(page, (ROOT / page).read_text(encoding="utf-8"), names)
+            if arguments.page and name == "browser.md":
+                text = text.replace("\n## The site\n", "\n**[Try it](try/index.html)**\n\n## The site\n", 1)
             (source / name).write_text(text, encoding="utf-8")
         (source / "gallery.md").write_text(gallery(), encoding="utf-8")
         (source / "SUMMARY.md").write_text(listed, encoding="utf-8")
@@ -191,6 +197,8 @@ def main():
             target = Path(folder) / "target"
             subprocess.run(["cargo", "doc", "--no-deps", "--package", "isomend", "--target-dir", target], cwd=ROOT, check=True)
             shutil.copytree(target / "doc", Path(folder) / "out/api")
+        if arguments.page:
+            shutil.copytree(arguments.page, Path(folder) / "out/try")
         count = check(Path(folder).resolve() / "out")
         shutil.rmtree(arguments.out, ignore_errors=True)
         shutil.copytree(Path(folder) / "out", arguments.out)

@@ -18,23 +18,16 @@ rustup target add --toolchain "$(rustup show active-toolchain | cut -d ' ' -f 1)
 cargo build --quiet --locked --profile "$profile" --target $target --package isomend-wasm
 module=${CARGO_TARGET_DIR:-target}/$target/$profile/isomend_wasm.wasm
 
-# The functions of WASI in JavaScript, with files in memory; and, for releases, the optimiser of modules.
+# The functions of WASI in JavaScript, with files in memory.
 tools=${CARGO_TARGET_DIR:-target}/$target/tools
-wanted=(@bjorn3/browser_wasi_shim@0.4.2)
-[ "$profile" != wasm ] || wanted+=(binaryen@132.0.0)
 mkdir -p "$tools"
-npm install --silent --no-save --prefix "$tools" "${wanted[@]}"
-tools=$(cd "$tools/node_modules" && pwd)
+npm install --silent --no-save --prefix "$tools" @bjorn3/browser_wasi_shim@0.4.2
+shim=$(cd "$tools/node_modules/@bjorn3/browser_wasi_shim" && pwd)
 
 rm -rf "$out/npm" "$out/site"
 mkdir -p "$out/npm/wasi" "$out/site/wasi"
-if [ "$profile" = wasm ]; then
-    node "$tools/binaryen/bin/wasm-opt" --all-features --strip-debug --strip-producers -O3 "$module" -o "$out/npm/isomend.wasm"
-else
-    cp "$module" "$out/npm/isomend.wasm"
-fi
-cp "$tools"/@bjorn3/browser_wasi_shim/dist/*.js "$out/npm/wasi/"
-for licence in "$tools"/@bjorn3/browser_wasi_shim/LICENSE-*; do cp "$licence" "$out/npm/wasi/"; done
+cp "$module" "$out/npm/isomend.wasm"
+cp "$shim"/dist/*.js "$shim"/LICENSE-* "$out/npm/wasi/"
 cp wasm/npm/* LICENSE-* "$out/npm/"
 cp wasm/site/* data/scan.ply LICENSE-* "$out/site/"
 cp "$out/npm/isomend.wasm" "$out/npm/program.js" "$out/site/"

@@ -45,9 +45,11 @@ pub fn rotation(turn: DVec3) -> DMat3 {
 mod tests {
     use super::*;
 
+    type Function = fn(f64) -> f64;
+
     #[test]
     fn the_bits_are_those_of_every_other_system() {
-        let functions: [(fn(f64) -> f64, fn(f64) -> f64); 8] = [
+        let functions: [(Function, Function); 8] = [
             (exp, f64::exp),
             (|x| ln(x.abs()), |x| x.abs().ln()),
             (|x| log10(x.abs()), |x| x.abs().log10()),
