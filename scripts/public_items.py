@@ -25,12 +25,12 @@ def documented():
 
 
 def hidden():
-    """Public names with `#[doc(hidden)]`, without names that only the feature `internals` makes public."""
+    """Public names with `#[doc(hidden)]`, without names that only the feature `internals` or WebAssembly makes public."""
     names = []
     pattern = re.compile(r"((?:^ *#\[.*\]\n)*^ *#\[doc\(hidden\)\]\n(?:^ *#\[.*\]\n)*)^ *pub (?:use|mod|fn|struct) ([^;{]+)", re.M)
     for file in sorted((ROOT / "src").rglob("*.rs")):
         for attributes, name in pattern.findall(file.read_text()):
-            if 'feature = "internals"' not in attributes:
+            if not re.search('feature = "internals"|target_family = "wasm"', attributes):
                 names.append(f"hidden/{name.strip()}")
     return names
 

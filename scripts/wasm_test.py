@@ -72,6 +72,12 @@ class Site(Browser):
         self.run(f"{FRAME}.document.querySelector('#tab-mend').click()")
         self.run(f"{FRAME}.document.querySelector('#run').click()")
 
+    def save(self, path, overwrite):
+        """Saves the mesh as the page does; returns the answer."""
+        sent = json.dumps({"kind": "mesh", "path": path, "overwrite": overwrite})
+        return json.loads(self.run(f"""(async () => JSON.stringify(await (await {FRAME}.fetch("api/save", {{ method: "POST",
+            headers: {{ "Content-Type": "application/json" }}, body: {json.dumps(sent)} }})).json()))()"""))
+
     def fetched(self, path):
         """What the program answers to a request of the page."""
         return base64.b64decode(self.run(f"""(async () => {{ const bytes = new Uint8Array(await (await {FRAME}.fetch({json.dumps(path)})).arrayBuffer());
@@ -96,10 +102,12 @@ def filled(site, program, folder):
     site.expect(own == (folder / "scan.mended.ply").read_bytes(), f"the recipe gives other bytes than the page: {recipe}")
     report = site.fetched("api/report/1").decode()
     site.expect("<title>" in report, "there is no report")
-    saved = json.loads(site.run(f"""(async () => JSON.stringify(await (await {FRAME}.fetch("api/save", {{ method: "POST",
-        headers: {{ "Content-Type": "application/json" }}, body: JSON.stringify({{ kind: "mesh", path: "whole.ply", overwrite: false }}) }})).json()))()"""))
+    saved = site.save("whole.ply", False)
     site.expect(saved.get("error") is None, f"saving fails: {saved}")
     site.until("document.querySelector('#files').textContent.includes('whole.ply')", "the saved file can be downloaded")
+    site.expect(site.save("whole.ply", True).get("error") is None, "a saved file cannot be replaced")
+    state = json.loads(site.fetched("api/state"))
+    site.expect(state["session"]["error"] is None, f"the session is not stored: {state['session']['error']}")
     site.shot("saved")
 
 
@@ -119,7 +127,13 @@ def cancelled(site):
 def opened(site):
     """Another mesh is opened in place of the first; what is no mesh is refused."""
     site.drop("notes.txt", b"nothing")
-    site.until("document.querySelector('#message').textContent.includes('no mesh')", "a text is refused")
+    site.until("document.querySelector('#notice').textContent.includes('no mesh')", "a text is refused")
+    site.drop("bad.ply", b"ply\nformat ascii 1.0\nelement vertex 3\n")
+    site.until("document.querySelector('#notice').textContent.includes('bad.ply')", "a damaged file is refused")
+    site.expect(site.run("document.querySelector('#start').hidden"), "the start page covers the mesh")
+    # Another mesh of the same name does not take the place of the first.
+    site.drop("scan.ply", (ROOT / "data/slab.ply").read_bytes())
+    site.until(f"{READY} && {FRAME}.isomend.model.state.file.name === 'scan (2).ply'", "the other scan.ply is shown")
     site.drop("torus.ply", (ROOT / "data/torus.ply").read_bytes())
     site.until(f"{READY} && {FRAME}.isomend.model.state.file.name === 'torus.ply'", "the torus is shown")
     site.expect(site.run(f"{FRAME}.isomend.model.state.current") == 0, "the torus has steps of another mesh")

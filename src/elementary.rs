@@ -1,12 +1,25 @@
 //! Elementary functions with the same bits on every platform, by the crate `libm`.
 //!
 //! The functions of the standard library come from the system's C library, whose last bits differ between systems, and between
-//! processors with and without fused multiply-add. Results must not: `clippy.toml` forbids them. Square roots, rounding and integer
-//! powers are exact or compiled to the same operations, and are taken from the standard library.
+//! processors with and without fused multiply-add. Results must not: `clippy.toml` forbids them. Square roots, rounding and powers
+//! with constant integers are exact or compiled to the same operations, and are taken from the standard library.
 
 pub use libm::{acos, atan2, cbrt, cos, exp, hypot, log as ln, log2, log10, pow as powf, sin};
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
+
+/// An integer power, by repeated squaring.
+pub fn powi(x: f64, exponent: i32) -> f64 {
+    let (mut power, mut square, mut rest) = (1.0, x, exponent.unsigned_abs());
+    while rest > 0 {
+        if rest % 2 == 1 {
+            power *= square;
+        }
+        square *= square;
+        rest /= 2;
+    }
+    if exponent < 0 { 1.0 / power } else { power }
+}
 
 /// Sine and cosine.
 pub fn sin_cos(x: f64) -> (f64, f64) {
@@ -85,5 +98,9 @@ mod tests {
         assert!((angle_of(turned.truncate()) - 0.3).abs() < 1e-15);
         assert!((at_angle(0.3) - turned.truncate()).length() < 1e-15);
         assert_eq!(rotation(DVec3::ZERO), DMat3::IDENTITY);
+        assert_eq!(
+            [powi(10.0, 3), powi(2.0, -2), powi(3.0, 0)],
+            [1000.0, 0.25, 1.0]
+        );
     }
 }

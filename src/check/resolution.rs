@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use crate::elementary::log10;
+use crate::elementary::{log10, powi};
 use crate::mesh::Mesh;
 use crate::tuning::tuning;
 
@@ -50,7 +50,7 @@ fn unit(points: &[DVec3]) -> f64 {
 
 /// The unit of the last decimal digit of `largest` written with `digits` significant digits.
 fn step(largest: f64, digits: i32) -> f64 {
-    10f64.powi(log10(largest).floor() as i32 + 1 - digits)
+    powi(10.0, log10(largest).floor() as i32 + 1 - digits)
 }
 
 #[cfg(test)]

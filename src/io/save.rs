@@ -125,6 +125,8 @@ impl Staged {
                     bytes: bytes.to_vec(),
                 });
             }
+            // Files in memory have no permissions.
+            #[cfg(not(target_family = "wasm"))]
             Ok(old) if old.permissions().readonly() => {
                 return Err(Error::other("the file is there and may not be changed"));
             }
@@ -137,7 +139,6 @@ impl Staged {
             // Before the content is written, so that only those who could read the old file can read it.
             if let Some(old) = &old {
                 keep_owner(file.as_file(), old);
-                // Files in memory have no permissions.
                 #[cfg(not(target_family = "wasm"))]
                 fs::set_permissions(file.path(), old.permissions())?;
             }

@@ -8,6 +8,7 @@ use std::sync::Mutex;
 use super::cg::{LinearOperator, Preconditioner};
 use super::csr::Csr;
 use super::dense::Cholesky;
+use crate::elementary::powi;
 
 /// Parameters of the smoother on a level.
 struct Smoothing {
@@ -208,7 +209,7 @@ fn factorised(matrix: &Csr) -> Option<Cholesky> {
         let mut entries = dense(matrix);
         if k > 0 {
             for i in 0..n {
-                entries[i * n + i] += top * 1e-10 * 100f64.powi(k);
+                entries[i * n + i] += top * 1e-10 * powi(100.0, k);
             }
         }
         Cholesky::new(&entries, n)

@@ -1,17 +1,17 @@
 /** A mesh as flat arrays with three numbers for each vertex and face. */
 export interface MeshArrays {
-  positions: Float64Array | Float32Array | number[];
-  faces: Uint32Array | Int32Array | Uint16Array | number[];
+  positions: ArrayLike<number>;
+  faces: ArrayLike<number>;
 }
 
 /** The bytes of a file. */
 export type Bytes = Uint8Array | ArrayBuffer | string;
 
-/** A mesh: arrays, a file with its name, or the bytes of a file, whose format is then detected from them. */
-export type MeshInput = MeshArrays | { data: Bytes; name?: string } | Uint8Array | ArrayBuffer;
+/** A mesh: arrays, a file with its name, a `File` of the browser, or the bytes of a file, whose format is then detected from them. */
+export type MeshInput = MeshArrays | { data: Bytes; name?: string } | Blob | Uint8Array | ArrayBuffer;
 
 /**
- * Options of the command line in camel case, as `maxHole` for `--max-hole`; `true` for options without a value, arrays for lists.
+ * Options of the command line in camel case, as `maxDiameter` for `--max-diameter`; `true` for options without a value, arrays for lists.
  * `docs/options.md` describes them.
  */
 export type Options = Record<string, string | number | boolean | readonly (string | number)[] | null | undefined>;
@@ -38,13 +38,13 @@ export interface Answer {
 
 export interface Mended extends Answer {
   /** The bytes of the written file. */
-  data: Uint8Array;
+  data: Uint8Array<ArrayBuffer>;
   /** Its name. */
   name: string;
   /** The arrays of the result, if arrays were given. */
   mesh?: { positions: Float64Array; faces: Uint32Array };
   /** Other files that were written, such as textures and patches. */
-  files: Record<string, Uint8Array>;
+  files: Record<string, Uint8Array<ArrayBuffer>>;
 }
 
 type Mending = (mesh: MeshInput, options?: Options & { output?: string }, control?: RunControl) => Promise<Mended>;
@@ -70,13 +70,14 @@ export const check: Asking;
 export function run(
   args: readonly (string | number)[],
   control?: RunControl,
-): Promise<{ code: number; stdout: string; stderr: string; files: Record<string, Uint8Array> }>;
+): Promise<{ code: number; stdout: string; stderr: string; files: Record<string, Uint8Array<ArrayBuffer>> }>;
 
 /** Ends the workers that have no work. */
 export function close(): void;
 
 /** The program refused or failed. */
 export class IsomendError extends Error {
+  constructor(message: string, code: number);
   /** Its exit code. */
   code: number;
 }

@@ -23,6 +23,7 @@ function placeOf(root, path) {
   let folder = root;
   for (const name of names) {
     if (!folder.has(name)) folder.set(name, new Directory(new Map()));
+    if (folder.get(name) instanceof File) throw new TypeError(`${name} is a file, not a folder, in ${path}`);
     folder = folder.get(name).contents;
   }
   return [folder, last];

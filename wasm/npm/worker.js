@@ -2,7 +2,8 @@
 
 import { Program } from "./program.js";
 
-const port = typeof globalThis.postMessage === "function" ? globalThis : (await import("node:worker_threads")).parentPort;
+/** Sends a message to the caller. */
+let send;
 /** Shortest time between two messages about progress, in milliseconds. */
 const BETWEEN = 50;
 
@@ -12,7 +13,7 @@ function run({ module, args, files }) {
     const now = Date.now();
     if (now - last < BETWEEN) return;
     last = now;
-    port.postMessage({ share });
+    send({ share });
   };
   const program = new Program(module, files, { progress });
   const before = new Map(program.files());
@@ -23,11 +24,18 @@ function run({ module, args, files }) {
 
 const answer = (message) => {
   try {
-    port.postMessage({ result: run(message) });
+    send({ result: run(message) });
   } catch (error) {
-    port.postMessage({ error: error.message });
+    send({ error: error.message });
   }
 };
 
-if (port === globalThis) port.addEventListener("message", ({ data }) => answer(data));
-else port.on("message", answer);
+if (typeof globalThis.postMessage === "function") {
+  send = (message) => globalThis.postMessage(message);
+  globalThis.addEventListener("message", ({ data }) => answer(data));
+} else {
+  import(/* webpackIgnore: true */ /* @vite-ignore */ "node:worker_threads").then(({ parentPort }) => {
+    send = (message) => parentPort.postMessage(message);
+    parentPort.on("message", answer);
+  });
+}

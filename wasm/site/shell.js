@@ -2,7 +2,12 @@
 
 const find = (selector) => document.querySelector(selector);
 const frame = find("#page");
-const say = (text) => { find("#message").textContent = text; };
+
+/** Shows a message on the start page, or above a mesh that is open. */
+function say(text) {
+  const place = frame.hidden ? find("#message") : find("#notice");
+  for (const other of [find("#message"), find("#notice")]) other.textContent = other === place ? text : "";
+}
 
 /** The worker with the program. It is ended and started again to cancel a step, or when the program stops. */
 class Host {
@@ -40,12 +45,12 @@ class Host {
     if (files) this.#keep(files);
     if (busy !== undefined) this.#busy = busy;
     if (event !== undefined) this.#receivers.get(page)?.(event);
-    if (stopped !== undefined) this.#again(stopped);
-    if (id === undefined) return;
-    const { resolve, reject } = this.#waiting.get(id);
+    if (stopped !== undefined) this.#again(stopped).catch((failed) => say(failed.message));
+    const waiting = this.#waiting.get(id);
+    if (!waiting) return;
     this.#waiting.delete(id);
-    if (error === undefined) resolve(result);
-    else reject(new Error(error));
+    if (error === undefined) waiting.resolve(result);
+    else waiting.reject(new Error(error));
   }
 
   #keep({ changed, gone }) {
@@ -55,7 +60,7 @@ class Host {
   }
 
   #lost(message) {
-    this.#again(message);
+    this.#again(message).catch((failed) => say(failed.message));
   }
 
   /** Ends the worker and starts it again with the same files; the pages repeat their steps. */
@@ -65,16 +70,20 @@ class Host {
     for (const { reject } of this.#waiting.values()) reject(new Error(reason));
     this.#waiting.clear();
     await this.#start();
-    for (const path of this.#pages) await this.#ask("open", { path, resume: true });
+    for (const path of this.#pages) await this.#ask("open", { path, resume: true }).catch(() => this.#ask("open", { path, resume: false }));
     this.#receivers.clear();
-    // The meshes have new numbers.
+    // The page keeps meshes by their numbers, and these begin again.
     frame.contentWindow.location.reload();
   }
 
-  async write(path, data) {
+  /** Writes a file. If another one has its name, it gets a number: the other may be open. Returns the name. */
+  async write(name, data) {
     if (!this.#worker) await this.#start();
-    this.#files.set(path, data);
+    const [, stem, ending] = name.match(/^(.*?)(\.[^.]*)?$/);
+    let path = name;
+    for (let i = 2; this.#files.has(path) && !same(this.#files.get(path), data); i++) path = `${stem} (${i})${ending ?? ""}`;
     await this.#ask("write", { path, data });
+    return path;
   }
 
   /** Opens a file and returns the number of its page. */
@@ -108,6 +117,9 @@ const host = new Host();
 // The page in the frame finds it here.
 window.isomendHost = host;
 
+/** Whether two files have the same bytes. */
+const same = (a, b) => a.length === b.length && a.every((byte, i) => byte === b[i]);
+
 /** Lets the user download a file. */
 function download(name, data) {
   const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(new Blob([data])), download: name });
@@ -136,26 +148,33 @@ const MESHES = /\.(obj|ply|stl|gltf|glb|vtk|vtp|off|3mf)$/i;
 async function take(files) {
   try {
     say("Loading …");
+    const names = [];
     for (const file of files) {
       given.add(file.name);
-      await host.write(file.name, new Uint8Array(await file.arrayBuffer()));
+      names.push(await host.write(file.name, new Uint8Array(await file.arrayBuffer())));
+      given.add(names.at(-1));
     }
-    const mesh = files.find((file) => MESHES.test(file.name));
+    const mesh = names.find((name) => MESHES.test(name));
     if (!mesh) throw new Error("there is no mesh among these files");
-    const page = await host.open(mesh.name);
+    const page = await host.open(mesh);
+    say("");
     frame.src = `page.html?page=${page}`;
     frame.hidden = false;
     find("#start").hidden = true;
   } catch (error) {
-    say(error.message);
-    find("#start").hidden = false;
+    say(error.message.replace(/^\//, ""));
   }
 }
+// The page in the frame passes on what is dropped there.
+window.isomendTake = take;
 
 find("#choose").addEventListener("change", ({ target }) => take([...target.files]));
 find("#example").addEventListener("click", async () => {
   const answer = await fetch("scan.ply");
   await take([new File([await answer.blob()], "scan.ply")]);
+});
+addEventListener("beforeunload", (event) => {
+  if (!frame.hidden) event.preventDefault();
 });
 addEventListener("dragover", (event) => {
   event.preventDefault();

@@ -47,6 +47,8 @@ addEventListener("message", ({ data: { id, name, ...given } }) => {
     const result = requests[name](given);
     postMessage({ id, result, files: changes() });
   } catch (error) {
+    // An instance that has stopped cannot be used again.
+    if (error.cause) return postMessage({ id, error: error.message, stopped: error.message });
     postMessage({ id, error: error.message });
   }
   clearTimeout(timer);

@@ -41,6 +41,16 @@ window.EventSource = class extends EventTarget {
   }
 };
 
+// A mesh is dropped with its textures: the shell takes all files. One file with face numbers is left to the page.
+window.addEventListener("drop", (event) => {
+  const files = [...(event.dataTransfer?.files ?? [])];
+  if (files.length === 0 || (files.length === 1 && /\.(txt|json|faces)$/i.test(files[0].name))) return;
+  event.preventDefault();
+  event.stopImmediatePropagation();
+  document.querySelector("#drop").hidden = true;
+  window.parent.isomendTake(files);
+}, true);
+
 // Links to what the program makes, such as a report, lead to a copy of it.
 document.addEventListener("click", async (event) => {
   const link = event.target.closest?.("a[href]");

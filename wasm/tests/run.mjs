@@ -91,6 +91,30 @@ await test("errors say what is wrong, and leave the next run alone", async () =>
   assert.ok(files["b/c.obj"].length > 0);
 });
 
+await test("names and outputs of all kinds", async () => {
+  const data = read("slab.ply");
+  const same = (name, options) => fill({ name, data }, options);
+  const { data: own, name } = await same("mended.ply");
+  assert.equal(name, "mended.ply");
+  for (const [input, options] of [["-a.ply"], ["dir.v2/mesh"], ["b.ply", { output: "./b.ply" }], ["c.ply", { output: "/d.ply" }]]) {
+    assert.equal(Buffer.compare(Buffer.from((await same(input, options)).data), Buffer.from(own)), 0, input);
+  }
+  const { data: blob } = await fill(new Blob([data]));
+  assert.equal(Buffer.compare(Buffer.from(blob), Buffer.from(own)), 0);
+  await assert.rejects(same("a.ply", { json: "b" }), TypeError);
+  await assert.rejects(run(["check", "a"], { files: { a: data, "a/b": data } }), /a is a file/);
+});
+
+await test("several runs at once, of which some are cancelled", async () => {
+  const abort = new AbortController();
+  const runs = [0, 1, 2, 3].map((i) => fill(read("slab.ply"), {}, i % 2 ? { signal: abort.signal } : {}));
+  queueMicrotask(() => abort.abort());
+  const [first, second, third, fourth] = await Promise.allSettled(runs);
+  assert.deepEqual(first.value.data, third.value.data);
+  assert.ok([second, fourth].every(({ reason }) => reason?.name === "AbortError"));
+  await assert.rejects(fill(read("torus.ply"), {}, { progress: () => { throw new RangeError("own"); } }), RangeError);
+});
+
 await test("files beside the mesh are read and written", async () => {
   const { code, files } = await run(["fill", "sphere.ply", "-o", "out.glb", "--patches", "patches.ply"], { files: { "sphere.ply": read("sphere.ply") } });
   assert.equal(code, 0);

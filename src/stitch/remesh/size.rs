@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 
 use super::Remesher;
+use crate::elementary::powi;
 use crate::stitch::StitchParams;
 use crate::tuning::tuning;
 
@@ -102,10 +103,8 @@ impl Remesher<'_> {
             .map(|p| {
                 let (mut sum, mut weight) = (0.0, 0.0);
                 for (q, size) in &rim {
-                    let w = size
-                        / p.distance(*q)
-                            .max(1e-9 * size)
-                            .powi(tuning().stitch.size_power);
+                    let distance = p.distance(*q).max(1e-9 * size);
+                    let w = size / powi(distance, tuning().stitch.size_power);
                     sum += w * size;
                     weight += w;
                 }
