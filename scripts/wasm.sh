@@ -14,7 +14,7 @@ mkdir -p "$out"
 out=$(cd "$out" && pwd)
 target=wasm32-wasip1
 
-rustup target add --toolchain "$(rustup show active-toolchain | cut -d ' ' -f 1)" $target 2> /dev/null || rustup target add $target
+rustup target add $target
 cargo build --quiet --locked --profile "$profile" --target $target --package isomend-wasm
 module=${CARGO_TARGET_DIR:-target}/$target/$profile/isomend_wasm.wasm
 

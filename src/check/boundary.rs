@@ -314,7 +314,7 @@ fn weld_advice(mut distances: Vec<f64>, edges: usize) -> Option<(f64, usize)> {
 
 /// The next larger number with two significant digits.
 fn rounded_up(length: f64) -> f64 {
-    let step = powf(10f64, log10(length).floor() - 1.0);
+    let step = powf(10.0, log10(length).floor() - 1.0);
     let digits = (length / step).floor() + 1.0;
     // Parse the printed number, so that it is exactly what a user would type.
     format!("{:.1e}", digits * step)

@@ -4,8 +4,9 @@
 //! noise of the rings' vertices, which the patch does not have. The remainder is the error of the fitted sides, which falls as the number
 //! of fitted vertices grows, that is, as edges get shorter.
 
-use crate::elementary::hypot;
 use glam::DVec3;
+
+use crate::elementary::hypot;
 
 /// Noise of the rings over the residual of the sides.
 const NOISE: f64 = 1.2;
