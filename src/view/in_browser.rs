@@ -81,8 +81,8 @@ impl InBrowser {
         }))
     }
 
-    /// Opens a file and returns the number of its page. A file that is already open keeps its page. The unsaved steps of an earlier
-    /// session are repeated if `resume` is true and there are any.
+    /// Opens a file and returns the number of its page. A file that is already open keeps its page. The steps of an earlier session
+    /// are repeated if `resume` is true and they can be read.
     ///
     /// # Errors
     /// The reason in words.
@@ -91,10 +91,11 @@ impl InBrowser {
             return Ok(page);
         }
         let read = |resume| Opened::read(&self.threads, &self.root, path.into(), None, resume);
-        let mut opened = read(None).map_err(|error| error_text(&error))?;
-        if resume && opened.earlier.is_some() {
-            opened = read(Some(None)).map_err(|error| error_text(&error))?;
-        }
+        let opened = match resume {
+            true => read(Some(None)).or_else(|_| read(None)),
+            false => read(None),
+        };
+        let opened = opened.map_err(|error| error_text(&error))?;
         let (page, listener) = (self.pages().len(), self.listener);
         let events = Events::to(Box::new(move |text| listener(page, text)));
         let app = opened.app(self.host(), events, true);

@@ -70,7 +70,7 @@ class Host {
     for (const { reject } of this.#waiting.values()) reject(new Error(reason));
     this.#waiting.clear();
     await this.#start();
-    for (const path of this.#pages) await this.#ask("open", { path, resume: true }).catch(() => this.#ask("open", { path, resume: false }));
+    for (const path of this.#pages) await this.#ask("open", { path, resume: true });
     this.#receivers.clear();
     // The page keeps meshes by their numbers, and these begin again.
     frame.contentWindow.location.reload();

@@ -62,8 +62,8 @@ pub unsafe extern "C" fn isomend_run(buffer: *mut u8, length: usize) -> u32 {
     u32::from(isomend::command_line(arguments.map(OsString::from)).code())
 }
 
-/// Opens the file that the buffer names. Returns the number of its page, or -1 and leaves the error. The unsaved steps of an earlier
-/// session are repeated if `resume` is not 0.
+/// Opens the file that the buffer names. Returns the number of its page, or -1 and leaves the error. The steps of an earlier session
+/// are repeated if `resume` is not 0 and they can be read.
 ///
 /// # Safety
 /// The buffer comes from [`isomend_take`] with the same length.
