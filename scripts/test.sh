@@ -5,8 +5,8 @@
 #   scripts/test.sh          the tests above; a few minutes
 #   scripts/test.sh --all    also each feature of the library alone, the Python wheel with the packages that it supports, checks of written
 #                            files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, and a minute
-#                            of fuzzing. A check that cannot run is left out, with a message; with CI=true this is a failure, but for
-#                            that of the WebAssembly module, since Rust's library for it cannot be fetched from everywhere.
+#                            of fuzzing. A check that cannot run is left out, with a message; with CI=true this is a failure, except
+#                            for the lints of the WebAssembly module: Rust's library for it cannot be fetched everywhere.
 #   scripts/test.sh --apps   also tests with large downloads or builds: the Blender extension in Blender's Python module, the website by
 #                            mdBook, the program as WebAssembly under Node.js and in Chromium
 #
