@@ -14,6 +14,7 @@ CI=true this is a failure."""
 
 import argparse
 import base64
+import contextlib
 import json
 import os
 import shutil
@@ -68,6 +69,12 @@ SETTLED = """(async () => {
   return %s; })()""" % DRAWN
 # Upper bound of a wait, in seconds: a wait that takes longer has failed.
 MOST_WAIT = 300
+# What the browser says where the page of a script is gone before the script has ended.
+NAVIGATED = ("navigated or closed", "context was destroyed", "Cannot find context", "Cannot find default execution context", "Promise was collected")
+
+
+class Navigated(RuntimeError):
+    """The browser went to another page while a script ran."""
 
 
 class Browser:
@@ -106,7 +113,8 @@ class Browser:
             message = json.loads(self.socket.recv())
             if message.get("id") == self.count:
                 if "error" in message:
-                    raise RuntimeError(f"{method}: {message['error']}")
+                    kind = Navigated if any(said in str(message["error"]) for said in NAVIGATED) else RuntimeError
+                    raise kind(f"{method}: {message['error']}")
                 return message["result"]
             self.note(message)
 
@@ -129,8 +137,13 @@ class Browser:
         return done["result"].get("value")
 
     def until(self, script, what):
+        def true():
+            # While the browser goes to another page, no script runs.
+            with contextlib.suppress(Navigated):
+                return self.run(script)
+
         deadline = time.monotonic() + MOST_WAIT
-        while not self.run(script):
+        while not true():
             if time.monotonic() > deadline:
                 raise RuntimeError(f"timeout while waiting until {what}; the page says: {self.run('document.body.innerText')[:300]}")
             time.sleep(0.05)
@@ -166,7 +179,7 @@ class Browser:
 
 
 def finish(failures):
-    """Prints one line for each failed check, at the end of the output, where a log that is cut still has it; returns the exit code."""
+    """Prints one line for each failed check, at the end of the output, which scripts/test.sh repeats; returns the exit code."""
     for name, what in failures:
         print(f"FAILED {name}: {' '.join(what.split())[:400]}", flush=True)
     return 1 if failures else 0

@@ -22,7 +22,7 @@ case "${1:-}" in
     *) echo "usage: scripts/test.sh [--all|--apps]" >&2; exit 2 ;;
 esac
 
-table=() failed=0
+table=() failed=0 failures=$(mktemp)
 # A stage that fails does not keep the later ones from running, but for the build.
 stage() {
     local begin=$SECONDS code word=
@@ -52,10 +52,14 @@ join() {
     cat "$logs/output"
     while IFS= read -r line; do table+=("$line"); done < "$logs/table"
     failed=$((failed + $(cat "$logs/failed")))
+    grep '^FAILED ' "$logs/output" >> "$failures" || true
     rm -r "$logs"
 }
+# The table of the stages and, since long logs are cut, the failed checks of stages that run beside others.
 finish() {
     printf '\n'
+    cat "$failures"
+    rm "$failures"
     [ ${#table[@]} = 0 ] || printf '%s\n' "${table[@]}"
     printf '%6d s  in all\n' "$SECONDS"
     [ "$failed" = 0 ] || { echo "stages that failed: $failed"; exit 1; }
