@@ -141,6 +141,7 @@ def main():
     parser.add_argument("--head", help="revision to measure [default: the working tree]")
     parser.add_argument("--profile", default="ci", help="profile of the builds [default: ci]")
     parser.add_argument("--programs", nargs=2, type=Path, help="programs of base and head, instead of building them")
+    parser.add_argument("--program", type=Path, help="program of the head, instead of building it")
     parser.add_argument("--command", default="fill", choices=("fill", "repair", "check"))
     parser.add_argument("--folder", help="folder of meshes to measure")
     parser.add_argument("--rounds", type=int, default=5)
@@ -149,7 +150,7 @@ def main():
     arguments = parser.parse_args()
     programs = arguments.programs or [
         built(arguments.base, "base", arguments.profile),
-        built(arguments.head, "head", arguments.profile),
+        arguments.program or built(arguments.head, "head", arguments.profile),
     ]
     rows = []
     with tempfile.TemporaryDirectory() as folder:

@@ -4,9 +4,10 @@
 #
 #   scripts/test.sh          the tests above; a few minutes
 #   scripts/test.sh --all    also each feature of the library alone, the Python wheel with the packages that it supports, checks of written
-#                            files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, and a minute
-#                            of fuzzing. A check that cannot run is left out, with a message; with CI=true this is a failure, except
-#                            for the lints of the WebAssembly module: Rust's library for it cannot be fetched everywhere.
+#                            files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, a minute of
+#                            fuzzing, and time and memory of fills against the last release, if there is one. A check that cannot run
+#                            is left out, with a message; with CI=true this is a failure, except for the lints of the WebAssembly
+#                            module: Rust's library for it cannot be fetched everywhere.
 #   scripts/test.sh --apps   also tests with large downloads or builds: the Blender extension in Blender's Python module, the website by
 #                            mdBook, the program as WebAssembly under Node.js and in Chromium
 #
@@ -162,6 +163,13 @@ browser() {
     "$python" scripts/view_test.py --isomend "$ISOMEND"
 }
 
+# CPU time and memory of fills against the last release.
+speed() {
+    local last
+    last=$(git describe --tags --abbrev=0 --match 'v*' 2> /dev/null) || { echo "left out: there is no release to compare with"; return; }
+    "$python" scripts/bench_guard.py "$last" --program "$ISOMEND" --rounds 3
+}
+
 blender() {
     "$python" scripts/blender_test.py --isomend "$ISOMEND" --wheel .venv/wheels/*.whl
 }
@@ -196,6 +204,7 @@ if [ -n "$all" ]; then
     stage 'written files, by other programs' written_files
     join
     stage 'fuzz targets on mutated seeds' scripts/fuzz.sh 60
+    stage 'speed against the last release' speed
 fi
 if [ -n "$apps" ]; then
     stage 'Blender extension' blender

@@ -104,6 +104,11 @@ impl RimSides {
         })
     }
 
+    /// Median residual of the sides' sheets, in edges.
+    pub(crate) fn noise(&self) -> f64 {
+        self.sides.noise(self.collar.edge)
+    }
+
     /// On exact meshes, adds kriged residuals to the sheets of the sides at the rim; returns whether there were any. Not on
     /// scans: vertices at bevelled edges and noise would be taken for shape, and errors on 67 holes were three times as large.
     pub(crate) fn refine(&mut self) -> bool {

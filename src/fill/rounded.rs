@@ -6,7 +6,7 @@ use super::problem::RegionProblem;
 use super::region_patch::RegionPatch;
 use super::sharp::{CLEARLY_BETTER, RINGS, SURE};
 use super::sides_error::of_rounded;
-use super::so_far::Made;
+use super::so_far::{Made, SoFar};
 use crate::creases::Rounded;
 use crate::finish::biharmonic;
 use crate::mesh::{Part, VertexFaces};
@@ -15,14 +15,21 @@ use crate::stitch::Patch;
 /// Rounds in which the patch's vertices are evened out and projected onto the surface.
 const ROUNDS: usize = 10;
 
+/// Edges. Where the smooth sides around a rim have larger residuals, no model is fitted. On 135 holes of solids the sides around accepted
+/// models had residuals of at most 0.061; on half of 141 holes of scans they have more than 0.11.
+const MOST_NOISE: f64 = 0.1;
+
 /// Expected cost: as the smooth patch that its prediction is compared with.
 pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
     faired::cost(problem)
 }
 
 /// Closes the region by rounded edges between its flat sides.
-pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
-    problem.rounded().into()
+pub(super) fn make(problem: &RegionProblem<'_>, so_far: &SoFar<'_>) -> Made {
+    match so_far.noise < MOST_NOISE {
+        true => problem.rounded().into(),
+        false => Made::Nothing,
+    }
 }
 
 impl RegionProblem<'_> {
@@ -35,11 +42,11 @@ impl RegionProblem<'_> {
         let part = self.wide_part(&Patch::default());
         let rim: Vec<u32> = hole.rim.iter().map(|&v| part.local(v)).collect();
         let model = Rounded::find(&part.mesh, &VertexFaces::new(&part.mesh), &rim, self.cancel)?;
+        // On 135 holes of solids accepted models had residuals of at most 0.042 edges; on scans and noisy surfaces models had at least
+        // 0.05, and were refused.
+        (model.residual < SURE).then_some(())?;
         let error = self.rounded_error(&part, &rim);
-        let is_better = match error {
-            Some([own, smooth]) => own < CLEARLY_BETTER * smooth,
-            None => model.residual < SURE,
-        };
+        let is_better = error.is_none_or(|[own, smooth]| own < CLEARLY_BETTER * smooth);
         log::debug!(
             "hole {}: rounded edges of radius {:.4}, residual {:.3}, predicted {error:.4?}",
             hole.id.get(),

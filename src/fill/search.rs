@@ -117,6 +117,7 @@ fn begin<'b>(problem: &RegionProblem<'_>) -> SoFar<'b> {
         best_unconverged: None,
         last: RegionReport::default(),
         crease_ends: 0,
+        noise: 0.0,
         not_continued: None,
         counterpart: None,
     }
@@ -133,7 +134,7 @@ fn make<'b>(
     let made = match candidate {
         Candidate::Counterpart => counterpart::make(problem, so_far),
         Candidate::Sides => sharp::make(problem, so_far),
-        Candidate::Rounded => rounded::make(problem),
+        Candidate::Rounded => rounded::make(problem, so_far),
         Candidate::LevelSet(now) => {
             let made;
             (made, level) = level_set::make(problem, &now, so_far);

@@ -72,6 +72,7 @@ pub(super) fn make(problem: &RegionProblem<'_>, so_far: &mut SoFar<'_>) -> Made 
     );
     let ends = sides.as_ref().map_or(0, |sides| sides.ends().len());
     so_far.crease_ends = ends;
+    so_far.noise = sides.as_ref().map_or(0.0, RimSides::noise);
     let made = sides
         .map_err(declined)
         .and_then(|mut sides| problem.sides(part, &rim, &mut sides, ends));

@@ -26,6 +26,8 @@ pub(super) struct SoFar<'b> {
     pub(super) last: RegionReport,
     /// Number of sharp edges that end at the rim.
     pub(super) crease_ends: usize,
+    /// Median residual of the smooth sides around the rim, in edges; 0 where there are none.
+    pub(super) noise: f64,
     /// Why they were not continued.
     pub(super) not_continued: Option<NotContinued>,
     /// How the counterpart fits, if there is one.
