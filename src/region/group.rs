@@ -14,7 +14,7 @@ use crate::tuning::tuning;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum VoxelSize {
-    /// Chosen from the hole. With a finish: 16 voxels across the hole, 12 where its rim has at most 25 edges, more where it is a
+    /// Chosen from the hole. With a finish: 16 voxels across the hole, 10 where its rim has at most 25 edges, more where it is a
     /// slot, up to 96 where a region has a small loop. Without a finish: 32 voxels, up to 64 where the rim is finer or the hole
     /// is a slot. With the curvature-variation energy 2.5 times as many, at most 128.
     #[default]
@@ -268,9 +268,12 @@ impl Region {
             true => (coarse * narrow.sqrt(), 0.0),
             false => (tuning().region.across * narrow, (diameter / edge).min(64.0)),
         };
-        let wanted = across
-            .max(by_edges)
-            .max((tuning().region.across_smallest * diameter / smallest).min(96.0));
+        // A region of several loops resolves the smallest of them.
+        let by_loops = match holes {
+            [_] => 0.0,
+            _ => (tuning().region.across_smallest * diameter / smallest).min(96.0),
+        };
+        let wanted = across.max(by_edges).max(by_loops);
         let refined = (wanted * size.refine).min(tuning().region.across_retry.max(wanted));
         diameter / refined.min(tuning().region.across_limit)
     }
