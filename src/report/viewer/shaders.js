@@ -111,6 +111,7 @@ void main() {
   if (back && colouring == 0) ground = inside;
   if ((fact & 0x80000u) != 0u) ground = mix(ground, fault, .8);
   if ((fact & 0x40000u) != 0u) ground = mix(ground, mask, .62);
+  if ((fact & 0x10000000u) != 0u) ground = mix(ground, vec3(.16, .55, .86), .62);
   vec3 eyeward = -normalize(seen);
   float head = max(dot(n, eyeward), 0.);
   vec3 lampward = normalize(lamp);
@@ -123,7 +124,7 @@ void main() {
     float high = .5 + .5 * dot(n, lampward), side = 1. - head;
     vec3 clay = mix(vec3(.20, .16, .20), vec3(.86, .66, .52), high * high);
     lit = mix(clay + .35 * pow(high, 24.), vec3(.55, .66, .80), .5 * side * side * side) * (back ? .6 : 1.);
-    if ((fact & 0xc0000u) != 0u) lit = mix(lit, ground, .6);
+    if ((fact & 0x100c0000u) != 0u) lit = mix(lit, ground, .6);
   }
   if (shading == 3) {
     float angle = asin(clamp(dot(reflect(-eyeward, n), right), -1., 1.)) * 6., width = fwidth(angle);

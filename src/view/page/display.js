@@ -127,8 +127,12 @@ export class Display {
     const found = await this.app.model.prepare(mesh).catch((error) => this.app.say(error.message, true));
     if (!found) return;
     mesh.topology ??= new Topology(mesh, found);
+    const fresh = !mesh.mask;
     mesh.mask ??= new Mask(mesh);
     this.mark(mesh);
+    if (fresh && mesh.parent?.mesh.mask) mesh.mask.inherit(mesh.parent.mesh.mask, mesh.parent);
+    // Release the mesh before the step.
+    mesh.parent = null;
     if (this.app.viewer.options.folds) this.rims();
     const surface = this.app.viewer.surfaces.get(mesh);
     if (!surface || surface.order) return;
