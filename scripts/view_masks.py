@@ -104,6 +104,7 @@ def check_named(page):
 def check_folder(page, folder):
     """A folder is made, and the mesh is saved in it; a name that exists is refused."""
     page.tab("save")
+    page.until("document.querySelectorAll('#files option').length > 0", "the files of the folder are listed")
     page.click_on("#folder-new")
     page.expect(page.run("document.activeElement.id") == "folder-name", "the name of a new folder has no focus")
     page.shot("new_folder")

@@ -88,7 +88,9 @@ export class Masks {
 
   /** Lists the named masks of the current mesh. */
   list() {
+    const focused = all("#masks button").indexOf(document.activeElement);
     find("#masks").replaceChildren(...this.named.map((mask) => this.row(mask)));
+    all("#masks button")[focused]?.focus();
   }
 
   row({ name, count, gone }) {

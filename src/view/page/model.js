@@ -122,15 +122,24 @@ export class Model {
 
   /** Lets the worker compute the adjacency of a mesh, the order of its faces and a coarse version. */
   prepare(mesh) {
-    mesh.prepared ??= new Promise((done, failed) => {
+    return mesh.prepared ??= this.work({ positions: mesh.positions, faces: mesh.faces });
+  }
+
+  /** Lets the worker compute the part of the ambient light that reaches each vertex. */
+  ambient(mesh) {
+    return mesh.ambient ??= this.work({ positions: mesh.positions, faces: mesh.faces, normals: mesh.normals });
+  }
+
+  /** Sends a message to a worker of its own, and returns the answer. */
+  work(message) {
+    return new Promise((done, failed) => {
       const worker = new Worker("worker.js");
       worker.onmessage = ({ data }) => {
         worker.terminate();
         done(data);
       };
       worker.onerror = (event) => failed(new Error(tr("not_prepared", { error: event.message })));
-      worker.postMessage({ positions: mesh.positions, faces: mesh.faces });
+      worker.postMessage(message);
     });
-    return mesh.prepared;
   }
 }

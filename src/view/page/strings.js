@@ -72,6 +72,7 @@ const WORDS = {
   shading_clay: ["Plain", "Einfarbig"],
   shading_matcap: ["Clay", "Ton"],
   shading_zebra: ["Zebra", "Zebra"],
+  shading_ambient: ["Ambient", "Umgebung"],
   colour: ["Colour", "Farbe"],
   colour_plain: ["Surface", "Oberfläche"],
   colour_curvature: ["Curvature", "Krümmung"],
