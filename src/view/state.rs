@@ -71,7 +71,7 @@ pub struct StepDone {
     pub work: Work,
     /// The marked faces.
     pub mask: Option<Runs>,
-    /// Whether the mesh kept its own marked faces, because those of the step were only for it.
+    /// Whether the mesh kept its own marked faces, because the step marked faces only for itself.
     pub keep_marks: bool,
     /// Whether patches across seams of a texture get no texels of their own.
     pub no_texture: bool,

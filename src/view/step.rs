@@ -32,7 +32,7 @@ pub struct Request {
     /// The marked faces.
     #[serde(default)]
     pub mask: Option<Runs>,
-    /// Whether the mesh keeps its own marked faces, because those of the request are only for this step.
+    /// Whether the mesh keeps its own marked faces, because the request marks faces only for this step.
     #[serde(default)]
     pub keep_marks: bool,
     /// Whether patches across seams of a texture get no texels of their own.
