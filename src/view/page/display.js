@@ -151,6 +151,7 @@ export class Display {
     if (fresh && mesh.parent?.mesh.mask) mesh.mask.inherit(mesh.parent.mesh.mask, mesh.parent);
     // Release the mesh before the step.
     mesh.parent = null;
+    if (fresh && mesh === this.app.mesh()) this.app.painted();
     if (this.app.viewer.options.folds) this.rims();
     const surface = this.app.viewer.surfaces.get(mesh);
     if (!surface || surface.order) return;
