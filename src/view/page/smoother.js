@@ -55,7 +55,7 @@ export class Smoother {
     const on = new Uint8Array(mesh.faces.length / 3), strength = Number((this.edges * app.meanEdge()).toPrecision(3));
     for (const face of faces) on[face] = 1;
     const params = { ...app.model.state.defaults.fair, extent: { strength } };
-    const label = `isomend fair --faces mask.txt --strength ${strength}`;
+    const label = ["isomend", "fair", "--faces mask.txt", "--strength", strength].join(" ");
     return app.attempt("#paint-trouble", () => app.steps.request(label, { kind: "fair", params, mask: runsOf(on), keep_marks: true }));
   }
 
