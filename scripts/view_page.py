@@ -40,7 +40,7 @@ class Page(Browser):
     def note(self, message):
         """Records errors, except for requests that the tests expect to fail: refused ones, and values that only one of two meshes has."""
         entry = message.get("params", {}).get("entry", {})
-        if message.get("method") == "Log.entryAdded" and re.search(r"/api/(save|step|values/\d+|mask/load)\b", entry.get("url", "")):
+        if message.get("method") == "Log.entryAdded" and re.search(r"/api/(save|step|folder|values/\d+|mask/load)\b", entry.get("url", "")):
             return
         super().note(message)
 

@@ -63,8 +63,11 @@ def look(page):
     page.click_on("#reset")
     page.settled()
     page.expect(page.run("JSON.stringify(isomend.viewer.camera.axes)") == first, "the first view is not found again")
-    for shading in ("1", "2", "3"):
+    for shading in ("1", "2", "3", "4"):
         page.fill_in("#shading", shading)
+        if shading == "4":
+            page.until("!!isomend.viewer.sides.after.surface.ambient", "the ambient light is computed")
+            page.expect(page.run("Math.min(...isomend.viewer.sides.after.surface.ambient) < 200"), "no part of the surface is in shadow")
         now = page.settled()
         page.expect(now["hash"] not in seen and now["error"] == 0, f"shading {shading}: {now}")
         seen.add(now["hash"])
@@ -185,9 +188,10 @@ def masks(page):
     page.expect(100 < one < 0.3 * page.run("isomend.mask().on.length"), f"up to creases {one} faces are marked")
     page.fill_in("#mask-name", "side")
     page.click_on("#mask-keep")
+    page.until("document.querySelectorAll('#masks li').length === 1", "the mask has a name")
     page.click_on("#clear")
     page.click_on("#masks button")
-    page.expect(page.run("isomend.mask().count") == one, "a mask with a name is not shown again")
+    page.until(f"isomend.mask().count === {one}", "a mask with a name is shown again")
     page.shot("mask")
     page.run("isomend.masks.takeFile(new File(['0\\n1\\n2\\n'], 'a.txt'))")
     page.until("isomend.mask().count === 3", "a file of faces is taken")

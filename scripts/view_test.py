@@ -34,6 +34,7 @@ from view_choices import check_point, choices
 from view_creases import creases
 from view_like import like
 from view_large import large
+from view_masks import masks
 from view_meshes import textured_glb
 from view_page import Page, Server, check_refusals
 from view_tasks import tasks
@@ -428,6 +429,7 @@ GROUPS = {
     "choices": lambda page, program, folder: choices(page, program, folder, a_scan(folder)),
     "creases": creases,
     "like": like,
+    "masks": lambda page, program, folder: masks(page, program, folder, a_scan(folder)),
     "tasks": lambda page, program, folder: tasks(page, program, folder, a_scan(folder)),
     "million": large,
 }

@@ -12,7 +12,7 @@ const OWN_STYLE: &str = include_str!("page/page.css");
 const LAYOUT: &str = include_str!("page/layout.css");
 const WORKER: &str = include_str!("page/worker.js");
 /// The page's own modules, in no order: `main.js` imports what it needs.
-const OWN: [Script; 29] = [
+const OWN: [Script; 32] = [
     ("band.js", include_str!("page/band.js")),
     ("choices.js", include_str!("page/choices.js")),
     ("creases.js", include_str!("page/creases.js")),
@@ -24,6 +24,7 @@ const OWN: [Script; 29] = [
     ),
     ("display.js", include_str!("page/display.js")),
     ("fields.js", include_str!("page/fields.js")),
+    ("folder.js", include_str!("page/folder.js")),
     ("folds.js", include_str!("page/folds.js")),
     ("holes.js", include_str!("page/holes.js")),
     ("keys.js", include_str!("page/keys.js")),
@@ -38,9 +39,11 @@ const OWN: [Script; 29] = [
     ("net.js", include_str!("page/net.js")),
     ("outline.js", include_str!("page/outline.js")),
     ("paint.js", include_str!("page/paint.js")),
+    ("paint_strings.js", include_str!("page/paint_strings.js")),
     ("plane.js", include_str!("page/plane.js")),
     ("presets.js", include_str!("page/presets.js")),
     ("save.js", include_str!("page/save.js")),
+    ("smoother.js", include_str!("page/smoother.js")),
     ("steps.js", include_str!("page/steps.js")),
     ("strings.js", include_str!("page/strings.js")),
     ("topology.js", include_str!("page/topology.js")),

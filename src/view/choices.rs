@@ -1,11 +1,12 @@
 //! The user's choices on a mesh of the session: an action for each hole, pairs of crease ends between which sharp edges are continued,
-//! and the marked faces.
+//! the marked faces, and the named masks.
 
 use std::collections::{BTreeMap, HashMap};
 
 use serde::{Deserialize, Serialize};
 
 use super::delta::{Numbers, rim_key};
+use super::named::{NamedMasks, Way};
 use super::runs::Runs;
 use super::state::{Origin, State};
 use crate::mesh::{Hole, HoleId};
@@ -90,6 +91,9 @@ pub struct Choices {
     creases: Vec<[u32; 2]>,
     /// The marked faces.
     mask: Runs,
+    /// The named masks.
+    #[serde(default, skip_serializing_if = "NamedMasks::is_empty")]
+    pub named: NamedMasks,
 }
 
 impl Choices {
@@ -158,9 +162,9 @@ impl Choices {
     }
 
     /// The choices carried over to the mesh that a step made from `old`: for rims, crease ends and faces that still exist. The new
-    /// faces of a step on marked faces are marked too.
+    /// faces of a step on marked faces are marked too, unless the mesh keeps its own marks.
     pub fn carried(&self, old: &State, new: &State) -> Self {
-        let step = new.step.as_ref();
+        let step = new.step.as_ref().filter(|step| !step.keep_marks);
         let marked = step.and_then(|step| step.mask.as_ref());
         let mask = marked.unwrap_or(&self.mask);
         let Numbers { vertices, faces } =
@@ -190,12 +194,8 @@ impl Choices {
         let all: Vec<HoleAction> = actions.values().copied().collect();
         actions.retain(|_, action| !alone(action, &all));
         // Carry the marks, and mark the new faces.
-        let mut marks = vec![false; new.loaded.mesh.faces.len()];
-        for face in mask.numbers() {
-            if let Some(&Some(face)) = faces.get(face) {
-                marks[face as usize] = true;
-            }
-        }
+        let way = Way::new(old, new, &faces);
+        let (mut marks, _) = way.marks(mask);
         if marked.is_some() {
             for (mark, origin) in marks.iter_mut().zip(&new.origin) {
                 *mark |= *origin == Origin::New;
@@ -216,6 +216,7 @@ impl Choices {
         };
         carried.set(&actions, new);
         carried.mask = Runs::of_marks(marks);
+        carried.named.add_missing(&self.named, &way);
         carried
     }
 
@@ -226,9 +227,11 @@ impl Choices {
         self.set(&actions, state);
         let is_end = |v: &u32| state.crease_ends.iter().any(|end| end.vertex == *v);
         self.creases.retain(|pair| pair.iter().all(is_end));
-        if self.mask.check(state.loaded.mesh.faces.len()).is_err() {
+        let faces = state.loaded.mesh.faces.len();
+        if self.mask.check(faces).is_err() {
             self.mask = Runs::default();
         }
+        self.named.check(faces);
         self
     }
 }

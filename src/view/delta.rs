@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::runs::Runs;
 use crate::job::Kept;
 use crate::mesh::Mesh;
+use crate::spatial::Bvh;
 
 /// The vertices and faces of an old mesh that a new mesh starts with, in the same order.
 #[derive(Clone, Debug, Default)]
@@ -45,6 +46,21 @@ impl Delta {
             }
         }
         Some(Self { vertices, faces })
+    }
+
+    /// Pairs of an old and a new face: for each face of the new mesh that is not kept, the removed face nearest to its centroid.
+    pub fn replaced(&self, old: &Mesh, new: &Mesh) -> Vec<[u32; 2]> {
+        let mut is_kept = vec![false; old.faces.len()];
+        self.faces.numbers().for_each(|face| is_kept[face] = true);
+        let faces = 0..old.faces.len() as u32;
+        let bvh = Bvh::new(old, faces.filter(|face| !is_kept[*face as usize]));
+        let first = self.faces.count() as u32;
+        let pair = |face: u32| {
+            let centroid = new.corners(face).iter().sum::<DVec3>() / 3.0;
+            let nearest = bvh.closest(centroid, f64::INFINITY)?;
+            Some([nearest.face, face])
+        };
+        (first..new.faces.len() as u32).filter_map(pair).collect()
     }
 
     /// Whether all of the old mesh is kept.

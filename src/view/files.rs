@@ -1,7 +1,7 @@
 //! Access control for files that the page names: only paths below one folder, without links out of it.
 
 use std::fs;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Component, MAIN_SEPARATOR, Path, PathBuf};
 
 use crate::io::canonical;
 
@@ -53,6 +53,20 @@ pub fn to_write(root: &Path, name: &str, overwrite: bool) -> Result<PathBuf, Den
     }
 }
 
+/// The path of a folder to make below a folder. The folder that it is made in must exist; a file or folder of this name must not.
+///
+/// # Errors
+/// [`Denied`].
+pub fn to_make(root: &Path, name: &str) -> Result<PathBuf, Denied> {
+    let path = inside(root, name.trim_end_matches(['/', MAIN_SEPARATOR]))?;
+    match fs::symlink_metadata(&path) {
+        Ok(_) => Err(Denied::Taken(format!(
+            "{name} exists already; choose another name"
+        ))),
+        Err(_) => Ok(path),
+    }
+}
+
 /// The path of a file to read below a folder.
 ///
 /// # Errors
@@ -70,12 +84,12 @@ pub fn to_read(root: &Path, name: &str) -> Result<PathBuf, Denied> {
 fn inside(root: &Path, name: &str) -> Result<PathBuf, Denied> {
     let wrong = |what: &str| Err(Denied::Wrong(what.to_owned()));
     if name.trim().is_empty() || name.len() > LONGEST {
-        return wrong("the name of the file is empty or too long");
+        return wrong("the name is empty or too long");
     }
     if name.contains(char::is_control) {
-        return wrong("the name of the file contains control characters, such as a line break");
+        return wrong("the name contains control characters, such as a line break");
     }
-    if name.ends_with(['/', std::path::MAIN_SEPARATOR]) {
+    if name.ends_with(['/', MAIN_SEPARATOR]) {
         return wrong("this is the name of a folder; name a file in it");
     }
     let outside = || {
@@ -93,7 +107,7 @@ fn inside(root: &Path, name: &str) -> Result<PathBuf, Denied> {
     }
     let whole = root.join(path);
     let (Some(folder), Some(file)) = (whole.parent(), whole.file_name()) else {
-        return wrong("the path has no file name");
+        return wrong("the path ends in no name");
     };
     let folder = canonical(folder).map_err(|_| {
         let folder = folder.display();
@@ -207,6 +221,37 @@ mod tests {
         }
         assert!(matches!(to_read(&root, "no.ply"), Err(Denied::Missing(_))));
         assert_eq!(to_read(&root, "old.ply"), Ok(root.join("old.ply")));
+    }
+
+    #[test]
+    fn only_new_folders_below_the_folder_are_made() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path().canonicalize().unwrap().join("root");
+        fs::create_dir_all(root.join("sub")).unwrap();
+        fs::write(root.join("old.ply"), "old").unwrap();
+        assert_eq!(to_make(&root, "new"), Ok(root.join("new")));
+        assert_eq!(to_make(&root, "sub/new/"), Ok(root.join("sub/new")));
+        for name in ["sub", "sub/", "old.ply"] {
+            let denied = to_make(&root, name);
+            assert!(
+                matches!(denied, Err(Denied::Taken(_))),
+                "{name}: {denied:?}"
+            );
+        }
+        for name in ["", "/", "none/new", "a\nb", "."] {
+            let denied = to_make(&root, name);
+            assert!(
+                matches!(denied, Err(Denied::Wrong(_))),
+                "{name}: {denied:?}"
+            );
+        }
+        for name in ["../new", "sub/../../new", "/new"] {
+            let denied = to_make(&root, name);
+            assert!(
+                matches!(denied, Err(Denied::Outside(_))),
+                "{name}: {denied:?}"
+            );
+        }
     }
 
     #[cfg(unix)]

@@ -21,9 +21,11 @@ mod files;
 mod gate;
 #[cfg(any(test, target_family = "wasm"))]
 mod in_browser;
+mod named;
 mod opened;
 #[cfg(not(target_family = "wasm"))]
 mod pages;
+mod recent;
 mod recipe;
 mod runs;
 mod save;

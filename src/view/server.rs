@@ -13,6 +13,7 @@ use super::events::Events;
 use super::gate::{Gate, authorise};
 use super::opened::{Opened, ViewError};
 use super::pages::Pages;
+use super::recent::record;
 use super::token::Token;
 use super::words::CommandRenderer;
 use crate::io::{Format, canonical};
@@ -90,6 +91,8 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
         });
         let earlier = read.earlier.clone();
         let is_own_file = matches!(settings.resume, Some(None));
+        // A list of one file is not written.
+        record(&shared.root, &[&read.input]);
         let [token, ticket] = shared.add_page(read, is_own_file)?;
         let all = shared.clone();
         ready(Address {

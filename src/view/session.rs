@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use super::choices::{Change, Choices};
+use super::named::{NamedMask, Way};
 use super::state::State;
 use super::store::{Snapshot, StoredStep};
 use crate::Cancel;
@@ -124,19 +125,40 @@ impl Session {
     /// Undoes or, if `forward` is set, redoes one step; false if there is none.
     pub fn go(&mut self, forward: bool) -> bool {
         let [can_undo, can_redo] = self.can_undo_redo();
-        match forward {
-            true if can_redo => self.at += 1,
-            false if can_undo => self.at -= 1,
+        let place = match forward {
+            true if can_redo => self.at + 1,
+            false if can_undo => self.at - 1,
             _ => return false,
-        }
+        };
+        self.move_to(place);
         true
     }
 
     /// Makes a mesh of the history the current one; false if it is not in the history.
     pub fn go_to(&mut self, id: u32) -> bool {
         let place = self.line.iter().position(|i| *i == id);
-        self.at = place.unwrap_or(self.at);
+        self.move_to(place.unwrap_or(self.at));
         place.is_some()
+    }
+
+    /// Makes the mesh at an index of the history the current one. Named masks that a mesh on the way lacks are carried to it.
+    fn move_to(&mut self, place: usize) {
+        while self.at != place {
+            let from = self.line[self.at];
+            self.at = match self.at < place {
+                true => self.at + 1,
+                false => self.at - 1,
+            };
+            let to = self.line[self.at];
+            let named = self.choices(from).named;
+            if self.choices(to).named.lacks_any(&named)
+                && let Some(way) = Way::between(&self.states[&from], &self.states[&to])
+            {
+                let choices = self.choices.entry(to).or_default();
+                choices.named.add_missing(&named, &way);
+                self.chosen[0] += 1;
+            }
+        }
     }
 
     /// Adds a mesh that was made from the current one, as a preview or as the next mesh of the history. The latter replaces undone steps.
@@ -219,7 +241,10 @@ impl Session {
 
     /// Whether faces of any mesh are marked, or were marked for a step.
     pub fn was_masked(&self) -> bool {
-        let by_step = |s: &Arc<State>| s.step.as_ref().is_some_and(|step| step.mask.is_some());
+        let by_step = |s: &Arc<State>| {
+            let step = s.step.as_ref();
+            step.is_some_and(|step| step.mask.is_some() && !step.keep_marks)
+        };
         let marked = self.choices.values().any(|c| !c.mask().0.is_empty());
         marked || self.states.values().any(by_step)
     }
@@ -233,6 +258,31 @@ impl Session {
         let choices = self.choices.entry(change.id).or_default();
         self.chosen[0] += 1;
         Some(choices.change(change, &state))
+    }
+
+    /// Stores a mask of a mesh under a name; none if the mesh does not exist any more.
+    ///
+    /// # Errors
+    /// As [`NamedMasks::keep`](super::named::NamedMasks::keep).
+    pub fn keep_mask(
+        &mut self,
+        id: u32,
+        mask: NamedMask,
+    ) -> Option<Result<(), (String, &'static str)>> {
+        let faces = self.states.get(&id)?.loaded.mesh.faces.len();
+        self.chosen[0] += 1;
+        let choices = self.choices.entry(id).or_default();
+        Some(choices.named.keep(mask, faces))
+    }
+
+    /// Removes the mask of a name from all meshes; false if there is none.
+    pub fn drop_mask(&mut self, name: &str) -> bool {
+        let mut is_found = false;
+        for choices in self.choices.values_mut() {
+            is_found |= choices.named.remove(name);
+        }
+        self.chosen[0] += 1;
+        is_found
     }
 
     /// Restores the choices on the current mesh from an earlier session.

@@ -44,6 +44,8 @@ pub struct State {
     pub errors: Errors,
     /// The vertices and faces of the parent that it keeps in order, if known.
     pub delta: Option<Delta>,
+    /// Pairs of an old and a new face that replaces it, if the step faired marked faces; see [`Delta::replaced`].
+    pub replaced: Vec<[u32; 2]>,
     textures: OnceLock<Textures>,
     /// Parameters and result of the last check for defects.
     pub checked: Mutex<Option<(CheckParams, Value)>>,
@@ -69,6 +71,8 @@ pub struct StepDone {
     pub work: Work,
     /// The marked faces.
     pub mask: Option<Runs>,
+    /// Whether the mesh kept its own marked faces, because the step marked faces only for itself.
+    pub keep_marks: bool,
     /// Whether patches across seams of a texture get no texels of their own.
     pub no_texture: bool,
     /// The step as a command.
@@ -106,6 +110,7 @@ impl State {
             origin: vec![Origin::File; faces],
             region: vec![0; faces],
             delta: None,
+            replaced: Vec::new(),
             textures: OnceLock::new(),
             checked: Mutex::default(),
             piece: Mutex::default(),
@@ -145,6 +150,12 @@ impl State {
             region[at..end].fill(u16::try_from(number).unwrap_or(u16::MAX));
             at = end;
         }
+        let replaced = match (&step.work, &delta) {
+            (Work::Fair(Some(_), _), Some(delta)) => {
+                delta.replaced(&parent.loaded.mesh, &loaded.mesh)
+            }
+            _ => Vec::new(),
+        };
         Ok(Self {
             id: 0,
             parent: Some(parent.clone()),
@@ -158,6 +169,7 @@ impl State {
             region,
             errors,
             delta,
+            replaced,
             textures: OnceLock::new(),
             checked: Mutex::default(),
             piece: Mutex::default(),

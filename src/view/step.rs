@@ -32,6 +32,9 @@ pub struct Request {
     /// The marked faces.
     #[serde(default)]
     pub mask: Option<Runs>,
+    /// Whether the mesh keeps its own marked faces, because the request marks faces only for this step.
+    #[serde(default)]
+    pub keep_marks: bool,
     /// Whether patches across seams of a texture get no texels of their own.
     #[serde(default)]
     pub no_texture: bool,
@@ -95,6 +98,8 @@ pub struct Order {
     pub work: Work,
     /// The marked faces.
     pub mask: Option<Runs>,
+    /// Whether the mesh keeps its own marked faces.
+    pub keep_marks: bool,
     /// Whether patches across seams of a texture get no texels of their own.
     pub no_texture: bool,
     /// The step as a command. A template is named relative to the folder of the page.
@@ -126,7 +131,9 @@ impl Request {
             mask: self.mask,
             no_texture: self.no_texture,
         };
-        Order::new(step, scope)
+        let mut order = Order::new(step, scope)?;
+        order.keep_marks = self.keep_marks;
+        Ok(order)
     }
 }
 
@@ -187,6 +194,7 @@ impl Order {
         Ok(Self {
             work,
             mask,
+            keep_marks: false,
             no_texture,
             command,
         })
@@ -230,6 +238,7 @@ impl Order {
         let step = StepDone {
             work: self.work,
             mask: self.mask,
+            keep_marks: self.keep_marks,
             no_texture: self.no_texture,
             command: self.command,
             summary: summary(&done),

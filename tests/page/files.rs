@@ -171,3 +171,57 @@ fn deviations_are_measured_only_from_files_below_the_folder() {
     assert_eq!(asked("&file=none.ply").status, 404);
     assert_eq!(asked("").status, 404);
 }
+
+#[test]
+fn new_folders_are_made_only_below_the_folder() {
+    let desk = Desk::new();
+    fs::create_dir(desk.path("root")).unwrap();
+    let served = Served::new(&desk, &["ball.ply", "--root", "root"]);
+    let make = |path: &str| served.post("api/folder", &json!({ "path": path }));
+    let made = make("parts");
+    assert_eq!(
+        (made.status, &made.json()["path"]),
+        (200, &json!("parts")),
+        "{made:?}"
+    );
+    assert_eq!(make("parts/left").status, 200);
+    assert!(desk.path("root/parts/left").is_dir());
+    for (path, status) in [
+        ("parts", 409),
+        ("parts/", 409),
+        ("../out", 403),
+        ("/out", 403),
+        ("none/new", 422),
+        ("", 422),
+    ] {
+        let answer = make(path);
+        assert_eq!(answer.status, status, "{path}: {:?}", answer.json());
+    }
+    assert!(!desk.path("out").exists());
+    served.save("mesh", "parts/left/ball.ply");
+}
+
+#[test]
+fn recent_files_are_offered_in_the_next_session() {
+    let desk = Desk::new();
+    for name in ["second.ply", "third.ply"] {
+        fs::copy(desk.path("ball.ply"), desk.path(name)).unwrap();
+    }
+    let recent = |served: &Served| served.get("api/files").json()["recent"].clone();
+    let served = Served::new(&desk, &["ball.ply"]);
+    assert_eq!(recent(&served), json!([]));
+    assert!(
+        !desk.files().contains(&".isomend-recent.json".to_owned()),
+        "a single file is no list"
+    );
+    for name in ["third.ply", "second.ply"] {
+        let answer = served.post("api/open", &json!({ "path": name }));
+        assert_eq!(answer.status, 200, "{:?}", answer.json());
+    }
+    assert_eq!(recent(&served), json!(["second.ply", "third.ply"]));
+    drop(served);
+    let served = Served::new(&desk, &["third.ply"]);
+    assert_eq!(recent(&served), json!(["second.ply", "ball.ply"]));
+    fs::remove_file(desk.path("second.ply")).unwrap();
+    assert_eq!(recent(&served), json!(["ball.ply"]));
+}

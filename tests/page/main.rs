@@ -11,6 +11,7 @@ mod shapes;
 mod deliver;
 mod files;
 mod like;
+mod masks;
 mod recipes;
 mod requests;
 mod sessions;

@@ -1,14 +1,15 @@
-//! The texts of the page are in three files, in English and in German.
+//! The texts of the page are in four files, in English and in German.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The files of texts, each with the line that begins its table.
-const STRINGS: [(&str, &str); 3] = [
+const STRINGS: [(&str, &str); 4] = [
     ("strings.js", "const WORDS = {\n"),
     ("deliver_strings.js", "const DELIVER_WORDS = {\n"),
     ("like_strings.js", "const LIKE_WORDS = {\n"),
+    ("paint_strings.js", "const PAINT_WORDS = {\n"),
 ];
 /// Parts of literals that are not texts for a user: CSS, command lines, keys of the program's tables, and the page's name.
 const NO_WORDS: [&str; 6] = [
@@ -35,6 +36,39 @@ const MARKUP: [&str; 14] = [
     "y",
     "z",
     "This page needs JavaScript.",
+];
+
+/// Literals beside texts that a script shows: values that are compared, names of elements and properties, and the program's name.
+const NO_TEXTS: [&str; 7] = [
+    "dark",
+    "title",
+    "textContent",
+    "dd",
+    "isomend",
+    " – isomend view",
+    ",  · isomend ",
+];
+/// What comes before a text that a user sees: assignments, properties of new elements, messages.
+const SHOWN: [&str; 19] = [
+    ".textContent = ",
+    ".innerText = ",
+    ".innerHTML = ",
+    ".title = ",
+    ".placeholder = ",
+    ".ariaLabel = ",
+    ".label = ",
+    "textContent: ",
+    "title: ",
+    "placeholder: ",
+    "ariaLabel: ",
+    "setAttribute(\"aria-label\", ",
+    "setAttribute(\"title\", ",
+    "say(",
+    "notify(",
+    "Error(",
+    "confirm(",
+    "alert(",
+    "prompt(",
 ];
 
 fn folder() -> PathBuf {
@@ -118,6 +152,45 @@ fn has_words(literal: &str) -> bool {
     follows && !is_selector
 }
 
+/// A line of a script without the calls whose literals are names of texts or of elements, with their arguments.
+fn without_calls(line: &str) -> String {
+    let mut kept = line.to_owned();
+    for call in [
+        "tr(", "counts(", "find(", "all(", "has(", "replace(", "join(",
+    ] {
+        while let Some(start) = kept.find(call) {
+            let mut depth = 0;
+            let end = kept[start..].find(|c| {
+                depth += i32::from(c == '(') - i32::from(c == ')');
+                c == ')' && depth == 0
+            });
+            let end = end.map_or(kept.len(), |end| start + end + 1);
+            kept.replace_range(start..end, "");
+        }
+    }
+    kept
+}
+
+/// The literals with words that a script shows to a user.
+fn shown_literals(script: &str) -> Vec<String> {
+    let has_word = |l: &String| {
+        l.split(|c: char| !c.is_alphabetic())
+            .any(|word| word.chars().count() > 1)
+    };
+    let mut found = Vec::new();
+    for before in SHOWN {
+        for rest in script.split(before).skip(1) {
+            let end = rest.find(['\n', ';']).unwrap_or(rest.len());
+            found.extend(
+                literals(&without_calls(&rest[..end]))
+                    .into_iter()
+                    .filter(has_word),
+            );
+        }
+    }
+    found
+}
+
 /// The table of texts: each name with its English and German text.
 fn table() -> BTreeMap<String, (String, String)> {
     let mut words = String::new();
@@ -170,6 +243,78 @@ fn scripts_of_the_page_have_no_texts_for_users() {
     }
     assert!(has_words("The mesh is open.") && has_words(", lost again"));
     assert!(!has_words("#holes li") && !has_words("bridge"));
+}
+
+#[test]
+fn scripts_show_only_texts_of_the_table() {
+    for (name, script) in scripts() {
+        let mut found = shown_literals(&script);
+        found.retain(|l| !NO_TEXTS.contains(&l.as_str()) && !NO_WORDS.contains(&l.as_str()));
+        assert!(found.is_empty(), "{name} shows {found:?}");
+    }
+    let wrong = "a.textContent = is ? \"Yes\" : tr(is ? \"undo\" : \"redo\");\nsay(`Done ${n}`);";
+    assert_eq!(shown_literals(wrong), ["Yes", "Done "]);
+    let right = "b.title = `${a} s`; find(\"#x\").value = \"Yes\"; say(tr(\"open\"));";
+    assert!(shown_literals(right).is_empty());
+}
+
+/// Whether a word stands in a text, not as a part of a longer word.
+fn contains_word(text: &str, word: &str) -> bool {
+    let is_part = |c: char| c.is_alphanumeric() || c == '_';
+    text.match_indices(word).any(|(at, _)| {
+        let [before, after] = [&text[..at], &text[at + word.len()..]];
+        !before.ends_with(is_part) && !after.starts_with(is_part)
+    })
+}
+
+/// The name of a variant in Rust, from its name in JSON: `SelfIntersection` for `self_intersection`.
+fn variant(name: &str) -> String {
+    let upper = |part: &str| {
+        let (first, rest) = part.split_at(part.len().min(1));
+        first.to_uppercase() + rest
+    };
+    name.split('_').map(upper).collect()
+}
+
+/// The text of all files of a folder that end in `.rs`.
+fn rust_below(folder: &Path) -> String {
+    let mut all = String::new();
+    for entry in fs::read_dir(folder).unwrap().flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            all += &rust_below(&path);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            all += &fs::read_to_string(&path).unwrap();
+        }
+    }
+    all
+}
+
+#[test]
+fn every_text_is_used() {
+    let strings = text("strings.js");
+    // The part after the table names texts too: the help, and what is counted.
+    let (_, after) = strings.split_once("\n};").unwrap();
+    let used = scripts().into_values().collect::<String>() + &text("page.html") + after;
+    let rust = rust_below(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
+    // Beginnings of names that scripts complete, as "kind_" in tr("kind_" + kind).
+    let begins: Vec<&str> = used
+        .split('"')
+        .filter(|part| part.ends_with('_') && !part.contains(' '))
+        .collect();
+    let is_completed = |name: &str| {
+        begins.iter().any(|begin| {
+            let rest = name.strip_prefix(begin).unwrap_or_default();
+            let rest = rest.strip_suffix("_hint").unwrap_or(rest);
+            let is_in_program = contains_word(&rust, rest) || contains_word(&rust, &variant(rest));
+            !rest.is_empty() && (contains_word(&used, rest) || is_in_program)
+        })
+    };
+    let unused: Vec<String> = table()
+        .into_keys()
+        .filter(|name| !used.contains(&format!("\"{name}\"")) && !is_completed(name))
+        .collect();
+    assert!(unused.is_empty(), "nothing shows {unused:?}");
 }
 
 #[test]

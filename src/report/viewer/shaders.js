@@ -25,15 +25,17 @@ vec3 normalOf(uint folded) {
 }`;
 
 export const SURFACE_VERTEX = FETCH + `
-uniform sampler2D valueTexture, colourTexture, cornerTexture;
+uniform sampler2D valueTexture, colourTexture, cornerTexture, ambientTexture;
 uniform mat4 matrix;
 uniform vec3 eye;
-uniform int colouring, valuesOn;
+uniform int colouring, valuesOn, shading;
+uniform bool occluded;
 uniform vec2 span;
 out vec3 seen;
 out vec3 bent;
 out vec3 corner;
 out vec4 shown;
+out float ambient;
 out vec3 place;
 flat out uint fact;
 void main() {
@@ -50,6 +52,7 @@ void main() {
   if (colouring == 1 || colouring == 2) shown.x = (texelFetch(valueTexture, texel(on), 0).r - span.x) / (span.y - span.x);
   if (colouring == 3) shown = texelFetch(colourTexture, texel(on), 0);
   if (colouring == 4) shown.xy = texelFetch(cornerTexture, texel(3 * face + k), 0).rg;
+  ambient = shading == 4 && occluded ? texelFetch(ambientTexture, texel(vertex), 0).r : 1.;
   gl_Position = matrix * vec4(position, 1.0);
 }`;
 
@@ -60,10 +63,11 @@ in vec3 seen;
 in vec3 bent;
 in vec3 corner;
 in vec4 shown;
+in float ambient;
 in vec3 place;
 flat in uint fact;
 uniform vec3 right, up, towards, lamp;
-// 0: default; 1: no colours of patches; 2: like a lit ball of clay; 3: reflections of stripes.
+// 0: default; 1: no colours of patches; 2: like a lit ball of clay; 3: reflections of stripes; 4: ambient light.
 uniform int shading;
 uniform vec3 base, patch_, chosen, inside, edge, mask, fault;
 uniform int colouring;
@@ -111,6 +115,7 @@ void main() {
   if (back && colouring == 0) ground = inside;
   if ((fact & 0x80000u) != 0u) ground = mix(ground, fault, .8);
   if ((fact & 0x40000u) != 0u) ground = mix(ground, mask, .62);
+  if ((fact & 0x10000000u) != 0u) ground = mix(ground, vec3(.16, .55, .86), .62);
   vec3 eyeward = -normalize(seen);
   float head = max(dot(n, eyeward), 0.);
   vec3 lampward = normalize(lamp);
@@ -123,13 +128,14 @@ void main() {
     float high = .5 + .5 * dot(n, lampward), side = 1. - head;
     vec3 clay = mix(vec3(.20, .16, .20), vec3(.86, .66, .52), high * high);
     lit = mix(clay + .35 * pow(high, 24.), vec3(.55, .66, .80), .5 * side * side * side) * (back ? .6 : 1.);
-    if ((fact & 0xc0000u) != 0u) lit = mix(lit, ground, .6);
+    if ((fact & 0x100c0000u) != 0u) lit = mix(lit, ground, .6);
   }
   if (shading == 3) {
     float angle = asin(clamp(dot(reflect(-eyeward, n), right), -1., 1.)) * 6., width = fwidth(angle);
     float stripe = smoothstep(-width, width, abs(fract(angle) - .5) - .25);
     lit = mix(lit, mix(vec3(.08), vec3(.97), stripe) * (.75 + .25 * head), back ? .3 : .85);
   }
+  if (shading == 4) lit = ground * (back ? .8 : 1.) * (.12 + .88 * ambient) * (.62 + .25 * head + .16 * key);
   if (wire > 0.) {
     vec3 width = fwidth(corner);
     vec3 near = smoothstep(vec3(0.), width * 1.05, corner);

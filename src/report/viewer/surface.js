@@ -97,7 +97,9 @@ export class Surface {
     this.put("value", gl.R32F, new Float32Array(1), 1);
     this.put("colour", gl.RGBA8, new Uint8Array(4), 4);
     this.put("corner", gl.RG32F, new Float32Array(2), 2);
+    this.put("ambient", gl.R8, new Uint8Array(1), 1);
     this.pictures([]);
+    if (this.ambient) this.setAmbient(this.ambient);
     if (this.thin) this.setThin(this.thin);
     if (this.colour.values) this.setColour(this.colour);
   }
@@ -120,7 +122,7 @@ export class Surface {
     const gl = this.gl, width = 1 << this.bits;
     const kinds = {
       [gl.RGBA32UI]: [gl.RGBA_INTEGER, gl.UNSIGNED_INT], [gl.R32UI]: [gl.RED_INTEGER, gl.UNSIGNED_INT],
-      [gl.R32F]: [gl.RED, gl.FLOAT], [gl.RG32F]: [gl.RG, gl.FLOAT], [gl.RGBA8]: [gl.RGBA, gl.UNSIGNED_BYTE],
+      [gl.R32F]: [gl.RED, gl.FLOAT], [gl.RG32F]: [gl.RG, gl.FLOAT], [gl.RGBA8]: [gl.RGBA, gl.UNSIGNED_BYTE], [gl.R8]: [gl.RED, gl.UNSIGNED_BYTE],
     };
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, this.textures[name]);
@@ -174,6 +176,12 @@ export class Surface {
     if (kind === 4) this.pictures(this.colour.images);
   }
 
+  /** Sets the part of the ambient light that reaches each vertex, from 0 to 255. */
+  setAmbient(ambient) {
+    this.ambient = ambient;
+    this.put("ambient", this.gl.R8, ambient, 1);
+  }
+
   /** Uploads images of the same size as layers of one texture; the flags of a face select its layer. */
   pictures(images) {
     const gl = this.gl, [{ width, height } = { width: 1, height: 1 }] = images, kind = gl.TEXTURE_2D_ARRAY;
@@ -190,11 +198,12 @@ export class Surface {
   /** Binds the textures that a program reads. */
   bind({ at }, thinned) {
     const gl = this.gl;
-    const numbers = thinned ? "thinNumber" : this.order ? "number" : "fact", own = ["vertex", "fact", "value", "colour", "corner"];
+    const numbers = thinned ? "thinNumber" : this.order ? "number" : "fact", own = ["vertex", "fact", "value", "colour", "corner", "ambient"];
     const used = { face: thinned ? "thinFace" : "face", number: numbers, ...Object.fromEntries(own.map((name) => [name, name])) };
     Object.entries(used).forEach(([name, from], i) => this.bindOne(at(name + "Texture"), i, this.textures[from]));
-    this.bindOne(at("images"), 7, this.textures.image, gl.TEXTURE_2D_ARRAY);
+    this.bindOne(at("images"), 8, this.textures.image, gl.TEXTURE_2D_ARRAY);
     gl.uniform1i(at("wideBits"), this.bits);
+    gl.uniform1i(at("occluded"), Boolean(this.ambient));
     gl.uniform1i(at("numbered"), thinned || Boolean(this.order));
   }
 

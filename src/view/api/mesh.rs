@@ -79,6 +79,8 @@ fn packed(app: &App, state: &MeshState, kept: Option<(Delta, u32)>) -> Vec<u8> {
     // The mesh starts with the kept vertices and faces. After an undo, the old mesh has more than this one: then all of it is kept.
     let first = |runs: &Runs, count: usize| runs.count().min(count);
     let ranges = |runs: &Runs| runs.0.clone().into_iter().flatten();
+    let is_child = state.parent.as_ref().map(|parent| parent.id) == from;
+    let replaced = state.replaced.iter().filter(|_| is_child).flatten();
     container
         .with("kept_vertices", 2, ranges(&delta.vertices))
         .with(
@@ -88,6 +90,7 @@ fn packed(app: &App, state: &MeshState, kept: Option<(Delta, u32)>) -> Vec<u8> {
         )
         .with("kept_faces", 2, ranges(&delta.faces))
         .with("faces", 3, faces(first(&delta.faces, mesh.faces.len())))
+        .with("replaced", 2, replaced.copied())
         .with("origin_runs", 2, value_runs(origins().map(u32::from)))
         .with(
             "region_runs",

@@ -4,6 +4,7 @@ mod choices;
 mod deliver;
 mod download;
 mod http;
+mod masks;
 mod mesh;
 mod open;
 mod save;
@@ -39,6 +40,9 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/{token}/api/rims/{id}", get(mesh::rims))
         .route("/{token}/api/choices", post(choices::choose))
         .route("/{token}/api/marks/{id}", get(choices::marks))
+        .route("/{token}/api/masks/{id}", get(masks::faces))
+        .route("/{token}/api/mask/keep", post(masks::keep))
+        .route("/{token}/api/mask/drop", post(masks::remove))
         .route("/{token}/api/step", post(steps::step))
         .route("/{token}/api/cancel", post(steps::cancel))
         .route("/{token}/api/undo", post(steps::undo))
@@ -53,6 +57,7 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/{token}/api/download/{id}", get(download::download))
         .route("/{token}/api/deliver/{id}", get(deliver::figures))
         .route("/{token}/api/files", get(open::files))
+        .route("/{token}/api/folder", post(open::folder))
         .route("/{token}/api/open", post(open::open))
         .route("/{token}/api/send", post(open::send))
         .route("/{token}/api/values/{id}", get(values::values))

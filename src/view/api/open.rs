@@ -1,4 +1,4 @@
-//! API requests that list the meshes in the folder, open another file, and upload a file into the folder.
+//! API requests that list the meshes in the folder and the recent files, open another file, upload a file, and make a folder.
 
 use std::io::ErrorKind;
 use std::sync::Arc;
@@ -11,7 +11,8 @@ use serde_json::json;
 use tokio::sync::Semaphore;
 
 use super::super::app::App;
-use super::super::files::{to_read, to_write};
+use super::super::files::{to_make, to_read, to_write};
+use super::super::recent::{recent, record};
 use super::http::{Answer, Refused, SMALL, json_answer, read, receive, work};
 use crate::io::{Format, write_new};
 
@@ -24,7 +25,7 @@ const UPLOAD_TIME: Duration = Duration::from_secs(600);
 /// Only one file is uploaded at a time, since each is held in memory until it is complete.
 static UPLOAD: Semaphore = Semaphore::const_new(1);
 
-/// `GET api/files`: the names of the meshes in the folder.
+/// `GET api/files`: the names of the meshes in the folder, and of the files that were opened lately.
 pub async fn files(State(app): State<Arc<App>>) -> Answer {
     let names = work(&app, |app| {
         let folder = std::fs::read_dir(&app.host.root);
@@ -37,9 +38,10 @@ pub async fn files(State(app): State<Arc<App>>) -> Answer {
         let mut names: Vec<String> = names.collect();
         names.sort_unstable();
         names.truncate(LISTED);
-        Ok(names)
+        Ok((names, recent(&app.host.root, &app.input)))
     });
-    Ok(json_answer(&json!({ "files": names.await? })))
+    let (names, recent) = names.await?;
+    Ok(json_answer(&json!({ "files": names, "recent": recent })))
 }
 
 #[derive(Deserialize)]
@@ -54,9 +56,26 @@ pub async fn open(State(app): State<Arc<App>>, body: Body) -> Answer {
     // Not on a thread of a rayon pool: see `Shared::opening`.
     let page = work(&app, move |app| {
         let path = to_read(&app.host.root, &path)?;
-        (app.host.open)(path).map_err(|error| Refused::wrong(error, "path"))
+        let page = (app.host.open)(path.clone());
+        let page = page.map_err(|error| Refused::wrong(error, "path"))?;
+        record(&app.host.root, &[&app.input, &path]);
+        Ok(page)
     });
     Ok(json_answer(&json!({ "page": page.await? })))
+}
+
+/// `POST api/folder`: makes a folder below the folder; refused if something of this name exists.
+pub async fn folder(State(app): State<Arc<App>>, body: Body) -> Answer {
+    let OpenRequest { path } = read(body, SMALL).await?;
+    let made = work(&app, move |app| {
+        let folder = to_make(&app.host.root, &path)?;
+        std::fs::create_dir(&folder).map_err(|error| match error.kind() {
+            ErrorKind::AlreadyExists => Refused::conflict(format!("{path} exists already")),
+            _ => Refused::failed(format!("{path} cannot be made: {error}")),
+        })?;
+        Ok(app.shown(&folder))
+    });
+    Ok(json_answer(&json!({ "path": made.await? })))
 }
 
 #[derive(Deserialize)]

@@ -210,7 +210,7 @@ impl App {
     }
 
     /// A path as the page shows it: relative to the folder if it is below it.
-    fn shown(&self, path: &Path) -> String {
+    pub(super) fn shown(&self, path: &Path) -> String {
         let path = path.strip_prefix(&self.host.root).unwrap_or(path);
         path.display().to_string()
     }

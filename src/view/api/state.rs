@@ -17,6 +17,7 @@ use tokio::sync::broadcast::error::RecvError;
 use super::super::app::App;
 use super::super::deliver::{patches_extension, piece_extension};
 use super::super::events::event;
+use super::super::named::NamedMask;
 use super::super::session::Busy;
 use super::super::state::State as MeshState;
 use super::deliver::saved_row;
@@ -79,6 +80,7 @@ fn document(app: &App) -> Value {
         "creases": choices.creases(&current),
         "marked": choices.mask().count(),
         "masked": masked,
+        "masks": choices.named.iter().map(mask_row).collect::<Vec<_>>(),
         "defects": current.inspected["defects"],
         "open_chains": current.inspected["open_chains"],
         "bounds": current.inspected["bounds"],
@@ -134,6 +136,10 @@ fn state_row(state: &MeshState, preview: bool) -> Value {
         "report": step.map(|s| &s.document),
         "preview": preview,
     })
+}
+
+fn mask_row(mask: &NamedMask) -> Value {
+    json!({ "name": mask.name, "count": mask.faces.count(), "gone": mask.gone })
 }
 
 /// The holes; those that the last step left open have its outcome and reason. They are matched by centre and number of edges.

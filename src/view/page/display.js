@@ -39,6 +39,9 @@ function lengths(values, header) {
   return all;
 }
 
+/** The shading by ambient light. */
+const AMBIENT = 4;
+
 export class Display {
   constructor(app) {
     this.app = app;
@@ -66,8 +69,22 @@ export class Display {
     for (const input of all(`.tools [name="${name}"]`)) input.checked = input.type === "radio" ? input.value === value : value;
     this.app.viewer.options[name] = value;
     if (name === "folds") this.rims();
+    if (name === "shading") this.ambient();
     this.showSides();
     this.app.viewer.refresh();
+  }
+
+  /** Lets the worker compute ambient occlusion for the shown meshes, if their shading needs it. */
+  ambient() {
+    if (this.app.viewer.options.shading !== AMBIENT) return;
+    for (const { mesh, surface } of Object.values(this.app.viewer.sides)) {
+      if (surface.ambient) continue;
+      this.app.model.ambient(mesh).then((ambient) => {
+        if (this.app.viewer.surfaces.get(mesh) !== surface) return;
+        surface.setAmbient(ambient);
+        this.app.viewer.refresh();
+      }).catch((error) => this.app.say(error.message, true));
+    }
   }
 
   showSides() {
@@ -98,6 +115,7 @@ export class Display {
     model.forget([after, before]);
     this.label();
     this.showSides();
+    this.ambient();
     await this.setColour(this.colour);
     this.ready(mesh);
     if (old) this.ready(old);
@@ -127,8 +145,13 @@ export class Display {
     const found = await this.app.model.prepare(mesh).catch((error) => this.app.say(error.message, true));
     if (!found) return;
     mesh.topology ??= new Topology(mesh, found);
+    const fresh = !mesh.mask;
     mesh.mask ??= new Mask(mesh);
     this.mark(mesh);
+    if (fresh && mesh.parent?.mesh.mask) mesh.mask.inherit(mesh.parent.mesh.mask, mesh.parent);
+    // Release the mesh before the step.
+    mesh.parent = null;
+    if (fresh && mesh === this.app.mesh()) this.app.painted();
     if (this.app.viewer.options.folds) this.rims();
     const surface = this.app.viewer.surfaces.get(mesh);
     if (!surface || surface.order) return;

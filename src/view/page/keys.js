@@ -49,7 +49,7 @@ export function useViewKeys(app) {
     j: () => holes.chosen !== null && holes.bridge(holes.chosen),
     w: () => option("wire"), f: () => option("flat"), r: () => option("rims"), h: () => option("folds"), c: () => next("#colour"), y: () => next("#shading"),
     x: () => { find("#section").value = find("#section").value ? "" : "x"; display.cut(); },
-    t: () => app.setTool("turn"), b: () => app.setTool("brush"), o: () => app.setTool("box"), s: () => app.setTool("lasso"), m: () => app.setTool("component"),
+    t: () => app.setTool("turn"), b: () => app.setTool("brush"), z: () => app.setTool("fair"), o: () => app.setTool("box"), s: () => app.setTool("lasso"), m: () => app.setTool("component"),
     u: () => app.setTool("smooth"), q: () => app.setTool("distance"), a: () => views.fitSelected(), ",": () => press("#roll-left"), ".": () => press("#roll-right"),
     e: () => { app.open("paint"); find("#erase").click(); }, g: () => press("#grow"), d: () => press("#shrink"), v: () => press("#invert"),
     "[": () => brush(0.8), "]": () => brush(1.25), "?": () => press("#help"),
@@ -58,7 +58,7 @@ export function useViewKeys(app) {
     const key = event.key?.toLowerCase(), typing = event.target.matches?.("input:not([type=checkbox]):not([type=radio]):not([type=range]), select, textarea");
     if ((event.ctrlKey || event.metaKey) && !typing && (key === "z" || key === "y")) {
       event.preventDefault();
-      const redoes = key === "y" || event.shiftKey, painting = app.tab === "paint" && (app.mask()?.done.length || app.mask()?.undone.length);
+      const redoes = key === "y" || event.shiftKey, painting = app.tab === "paint" && app.tool !== "fair" && (app.mask()?.done.length || app.mask()?.undone.length);
       return press(painting ? (redoes ? "#restroke" : "#unstroke") : redoes ? "#redo" : "#undo");
     }
     if (find("#keys").open) return undefined;

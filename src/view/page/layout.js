@@ -116,7 +116,7 @@ export function showIntro(app) {
 
 /** Reloads the page in another language. Asks first if something would be lost, and does not reload if the choices cannot be sent. */
 async function changeLanguage(app) {
-  const select = find("#language"), wanted = select.value, loses = app.steps?.job || app.steps?.previews.length || app.masks?.named.length;
+  const select = find("#language"), wanted = select.value, loses = app.steps?.job || app.steps?.previews.length;
   select.value = language();
   if (loses && !confirm(tr("language_loses"))) return;
   try {

@@ -45,7 +45,7 @@ export class Like {
     find("#like-kind").addEventListener("change", () => this.changed());
     for (const query of [...POINT, ...NORMAL]) find(query).addEventListener("input", () => this.app.plane.show());
     for (const button of all("[data-across]")) button.addEventListener("click", () => this.across(Number(button.dataset.across)));
-    find("#like-file").addEventListener("focus", () => app.save.listFiles().catch(() => null));
+    find("#like-file").addEventListener("focus", () => app.save.folder.list().catch(() => null));
     find("#like-take").addEventListener("click", () => this.take());
     find("#like").addEventListener("toggle", () => { this.reveal(); app.plane.show(); });
   }

@@ -12,6 +12,7 @@ import { Creases } from "./creases.js";
 import { Display } from "./display.js";
 import { Holes } from "./holes.js";
 import { Defects } from "./defects.js";
+import { Smoother } from "./smoother.js";
 import { Steps } from "./steps.js";
 import { Save } from "./save.js";
 import { Deliver } from "./deliver.js";
@@ -160,7 +161,7 @@ class App {
     if (tabOf(this.tool) !== tab) this.setTool("turn");
     // Before the page is ready there is nothing to list.
     if (tab === "save") this.save?.recipe();
-    if (tab === "save" || tab === "measure") this.save?.listFiles().catch(() => null);
+    if (tab === "save" || tab === "measure") this.save?.folder.list().catch(() => null);
     if (tab === "measure") this.measure?.list();
     this.plane?.show();
   }
@@ -235,10 +236,11 @@ async function begin() {
   app.save = new Save(app);
   app.deliver = new Deliver(app);
   app.deliver.start(state);
+  app.smoother = new Smoother(app);
   app.paint = new Paint(viewer, find("#overlay"), () => {
     const mesh = app.mesh();
     return mesh?.topology ? { mesh, mask: mesh.mask, topology: mesh.topology } : null;
-  }, (words = "", trouble = false) => app.painted(words, trouble));
+  }, (words = "", trouble = false) => app.painted(words, trouble), app.smoother);
   app.masks = new Masks(app);
   app.steps.start(parameters, defaults);
   app.like.start(parameters);

@@ -88,6 +88,24 @@ export class Mask {
     return runsOf(this.on);
   }
 
+  /**
+   * Takes over the strokes of the mesh before a step: on its `kept` faces (ranges), and on faces that replace others (pairs of an old and
+   * a new face). Only if both meshes have the same marks, since strokes
+   * reverse marks.
+   */
+  inherit(before, { kept, replaced }) {
+    const places = new Map(), put = (old, now) => places.has(old) ? places.get(old).push(now) : places.set(old, [now]);
+    let next = 0;
+    for (let i = 0; i < kept.length; i += 2) for (let face = kept[i]; face < kept[i + 1]; face++) put(face, next++);
+    for (let i = 0; i < replaced.length; i += 2) put(replaced[i], replaced[i + 1]);
+    const on = new Uint8Array(this.on.length);
+    for (const [old, now] of places) if (before.on[old]) for (const face of now) on[face] = 1;
+    if (on.some((mark, face) => mark !== this.on[face])) return;
+    const moved = (strokes) => strokes.map((stroke) => Uint32Array.from([...stroke].flatMap((face) => places.get(face) || []))).filter((stroke) => stroke.length);
+    this.done = moved(before.done);
+    this.undone = moved(before.undone);
+  }
+
   /** Sets the marks that the program has; returns whether they differ from the present ones. */
   take(runs) {
     const wanted = new Uint8Array(this.on.length), marked = [], cleared = [];

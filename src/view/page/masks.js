@@ -3,13 +3,11 @@
 import { all, find, numberIn } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
 import { facesOf } from "./mask.js";
-import { counts, tr } from "./strings.js";
+import { counts, language, tr } from "./strings.js";
 
 export class Masks {
   constructor(app) {
     this.app = app;
-    /** Named masks: name, number of the mesh, and faces as ranges. */
-    this.named = [];
     const { paint } = app, on = (query, act) => find(query).addEventListener("click", () => app.attempt("#paint-trouble", async () => {
       if (!app.mask()) throw new Error(tr("still_preparing"));
       await act(app.mask());
@@ -67,34 +65,58 @@ export class Masks {
     });
   }
 
-  /** Stores the current mask under a name. */
-  keep() {
-    const mask = this.app.mask(), name = find("#mask-name").value.trim() || tr("mask_number", { number: this.named.length + 1 });
+  /** The masks of the current mesh that have a name: name, number of faces, and number of faces that steps have removed. */
+  get named() {
+    return this.app.model.state.masks;
+  }
+
+  /** A name that no mask has. */
+  freeName() {
+    let number = 1;
+    while (this.named.some(({ name }) => name === tr("mask_number", { number }))) number++;
+    return tr("mask_number", { number });
+  }
+
+  /** Stores the current mask under a name. The program carries it over to the meshes of later steps. */
+  async keep() {
+    const mask = this.app.mask(), name = find("#mask-name").value.trim() || this.freeName();
     if (!mask.count) throw new Error(tr("nothing_marked_yet"));
-    this.named = this.named.filter((other) => other.name !== name || other.mesh !== mask.mesh.id);
-    this.named.push({ name, mesh: mask.mesh.id, count: mask.count, runs: mask.runs() });
+    await askJson("mask/keep", { id: mask.mesh.id, name, mask: mask.runs() });
     find("#mask-name").value = "";
-    this.list();
+    await this.app.refresh();
   }
 
   /** Lists the named masks of the current mesh. */
   list() {
-    const id = this.app.model.state.current;
-    find("#masks").replaceChildren(...this.named.filter((mask) => mask.mesh === id).map((mask) => this.row(mask)));
+    const focused = all("#masks button").indexOf(document.activeElement);
+    find("#masks").replaceChildren(...this.named.map((mask) => this.row(mask)));
+    all("#masks button")[focused]?.focus();
   }
 
-  row(named) {
-    const item = document.createElement("li"), name = document.createElement("span"), { paint } = this.app;
+  row({ name, count, gone }) {
+    const item = document.createElement("li"), text = document.createElement("span"), { app } = this, { paint } = app;
     const button = (words, act) => {
       const made = Object.assign(document.createElement("button"), { type: "button", textContent: tr(words) });
-      made.setAttribute("aria-label", `${tr(words)}: ${named.name}`);
-      made.addEventListener("click", act);
+      made.setAttribute("aria-label", `${tr(words)}: ${name}`);
+      made.addEventListener("click", () => app.attempt("#paint-trouble", act));
       return made;
     };
-    name.textContent = `${named.name} (${counts("face", named.count)})`;
-    const drop = () => { this.named = this.named.filter((other) => other !== named); this.list(); };
-    const add = () => this.app.mask() && paint.apply(() => this.app.mask().set(facesIn(named.runs), 1));
-    item.append(name, button("mask_show", () => this.app.mask() && this.take(facesIn(named.runs))), button("mask_add", add), button("mask_drop", drop));
+    text.textContent = `${name} (${counts("face", count)}${gone ? tr("mask_gone", { gone: gone.toLocaleString(language()) }) : ""})`;
+    text.title = gone ? tr("mask_gone_title", { count: counts("face", gone) }) : name;
+    const faces = async () => {
+      const mask = app.mask();
+      if (!mask) throw new Error(tr("still_preparing"));
+      return facesIn((await askJson(`masks/${mask.mesh.id}?name=${encodeURIComponent(name)}`)).runs);
+    };
+    const show = button("mask_show", async () => this.take(await faces())), add = button("mask_add", async () => {
+      const marked = await faces();
+      paint.apply(() => app.mask().set(marked, 1));
+    });
+    show.disabled = add.disabled = !count;
+    item.append(text, show, add, button("mask_drop", async () => {
+      await askJson("mask/drop", { name });
+      await app.refresh();
+    }));
     return item;
   }
 }

@@ -82,15 +82,16 @@ export class Model {
     const near = [this.find(id)?.parent, ...this.state.states.filter((s) => s.parent === id).map((s) => s.id)].find((other) => this.meshes.has(other));
     const old = near === undefined ? null : await this.meshes.get(near).catch(() => null);
     const { header, arrays } = await askArrays(`mesh/${id}` + (old ? `?from=${near}` : ""));
-    let { positions, faces, origin, region } = arrays;
+    let { positions, faces, origin, region } = arrays, parent = null;
     if (Number.isInteger(header.from)) {
       const { kept_vertices: vertices, kept_faces: kept } = arrays;
       positions = gathered(old.positions, 3, vertices, positions);
       faces = gathered(renumbered(gathered(old.faces, 3, kept, new Uint32Array()), vertices), 3, [0, kept.reduce((n, x, i) => n + (i % 2 ? x : -x), 0)], faces);
+      if (near === this.find(id)?.parent) parent = { mesh: old, kept, replaced: arrays.replaced };
       [origin, region] = [spread(arrays.origin_runs, faces.length / 3), spread(arrays.region_runs, faces.length / 3)];
     }
     const facts = stateFacts(origin, region, faces.length / 3), fresh = origin.includes(1) || origin.includes(2);
-    return { id, positions, faces, facts, normals: vertexNormals(positions, faces), marks: fresh, earlier: 0.35, centre: header.centre };
+    return { id, positions, faces, facts, normals: vertexNormals(positions, faces), marks: fresh, earlier: 0.35, centre: header.centre, parent };
   }
 
   async fetchRims(id) {
@@ -121,15 +122,24 @@ export class Model {
 
   /** Lets the worker compute the adjacency of a mesh, the order of its faces and a coarse version. */
   prepare(mesh) {
-    mesh.prepared ??= new Promise((done, failed) => {
+    return mesh.prepared ??= this.work({ positions: mesh.positions, faces: mesh.faces });
+  }
+
+  /** Lets the worker compute the part of the ambient light that reaches each vertex. */
+  ambient(mesh) {
+    return mesh.ambient ??= this.work({ positions: mesh.positions, faces: mesh.faces, normals: mesh.normals });
+  }
+
+  /** Sends a message to a worker of its own, and returns the answer. */
+  work(message) {
+    return new Promise((done, failed) => {
       const worker = new Worker("worker.js");
       worker.onmessage = ({ data }) => {
         worker.terminate();
         done(data);
       };
       worker.onerror = (event) => failed(new Error(tr("not_prepared", { error: event.message })));
-      worker.postMessage({ positions: mesh.positions, faces: mesh.faces });
+      worker.postMessage(message);
     });
-    return mesh.prepared;
   }
 }

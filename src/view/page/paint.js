@@ -1,4 +1,4 @@
-// Painting of masks: brush, box, lasso, whole components and smooth areas, by pointer or keyboard.
+// Painting of masks: brush, box, lasso, whole components and smooth areas, by pointer or keyboard; strokes of the smoothing brush.
 
 import { dot } from "../../report/viewer/camera.js";
 import { tr } from "./strings.js";
@@ -16,14 +16,19 @@ export function isInside(polygon, x, y) {
 }
 
 /** The painting tools. */
-export const PAINTS = ["brush", "box", "lasso", "component", "smooth"];
+export const PAINTS = ["brush", "fair", "box", "lasso", "component", "smooth"];
+/** The tools with a radius. */
+const BRUSHES = ["brush", "fair"];
 
 const corners = ([a, b], [c, d]) => [[a, b], [c, b], [c, d], [a, d]];
 
 export class Paint {
-  /** `target` returns the painted mesh with its mask and topology, or null; `notify` is called after changes, and with errors. */
-  constructor(viewer, overlay, target, notify) {
-    Object.assign(this, { viewer, overlay, target, notify });
+  /**
+   * `target` returns the painted mesh with its mask and topology, or null; `notify` is called after changes, and with errors; `smoother`
+   * is the smoothing brush.
+   */
+  constructor(viewer, overlay, target, notify, smoother) {
+    Object.assign(this, { viewer, overlay, target, notify, smoother });
     this.tool = "turn";
     this.erases = false;
     this.radius = viewer.camera.radius / 20;
@@ -57,17 +62,33 @@ export class Paint {
       this.component(at, erases);
       return { move() {}, end() {} };
     }
-    return this.tool === "brush" ? this.brush(target, at, erases) : this.outline(at, erases);
+    return BRUSHES.includes(this.tool) ? this.brush(target, at, erases) : this.outline(at, erases);
   }
 
-  /** Starts a stroke of the brush. */
+  /** What a stroke of the brush does: marks faces, and ends as a stroke that can be undone. */
+  ink({ mask }, erases) {
+    mask.begin();
+    return {
+      put: (faces) => mask.set(faces, erases ? 0 : 1),
+      end: (broken) => {
+        // A second finger moves the view: undo what the first one has painted in the meantime.
+        if (!mask.end() || !broken) return;
+        mask.undo();
+        mask.undone.pop();
+        this.redraw();
+      },
+    };
+  }
+
+  /** Starts a stroke of a brush; null if it is refused. */
   brush(target, at, erases) {
-    target.mask.begin();
+    const ink = this.tool === "fair" ? this.smoother.ink(target) : this.ink(target, erases);
+    if (!ink) return null;
     let last = null;
     const dab = (to) => {
       const start = performance.now(), met = this.met(to);
       if (!met) { last = null; return; }
-      this.dab(target, met, last || met.point, erases);
+      this.dab(target, met, last || met.point, ink);
       last = met.point;
       this.times.push(performance.now() - start);
     };
@@ -75,12 +96,7 @@ export class Paint {
     return {
       move: (event, to) => { dab(to); this.ring(to); },
       end: (event, broken) => {
-        // A second finger moves the view: undo what the first one has painted in the meantime.
-        if (target.mask.end() && broken) {
-          target.mask.undo();
-          target.mask.undone.pop();
-          this.redraw();
-        }
+        ink.end(broken);
         this.ring(null);
         this.notify();
       },
@@ -95,12 +111,12 @@ export class Paint {
   }
 
   /** Marks the faces near the segment from the last point to this one, and draws them again. */
-  dab({ mask, topology }, { face, point }, last, erases) {
+  dab({ topology }, { face, point }, last, ink) {
     const { eye } = this.viewer.camera, sign = Math.sign(topology.front(face, eye)) || 1, [x, y, z, w] = this.viewer.section;
     const seen = (f) => !this.facing || topology.front(f, eye) * sign > 0;
     const kept = (f) => dot([x, y, z], topology.middle(f)) <= w;
     const faces = topology.along(face, point, last, this.radius, (f) => seen(f) && kept(f));
-    const changed = mask.set(faces, erases ? 0 : 1);
+    const changed = ink.put(faces);
     if (!changed) return;
     this.side.surface.changed(...changed);
     this.drawRound(topology, faces);
@@ -208,7 +224,7 @@ export class Paint {
     const target = this.target();
     if (!target || !PAINTS.includes(this.tool)) return false;
     if (this.tool === "component" || this.tool === "smooth") this.component(at, erases);
-    else if (this.tool === "brush") this.brush(target, at, erases).end(null, false);
+    else if (BRUSHES.includes(this.tool)) this.brush(target, at, erases)?.end(null, false);
     else this.keyOutline(at, erases);
     return true;
   }
@@ -242,7 +258,7 @@ export class Paint {
   ring(at) {
     let ring = this.overlay.querySelector("circle");
     if (!ring) this.overlay.append(ring = document.createElementNS(SVG, "circle"));
-    const { viewer } = this, shown = at && this.tool === "brush";
+    const { viewer } = this, shown = at && BRUSHES.includes(this.tool);
     ring.setAttribute("r", shown ? Math.max(1, this.radius / viewer.camera.reach * viewer.aim(...at).half) : 0);
     if (shown) [["cx", at[0]], ["cy", at[1]]].forEach(([name, x]) => ring.setAttribute(name, x.toFixed(1)));
   }

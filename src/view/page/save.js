@@ -2,12 +2,14 @@
 
 import { copy } from "../../report/viewer/point.js";
 import { find } from "../../report/viewer/controls.js";
+import { Folder } from "./folder.js";
 import { askBlob, askJson, sendBytes } from "./net.js";
 import { counts, tr } from "./strings.js";
 
 export class Save {
   constructor(app) {
     this.app = app;
+    this.folder = new Folder(app, (path) => this.openFile(path));
     find("#save").addEventListener("click", () => this.save());
     find("#open-file").addEventListener("click", () => this.openFile(find("#open-path").value.trim()));
     find("#open-path").addEventListener("keydown", (event) => event.key === "Enter" && this.openFile(find("#open-path").value.trim()));
@@ -24,12 +26,6 @@ export class Save {
     const own = /\.([^.]+)$/.exec(file.name)?.[1].toLowerCase();
     if (formats.some((f) => f.extension === own)) find("#save-format").value = own;
     this.suggest();
-  }
-
-  /** Lists the meshes in the folder as suggestions. */
-  async listFiles() {
-    const { files } = await askJson("files");
-    find("#files").replaceChildren(...files.map((name) => new Option(name, name)));
   }
 
   /** Opens another file below the folder; its own page replaces this one in the browser. */
@@ -62,13 +58,13 @@ export class Save {
     });
   }
 
-  /** Suggests a file name for the chosen kind of file. */
+  /** Suggests a file name for the chosen kind of file, in the folder of the present name. */
   suggest() {
     const kind = find("#save-kind").value, stem = this.app.model.state.file.name.replace(/\.[^.]*$/, "");
     const ends = { mesh: `_mended.${find("#save-format").value}`, report: "_report.html", recipe: "_recipe.sh", mask: "_mask.txt" };
     find("#save-format-label").hidden = kind !== "mesh";
     find("#deliver").hidden = kind === "mask";
-    find("#save-path").value = stem + ends[kind];
+    find("#save-path").value = find("#save-path").value.replace(/[^/]*$/, "") + stem + ends[kind];
   }
 
   async save() {

@@ -95,17 +95,21 @@ export class Steps {
         return this.ask(tr("fair_all"), () => this.run(kind, { preview, only, sure: true }));
       }
       const label = ["isomend", kind, ...(kind === "fill" ? [this.app.holes.text(only)] : []), ...this.typed(kind)].join(" ");
-      this.begin(kind, preview, label);
-      try {
-        await this.app.choices.flush();
-        const { job } = await askJson("step", { kind, params, mask: mask.length ? mask : null, no_texture: like.noTexture(kind), preview });
-        if (this.job && !this.ended.has(job)) this.job.id = job;
-      } catch (error) {
-        this.end();
-        throw error;
-      }
-      return undefined;
+      return this.request(label, { kind, params, mask: mask.length ? mask : null, no_texture: like.noTexture(kind), preview });
     });
+  }
+
+  /** Requests a step, and shows that it runs; `label` is its command line. */
+  async request(label, step) {
+    this.begin(step.kind, Boolean(step.preview), label);
+    try {
+      await this.app.choices.flush();
+      const { job } = await askJson("step", step);
+      if (this.job && !this.ended.has(job)) this.job.id = job;
+    } catch (error) {
+      this.end();
+      throw error;
+    }
   }
 
   /** Asks the user before a run; without words, hides the question. */
@@ -154,6 +158,7 @@ export class Steps {
     clearInterval(this.clock);
     this.job = null;
     find("#job").hidden = true;
+    this.app.smoother.clear();
     this.buttons();
   }
 

@@ -3,6 +3,7 @@
 
 import { DELIVER_WORDS } from "./deliver_strings.js";
 import { LIKE_WORDS } from "./like_strings.js";
+import { PAINT_WORDS } from "./paint_strings.js";
 
 /** Each text by its name: English, then German. Names in braces are placeholders. */
 const WORDS = {
@@ -36,6 +37,8 @@ const WORDS = {
   tool: ["Tool", "Werkzeug"],
   tool_turn: ["Turn", "Drehen"],
   tool_brush: ["Brush", "Pinsel"],
+  tool_fair: ["Smooth", "Glätten"],
+  tool_fair_title: ["Smoothing brush: each stroke smooths the faces under it, as a step. Features narrower than some mean edges disappear", "Glättpinsel: jeder Strich glättet die Flächen darunter, als ein Schritt. Was schmaler ist als einige mittlere Kanten, verschwindet"],
   tool_box: ["Box", "Rechteck"],
   tool_lasso: ["Lasso", "Lasso"],
   tool_component: ["Component", "Stück"],
@@ -69,6 +72,7 @@ const WORDS = {
   shading_clay: ["Plain", "Einfarbig"],
   shading_matcap: ["Clay", "Ton"],
   shading_zebra: ["Zebra", "Zebra"],
+  shading_ambient: ["Ambient", "Umgebung"],
   colour: ["Colour", "Farbe"],
   colour_plain: ["Surface", "Oberfläche"],
   colour_curvature: ["Curvature", "Krümmung"],
@@ -174,49 +178,6 @@ const WORDS = {
   face_summary: ["Face {face}: {name}", "Fläche {face}: {name}"],
   in_places: [", in one of {places}", ", an einer von {places}"],
   mark_these: ["to mask", "in die Maske"],
-  // Paint.
-  paint_hint: ["Pick a tool on the left and drag over the surface. The right button or Alt turns; Shift erases.", "Links ein Werkzeug wählen und über die Oberfläche ziehen. Rechte Taste oder Alt dreht; Umschalt löscht."],
-  erase: ["erase", "löschen"],
-  only_facing: ["only what faces me", "nur was mir zugewandt ist"],
-  radius: ["radius", "Radius"],
-  brush_radius: ["Radius of the brush", "Radius des Pinsels"],
-  up_to_angle: ["to creases: bent by more than", "bis Kante: Knick über"],
-  by: ["by", "um"],
-  grow: ["Grow", "Größer"],
-  shrink: ["Shrink", "Kleiner"],
-  grow_positive: ["the length to grow or shrink by must be positive", "die Länge zum Vergrößern oder Verkleinern muss positiv sein"],
-  invert: ["Invert", "Umkehren"],
-  clear: ["Clear", "Leeren"],
-  undo_stroke: ["Undo stroke", "Strich zurück"],
-  redo_stroke: ["Redo stroke", "Strich vor"],
-  marked: ["{count} of {all} marked.", "{count} von {all} markiert."],
-  none_marked: ["Nothing is marked.", "Nichts ist markiert."],
-  nothing_marked_yet: ["Nothing is marked yet.", "Noch ist nichts markiert."],
-  drop_previews: ["Take or drop the previews to paint.", "Zum Malen die Vorschauen übernehmen oder verwerfen."],
-  still_preparing_mask: ["The surface is still being prepared for painting.", "Die Oberfläche wird noch zum Malen vorbereitet."],
-  defects_of_other: ["These defects belong to another mesh than the one shown.", "Diese Fehler gehören zu einem anderen Netz als dem gezeigten."],
-  still_preparing: ["the surface is still being prepared", "die Oberfläche wird noch vorbereitet"],
-  not_prepared: ["the surface cannot be prepared: {error}", "die Oberfläche kann nicht vorbereitet werden: {error}"],
-  is_before: ["This is the mesh before the step: paint on the other one.", "Das ist das Netz vor dem Schritt: auf dem anderen malen."],
-  no_surface: ["There is no surface under the pointer.", "Unter dem Zeiger ist keine Oberfläche."],
-  none_in_there: ["No visible face is inside the outline.", "Im Umriss ist keine Fläche zu sehen."],
-  box_corner: ["One corner is set; move the cross and press Enter for the other.", "Eine Ecke ist gesetzt; Kreuz bewegen und Enter für die andere drücken."],
-  lasso_point: ["A point is set; press Enter twice at one place to close the lasso.", "Ein Punkt ist gesetzt; zweimal Enter an einer Stelle schließt das Lasso."],
-  restore_marked: ["Restore marked region", "Markiertes wiederherstellen"],
-  fair_marked: ["Smooth marked region", "Markiertes glätten"],
-  masks: ["Masks", "Masken"],
-  name: ["name", "Name"],
-  keep: ["Keep", "Merken"],
-  mask_number: ["mask {number}", "Maske {number}"],
-  mask_show: ["Show", "Zeigen"],
-  mask_add: ["Add", "Dazu"],
-  mask_drop: ["Drop", "Weg"],
-  faces_file: ["faces file", "Flächendatei"],
-  load: ["Load", "Laden"],
-  save: ["Save", "Sichern"],
-  mask_saved: ["The mask is saved as {path}.", "Die Maske ist als {path} gesichert."],
-  from_computer: ["from this computer", "von diesem Rechner"],
-  no_face_number: ["“{wrong}” is not a face number: face numbers are whole numbers from 0 to {last}", "„{wrong}“ ist keine Flächennummer: Flächennummern sind ganze Zahlen von 0 bis {last}"],
   // Mend.
   task: ["Task", "Aufgabe"],
   kind_fill: ["Fill holes", "Löcher füllen"],
@@ -319,7 +280,7 @@ const WORDS = {
   done: ["Done.", "Fertig."],
   undone: ["Undone: now {label}.", "Zurückgenommen: nun {label}."],
   redone: ["Redone: now {label}.", "Wieder ausgeführt: nun {label}."],
-  language_loses: ["Changing the language reloads the page: previews, named masks and a running preview are lost. Continue?", "Ein Sprachwechsel lädt die Seite neu: Vorschauen, gemerkte Masken und eine laufende Vorschau gehen verloren. Fortfahren?"],
+  language_loses: ["Changing the language reloads the page: previews and a running preview are lost. Continue?", "Ein Sprachwechsel lädt die Seite neu: Vorschauen und eine laufende Vorschau gehen verloren. Fortfahren?"],
   no_answer: ["The program does not answer: it may have been stopped.", "Das Programm antwortet nicht: vielleicht wurde es beendet."],
   answered_with: ["the program answered with {status}", "das Programm antwortete mit {status}"],
   previews: ["Previews", "Vorschauen"],
@@ -389,6 +350,12 @@ const WORDS = {
   download: ["Download", "Herunterladen"],
   download_title: ["On this computer, by the browser", "Auf diesen Rechner, durch den Browser"],
   downloaded: ["The browser saves {name}.", "Der Browser sichert {name}."],
+  recent_files: ["Recent files", "Zuletzt geöffnet"],
+  new_folder: ["New folder", "Neuer Ordner"],
+  folder_name: ["name", "Name"],
+  folder_make: ["Make", "Anlegen"],
+  folder_made: ["The folder {path} is made; the file is saved in it.", "Der Ordner {path} ist angelegt; die Datei wird darin gesichert."],
+  type_folder: ["type a name for the folder", "einen Namen für den Ordner eingeben"],
   type_name: ["type a file name below the folder named above", "einen Dateinamen unter dem genannten Ordner eingeben"],
   saved: ["Saved {where} ({bytes}).", "Gesichert: {where} ({bytes})."],
   no_mask: ["nothing is marked: there is no mask to save", "nichts ist markiert: keine Maske zu sichern"],
@@ -440,12 +407,12 @@ const WORDS = {
   h_list: ["in the list: next row, choose several; → sets the action", "in der Liste: nächste Zeile, mehrere wählen; → setzt die Aktion"],
   k_doing: ["I K L J", "I K L J"],
   h_doing: ["fill, keep open, close flat; add to a bridge", "füllen, offen lassen, flach schließen; zur Brücke"],
-  k_tools: ["T B O S M U Q, E", "T B O S M U Q, E"],
-  h_tools: ["turn, brush, box, lasso, component, to creases, distance; erase", "drehen, Pinsel, Rechteck, Lasso, Stück, bis Kante, Abstand; löschen"],
+  k_tools: ["T B Z O S M U Q, E", "T B Z O S M U Q, E"],
+  h_tools: ["turn, brush, smoothing brush, box, lasso, component, to creases, distance; erase", "drehen, Pinsel, Glättpinsel, Rechteck, Lasso, Stück, bis Kante, Abstand; löschen"],
   k_mask: ["[ ], G D V", "[ ], G D V"],
   h_mask: ["brush smaller and larger; grow, shrink, invert", "Pinsel kleiner und größer; Maske größer, kleiner, umkehren"],
   k_undo: ["Ctrl+Z, Ctrl+Y", "Strg+Z, Strg+Y"],
-  h_undo: ["undo and redo: strokes in the tab Paint, else steps", "zurück und vor: Striche unter Malen, sonst Schritte"],
+  h_undo: ["undo and redo: strokes in the tab Paint, else steps, as with the smoothing brush", "zurück und vor: Striche unter Malen, sonst Schritte, wie beim Glättpinsel"],
   k_esc: ["Esc", "Esc"],
   h_esc: ["cancel an outline, a measurement or the run", "Umriss, Messung oder Lauf abbrechen"],
 };
@@ -492,7 +459,7 @@ export function setLanguage(name) {
   } catch { /* The browser allows no storage. */ }
 }
 
-const wordsOf = (name) => WORDS[name] || DELIVER_WORDS[name] || LIKE_WORDS[name];
+const wordsOf = (name) => WORDS[name] || DELIVER_WORDS[name] || LIKE_WORDS[name] || PAINT_WORDS[name];
 
 export const has = (name) => Boolean(wordsOf(name));
 

@@ -1,5 +1,5 @@
 // Worker that prepares a mesh: welds vertices at the same position, finds the faces round each, sorts the faces
-// along a space-filling curve, and makes a coarse version for a moving view.
+// along a space-filling curve, and makes a coarse version for a moving view. Also computes ambient occlusion.
 "use strict";
 
 /** Number of faces, about, of the coarse version of a large mesh. */
@@ -117,7 +117,93 @@ function atCells(positions, faces, low, size, wide) {
   return { faces: Uint32Array.from(corners), numbers: Uint32Array.from(numbers) };
 }
 
-onmessage = ({ data: { positions, faces } }) => {
+/** Directions from which ambient light comes, for meshes of up to [MANY] faces, and for larger ones. */
+const DIRECTIONS = [64, 32], MANY = 300_000;
+/** Width and height of a depth map in pixels. */
+const SIZE = 512;
+/** Distance by which a point must lie behind the depth map to be in shadow, and is first moved along its normal; in pixels. */
+const SLACK = 1.5;
+/** Number of times that the light is averaged over neighbouring vertices, since depth maps have pixels. */
+const SMOOTHINGS = 2;
+
+/** Unit vectors that are spread evenly over the sphere (Fibonacci lattice), each with two more at right angles. */
+function directions(count) {
+  return Array.from({ length: count }, (_, i) => {
+    const z = 1 - (2 * i + 1) / count, r = Math.sqrt(1 - z * z), turn = i * Math.PI * (3 - Math.sqrt(5));
+    const to = [r * Math.cos(turn), r * Math.sin(turn), z], across = Math.abs(z) < 0.9 ? [-to[1], to[0], 0] : [0, -to[2], to[1]], length = Math.hypot(...across);
+    const right = across.map((x) => x / length), up = [1, 2, 0].map((a, k) => to[a] * right[(k + 2) % 3] - to[(k + 2) % 3] * right[a]);
+    return [right, up, to];
+  });
+}
+
+/** Draws the faces into a depth map: for each pixel the largest third coordinate. `at` has the coordinates in pixels. */
+function depthMap(at, faces, map) {
+  map.fill(-Infinity);
+  for (let i = 0; i < faces.length; i += 3) {
+    const a = 3 * faces[i], b = 3 * faces[i + 1], c = 3 * faces[i + 2];
+    const ax = at[a], ay = at[a + 1], az = at[a + 2], bx = at[b] - ax, by = at[b + 1] - ay, cx = at[c] - ax, cy = at[c + 1] - ay;
+    const area = bx * cy - by * cx;
+    if (area === 0) continue;
+    const bz = (at[b + 2] - az) / area, cz = (at[c + 2] - az) / area, sign = Math.sign(area), most = Math.abs(area);
+    const left = Math.ceil(ax + Math.min(0, bx, cx)), right = Math.floor(ax + Math.max(0, bx, cx));
+    const top = Math.ceil(ay + Math.min(0, by, cy)), bottom = Math.floor(ay + Math.max(0, by, cy));
+    for (let y = top; y <= bottom; y++) {
+      for (let x = left; x <= right; x++) {
+        const px = x - ax, py = y - ay, u = px * cy - py * cx, v = bx * py - by * px;
+        if (u * sign < 0 || v * sign < 0 || (u + v) * sign > most) continue;
+        const z = az + u * bz + v * cz;
+        if (z > map[y * SIZE + x]) map[y * SIZE + x] = z;
+      }
+    }
+  }
+}
+
+/** For each vertex the part of the ambient light that reaches it, from 0 to 255: seen from many directions by depth maps. */
+function occlusion(positions, faces, normals) {
+  const count = positions.length / 3, { low, most } = bounds(positions), open = new Float32Array(count), all = new Float32Array(count);
+  // The bounding cube fits into the map in every direction.
+  const scale = (SIZE - 4) / (most * Math.sqrt(3)), middle = low.map((x) => x + most / 2), at = new Float32Array(positions.length), map = new Float32Array(SIZE * SIZE);
+  for (const axes of directions(DIRECTIONS[faces.length / 3 > MANY ? 1 : 0])) {
+    const [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = axes;
+    for (let i = 0; i < at.length; i += 3) {
+      const x = (positions[i] - middle[0]) * scale, y = (positions[i + 1] - middle[1]) * scale, z = (positions[i + 2] - middle[2]) * scale;
+      at[i] = ax * x + ay * y + az * z + SIZE / 2;
+      at[i + 1] = bx * x + by * y + bz * z + SIZE / 2;
+      at[i + 2] = cx * x + cy * y + cz * z;
+    }
+    depthMap(at, faces, map);
+    for (let v = 0, i = 0; v < count; v++, i += 3) {
+      const x = normals[i], y = normals[i + 1], z = normals[i + 2], facing = cx * x + cy * y + cz * z;
+      if (!(facing > 0)) continue;
+      const column = Math.round(at[i] + SLACK * (ax * x + ay * y + az * z)), row = Math.round(at[i + 1] + SLACK * (bx * x + by * y + bz * z));
+      all[v] += facing;
+      if (at[i + 2] + SLACK * facing + SLACK >= map[row * SIZE + column]) open[v] += facing;
+    }
+  }
+  let light = open.map((x, v) => all[v] ? x / all[v] : 1);
+  for (let i = 0; i < SMOOTHINGS; i++) light = averaged(light, faces);
+  return Uint8Array.from(light, (x) => Math.round(255 * x));
+}
+
+/** The mean of the values at the corners of the faces round each vertex. */
+function averaged(values, faces) {
+  const sums = values.slice(), counts = new Float32Array(values.length).fill(1);
+  for (let i = 0; i < faces.length; i += 3) {
+    const sum = values[faces[i]] + values[faces[i + 1]] + values[faces[i + 2]];
+    for (let k = 0; k < 3; k++) {
+      sums[faces[i + k]] += sum;
+      counts[faces[i + k]] += 3;
+    }
+  }
+  return sums.map((x, v) => x / counts[v]);
+}
+
+onmessage = ({ data: { positions, faces, normals } }) => {
+  if (normals) {
+    const light = occlusion(positions, faces, normals);
+    postMessage(light, [light.buffer]);
+    return;
+  }
   const weld = welded(positions);
   const corners = Uint32Array.from(faces, (v) => weld[v]);
   const { starts, list } = round(corners, weld.length);
