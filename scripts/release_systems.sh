@@ -23,7 +23,7 @@ export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target}
 say() { printf '\n== %s\n' "$*"; }
 
 python3 -m venv "$clean/tools"
-"$clean/tools/bin/pip" install --quiet --disable-pip-version-check ziglang==0.17.0 cargo-zigbuild maturin==1.16.0
+"$clean/tools/bin/pip" install --quiet --disable-pip-version-check ziglang==0.17.0 cargo-zigbuild maturin==1.12.6
 PATH="$clean/tools/bin:$PATH"
 
 # Builds the program for a target triple.
@@ -32,15 +32,16 @@ build() {
     (cd "$clean/source" && cargo zigbuild --quiet --locked --profile "$profile" --target "$1" --package isomend --bin isomend)
 }
 
-# Builds the wheel for a target triple, and checks that it holds the compiled module and the package.
+# Builds the wheel for a target triple, and checks that it holds the compiled module and the package. maturin 1.16 does not link modules
+# inside packages for Windows with zig: it exports `PyInit_isomend._isomend`.
 wheel() {
     (cd "$clean/source/python" && PYO3_BUILD_EXTENSION_MODULE=1 maturin build --quiet --locked --profile "$profile" --zig \
         --target "$1" --interpreter python3.11 --out "$clean/wheels")
-    python3 - "$clean/wheels" "$2" <<'PYTHON'
+    python3 - "$clean/wheels" <<'PYTHON'
 import sys, zipfile
 from pathlib import Path
 
-[wheel] = Path(sys.argv[1]).glob(f"*{sys.argv[2]}*.whl")
+[wheel] = Path(sys.argv[1]).glob("*.whl")
 names = zipfile.ZipFile(wheel).namelist()
 for wanted in ("isomend/__init__.py", "isomend/_isomend"):
     assert any(name.startswith(wanted) for name in names), f"{wheel.name} lacks {wanted}"
@@ -83,12 +84,12 @@ else
     echo "not tested: wine is not installed"
 fi
 
-wheel x86_64-pc-windows-gnu win_amd64
+wheel x86_64-pc-windows-gnu
 
 say "macOS"
 for system in aarch64:arm64 x86_64:x64; do
     build "${system%:*}-apple-darwin"
-    wheel "${system%:*}-apple-darwin" "${system%:*}"
+    wheel "${system%:*}-apple-darwin"
     cp "$CARGO_TARGET_DIR/${system%:*}-apple-darwin/$profile/isomend" "$out/isomend-macos-${system#*:}"
 done
 

@@ -81,7 +81,7 @@ build() {
 }
 
 rust_tests() {
-    cargo test --quiet "${selection[@]}" "${targets[@]}"
+    cargo test --quiet --no-fail-fast "${selection[@]}" "${targets[@]}"
 }
 
 documented_examples() {

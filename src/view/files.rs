@@ -238,14 +238,14 @@ mod tests {
                 "{name}: {denied:?}"
             );
         }
-        for name in ["", "/", "none/new", "a\nb", "."] {
+        for name in ["", "/", "none/new", "a\nb"] {
             let denied = to_make(&root, name);
             assert!(
                 matches!(denied, Err(Denied::Wrong(_))),
                 "{name}: {denied:?}"
             );
         }
-        for name in ["../new", "sub/../../new", "/new"] {
+        for name in ["../new", "sub/../../new", "/new", "."] {
             let denied = to_make(&root, name);
             assert!(
                 matches!(denied, Err(Denied::Outside(_))),
