@@ -135,7 +135,7 @@ def check_recent(page):
     page.expect(not page.run("document.querySelector('#recent').checkVisibility()"), "recent files are offered before another file was opened")
     page.fill_in("#open-path", "parts/scan_mended.stl")
     page.click_on("#open-file")
-    page.until("document.documentElement?.dataset.state === 'ready' && isomend.model.state.file.name === 'scan_mended.stl'", "the saved mesh is opened")
+    page.until_open("scan_mended.stl", "the saved mesh is opened")
     page.until("!!isomend.mask()", "the surface is prepared")
     page.tab("save")
     page.until("document.querySelector('#recent').checkVisibility()", "recent files are offered")
@@ -143,7 +143,7 @@ def check_recent(page):
     page.expect(page.run("[...document.querySelectorAll('#recent button')].map((b) => b.textContent)") == ["scan.ply"], "the recent file is another one")
     page.shot("recent")
     page.click_on("#recent button")
-    page.until("document.documentElement?.dataset.state === 'ready' && isomend.model.state.file.name === 'scan.ply'", "a recent file is opened")
+    page.until_open("scan.ply", "a recent file is opened")
     page.until("!!isomend.mask()", "the surface is prepared")
     page.expect(page.state()["current"] > 0, "the steps of the first file are gone")
 

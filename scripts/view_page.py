@@ -90,6 +90,10 @@ class Page(Browser):
         self.until("!isomend.steps.job && isomend.display.shown.after !== null", "the run has ended")
         self.settled()
 
+    def until_open(self, name, what):
+        """Waits until the page of another file, named `name`, is ready."""
+        self.until(f"document.documentElement?.dataset.state === 'ready' && isomend.model.state.file.name === '{name}'", what)
+
     def reaches(self, state, what):
         self.until(f"isomend.model.state.current === {state} && isomend.display.shown.after === {state} && !!isomend.mask()", what)
 

@@ -90,8 +90,7 @@ export class Mask {
 
   /**
    * Takes over the strokes of the mesh before a step: on its `kept` faces (ranges), and on faces that replace others (pairs of an old and
-   * a new face). Only if both meshes have the same marks, since strokes
-   * reverse marks.
+   * a new face). Only if both meshes have the same marks, since strokes reverse marks.
    */
   inherit(before, { kept, replaced }) {
     const places = new Map(), put = (old, now) => places.has(old) ? places.get(old).push(now) : places.set(old, [now]);
