@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the program for Windows and macOS on Linux, with zig as the linker, into DIR: scripts/release_systems.sh DIR [PROFILE]
 #
-#   isomend-windows-x64.exe                           tested with wine, if it is installed
+#   isomend-windows-x64.exe                           tested by scripts/wine_test.sh
 #   isomend-macos-arm64, isomend-macos-x64            built, but not run: Linux cannot run them
 #   isomend-*-win_amd64.whl, isomend-*-macosx_*.whl   the Python package; built, its contents are listed, not imported
 #
@@ -54,35 +54,8 @@ say "Windows"
 build x86_64-pc-windows-gnu
 cp "$CARGO_TARGET_DIR/x86_64-pc-windows-gnu/$profile/isomend.exe" "$out/isomend-windows-x64.exe"
 
-if command -v wine > /dev/null; then
-    say "Windows' program under wine"
-    export WINEPREFIX=$clean/wine WINEDEBUG=-all
-    cp "$out/isomend-windows-x64.exe" "$clean/isomend.exe"
-    wine "$clean/isomend.exe" --version > /dev/null 2>&1 || {
-        # Wine 8 lacks the library from which Rust takes random numbers: put a library with only this function beside the program.
-        cat > "$clean/random.c" << 'C'
-#include <stddef.h>
-__declspec(dllimport) unsigned char __stdcall SystemFunction036(void *, unsigned long);
-__declspec(dllexport) int __stdcall ProcessPrng(unsigned char *data, size_t length) {
-    return SystemFunction036(data, (unsigned long)length);
-}
-C
-        python3 -m ziglang cc -target x86_64-windows-gnu -shared -O1 "$clean/random.c" -o "$clean/bcryptprimitives.dll" -ladvapi32
-    }
-    wine "$clean/isomend.exe" --version
-    # The page must answer requests with the secret, and refuse others.
-    timeout 60 wine "$clean/isomend.exe" view data/sphere.ply --no-browser > "$clean/view" 2>&1 &
-    for _ in $(seq 50); do grep -q http "$clean/view" 2> /dev/null && break; sleep 1; done
-    address=$(grep -o 'http://[^[:space:]]*' "$clean/view" | head -n 1)
-    curl --silent --fail --location --cookie-jar "$clean/cookies" "$address" | grep -q '<title>isomend view'
-    [ "$(curl --silent --output /dev/null --write-out '%{http_code}' "${address%/*/}/")" = 403 ]
-    python3 scripts/hashes.py --isomend "$program" --out "$clean/here.json" > /dev/null
-    # The bytes differ if Windows' C library rounds exp, ln or sin in another way.
-    python3 scripts/hashes.py --isomend "$clean/isomend.exe" --runner wine --against "$clean/here.json" || echo "see docs/release.md"
-    wineserver -k || true
-else
-    echo "not tested: wine is not installed"
-fi
+say "Windows' program under wine"
+PYTHON=$clean/tools/bin/python scripts/wine_test.sh "$out/isomend-windows-x64.exe" "$program"
 
 wheel x86_64-pc-windows-gnu
 

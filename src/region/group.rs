@@ -14,7 +14,7 @@ use crate::tuning::tuning;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum VoxelSize {
-    /// Chosen from the hole. With a finish: 16 voxels across the hole, 10 where its rim has at most 25 edges, more where it is a
+    /// Chosen from the hole. With a finish: 12 voxels across the hole, 10 where its rim has at most 25 edges, more where it is a
     /// slot, up to 96 where a region has a small loop. Without a finish: 32 voxels, up to 64 where the rim is finer or the hole
     /// is a slot. With the curvature-variation energy 2.5 times as many, at most 128.
     #[default]
