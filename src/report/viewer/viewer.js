@@ -188,20 +188,20 @@ export class Viewer {
 
   drawSurface({ mesh, surface, ranges }, matrix, colours, fewer, within) {
     const gl = this.gl, { program, at } = this.surface, { options } = this, { colour } = surface;
-    const thinned = fewer && Boolean(surface.thin) && !(this.costs.whole < FLUID);
+    const thinned = fewer && Boolean(surface.levels.thin) && !(this.costs.whole < FLUID), plan = surface.plan(matrix, ranges, thinned, within);
     this.drewThin ||= thinned;
     gl.useProgram(program);
     gl.bindVertexArray(this.nothing);
     gl.disable(gl.BLEND);
     gl.depthMask(true);
-    surface.bind(this.surface, thinned);
+    surface.bind(this.surface, plan.level);
     gl.uniformMatrix4fv(at("matrix"), false, matrix);
     gl.uniform3fv(at("eye"), this.camera.eye);
     ["right", "up", "towards"].forEach((name, i) => gl.uniform3fv(at(name), this.camera.axes[i]));
     for (const name of ["base", "chosen", "inside", "edge", "mask", "fault"]) gl.uniform3fv(at(name), colours[name]);
     gl.uniform3fv(at("patch_"), colours.patch);
     gl.uniform4fv(at("section"), this.section);
-    gl.uniform1i(at("colouring"), colour.kind === 3 && thinned && colour.on === 2 ? 0 : colour.kind);
+    gl.uniform1i(at("colouring"), colour.kind === 3 && plan.level && colour.on === 2 ? 0 : colour.kind);
     gl.uniform1i(at("valuesOn"), colour.on);
     gl.uniform2fv(at("span"), colour.span);
     gl.uniform1i(at("skipKept"), Boolean(colour.skipKept));
@@ -214,9 +214,9 @@ export class Viewer {
     gl.uniform1i(at("faceted"), options.flat);
     gl.uniform1i(at("shading"), options.shading || 0);
     gl.uniform3fv(at("lamp"), this.lamp());
-    gl.uniform1f(at("wire"), options.wire && !thinned ? 0.5 : 0);
+    gl.uniform1f(at("wire"), options.wire && !plan.level ? 0.5 : 0);
     gl.uniform1i(at("selected"), this.selected.region || -1);
-    surface.draw(matrix, ranges, thinned, within);
+    surface.draw(plan);
   }
 
   /** The direction of the main light, which moves with the eye: rotated by `options.light` degrees about the picture's vertical. */
@@ -298,7 +298,7 @@ export class Viewer {
     const side = this.sides[pane.side], scale = Math.min(1, most / Math.max(pane.under.width, this.canvas.height));
     if (!side || this.gl.isContextLost()) return () => -Infinity;
     const width = Math.max(1, Math.round(pane.under.width * scale)), height = Math.max(1, Math.round(this.canvas.height * scale));
-    const numbers = this.numbers(pane, scale, [0, 0, width, height], Boolean(side.surface.thin) && most <= 480), half = Math.min(width, height) / 2;
+    const numbers = this.numbers(pane, scale, [0, 0, width, height], Boolean(side.surface.levels.thin) && most <= 480), half = Math.min(width, height) / 2;
     const { camera } = this, eye = camera.eye, known = new Map();
     const depth = (i, j) => {
       const at = j * width + i, number = numbers[at];
@@ -336,11 +336,12 @@ export class Viewer {
     const matrix = this.camera.matrix(under.width / this.canvas.height), { program, at } = this.number;
     gl.useProgram(program);
     gl.bindVertexArray(this.nothing);
-    side.surface.bind(this.number, thinned);
     gl.uniformMatrix4fv(at("matrix"), false, matrix);
     gl.uniform4fv(at("section"), this.section);
     const part = [2 * left / whole[0] - 1, 2 * bottom / whole[1] - 1, 2 * (left + width) / whole[0] - 1, 2 * (bottom + height) / whole[1] - 1];
-    side.surface.draw(matrix, side.ranges, thinned, part);
+    const plan = side.surface.plan(matrix, side.ranges, thinned, part);
+    side.surface.bind(this.number, plan.level);
+    side.surface.draw(plan);
     const four = new Uint32Array(4 * width * height), numbers = new Uint32Array(width * height);
     gl.readPixels(left, bottom, width, height, gl.RGBA_INTEGER, gl.UNSIGNED_INT, four);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);

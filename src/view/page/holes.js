@@ -286,7 +286,7 @@ export class Holes {
   }
 
   drawOver() {
-    const { viewer } = this.app, mesh = this.app.mesh(), at = mesh && this.over ? mesh.rimIds.indexOf(this.over) : -1;
+    const { viewer } = this.app, mesh = this.app.shown(), at = mesh && this.over ? mesh.rimIds.indexOf(this.over) : -1;
     const line = find("#over"), pane = viewer.panes().find((p) => p.side === "after"), rim = at >= 0 ? mesh.rims[at] : [];
     const points = [];
     for (let k = 0; pane && k < rim.length; k += 3) {
