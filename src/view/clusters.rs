@@ -1,8 +1,7 @@
 //! A coarse version of a large mesh by vertex clustering: a page shows it before it has the mesh itself.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::mesh::Mesh;
 
@@ -33,7 +32,8 @@ impl Clusters {
             let [a, b, c] = mesh.corners(face);
             0.5 * (b - a).cross(c - a).length()
         };
-        let area: f64 = (0..mesh.faces.len() as u32).map(area).sum();
+        let faces = (0..mesh.faces.len() as u32).into_par_iter();
+        let area: f64 = faces.map(area).sum();
         let mut cell = (FACES_OF_CELL * area / FACES).sqrt();
         loop {
             let clusters = Self::with_cells(mesh, cell);
@@ -47,28 +47,26 @@ impl Clusters {
     /// A coarse version with cells of a size, in the mesh's unit.
     fn with_cells(mesh: &Mesh, size: f64) -> Self {
         let [low, _] = mesh.bounds();
-        let mut cells: HashMap<[u32; 3], u32> = HashMap::new();
-        let mut sums: Vec<(DVec3, f64)> = Vec::new();
-        let mut put = |p: &DVec3| {
-            let cell = ((*p - low) / size).to_array().map(|x| x as u32);
-            let number = *cells.entry(cell).or_insert(sums.len() as u32);
-            if number as usize == sums.len() {
-                sums.push((DVec3::ZERO, 0.0));
-            }
-            let (sum, count) = &mut sums[number as usize];
-            *sum += *p;
-            *count += 1.0;
-            number
+        // Sort the vertices by their cells.
+        let place = |vertex: u32| {
+            let p = mesh.positions[vertex as usize];
+            (((p - low) / size).to_array().map(|x| x as u32), vertex)
         };
-        let cell_of: Vec<u32> = mesh.positions.iter().map(&mut put).collect();
+        let vertices = (0..mesh.positions.len() as u32).into_par_iter();
+        let mut placed: Vec<([u32; 3], u32)> = vertices.map(place).collect();
+        placed.par_sort_unstable();
         // Of each cell, take the vertex nearest to the mean of its vertices.
-        let mut nearest = vec![(f64::INFINITY, 0); sums.len()];
-        for ((vertex, p), &cell) in (0..).zip(&mesh.positions).zip(&cell_of) {
-            let (sum, count) = sums[cell as usize];
-            let far = p.distance_squared(sum / count);
-            if far < nearest[cell as usize].0 {
-                nearest[cell as usize] = (far, vertex);
+        let mut cell_of = vec![0; mesh.positions.len()];
+        let mut nearest = Vec::new();
+        for cell in placed.chunk_by(|(a, _), (b, _)| a == b) {
+            let position = |&(_, vertex): &([u32; 3], u32)| mesh.positions[vertex as usize];
+            let mean = cell.iter().map(position).sum::<DVec3>() / cell.len() as f64;
+            let far = |one: &_| position(one).distance_squared(mean);
+            let best = cell.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
+            for &(_, vertex) in cell {
+                cell_of[vertex as usize] = nearest.len() as u32;
             }
+            nearest.extend(best.map(|(_, vertex)| *vertex));
         }
         // Faces with all corners in different cells remain.
         let moved = mesh.faces.iter().map(|f| f.map(|v| cell_of[v as usize]));
@@ -77,7 +75,7 @@ impl Clusters {
             .filter(|(_, [a, b, c])| a != b && b != c && c != a)
             .unzip();
         Self {
-            vertices: nearest.into_iter().map(|(_, vertex)| vertex).collect(),
+            vertices: nearest,
             faces,
             numbers,
         }

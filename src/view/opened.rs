@@ -106,7 +106,7 @@ impl Opened {
     /// # Errors
     /// When the thread for the steps cannot be started.
     pub fn app(self, host: Host, events: Events, is_own_file: bool) -> std::io::Result<Arc<App>> {
-        let [low, high] = self.first.loaded.mesh.bounds();
+        let [low, high] = self.first.bounds;
         let app = Arc::new(App {
             bytes: self.bytes,
             input: self.input,

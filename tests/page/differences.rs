@@ -4,8 +4,8 @@ use crate::desk::Desk;
 use crate::served::Served;
 use crate::shapes::{cut, sphere};
 use glam::DVec3;
+use isomend::Mesh;
 use isomend::io::Format;
-use isomend::mesh::Mesh;
 use serde_json::{Map, Value, json};
 
 /// The lists of the state of which single rows are sent.

@@ -72,9 +72,10 @@ function covered(boxes, c, m) {
 export class Surface {
   constructor(gl, mesh) {
     this.mesh = mesh;
-    /** Simplified versions by name. */
-    this.levels = {};
-    this.chunk(mesh.faces);
+    /** Simplified versions by name; see [setLevel]. */
+    this.levels = { ...mesh.levels };
+    this.order = mesh.order;
+    if (!this.order) this.chunk(mesh.faces);
     this.colour = { kind: 0, on: 0, span: [0, 1], images: [] };
     this.start(gl);
   }
@@ -227,6 +228,14 @@ export class Surface {
     if (thinned) return { level: "thin" };
     const spans = this.visible(matrix, this.order ? [[0, this.order.numbers.length]] : ranges, part), count = spans.reduce((sum, [from, to]) => sum + to - from, 0);
     return this.levels.clusters && count > MANY ? { level: "clusters" } : { level: null, spans, count };
+  }
+
+  /** A plan for single faces. */
+  planOf(numbers) {
+    const { faces } = this.mesh, corners = new Uint32Array(3 * numbers.length);
+    for (let i = 0; i < numbers.length; i++) for (let k = 0; k < 3; k++) corners[3 * i + k] = faces[3 * numbers[i] + k];
+    this.setLevel("single", { faces: corners, numbers });
+    return { level: "single" };
   }
 
   /** The parts of ranges of faces whose chunks overlap a part of the screen. */

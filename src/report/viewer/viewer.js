@@ -140,8 +140,11 @@ export class Viewer {
     return [pane("before", 0, at, [0, width]), pane("after", at, width, [0, width])];
   }
 
-  /** Draws everything, or only a part of the canvas: left, top, width and height in pixels of the page. */
-  draw(fewer = false, part = null) {
+  /**
+   * Draws everything, or only a part of the canvas: left, top, width and height in pixels of the page. If only the colours of some faces of
+   * a side have changed, these faces are drawn over the picture where that is possible.
+   */
+  draw(fewer = false, part = null, changed = null) {
     const gl = this.gl, canvas = this.canvas;
     if (gl.isContextLost()) return;
     this.coarse = fewer && (this.costs.thin ?? this.costs.whole) > FLUID;
@@ -164,12 +167,13 @@ export class Viewer {
       gl.viewport(under.left, 0, under.width, canvas.height);
       gl.scissor(left, bottom, right - left, top - bottom);
       gl.depthMask(true);
-      gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+      const over = changed?.side === pane.side && side && this.canDrawOver(side) ? changed.faces : null;
+      if (!over) gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
       if (!side) continue;
       const matrix = this.camera.matrix(under.width / canvas.height);
       const [across, up] = [(x) => 2 * (x - under.left) / under.width - 1, (y) => 2 * y / size[1] - 1];
       const within = [across(left), up(bottom), across(right), up(top)];
-      this.drawSurface(side, matrix, colours, fewer, within);
+      this.drawSurface(side, matrix, colours, fewer, within, over);
       if (this.options.rims && side.rims.length || side.segments) this.drawRims(side, matrix, under.width, canvas.height, ratio, colours);
       this.over?.(side, matrix, colours);
     }
@@ -186,9 +190,18 @@ export class Viewer {
     this.costs[kind] = performance.now() - start;
   }
 
-  drawSurface({ mesh, surface, ranges }, matrix, colours, fewer, within) {
+  /**
+   * Whether faces can be drawn over the picture: it has kept its depths, and has all faces. Large meshes only, which have no antialiasing:
+   * others are drawn soon enough, and have smooth outlines.
+   */
+  canDrawOver({ surface }) {
+    return this.parts && !this.smooth && !surface.levels.clusters && !this.options.wire;
+  }
+
+  /** Draws a surface, or only the faces `over` over the picture. */
+  drawSurface({ mesh, surface, ranges }, matrix, colours, fewer, within, over) {
     const gl = this.gl, { program, at } = this.surface, { options } = this, { colour } = surface;
-    const thinned = fewer && Boolean(surface.levels.thin) && !(this.costs.whole < FLUID), plan = surface.plan(matrix, ranges, thinned, within);
+    const thinned = fewer && Boolean(surface.levels.thin) && !(this.costs.whole < FLUID), plan = over ? surface.planOf(over) : surface.plan(matrix, ranges, thinned, within);
     this.drewThin ||= thinned;
     gl.useProgram(program);
     gl.bindVertexArray(this.nothing);
@@ -216,7 +229,9 @@ export class Viewer {
     gl.uniform3fv(at("lamp"), this.lamp());
     gl.uniform1f(at("wire"), options.wire && !plan.level ? 0.5 : 0);
     gl.uniform1i(at("selected"), this.selected.region || -1);
+    gl.depthFunc(over ? gl.LEQUAL : gl.LESS);
     surface.draw(plan);
+    gl.depthFunc(gl.LESS);
   }
 
   /** The direction of the main light, which moves with the eye: rotated by `options.light` degrees about the picture's vertical. */

@@ -13,7 +13,7 @@ use super::super::delta::Delta;
 use super::super::revisions::{Part, Row, hash, parts};
 use super::super::runs::Runs;
 use super::super::state::State as MeshState;
-use super::http::{Answer, Refused, bytes_answer, work};
+use super::http::{Answer, Refused, bytes_answer, long_work, work};
 use crate::mesh::Hole;
 
 /// The state with the given number.
@@ -117,7 +117,7 @@ fn value_runs(values: impl Iterator<Item = u32>) -> Vec<u32> {
 /// `GET api/coarse/ID`: a coarse version of a large mesh: its vertices, also as vertices of the mesh, its faces, and for each of them the
 /// face of the mesh that became it, with origin and region.
 pub async fn coarse(State(app): State<Arc<App>>, Path((_, id)): Path<(String, u32)>) -> Answer {
-    let bytes = work(&app, move |app| {
+    let bytes = long_work(&app, move |app| {
         let state = state_of(app, id)?;
         let clusters = Clusters::new(&state.loaded.mesh);
         let point = |v: &u32| state.loaded.mesh.positions[*v as usize] - app.centre;

@@ -240,7 +240,7 @@ fn attribute_rows(attributes: &Attributes) -> Vec<Value> {
 
 /// The initial view: facing the first hole of the input file that is no outer border, or from a corner if there is none.
 fn scene(app: &App, state: &MeshState, first: &MeshState) -> Value {
-    let [low, high] = state.loaded.mesh.bounds();
+    let [low, high] = state.bounds;
     let size = high - low;
     let up = match size.y > size.z {
         true => glam::DVec3::Y,

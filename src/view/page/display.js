@@ -152,7 +152,6 @@ export class Display {
     if (!surface || surface.order) return;
     surface.setOrder(found.order);
     if (found.thin) surface.setLevel("thin", found.thin);
-    if (mesh.clusters && !mesh.coarse) surface.setLevel("clusters", mesh.clusters);
     this.app.viewer.costs = {};
   }
 

@@ -30,18 +30,18 @@ function numbersAfter(ranges) {
 }
 
 /**
- * The coarse version of a mesh after a step: its faces for which the face of the mesh and all corners are kept, and all new faces. Its
- * faces have the vertices of the mesh as corners.
+ * A simplified version of a mesh after a step: its faces for which the face of the mesh and all corners are kept, and all new faces.
+ * `vertex` and `face` have the new numbers.
  */
-function clustersAfter(old, vertices, kept, faces) {
-  const vertex = numbersAfter(vertices), face = numbersAfter(kept), corners = [], numbers = [];
+function levelAfter(old, vertex, face, first, faces) {
+  const corners = [], numbers = [];
   for (let i = 0; i < old.numbers.length; i++) {
     const number = face[old.numbers[i]] ?? -1, [a, b, c] = [0, 1, 2].map((k) => vertex[old.faces[3 * i + k]] ?? -1);
     if (number < 0 || a < 0 || b < 0 || c < 0) continue;
     corners.push(a, b, c);
     numbers.push(number);
   }
-  for (let f = countOf(kept); f < faces.length / 3; f++) {
+  for (let f = first; f < faces.length / 3; f++) {
     corners.push(faces[3 * f], faces[3 * f + 1], faces[3 * f + 2]);
     numbers.push(f);
   }
@@ -139,7 +139,7 @@ export class Model {
   /** The mesh of a large state, once it has been prepared. */
   async wholeMesh(id) {
     const [mesh, { clusters }] = await Promise.all([this.mesh(id), this.coarseMesh(id)]);
-    mesh.clusters = { faces: clusters.faces.map((v) => clusters.vertices[v]), numbers: clusters.numbers };
+    mesh.levels.clusters = { faces: clusters.faces.map((v) => clusters.vertices[v]), numbers: clusters.numbers };
     await this.prepare(mesh);
     this.whole.add(id);
     this.coarse.delete(id);
@@ -152,7 +152,7 @@ export class Model {
       const made = Promise.all([askArrays(`coarse/${id}`), this.rimsOf(id)]).then(([{ header, arrays }, rims]) => {
         const { positions, faces, origin, region, numbers, vertices } = arrays, facts = stateFacts(origin, region, faces.length / 3);
         const shape = { positions, faces, facts, normals: vertexNormals(positions, faces), centre: header.centre };
-        return { id, coarse: true, ...shape, marks: origin.includes(1) || origin.includes(2), earlier: 0.35, clusters: { faces, numbers, vertices }, ...rims };
+        return { id, coarse: true, levels: {}, ...shape, marks: origin.includes(1) || origin.includes(2), earlier: 0.35, clusters: { faces, numbers, vertices }, ...rims };
       });
       made.catch(() => this.coarse.delete(id));
       this.coarse.set(id, made);
@@ -163,17 +163,18 @@ export class Model {
   async fetchMesh(id) {
     const near = this.near(id), old = near === undefined ? null : await this.meshes.get(near).catch(() => null);
     const { header, arrays } = await askArrays(`mesh/${id}` + (old ? `?from=${near}` : ""));
-    let { positions, faces, origin, region } = arrays, parent = null, clusters = null;
+    let { positions, faces, origin, region } = arrays, parent = null, levels = {};
     if (Number.isInteger(header.from)) {
       const { kept_vertices: vertices, kept_faces: kept } = arrays;
       positions = gathered(old.positions, 3, vertices, positions);
       faces = gathered(renumbered(gathered(old.faces, 3, kept, new Uint32Array()), vertices), 3, [0, countOf(kept)], faces);
-      if (old.clusters) clusters = clustersAfter(old.clusters, vertices, kept, faces);
+      const vertex = numbersAfter(vertices), face = numbersAfter(kept), first = countOf(kept);
+      levels = Object.fromEntries(Object.entries(old.levels).map(([name, level]) => [name, levelAfter(level, vertex, face, first, faces)]));
       if (near === this.find(id)?.parent) parent = { mesh: old, kept, replaced: arrays.replaced };
       [origin, region] = [spread(arrays.origin_runs, faces.length / 3), spread(arrays.region_runs, faces.length / 3)];
     }
     const facts = stateFacts(origin, region, faces.length / 3), fresh = origin.includes(1) || origin.includes(2);
-    return { id, positions, faces, facts, normals: vertexNormals(positions, faces), marks: fresh, earlier: 0.35, centre: header.centre, parent, clusters };
+    return { id, positions, faces, facts, normals: vertexNormals(positions, faces), marks: fresh, earlier: 0.35, centre: header.centre, parent, levels };
   }
 
   /** The rims of a mesh. */
@@ -225,7 +226,11 @@ export class Model {
 
   /** Lets the worker compute the adjacency of a mesh, the order of its faces and a coarse version. */
   prepare(mesh) {
-    return mesh.prepared ??= this.work({ positions: mesh.positions, faces: mesh.faces });
+    return mesh.prepared ??= this.work({ positions: mesh.positions, faces: mesh.faces }).then((found) => {
+      mesh.order = found.order;
+      if (found.thin) mesh.levels.thin = found.thin;
+      return found;
+    });
   }
 
   /** Lets the worker compute the part of the ambient light that reaches each vertex. */
