@@ -39,6 +39,26 @@ function chunkBoxes({ positions, faces }) {
   return boxes;
 }
 
+/** Bounding boxes of rims. */
+export function rimBoxes(rims) {
+  const boxes = new Float32Array(6 * rims.length);
+  rims.forEach((rim, r) => {
+    for (let k = 0; k < 3; k++) {
+      let low = Infinity, high = -Infinity;
+      for (let i = k; i < rim.length; i += 3) {
+        low = Math.min(low, rim[i]);
+        high = Math.max(high, rim[i]);
+      }
+      boxes[6 * r + k] = low;
+      boxes[6 * r + 3 + k] = high;
+    }
+  });
+  return boxes;
+}
+
+/** Whether a part of the screen from [covered] overlaps another one. */
+export const overlap = (box, part) => box && box[0] <= part[2] && box[2] >= part[0] && box[1] <= part[3] && box[3] >= part[1];
+
 /** Bounding boxes of groups of boxes. */
 function groupBoxes(boxes) {
   const groups = new Float32Array(6 * Math.ceil(boxes.length / 6 / GROUP));
@@ -53,7 +73,7 @@ function groupBoxes(boxes) {
 }
 
 /** The part of the screen that a box covers, from -1 to 1: left, bottom, right, top; null if it is behind the eye. */
-function covered(boxes, c, m) {
+export function covered(boxes, c, m) {
   let left = Infinity, bottom = Infinity, right = -Infinity, top = -Infinity, before = false;
   for (let k = 0; k < 8; k++) {
     const x = boxes[6 * c + (k & 1 ? 3 : 0)], y = boxes[6 * c + (k & 2 ? 4 : 1)], z = boxes[6 * c + (k & 4 ? 5 : 2)];
@@ -246,16 +266,15 @@ export class Surface {
       if (last?.[1] === first) last[1] = end;
       else spans.push([first, end]);
     };
-    const outside = (box) => !box || box[0] > part[2] || box[2] < part[0] || box[1] > part[3] || box[3] < part[1];
     const inside = (box) => box[0] >= part[0] && box[2] <= part[2] && box[1] >= part[1] && box[3] <= part[3];
     const size = CHUNK * GROUP;
     for (const [first, end] of ranges) {
       for (let g = first / size | 0; g * size < end; g++) {
         const group = covered(this.groups, g, matrix), from = Math.max(first, g * size), to = Math.min(end, (g + 1) * size);
-        if (outside(group)) continue;
+        if (!overlap(group, part)) continue;
         if (inside(group)) { take(from, to); continue; }
         for (let c = from / CHUNK | 0; c * CHUNK < to; c++) {
-          if (!outside(covered(this.boxes, c, matrix))) take(Math.max(from, c * CHUNK), Math.min(to, (c + 1) * CHUNK));
+          if (overlap(covered(this.boxes, c, matrix), part)) take(Math.max(from, c * CHUNK), Math.min(to, (c + 1) * CHUNK));
         }
       }
     }

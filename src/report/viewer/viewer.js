@@ -3,7 +3,7 @@
 import { alongRay, ORIGIN, rimBuffer } from "./geometry.js";
 import { between, Camera, dot, minus, plus, times } from "./camera.js";
 import { NUMBER_FRAGMENT, NUMBER_VERTEX, RIM_FRAGMENT, RIM_VERTEX, SURFACE_FRAGMENT, SURFACE_VERTEX } from "./shaders.js";
-import { Surface } from "./surface.js";
+import { covered, overlap, rimBoxes, Surface } from "./surface.js";
 
 /** Meshes with at least this many faces are drawn without antialiasing: their faces are about as small as the pixels. */
 const LARGE = 400_000;
@@ -77,6 +77,7 @@ export class Viewer {
   putRims(side) {
     const gl = this.gl, { values, starts } = rimBuffer(side.rims, side.kinds);
     side.starts = starts;
+    side.boxes = rimBoxes(side.rims);
     side.rimBuffer = gl.createBuffer();
     gl.bindBuffer(gl.ARRAY_BUFFER, side.rimBuffer);
     const lines = side.segments || new Float32Array(), all = new Float32Array(values.length + lines.length);
@@ -174,7 +175,7 @@ export class Viewer {
       const [across, up] = [(x) => 2 * (x - under.left) / under.width - 1, (y) => 2 * y / size[1] - 1];
       const within = [across(left), up(bottom), across(right), up(top)];
       this.drawSurface(side, matrix, colours, fewer, within, over);
-      if (this.options.rims && side.rims.length || side.segments) this.drawRims(side, matrix, under.width, canvas.height, ratio, colours);
+      if (this.options.rims && side.rims.length || side.segments) this.drawRims(side, matrix, under.width, canvas.height, ratio, colours, part && within);
       this.over?.(side, matrix, colours);
     }
     if (!part) this.measure(start, fewer);
@@ -240,7 +241,10 @@ export class Viewer {
     return plus(plus(times(right, s - 0.55 * c), times(up, 0.7)), times(towards, c + 0.55 * s));
   }
 
-  drawRims(side, matrix, width, height, ratio, colours) {
+  /** Draws the rims; if only a part of the screen is drawn, the rims from the first to the last one in it. */
+  drawRims(side, matrix, width, height, ratio, colours, part) {
+    const seen = part ? side.rims.map((_, r) => r).filter((r) => overlap(covered(side.boxes, r, matrix), part)) : [0, side.rims.length - 1];
+    if (!side.segments && !seen.length) return;
     const gl = this.gl, { program, at } = this.rim;
     gl.useProgram(program);
     gl.bindVertexArray(this.rimArray);
@@ -259,7 +263,8 @@ export class Viewer {
     if (side.segments) this.strokes([lines, lines + side.segments.length / 7], 1.6 * ratio, 0.85, 0);
     if (!this.options.rims) return;
     kinds(side.colours);
-    this.strokes(side.starts.length > 1 ? [0, side.starts[side.starts.length - 1]] : [0, 0], 2.2 * ratio, side.strength, 0.12);
+    const [first, last] = [seen[0], seen[seen.length - 1]];
+    this.strokes(side.rims.length && seen.length ? [side.starts[first], side.starts[last + 1]] : [0, 0], 2.2 * ratio, side.strength, 0.12);
     const { rim: chosen, mesh } = this.selected;
     if (chosen < 0 || mesh && mesh !== side.mesh || chosen + 1 >= side.starts.length) return;
     kinds(["mark"]);
