@@ -191,7 +191,8 @@ export class Holes {
       button.setAttribute("aria-label", tr("row_label", { name, diameter: digits(hole.diameter) + this.app.unit(), edges: hole.edges, doing: doingName(doing) }));
     }
     find("#holes-text").textContent = this.text();
-    find("#copy-holes").hidden = !find("#holes-text").textContent.startsWith("--");
+    find("#copy-holes").hidden = !this.canFill();
+    find("#fill-all").disabled = Boolean(this.app.steps.job) || !this.canFill();
     const { size } = this.picked;
     find("#fill-chosen").disabled = !size;
     find("#fill-chosen").textContent = size > 1 ? tr("fill_these", { count: size }) : size ? tr("fill_hole", { id: this.chosen }) : tr("fill_this");
@@ -242,6 +243,11 @@ export class Holes {
     const listed = (flag, ids) => ids.length ? ` ${flag} ${ids.join(",")}` : "";
     const { holes, keep_open: open, flat, bridge, crease } = params, groups = (flag, each) => each.map((ids) => ` ${flag} ${ids.join("+")}`).join("");
     return `--holes ${holes ? holes.join(",") : "all"}${listed("--keep-open", open)}${listed("--flat", flat)}${groups("--bridge", bridge)}${groups("--crease", crease)}`;
+  }
+
+  /** Whether any hole is to be filled, and no choice contradicts another. */
+  canFill() {
+    return this.text().startsWith("--");
   }
 
   /** Chooses a hole and moves the view there. `adds` adds it to the chosen ones, `range` all holes of the list from the last one to it. */
