@@ -181,7 +181,7 @@ export class Surface {
 
   /**
    * Sets a simplified version: corners, and for each face the index of the face that it represents. `thin` is drawn while the view moves,
-   * `clusters` at rest if many faces are in view.
+   * `clusters` otherwise, if many faces are in view.
    */
   setLevel(name, level) {
     this.levels[name] = level;
