@@ -1,7 +1,7 @@
 // The state of the session and its meshes: each mesh is fetched once, and only the changes if a related mesh is loaded.
 
 import { ORIGIN, vertexNormals } from "../../report/viewer/geometry.js";
-import { askArrays, askJson } from "./net.js";
+import { askArrays, askJson, numbersAfter } from "./net.js";
 import { tr } from "./strings.js";
 
 /** Number of meshes kept in memory besides the shown ones. */
@@ -21,13 +21,6 @@ function completed(sent, known) {
 
 /** The number of items in ranges. */
 const countOf = (ranges) => ranges.reduce((sum, x, i) => sum + (i % 2 ? x : -x), 0);
-
-/** The new numbers of items after only the items in the ranges were kept; -1 for the others. */
-function numbersAfter(ranges) {
-  const numbers = new Int32Array(ranges[ranges.length - 1] || 0).fill(-1);
-  for (let i = 0, at = 0; i < ranges.length; i += 2) for (let k = ranges[i]; k < ranges[i + 1]; k++) numbers[k] = at++;
-  return numbers;
-}
 
 /**
  * A simplified version of a mesh after a step: its faces for which the face of the mesh and all corners are kept, and all new faces.
