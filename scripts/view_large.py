@@ -53,6 +53,29 @@ def soon_enough(page, measured, bound, what):
     print(f"  {what}: {', '.join(seen)}", flush=True)
 
 
+def colour_at(page, x, y):
+    """The colour of the pixel of the view at a point of the window, as it was drawn last."""
+    return page.run(f"""(() => {{ const v = isomend.viewer, gl = v.gl, b = v.canvas.getBoundingClientRect(), p = new Uint8Array(4);
+        gl.readPixels({x} - b.x, v.canvas.height - ({y} - b.y), 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, p); return [...p]; }})()""")
+
+
+def check_drawn_over(page):
+    """While the button is down only the marked faces are drawn; the picture is the same as when everything is drawn."""
+    x, y, width, height = page.view()
+    at = [x + width * 0.5, y + height * 0.3]
+    plain = colour_at(page, *at)
+    page.call("Input.dispatchMouseEvent", type="mousePressed", x=at[0], y=at[1], button="left", buttons=1, clickCount=1)
+    page.call("Input.dispatchMouseEvent", type="mouseMoved", x=at[0] + 5, y=at[1], button="left", buttons=1)
+    marked = colour_at(page, *at)
+    page.call("Input.dispatchMouseEvent", type="mouseReleased", x=at[0] + 5, y=at[1], button="left", clickCount=1)
+    page.run("isomend.viewer.draw()")
+    page.expect(marked != plain, "the brush leaves no mark while the button is down")
+    page.expect(colour_at(page, *at) == marked, "a mark has another colour once everything is drawn again")
+    page.key("z", modifiers=2)
+    page.settled()
+    page.expect(colour_at(page, *at) == plain, "a mark stays when its stroke is undone")
+
+
 def large(page, program, folder):
     """Measures the times of the first picture and of strokes with a million triangles."""
     mesh = folder / "million.ply"
@@ -80,6 +103,7 @@ def large(page, program, folder):
             # Other load of the machine slows single strokes, so the 25th percentile counts.
             return np.percentile(page.run("isomend.paint.times"), 25) / 1000
 
+        check_drawn_over(page)
         soon_enough(page, strokes, STROKE, "a touch of the brush")
         soon_enough(page, lambda: np.percentile(page.run(DRAWN_STROKES), 25) / 1000, STROKE, "a stroke of the brush until it is drawn")
         page.expect(page.run("isomend.mask().count") > 1000, "the strokes mark next to nothing")

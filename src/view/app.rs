@@ -9,6 +9,7 @@ use serde_json::json;
 
 use super::choices::Choices;
 use super::events::{Events, ProgressSender};
+use super::revisions::Revisions;
 use super::session::{Busy, Session};
 use super::state::State;
 use super::step::{Order, Refusal, Scope};
@@ -35,6 +36,8 @@ pub struct App {
     pub centre: DVec3,
     /// The session.
     pub session: Mutex<Session>,
+    /// What pages have of the document of the state.
+    pub revisions: Mutex<Revisions>,
     /// The recovery file of unsaved steps.
     pub store: Store,
     /// The recovery file of an earlier session that this one does not resume.
@@ -74,6 +77,13 @@ impl App {
     /// Locks the session. Hold the lock for a short time only.
     pub fn session(&self) -> MutexGuard<'_, Session> {
         self.session.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Locks the revisions of the state's document. Lock them before the session.
+    pub fn revisions(&self) -> MutexGuard<'_, Revisions> {
+        self.revisions
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Writes the recovery file and notifies the page that the state has changed.

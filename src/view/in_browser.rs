@@ -258,7 +258,13 @@ mod tests {
         assert!(state(&pages, page)["busy"]["job"].is_u64());
         assert!(pages.work() && !pages.work());
         assert!(EVENTS.load(Ordering::Relaxed) > 1);
-        assert_eq!(state(&pages, page)["current"], 1);
+        let after = state(&pages, page);
+        assert_eq!(after["current"], 1);
+        let known = format!("api/state?known={}", after["revision"]);
+        let same = pages.answer(page, &known, None).body;
+        let same: Value = serde_json::from_slice(&same).unwrap();
+        assert_eq!(same["known"], after["revision"]);
+        assert_eq!(same["holes"], Value::Null, "what the page has");
         let save = json!({ "kind": "mesh", "path": "whole.ply", "overwrite": false });
         assert_eq!(sent(&pages, page, "api/save", &save).status, 200);
         // Another program repeats the step, although it was saved.

@@ -8,6 +8,7 @@ mod api;
 mod app;
 mod assets;
 mod choices;
+mod clusters;
 #[cfg(not(target_family = "wasm"))]
 mod connections;
 mod container;
@@ -27,6 +28,7 @@ mod opened;
 mod pages;
 mod recent;
 mod recipe;
+mod revisions;
 mod runs;
 mod save;
 #[cfg(not(target_family = "wasm"))]

@@ -3,12 +3,14 @@
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
+use std::time::SystemTime;
 
 use thiserror::Error;
 
 use super::app::{App, Host};
 use super::choices::Choices;
 use super::events::Events;
+use super::revisions::Revisions;
 use super::session::Session;
 use super::state::State;
 use super::step::format_between;
@@ -104,7 +106,7 @@ impl Opened {
     /// # Errors
     /// When the thread for the steps cannot be started.
     pub fn app(self, host: Host, events: Events, is_own_file: bool) -> std::io::Result<Arc<App>> {
-        let [low, high] = self.first.loaded.mesh.bounds();
+        let [low, high] = self.first.bounds;
         let app = Arc::new(App {
             bytes: self.bytes,
             input: self.input,
@@ -112,6 +114,7 @@ impl Opened {
             from: self.from,
             centre: 0.5 * (low + high),
             session: Mutex::new(Session::new(self.first)),
+            revisions: Mutex::new(Revisions::new(SystemTime::now())),
             store: self.store,
             earlier: self.earlier,
             events,

@@ -30,6 +30,8 @@ pub struct State {
     pub step: Option<StepDone>,
     /// The mesh with its attributes.
     pub loaded: Arc<Loaded>,
+    /// The lowest and the highest coordinates of its faces.
+    pub bounds: [DVec3; 2],
     /// Its holes.
     pub holes: Vec<Hole>,
     /// The ends of sharp edges at its rims.
@@ -102,6 +104,7 @@ impl State {
             parent: None,
             depth: 0,
             step: None,
+            bounds: loaded.mesh.bounds(),
             holes,
             crease_ends,
             inspected,
@@ -161,6 +164,7 @@ impl State {
             parent: Some(parent.clone()),
             depth: parent.depth + 1,
             step: Some(step),
+            bounds: loaded.mesh.bounds(),
             loaded,
             holes,
             crease_ends,

@@ -9,6 +9,7 @@ mod served;
 mod shapes;
 
 mod deliver;
+mod differences;
 mod files;
 mod like;
 mod masks;

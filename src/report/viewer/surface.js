@@ -2,6 +2,8 @@
 
 /** Faces of a chunk; a chunk is drawn or skipped as a whole. */
 const CHUNK = 256;
+/** Number of faces in view from which on a coarse version with clusters is drawn, if there is one. */
+const MANY = 2_000_000;
 /** Chunks of a group; if a group is completely inside or outside the picture, its chunks need no tests. */
 const GROUP = 16;
 
@@ -37,6 +39,26 @@ function chunkBoxes({ positions, faces }) {
   return boxes;
 }
 
+/** Bounding boxes of rims. */
+export function rimBoxes(rims) {
+  const boxes = new Float32Array(6 * rims.length);
+  rims.forEach((rim, r) => {
+    for (let k = 0; k < 3; k++) {
+      let low = Infinity, high = -Infinity;
+      for (let i = k; i < rim.length; i += 3) {
+        low = Math.min(low, rim[i]);
+        high = Math.max(high, rim[i]);
+      }
+      boxes[6 * r + k] = low;
+      boxes[6 * r + 3 + k] = high;
+    }
+  });
+  return boxes;
+}
+
+/** Whether a part of the screen from [covered] overlaps another one. */
+export const overlap = (box, part) => box && box[0] <= part[2] && box[2] >= part[0] && box[1] <= part[3] && box[3] >= part[1];
+
 /** Bounding boxes of groups of boxes. */
 function groupBoxes(boxes) {
   const groups = new Float32Array(6 * Math.ceil(boxes.length / 6 / GROUP));
@@ -51,7 +73,7 @@ function groupBoxes(boxes) {
 }
 
 /** The part of the screen that a box covers, from -1 to 1: left, bottom, right, top; null if it is behind the eye. */
-function covered(boxes, c, m) {
+export function covered(boxes, c, m) {
   let left = Infinity, bottom = Infinity, right = -Infinity, top = -Infinity, before = false;
   for (let k = 0; k < 8; k++) {
     const x = boxes[6 * c + (k & 1 ? 3 : 0)], y = boxes[6 * c + (k & 2 ? 4 : 1)], z = boxes[6 * c + (k & 4 ? 5 : 2)];
@@ -70,7 +92,10 @@ function covered(boxes, c, m) {
 export class Surface {
   constructor(gl, mesh) {
     this.mesh = mesh;
-    this.chunk(mesh.faces);
+    /** Simplified versions by name; see [setLevel]. */
+    this.levels = { ...mesh.levels };
+    this.order = mesh.order;
+    if (!this.order) this.chunk(mesh.faces);
     this.colour = { kind: 0, on: 0, span: [0, 1], images: [] };
     this.start(gl);
   }
@@ -100,7 +125,7 @@ export class Surface {
     this.put("ambient", gl.R8, new Uint8Array(1), 1);
     this.pictures([]);
     if (this.ambient) this.setAmbient(this.ambient);
-    if (this.thin) this.setThin(this.thin);
+    for (const [name, level] of Object.entries(this.levels)) this.setLevel(name, level);
     if (this.colour.values) this.setColour(this.colour);
   }
 
@@ -154,11 +179,14 @@ export class Surface {
     this.put("number", this.gl.R32UI, order.numbers, 1);
   }
 
-  /** Sets a simplified mesh to draw while the view moves: corners, and for each face the index of the face that it represents. */
-  setThin(thin) {
-    this.thin = thin;
-    this.put("thinFace", this.gl.R32UI, thin.faces, 1);
-    this.put("thinNumber", this.gl.R32UI, thin.numbers, 1);
+  /**
+   * Sets a simplified version: corners, and for each face the index of the face that it represents. `thin` is drawn while the view moves,
+   * `clusters` otherwise, if many faces are in view.
+   */
+  setLevel(name, level) {
+    this.levels[name] = level;
+    this.put(name + "Face", this.gl.R32UI, level.faces, 1);
+    this.put(name + "Number", this.gl.R32UI, level.numbers, 1);
   }
 
   /**
@@ -195,16 +223,16 @@ export class Surface {
     gl.texParameteri(kind, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
   }
 
-  /** Binds the textures that a program reads. */
-  bind({ at }, thinned) {
+  /** Binds the textures that a program reads to draw a simplified version, or all faces if `level` is null. */
+  bind({ at }, level) {
     const gl = this.gl;
-    const numbers = thinned ? "thinNumber" : this.order ? "number" : "fact", own = ["vertex", "fact", "value", "colour", "corner", "ambient"];
-    const used = { face: thinned ? "thinFace" : "face", number: numbers, ...Object.fromEntries(own.map((name) => [name, name])) };
+    const numbers = level ? level + "Number" : this.order ? "number" : "fact", own = ["vertex", "fact", "value", "colour", "corner", "ambient"];
+    const used = { face: level ? level + "Face" : "face", number: numbers, ...Object.fromEntries(own.map((name) => [name, name])) };
     Object.entries(used).forEach(([name, from], i) => this.bindOne(at(name + "Texture"), i, this.textures[from]));
     this.bindOne(at("images"), 8, this.textures.image, gl.TEXTURE_2D_ARRAY);
     gl.uniform1i(at("wideBits"), this.bits);
     gl.uniform1i(at("occluded"), Boolean(this.ambient));
-    gl.uniform1i(at("numbered"), thinned || Boolean(this.order));
+    gl.uniform1i(at("numbered"), Boolean(level || this.order));
   }
 
   bindOne(place, unit, texture, kind = this.gl.TEXTURE_2D) {
@@ -215,37 +243,49 @@ export class Surface {
     gl.uniform1i(place, unit);
   }
 
-  /** Draws the faces of some ranges whose chunks overlap a part of the screen. Returns their number. */
-  draw(matrix, ranges, thinned, part = [-1, -1, 1, 1]) {
-    if (thinned) {
-      this.gl.drawArrays(this.gl.TRIANGLES, 0, this.thin.faces.length);
-      return this.thin.numbers.length;
-    }
-    if (this.order) ranges = [[0, this.order.numbers.length]];
-    let count = 0, from = 0, to = 0;
-    const flush = () => {
-      if (to > from) this.gl.drawArrays(this.gl.TRIANGLES, 3 * from, 3 * (to - from));
-      count += to - from;
-    };
+  /** What to draw of a part of the screen: ranges of faces and their number, or the name of a simplified version. */
+  plan(matrix, ranges, thinned, part = [-1, -1, 1, 1]) {
+    if (thinned) return { level: "thin" };
+    const spans = this.visible(matrix, this.order ? [[0, this.order.numbers.length]] : ranges, part), count = spans.reduce((sum, [from, to]) => sum + to - from, 0);
+    return this.levels.clusters && count > MANY ? { level: "clusters" } : { level: null, spans, count };
+  }
+
+  /** A plan for single faces. */
+  planOf(numbers) {
+    const { faces } = this.mesh, corners = new Uint32Array(3 * numbers.length);
+    for (let i = 0; i < numbers.length; i++) for (let k = 0; k < 3; k++) corners[3 * i + k] = faces[3 * numbers[i] + k];
+    this.setLevel("single", { faces: corners, numbers });
+    return { level: "single" };
+  }
+
+  /** The parts of ranges of faces whose chunks overlap a part of the screen. */
+  visible(matrix, ranges, part) {
+    const spans = [];
     const take = (first, end) => {
-      if (first !== to) { flush(); from = first; }
-      to = end;
+      const last = spans[spans.length - 1];
+      if (last?.[1] === first) last[1] = end;
+      else spans.push([first, end]);
     };
-    const outside = (box) => !box || box[0] > part[2] || box[2] < part[0] || box[1] > part[3] || box[3] < part[1];
     const inside = (box) => box[0] >= part[0] && box[2] <= part[2] && box[1] >= part[1] && box[3] <= part[3];
     const size = CHUNK * GROUP;
     for (const [first, end] of ranges) {
       for (let g = first / size | 0; g * size < end; g++) {
         const group = covered(this.groups, g, matrix), from = Math.max(first, g * size), to = Math.min(end, (g + 1) * size);
-        if (outside(group)) continue;
+        if (!overlap(group, part)) continue;
         if (inside(group)) { take(from, to); continue; }
         for (let c = from / CHUNK | 0; c * CHUNK < to; c++) {
-          if (!outside(covered(this.boxes, c, matrix))) take(Math.max(from, c * CHUNK), Math.min(to, (c + 1) * CHUNK));
+          if (overlap(covered(this.boxes, c, matrix), part)) take(Math.max(from, c * CHUNK), Math.min(to, (c + 1) * CHUNK));
         }
       }
     }
-    flush();
-    return count;
+    return spans;
+  }
+
+  /** Draws what a plan says, after [bind]. */
+  draw({ level, spans }) {
+    const gl = this.gl;
+    if (level) gl.drawArrays(gl.TRIANGLES, 0, this.levels[level].faces.length);
+    else for (const [from, to] of spans) gl.drawArrays(gl.TRIANGLES, 3 * from, 3 * (to - from));
   }
 
   free() {

@@ -3,7 +3,7 @@
 import { alongRay, ORIGIN, rimBuffer } from "./geometry.js";
 import { between, Camera, dot, minus, plus, times } from "./camera.js";
 import { NUMBER_FRAGMENT, NUMBER_VERTEX, RIM_FRAGMENT, RIM_VERTEX, SURFACE_FRAGMENT, SURFACE_VERTEX } from "./shaders.js";
-import { Surface } from "./surface.js";
+import { covered, overlap, rimBoxes, Surface } from "./surface.js";
 
 /** Meshes with at least this many faces are drawn without antialiasing: their faces are about as small as the pixels. */
 const LARGE = 400_000;
@@ -77,6 +77,7 @@ export class Viewer {
   putRims(side) {
     const gl = this.gl, { values, starts } = rimBuffer(side.rims, side.kinds);
     side.starts = starts;
+    side.boxes = rimBoxes(side.rims);
     side.rimBuffer = gl.createBuffer();
     gl.bindBuffer(gl.ARRAY_BUFFER, side.rimBuffer);
     const lines = side.segments || new Float32Array(), all = new Float32Array(values.length + lines.length);
@@ -140,8 +141,11 @@ export class Viewer {
     return [pane("before", 0, at, [0, width]), pane("after", at, width, [0, width])];
   }
 
-  /** Draws everything, or only a part of the canvas: left, top, width and height in pixels of the page. */
-  draw(fewer = false, part = null) {
+  /**
+   * Draws everything, or only a part of the canvas: left, top, width and height in pixels of the page. If only the colours of some faces of
+   * a side have changed, these faces are drawn over the picture where that is possible.
+   */
+  draw(fewer = false, part = null, changed = null) {
     const gl = this.gl, canvas = this.canvas;
     if (gl.isContextLost()) return;
     this.coarse = fewer && (this.costs.thin ?? this.costs.whole) > FLUID;
@@ -164,13 +168,14 @@ export class Viewer {
       gl.viewport(under.left, 0, under.width, canvas.height);
       gl.scissor(left, bottom, right - left, top - bottom);
       gl.depthMask(true);
-      gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+      const over = changed?.side === pane.side && side && this.canDrawOver(side) ? changed.faces : null;
+      if (!over) gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
       if (!side) continue;
       const matrix = this.camera.matrix(under.width / canvas.height);
       const [across, up] = [(x) => 2 * (x - under.left) / under.width - 1, (y) => 2 * y / size[1] - 1];
       const within = [across(left), up(bottom), across(right), up(top)];
-      this.drawSurface(side, matrix, colours, fewer, within);
-      if (this.options.rims && side.rims.length || side.segments) this.drawRims(side, matrix, under.width, canvas.height, ratio, colours);
+      this.drawSurface(side, matrix, colours, fewer, within, over);
+      if (this.options.rims && side.rims.length || side.segments) this.drawRims(side, matrix, under.width, canvas.height, ratio, colours, part && within);
       this.over?.(side, matrix, colours);
     }
     if (!part) this.measure(start, fewer);
@@ -186,22 +191,31 @@ export class Viewer {
     this.costs[kind] = performance.now() - start;
   }
 
-  drawSurface({ mesh, surface, ranges }, matrix, colours, fewer, within) {
+  /**
+   * Whether faces can be drawn over the picture: it has kept its depths, and has all faces. Large meshes only, which have no antialiasing:
+   * others are drawn soon enough, and have smooth outlines.
+   */
+  canDrawOver({ surface }) {
+    return this.parts && !this.smooth && !surface.levels.clusters && !this.options.wire;
+  }
+
+  /** Draws a surface, or only the faces `over` over the picture. */
+  drawSurface({ mesh, surface, ranges }, matrix, colours, fewer, within, over) {
     const gl = this.gl, { program, at } = this.surface, { options } = this, { colour } = surface;
-    const thinned = fewer && Boolean(surface.thin) && !(this.costs.whole < FLUID);
+    const thinned = fewer && Boolean(surface.levels.thin) && !(this.costs.whole < FLUID), plan = over ? surface.planOf(over) : surface.plan(matrix, ranges, thinned, within);
     this.drewThin ||= thinned;
     gl.useProgram(program);
     gl.bindVertexArray(this.nothing);
     gl.disable(gl.BLEND);
     gl.depthMask(true);
-    surface.bind(this.surface, thinned);
+    surface.bind(this.surface, plan.level);
     gl.uniformMatrix4fv(at("matrix"), false, matrix);
     gl.uniform3fv(at("eye"), this.camera.eye);
     ["right", "up", "towards"].forEach((name, i) => gl.uniform3fv(at(name), this.camera.axes[i]));
     for (const name of ["base", "chosen", "inside", "edge", "mask", "fault"]) gl.uniform3fv(at(name), colours[name]);
     gl.uniform3fv(at("patch_"), colours.patch);
     gl.uniform4fv(at("section"), this.section);
-    gl.uniform1i(at("colouring"), colour.kind === 3 && thinned && colour.on === 2 ? 0 : colour.kind);
+    gl.uniform1i(at("colouring"), colour.kind === 3 && plan.level && colour.on === 2 ? 0 : colour.kind);
     gl.uniform1i(at("valuesOn"), colour.on);
     gl.uniform2fv(at("span"), colour.span);
     gl.uniform1i(at("skipKept"), Boolean(colour.skipKept));
@@ -214,9 +228,11 @@ export class Viewer {
     gl.uniform1i(at("faceted"), options.flat);
     gl.uniform1i(at("shading"), options.shading || 0);
     gl.uniform3fv(at("lamp"), this.lamp());
-    gl.uniform1f(at("wire"), options.wire && !thinned ? 0.5 : 0);
+    gl.uniform1f(at("wire"), options.wire && !plan.level ? 0.5 : 0);
     gl.uniform1i(at("selected"), this.selected.region || -1);
-    surface.draw(matrix, ranges, thinned, within);
+    gl.depthFunc(over ? gl.LEQUAL : gl.LESS);
+    surface.draw(plan);
+    gl.depthFunc(gl.LESS);
   }
 
   /** The direction of the main light, which moves with the eye: rotated by `options.light` degrees about the picture's vertical. */
@@ -225,7 +241,10 @@ export class Viewer {
     return plus(plus(times(right, s - 0.55 * c), times(up, 0.7)), times(towards, c + 0.55 * s));
   }
 
-  drawRims(side, matrix, width, height, ratio, colours) {
+  /** Draws the rims; if only a part of the screen is drawn, the rims from the first to the last one in it. */
+  drawRims(side, matrix, width, height, ratio, colours, part) {
+    const seen = part ? side.rims.map((_, r) => r).filter((r) => overlap(covered(side.boxes, r, matrix), part)) : [0, side.rims.length - 1];
+    if (!side.segments && !seen.length) return;
     const gl = this.gl, { program, at } = this.rim;
     gl.useProgram(program);
     gl.bindVertexArray(this.rimArray);
@@ -244,7 +263,8 @@ export class Viewer {
     if (side.segments) this.strokes([lines, lines + side.segments.length / 7], 1.6 * ratio, 0.85, 0);
     if (!this.options.rims) return;
     kinds(side.colours);
-    this.strokes(side.starts.length > 1 ? [0, side.starts[side.starts.length - 1]] : [0, 0], 2.2 * ratio, side.strength, 0.12);
+    const [first, last] = [seen[0], seen[seen.length - 1]];
+    this.strokes(side.rims.length && seen.length ? [side.starts[first], side.starts[last + 1]] : [0, 0], 2.2 * ratio, side.strength, 0.12);
     const { rim: chosen, mesh } = this.selected;
     if (chosen < 0 || mesh && mesh !== side.mesh || chosen + 1 >= side.starts.length) return;
     kinds(["mark"]);
@@ -298,7 +318,7 @@ export class Viewer {
     const side = this.sides[pane.side], scale = Math.min(1, most / Math.max(pane.under.width, this.canvas.height));
     if (!side || this.gl.isContextLost()) return () => -Infinity;
     const width = Math.max(1, Math.round(pane.under.width * scale)), height = Math.max(1, Math.round(this.canvas.height * scale));
-    const numbers = this.numbers(pane, scale, [0, 0, width, height], Boolean(side.surface.thin) && most <= 480), half = Math.min(width, height) / 2;
+    const numbers = this.numbers(pane, scale, [0, 0, width, height], Boolean(side.surface.levels.thin) && most <= 480), half = Math.min(width, height) / 2;
     const { camera } = this, eye = camera.eye, known = new Map();
     const depth = (i, j) => {
       const at = j * width + i, number = numbers[at];
@@ -336,11 +356,12 @@ export class Viewer {
     const matrix = this.camera.matrix(under.width / this.canvas.height), { program, at } = this.number;
     gl.useProgram(program);
     gl.bindVertexArray(this.nothing);
-    side.surface.bind(this.number, thinned);
     gl.uniformMatrix4fv(at("matrix"), false, matrix);
     gl.uniform4fv(at("section"), this.section);
     const part = [2 * left / whole[0] - 1, 2 * bottom / whole[1] - 1, 2 * (left + width) / whole[0] - 1, 2 * (bottom + height) / whole[1] - 1];
-    side.surface.draw(matrix, side.ranges, thinned, part);
+    const plan = side.surface.plan(matrix, side.ranges, thinned, part);
+    side.surface.bind(this.number, plan.level);
+    side.surface.draw(plan);
     const four = new Uint32Array(4 * width * height), numbers = new Uint32Array(width * height);
     gl.readPixels(left, bottom, width, height, gl.RGBA_INTEGER, gl.UNSIGNED_INT, four);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);

@@ -7,11 +7,14 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::super::app::App;
+use super::super::clusters::Clusters;
 use super::super::container::Container;
 use super::super::delta::Delta;
+use super::super::revisions::{Part, Row, hash, parts};
 use super::super::runs::Runs;
 use super::super::state::State as MeshState;
-use super::http::{Answer, Refused, bytes_answer, work};
+use super::http::{Answer, Refused, bytes_answer, long_work, work};
+use crate::mesh::Hole;
 
 /// The state with the given number.
 ///
@@ -111,30 +114,79 @@ fn value_runs(values: impl Iterator<Item = u32>) -> Vec<u32> {
     runs
 }
 
-/// `GET api/rims/ID`: the rims of the holes, as points and vertex numbers.
-pub async fn rims(State(app): State<Arc<App>>, Path((_, id)): Path<(String, u32)>) -> Answer {
-    let bytes = work(&app, move |app| {
+/// `GET api/coarse/ID`: a coarse version of a large mesh: its vertices, also as vertices of the mesh, its faces, and for each of them the
+/// face of the mesh that became it, with origin and region.
+pub async fn coarse(State(app): State<Arc<App>>, Path((_, id)): Path<(String, u32)>) -> Answer {
+    let bytes = long_work(&app, move |app| {
         let state = state_of(app, id)?;
-        let (mesh, holes) = (&state.loaded.mesh, &state.holes);
-        let vertices = || holes.iter().flat_map(|hole| hole.rim.iter().copied());
-        let mut starts = vec![0];
-        for hole in holes {
-            starts.push(starts[starts.len() - 1] + hole.rim.len() as u32);
-        }
-        let point = |v: u32| {
-            (mesh.positions[v as usize] - app.centre)
-                .as_vec3()
-                .to_array()
-        };
+        let clusters = Clusters::new(&state.loaded.mesh);
+        let point = |v: &u32| state.loaded.mesh.positions[*v as usize] - app.centre;
+        let points = clusters.vertices.iter().map(point);
+        let of = |face: &u32| *face as usize;
+        let numbers = || clusters.numbers.iter().map(of);
         let header = json!({ "id": id, "centre": app.centre.to_array() });
         Ok(Container::new(header)
-            .with("points", 3, vertices().flat_map(point))
-            .with("starts", 1, starts)
-            .with("ids", 1, holes.iter().map(|hole| hole.id.get() as u32))
-            .with("vertices", 1, vertices())
+            .with("positions", 3, points.flat_map(|p| p.as_vec3().to_array()))
+            .with("origin", 1, numbers().map(|face| state.origin[face] as u8))
+            .with("region", 1, numbers().map(|face| state.region[face]))
+            .with("faces", 3, clusters.faces.iter().flatten().copied())
+            .with("numbers", 1, clusters.numbers.iter().copied())
+            .with("vertices", 1, clusters.vertices)
             .bytes())
     });
     Ok(bytes_answer(bytes.await?))
+}
+
+/// `GET api/rims/ID?from=…`: the rims of the holes as points; only the changes relative to the rims of the mesh `from`.
+///
+/// `parts` has the numbers first, end and id of each part of the list: if end is greater than first, the rims `first..end` of the other
+/// mesh, now of the holes numbered from id; otherwise the next rim of `points` and `starts`, of the hole id.
+pub async fn rims(
+    State(app): State<Arc<App>>,
+    Path((_, id)): Path<(String, u32)>,
+    Query(From { from }): Query<From>,
+) -> Answer {
+    let bytes = work(&app, move |app| {
+        let state = state_of(app, id)?;
+        let old = from.and_then(|id| state_of(app, id).ok());
+        Ok(packed_rims(app, &state, old.as_deref()))
+    });
+    Ok(bytes_answer(bytes.await?))
+}
+
+fn packed_rims(app: &App, state: &MeshState, old: Option<&MeshState>) -> Vec<u8> {
+    let rim = |state: &MeshState, hole: &Hole| -> Vec<f32> {
+        let point = |v: &u32| (state.loaded.mesh.positions[*v as usize] - app.centre).as_vec3();
+        let points = hole.rim.iter().map(point);
+        points.flat_map(|p| p.to_array()).collect()
+    };
+    let rows = |state: &MeshState| -> Vec<Row> {
+        let bits = |rim: Vec<f32>| -> Vec<u32> { rim.into_iter().map(f32::to_bits).collect() };
+        let row = |hole: &Hole| Row {
+            id: hole.id.get() as u32,
+            hash: hash(&bits(rim(state, hole))),
+        };
+        state.holes.iter().map(row).collect()
+    };
+    let (mut sent, mut points, mut starts) = (Vec::new(), Vec::new(), vec![0]);
+    for part in parts(&old.map(rows).unwrap_or_default(), &rows(state)) {
+        match part {
+            Part::Kept { first, end, id } => sent.extend([first as u32, end as u32, id]),
+            Part::New(index) => {
+                let hole = &state.holes[index];
+                sent.extend([0, 0, hole.id.get() as u32]);
+                points.extend(rim(state, hole));
+                starts.push(points.len() as u32 / 3);
+            }
+        }
+    }
+    let header =
+        json!({ "id": state.id, "from": old.map(|old| old.id), "centre": app.centre.to_array() });
+    Container::new(header)
+        .with("parts", 3, sent)
+        .with("points", 3, points)
+        .with("starts", 1, starts)
+        .bytes()
 }
 
 #[cfg(test)]

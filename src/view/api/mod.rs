@@ -37,6 +37,7 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/{token}/api/state", get(state::state))
         .route("/{token}/api/events", get(state::events))
         .route("/{token}/api/mesh/{id}", get(mesh::mesh))
+        .route("/{token}/api/coarse/{id}", get(mesh::coarse))
         .route("/{token}/api/rims/{id}", get(mesh::rims))
         .route("/{token}/api/choices", post(choices::choose))
         .route("/{token}/api/marks/{id}", get(choices::marks))

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use std::time::UNIX_EPOCH;
 
 use axum::body::Body;
-use axum::extract::State;
+use axum::extract::{Query, State};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};
 use futures_util::stream;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use tokio::sync::broadcast::error::RecvError;
 
@@ -18,11 +18,12 @@ use super::super::app::App;
 use super::super::deliver::{patches_extension, piece_extension};
 use super::super::events::event;
 use super::super::named::NamedMask;
+use super::super::revisions::{List, Row, hash};
 use super::super::session::Busy;
 use super::super::state::State as MeshState;
 use super::deliver::saved_row;
 use super::http::{Answer, json_answer, work};
-use crate::fill::FillParams;
+use crate::fill::{FillParams, LeftReason};
 use crate::io::Format;
 use crate::mend::{FairParams, RestoreParams};
 use crate::mesh::Attributes;
@@ -33,13 +34,22 @@ use crate::repair::RepairParams;
 /// Seconds without an event after which an empty line is sent, so that both sides notice a lost connection.
 const QUIET: u64 = 20;
 
-/// `GET api/state`: the document from which the page builds everything but the meshes.
-pub async fn state(State(app): State<Arc<App>>) -> Answer {
-    let value = work(&app, |app| Ok(document(app))).await?;
+#[derive(Deserialize)]
+pub struct Known {
+    /// The revision of the document that the page has.
+    known: Option<u64>,
+}
+
+/// `GET api/state?known=…`: the document from which the page builds everything but the meshes; only the changes if the page has a
+/// revision that is remembered, see [`Revisions::answer`](super::super::revisions::Revisions::answer).
+pub async fn state(State(app): State<Arc<App>>, Query(Known { known }): Query<Known>) -> Answer {
+    let value = work(&app, move |app| Ok(document(app, known))).await?;
     Ok(json_answer(&value))
 }
 
-fn document(app: &App) -> Value {
+fn document(app: &App, known: Option<u64>) -> Value {
+    // Locked first, so that a later revision has a later state of the session.
+    let mut revisions = app.revisions();
     let session = app.session();
     let current = session.current().clone();
     let line = session.line().map(|state| (state.clone(), false));
@@ -54,10 +64,11 @@ fn document(app: &App) -> Value {
     let first = states
         .first()
         .map_or_else(|| current.clone(), |(s, _)| s.clone());
-    let states: Vec<Value> = states.iter().map(|(s, p)| state_row(s, *p)).collect();
+    let holes = hole_rows(&current);
+    let lists = [state_list(&states), hole_list(&holes)];
     let images = current.textures().count();
     let texture = (images > 0).then(|| json!({ "url": "api/texture/0", "count": images }));
-    json!({
+    let members = json!({
         "program": { "version": env!("CARGO_PKG_VERSION") },
         "file": {
             "name": app.input.file_name().unwrap_or_default().to_string_lossy(),
@@ -68,13 +79,11 @@ fn document(app: &App) -> Value {
         },
         "deliver": saved_row(app, current.id),
         "current": current.id,
-        "states": states,
         "undo": undo,
         "redo": redo,
         "unsaved": unsaved,
         "earlier": app.earlier.as_ref().map(|file| file.display().to_string()),
         "session": { "path": app.store.path().display().to_string(), "error": app.store.error() },
-        "holes": hole_rows(&current),
         "choices": choices.actions(&current),
         "crease_ends": current.inspected["crease_ends"],
         "creases": choices.creases(&current),
@@ -98,7 +107,38 @@ fn document(app: &App) -> Value {
             "repair": default_params::<RepairParams>(),
         },
         "scene": scene(app, &current, &first),
-    })
+    });
+    revisions.answer(known, &members, &lists)
+}
+
+/// The rows of the meshes. A mesh with its step never changes, so that its number and its place in the session stand for the content.
+fn state_list(states: &[(Arc<MeshState>, bool)]) -> List<'_> {
+    let row = |(state, preview): &(Arc<MeshState>, bool)| Row {
+        id: state.id,
+        hash: hash(&(state.id, preview)),
+    };
+    List {
+        name: "states",
+        rows: states.iter().map(row).collect(),
+        object: Box::new(|index| state_row(&states[index].0, states[index].1)),
+    }
+}
+
+/// The rows of the holes.
+fn hole_list(holes: &[Value]) -> List<'_> {
+    let row = |hole: &Value| {
+        let mut content = hole.clone();
+        let id = content["id"].take().as_u64().unwrap_or_default();
+        Row {
+            id: id as u32,
+            hash: hash(&content.to_string()),
+        }
+    };
+    List {
+        name: "holes",
+        rows: holes.iter().map(row).collect(),
+        object: Box::new(|index| holes[index].clone()),
+    }
 }
 
 fn default_params<P: Default + Serialize>() -> Value {
@@ -133,7 +173,7 @@ fn state_row(state: &MeshState, preview: bool) -> Value {
         "complete": step.map(|s| s.complete),
         "vertices": mesh.positions.len(),
         "faces": mesh.faces.len(),
-        "report": step.map(|s| &s.document),
+        "report": step.map(|s| without_others(&s.document)),
         "preview": preview,
     })
 }
@@ -142,14 +182,32 @@ fn mask_row(mask: &NamedMask) -> Value {
     json!({ "name": mask.name, "count": mask.faces.count(), "gone": mask.gone })
 }
 
-/// The holes; those that the last step left open have its outcome and reason. They are matched by centre and number of edges.
-fn hole_rows(state: &MeshState) -> Value {
-    let mut holes = state.inspected["holes"].clone();
+/// The report of a step without the holes that the step was not asked to fill.
+fn without_others(report: &Value) -> Value {
+    let mut report = report.clone();
+    if let Some(holes) = report["holes"].as_array_mut() {
+        holes.retain(|hole| !is_other(hole));
+    }
+    report
+}
+
+/// Whether a hole of a report was left open because other holes were chosen.
+fn is_other(hole: &Value) -> bool {
+    let reason = LeftReason::NotChosen.to_string();
+    hole["outcome"] == "left" && hole["reason"] == reason.as_str()
+}
+
+/// The holes; a hole that the last step was asked to fill and left open has the outcome and the reason. Holes are matched by centre and
+/// number of edges.
+fn hole_rows(state: &MeshState) -> Vec<Value> {
+    let holes = state.inspected["holes"].as_array();
+    let mut holes = holes.cloned().unwrap_or_default();
     let reported = state.step.as_ref().map(|step| &step.document["holes"]);
     let key = |hole: &Value| (hole["centre"].to_string(), hole["edges"].as_u64());
     let reported = reported.and_then(Value::as_array).into_iter().flatten();
+    let reported = reported.filter(|hole| !is_other(hole));
     let reported: HashMap<_, _> = reported.map(|hole| (key(hole), hole)).collect();
-    for hole in holes.as_array_mut().into_iter().flatten() {
+    for hole in &mut holes {
         if let Some(before) = reported.get(&key(hole)) {
             hole["outcome"] = before["outcome"].clone();
             hole["reason"] = before["reason"].clone();
@@ -182,7 +240,7 @@ fn attribute_rows(attributes: &Attributes) -> Vec<Value> {
 
 /// The initial view: facing the first hole of the input file that is no outer border, or from a corner if there is none.
 fn scene(app: &App, state: &MeshState, first: &MeshState) -> Value {
-    let [low, high] = state.loaded.mesh.bounds();
+    let [low, high] = state.bounds;
     let size = high - low;
     let up = match size.y > size.z {
         true => glam::DVec3::Y,

@@ -103,7 +103,7 @@ export class Display {
   /** Shows a state and, if `before` is not null, another one to compare with; `names` are the labels of both sides. */
   async states(after, before, names = null) {
     const { model, viewer } = this.app, wanted = this.wanted = {};
-    const [mesh, old] = await Promise.all([model.mesh(after), before === null ? null : model.mesh(before)]);
+    const [mesh, old] = await Promise.all([model.firstMesh(after), before === null ? null : model.firstMesh(before)]);
     if (this.wanted !== wanted) return;
     this.shown = { after, before, names };
     this.side("after", mesh);
@@ -117,8 +117,11 @@ export class Display {
     this.showSides();
     this.ambient();
     await this.setColour(this.colour);
-    this.ready(mesh);
-    if (old) this.ready(old);
+    for (const shown of [mesh, old]) if (shown) this.ready(shown);
+    // Until a large mesh is prepared its coarse version is shown.
+    for (const { id, coarse } of [mesh, old].filter(Boolean)) {
+      if (coarse) model.wholeMesh(id).then(() => this.wanted === wanted && this.states(after, before, names)).catch((error) => this.app.say(error.message, true));
+    }
   }
 
   side(name, mesh) {
@@ -144,6 +147,16 @@ export class Display {
   async ready(mesh) {
     const found = await this.app.model.prepare(mesh).catch((error) => this.app.say(error.message, true));
     if (!found) return;
+    if (!mesh.coarse) this.paintable(mesh, found);
+    const surface = this.app.viewer.surfaces.get(mesh);
+    if (!surface || surface.order) return;
+    surface.setOrder(found.order);
+    if (found.thin) surface.setLevel("thin", found.thin);
+    this.app.viewer.costs = {};
+  }
+
+  /** Makes a prepared mesh ready for painting. */
+  paintable(mesh, found) {
     mesh.topology ??= new Topology(mesh, found);
     const fresh = !mesh.mask;
     mesh.mask ??= new Mask(mesh);
@@ -153,11 +166,6 @@ export class Display {
     mesh.parent = null;
     if (fresh && mesh === this.app.mesh()) this.app.painted();
     if (this.app.viewer.options.folds) this.rims();
-    const surface = this.app.viewer.surfaces.get(mesh);
-    if (!surface || surface.order) return;
-    surface.setOrder(found.order);
-    if (found.thin) surface.setThin(found.thin);
-    this.app.viewer.costs = {};
   }
 
   /** Marks the faces of the current mesh that the program has as marked. */
@@ -204,7 +212,7 @@ export class Display {
   /** Colours one side, unless another colouring is chosen before the values arrive. */
   async colourSide(name, side, surface, colouring) {
     const id = this.shown[side], isAfter = side === "after";
-    if (name === "plain") return surface.setColour({ kind: 0 });
+    if (name === "plain" || surface.mesh.coarse) return surface.setColour({ kind: 0 });
     if (name === "texture") return this.texture(id, surface, colouring);
     const other = this.shown[isAfter ? "before" : "after"], { reference } = this.app.band;
     if (name === "deviation" && !isAfter) return surface.setColour({ kind: 0 });

@@ -191,7 +191,8 @@ export class Holes {
       button.setAttribute("aria-label", tr("row_label", { name, diameter: digits(hole.diameter) + this.app.unit(), edges: hole.edges, doing: doingName(doing) }));
     }
     find("#holes-text").textContent = this.text();
-    find("#copy-holes").hidden = !find("#holes-text").textContent.startsWith("--");
+    find("#copy-holes").hidden = !this.canFill();
+    find("#fill-all").disabled = Boolean(this.app.steps.job) || !this.canFill();
     const { size } = this.picked;
     find("#fill-chosen").disabled = !size;
     find("#fill-chosen").textContent = size > 1 ? tr("fill_these", { count: size }) : size ? tr("fill_hole", { id: this.chosen }) : tr("fill_this");
@@ -244,6 +245,11 @@ export class Holes {
     return `--holes ${holes ? holes.join(",") : "all"}${listed("--keep-open", open)}${listed("--flat", flat)}${groups("--bridge", bridge)}${groups("--crease", crease)}`;
   }
 
+  /** Whether any hole is to be filled, and no choice contradicts another. */
+  canFill() {
+    return this.text().startsWith("--");
+  }
+
   /** Chooses a hole and moves the view there. `adds` adds it to the chosen ones, `range` all holes of the list from the last one to it. */
   choose(id, flies = true, { adds = false, range = false } = {}) {
     const hole = this.list.find((h) => h.id === id), { viewer } = this.app, mesh = viewer.sides.after?.mesh, last = this.chosen;
@@ -286,7 +292,7 @@ export class Holes {
   }
 
   drawOver() {
-    const { viewer } = this.app, mesh = this.app.mesh(), at = mesh && this.over ? mesh.rimIds.indexOf(this.over) : -1;
+    const { viewer } = this.app, mesh = this.app.shown(), at = mesh && this.over ? mesh.rimIds.indexOf(this.over) : -1;
     const line = find("#over"), pane = viewer.panes().find((p) => p.side === "after"), rim = at >= 0 ? mesh.rims[at] : [];
     const points = [];
     for (let k = 0; pane && k < rim.length; k += 3) {

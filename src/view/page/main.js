@@ -55,10 +55,16 @@ class App {
     }
   }
 
-  /** The current mesh; null while it is not shown. */
-  mesh() {
+  /** The current mesh or its coarse version; null while neither is shown. */
+  shown() {
     const mesh = this.viewer?.sides.after?.mesh;
     return mesh && mesh.id === this.model.state.current ? mesh : null;
+  }
+
+  /** The current mesh; null while it is not shown. */
+  mesh() {
+    const mesh = this.shown();
+    return mesh?.coarse ? null : mesh;
   }
 
   mask() {
@@ -186,8 +192,9 @@ class App {
 
   /** Handles a click in the view: shows the point, and chooses the hole or crease end there, or measures. */
   clicked(event, at) {
-    const met = this.viewer.pick(...at);
-    if (met.point) this.point.choose(met.point, event.altKey);
+    const met = this.viewer.pick(...at), { coarse } = this.viewer.sides[met.aim.side]?.mesh ?? {};
+    if (this.tool in MEASURES && coarse) return this.say(tr("still_preparing"), true);
+    if (met.point && !coarse) this.point.choose(met.point, event.altKey);
     if (this.tool in MEASURES) return this.measure.click(this.tool, met);
     if (this.tab === "paint") return undefined;
     const end = this.creases.at(at);
@@ -217,7 +224,7 @@ async function begin() {
   const started = performance.now();
   const state = await app.model.fetchState(), { states, current, scene, parameters, defaults, file, formats } = state;
   // Load the mesh while the graphics card is initialised.
-  app.model.mesh(current).catch(() => null);
+  app.model.firstMesh(current).catch(() => null);
   app.viewer = new Viewer(find("#view"), { radius: scene.radius, faces: states.find((s) => s.id === current).faces, parts: true });
   app.viewer.options.show = "after";
   const { viewer } = app;

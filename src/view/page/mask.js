@@ -1,7 +1,7 @@
 // The marked faces of a mesh, with undo and redo of strokes; face numbers from text.
 
 import { MASKED } from "../../report/viewer/geometry.js";
-import { runsOf } from "./net.js";
+import { numbersAfter, runsOf } from "./net.js";
 import { tr } from "./strings.js";
 
 /** Upper bound of the number of strokes that can be undone. */
@@ -93,14 +93,14 @@ export class Mask {
    * a new face). Only if both meshes have the same marks, since strokes reverse marks.
    */
   inherit(before, { kept, replaced }) {
-    const places = new Map(), put = (old, now) => places.has(old) ? places.get(old).push(now) : places.set(old, [now]);
-    let next = 0;
-    for (let i = 0; i < kept.length; i += 2) for (let face = kept[i]; face < kept[i + 1]; face++) put(face, next++);
-    for (let i = 0; i < replaced.length; i += 2) put(replaced[i], replaced[i + 1]);
+    if (!before.done.length && !before.undone.length) return;
+    const numbers = numbersAfter(kept), others = new Map();
+    for (let i = 0; i < replaced.length; i += 2) others.set(replaced[i], [...others.get(replaced[i]) || [], replaced[i + 1]]);
+    const places = (face) => [...numbers[face] >= 0 ? [numbers[face]] : [], ...others.get(face) || []];
     const on = new Uint8Array(this.on.length);
-    for (const [old, now] of places) if (before.on[old]) for (const face of now) on[face] = 1;
+    for (let old = 0; old < before.on.length; old++) if (before.on[old]) for (const face of places(old)) on[face] = 1;
     if (on.some((mark, face) => mark !== this.on[face])) return;
-    const moved = (strokes) => strokes.map((stroke) => Uint32Array.from([...stroke].flatMap((face) => places.get(face) || []))).filter((stroke) => stroke.length);
+    const moved = (strokes) => strokes.map((stroke) => Uint32Array.from([...stroke].flatMap(places))).filter((stroke) => stroke.length);
     this.done = moved(before.done);
     this.undone = moved(before.undone);
   }

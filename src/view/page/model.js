@@ -1,11 +1,45 @@
 // The state of the session and its meshes: each mesh is fetched once, and only the changes if a related mesh is loaded.
 
 import { ORIGIN, vertexNormals } from "../../report/viewer/geometry.js";
-import { askArrays, askJson } from "./net.js";
+import { askArrays, askJson, numbersAfter } from "./net.js";
 import { tr } from "./strings.js";
 
 /** Number of meshes kept in memory besides the shown ones. */
 const KEPT_MESHES = 4;
+/** Number of faces from which on a mesh has a coarse version. */
+const HUGE = 2_000_000;
+/** The lists of the state of which only changes are sent. */
+const LISTS = ["states", "holes"];
+
+/** The state that the program sent, completed with the members and rows that it left out, since the page has them in `known`. */
+function completed(sent, known) {
+  const old = sent.known === undefined ? {} : known, state = { ...old, ...sent };
+  const rows = ([first, end, id], list) => list.slice(first, end).map((row, i) => ({ ...row, id: id + i }));
+  for (const name of LISTS) if (sent[name]) state[name] = sent[name].flatMap((part) => Array.isArray(part) ? rows(part, old[name]) : [part]);
+  return state;
+}
+
+/** The number of items in ranges. */
+const countOf = (ranges) => ranges.reduce((sum, x, i) => sum + (i % 2 ? x : -x), 0);
+
+/**
+ * A simplified version of a mesh after a step: its faces for which the face of the mesh and all corners are kept, and all new faces.
+ * `vertex` and `face` have the new numbers.
+ */
+function levelAfter(old, vertex, face, first, faces) {
+  const corners = [], numbers = [];
+  for (let i = 0; i < old.numbers.length; i++) {
+    const number = face[old.numbers[i]] ?? -1, [a, b, c] = [0, 1, 2].map((k) => vertex[old.faces[3 * i + k]] ?? -1);
+    if (number < 0 || a < 0 || b < 0 || c < 0) continue;
+    corners.push(a, b, c);
+    numbers.push(number);
+  }
+  for (let f = first; f < faces.length / 3; f++) {
+    corners.push(faces[3 * f], faces[3 * f + 1], faces[3 * f + 2]);
+    numbers.push(f);
+  }
+  return { faces: Uint32Array.from(corners), numbers: Uint32Array.from(numbers) };
+}
 
 /** The items of an array in the given ranges, followed by `extra`; `parts` numbers an item. */
 function gathered(values, parts, ranges, extra) {
@@ -51,12 +85,18 @@ export class Model {
   constructor() {
     this.meshes = new Map();
     this.rims = new Map();
+    this.coarse = new Map();
+    /** The large meshes that are here and prepared. */
+    this.whole = new Set();
     this.values = new Map();
     this.state = null;
   }
 
+  /** Fetches the state: only the changes if the page has one. Of two answers that cross, the later state counts. */
   async fetchState() {
-    return this.state = await askJson("state");
+    const known = this.state, state = completed(await askJson(known ? `state?known=${known.revision}` : "state"), known);
+    if (!this.state || state.revision >= this.state.revision) this.state = state;
+    return this.state;
   }
 
   /** The state with the given number. */
@@ -71,34 +111,91 @@ export class Model {
   /** The mesh of a state, with its rims. */
   async mesh(id) {
     if (!this.meshes.has(id)) {
-      const made = Promise.all([this.fetchMesh(id), this.fetchRims(id)]).then(([mesh, rims]) => Object.assign(mesh, rims));
+      const made = Promise.all([this.fetchMesh(id), this.rimsOf(id)]).then(([mesh, rims]) => Object.assign(mesh, rims));
       made.catch(() => this.meshes.delete(id));
       this.meshes.set(id, made);
     }
     return this.meshes.get(id);
   }
 
+  /** The number of a mesh on the page that a mesh was made from, or that was made from it. */
+  near(id) {
+    return [this.find(id)?.parent, ...this.state.states.filter((s) => s.parent === id).map((s) => s.id)].find((other) => this.meshes.has(other));
+  }
+
+  /** The mesh of a state to show first: the coarse version if it is large, and neither it nor a related mesh is here. */
+  firstMesh(id) {
+    const isCoarse = this.find(id).faces >= HUGE && !this.whole.has(id) && this.near(id) === undefined;
+    return isCoarse ? this.coarseMesh(id) : this.mesh(id);
+  }
+
+  /** The mesh of a large state, once it has been prepared. */
+  async wholeMesh(id) {
+    const [mesh, { clusters }] = await Promise.all([this.mesh(id), this.coarseMesh(id)]);
+    mesh.levels.clusters = { faces: clusters.faces.map((v) => clusters.vertices[v]), numbers: clusters.numbers };
+    await this.prepare(mesh);
+    this.whole.add(id);
+    this.coarse.delete(id);
+    return mesh;
+  }
+
+  /** The coarse version of a large mesh, as a mesh of its own. */
+  coarseMesh(id) {
+    if (!this.coarse.has(id)) {
+      const made = Promise.all([askArrays(`coarse/${id}`), this.rimsOf(id)]).then(([{ header, arrays }, rims]) => {
+        const { positions, faces, origin, region, numbers, vertices } = arrays, facts = stateFacts(origin, region, faces.length / 3);
+        const shape = { positions, faces, facts, normals: vertexNormals(positions, faces), centre: header.centre };
+        return { id, coarse: true, levels: {}, ...shape, marks: origin.includes(1) || origin.includes(2), earlier: 0.35, clusters: { faces, numbers, vertices }, ...rims };
+      });
+      made.catch(() => this.coarse.delete(id));
+      this.coarse.set(id, made);
+    }
+    return this.coarse.get(id);
+  }
+
   async fetchMesh(id) {
-    const near = [this.find(id)?.parent, ...this.state.states.filter((s) => s.parent === id).map((s) => s.id)].find((other) => this.meshes.has(other));
-    const old = near === undefined ? null : await this.meshes.get(near).catch(() => null);
+    const near = this.near(id), old = near === undefined ? null : await this.meshes.get(near).catch(() => null);
     const { header, arrays } = await askArrays(`mesh/${id}` + (old ? `?from=${near}` : ""));
-    let { positions, faces, origin, region } = arrays, parent = null;
+    let { positions, faces, origin, region } = arrays, parent = null, levels = {};
     if (Number.isInteger(header.from)) {
       const { kept_vertices: vertices, kept_faces: kept } = arrays;
       positions = gathered(old.positions, 3, vertices, positions);
-      faces = gathered(renumbered(gathered(old.faces, 3, kept, new Uint32Array()), vertices), 3, [0, kept.reduce((n, x, i) => n + (i % 2 ? x : -x), 0)], faces);
+      faces = gathered(renumbered(gathered(old.faces, 3, kept, new Uint32Array()), vertices), 3, [0, countOf(kept)], faces);
+      const vertex = numbersAfter(vertices), face = numbersAfter(kept), first = countOf(kept);
+      levels = Object.fromEntries(Object.entries(old.levels).map(([name, level]) => [name, levelAfter(level, vertex, face, first, faces)]));
       if (near === this.find(id)?.parent) parent = { mesh: old, kept, replaced: arrays.replaced };
       [origin, region] = [spread(arrays.origin_runs, faces.length / 3), spread(arrays.region_runs, faces.length / 3)];
     }
     const facts = stateFacts(origin, region, faces.length / 3), fresh = origin.includes(1) || origin.includes(2);
-    return { id, positions, faces, facts, normals: vertexNormals(positions, faces), marks: fresh, earlier: 0.35, centre: header.centre, parent };
+    return { id, positions, faces, facts, normals: vertexNormals(positions, faces), marks: fresh, earlier: 0.35, centre: header.centre, parent, levels };
+  }
+
+  /** The rims of a mesh. */
+  rimsOf(id) {
+    if (!this.rims.has(id)) {
+      const made = this.fetchRims(id);
+      made.catch(() => this.rims.delete(id));
+      this.rims.set(id, made);
+    }
+    return this.rims.get(id);
   }
 
   async fetchRims(id) {
-    const { arrays: { points, starts, ids } } = await askArrays(`rims/${id}`);
-    const rims = [], numbers = [...(ids || [])];
-    for (let i = 0; i + 1 < starts.length; i++) rims.push(points.subarray(3 * starts[i], 3 * starts[i + 1]));
-    return { rims, rimIds: numbers };
+    const near = this.near(id), old = near === undefined ? null : await this.rimsOf(near).catch(() => null);
+    const { arrays: { parts, points, starts } } = await askArrays(`rims/${id}` + (old ? `?from=${near}` : ""));
+    const rims = [], rimIds = [];
+    for (let i = 0, own = 0; i < parts.length; i += 3) {
+      const [first, end, number] = parts.subarray(i, i + 3);
+      for (let k = first; k < end; k++) {
+        rims.push(old.rims[k]);
+        rimIds.push(number + k - first);
+      }
+      if (end > first) continue;
+      rims.push(points.subarray(3 * starts[own], 3 * starts[own + 1]));
+      rimIds.push(number);
+      own++;
+    }
+    return { rims, rimIds };
   }
 
   /** Values to colour a state, with their header. Values measured from a file are not cached, since the file may change. */
@@ -117,12 +214,16 @@ export class Model {
   /** Drops the oldest unused meshes, except the last [KEPT_MESHES]. */
   forget(used) {
     const gone = [...this.meshes.keys()].filter((id) => !used.includes(id)).slice(0, -KEPT_MESHES);
-    for (const id of gone) this.meshes.delete(id);
+    for (const id of gone) for (const kept of [this.meshes, this.rims, this.whole]) kept.delete(id);
   }
 
   /** Lets the worker compute the adjacency of a mesh, the order of its faces and a coarse version. */
   prepare(mesh) {
-    return mesh.prepared ??= this.work({ positions: mesh.positions, faces: mesh.faces });
+    return mesh.prepared ??= this.work({ positions: mesh.positions, faces: mesh.faces }).then((found) => {
+      mesh.order = found.order;
+      if (found.thin) mesh.levels.thin = found.thin;
+      return found;
+    });
   }
 
   /** Lets the worker compute the part of the ambient light that reaches each vertex. */

@@ -93,3 +93,10 @@ export function runsOf(bytes) {
   }
   return runs;
 }
+
+/** The new numbers of items after only the items in the ranges were kept; -1 for the others. */
+export function numbersAfter(ranges) {
+  const numbers = new Int32Array(ranges[ranges.length - 1] || 0).fill(-1);
+  for (let i = 0, at = 0; i < ranges.length; i += 2) for (let k = ranges[i]; k < ranges[i + 1]; k++) numbers[k] = at++;
+  return numbers;
+}

@@ -1,6 +1,7 @@
 // Painting of masks: brush, box, lasso, whole components and smooth areas, by pointer or keyboard; strokes of the smoothing brush.
 
 import { dot } from "../../report/viewer/camera.js";
+import { WHOLE } from "../../report/viewer/viewer.js";
 import { tr } from "./strings.js";
 
 const SVG = "http://www.w3.org/2000/svg";
@@ -19,6 +20,13 @@ export function isInside(polygon, x, y) {
 export const PAINTS = ["brush", "fair", "box", "lasso", "component", "smooth"];
 /** The tools with a radius. */
 const BRUSHES = ["brush", "fair"];
+
+/** The smallest box with two boxes: left, top, width and height; the first one may be null. */
+function joined(a, b) {
+  if (!a) return b;
+  const left = Math.min(a[0], b[0]), top = Math.min(a[1], b[1]);
+  return [left, top, Math.max(a[0] + a[2], b[0] + b[2]) - left, Math.max(a[1] + a[3], b[1] + b[3]) - top];
+}
 
 const corners = ([a, b], [c, d]) => [[a, b], [c, b], [c, d], [a, d]];
 
@@ -97,6 +105,7 @@ export class Paint {
       move: (event, to) => { dab(to); this.ring(to); },
       end: (event, broken) => {
         ink.end(broken);
+        this.redrawStroke();
         this.ring(null);
         this.notify();
       },
@@ -114,32 +123,37 @@ export class Paint {
   dab({ topology }, { face, point }, last, ink) {
     const { eye } = this.viewer.camera, sign = Math.sign(topology.front(face, eye)) || 1, [x, y, z, w] = this.viewer.section;
     const seen = (f) => !this.facing || topology.front(f, eye) * sign > 0;
-    const kept = (f) => dot([x, y, z], topology.middle(f)) <= w;
+    const kept = (f) => this.viewer.section === WHOLE || dot([x, y, z], topology.middle(f)) <= w;
     const faces = topology.along(face, point, last, this.radius, (f) => seen(f) && kept(f));
     const changed = ink.put(faces);
     if (!changed) return;
     this.side.surface.changed(...changed);
-    this.drawRound(topology, faces);
+    this.drawRound(topology, faces, [last, point]);
   }
 
-  /** Draws the part of the view again that shows the given faces. */
-  drawRound(topology, faces) {
-    const { viewer } = this, pane = this.pane(), step = Math.max(1, faces.length / 4000 | 0);
-    let [left, top, right, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
-    for (let i = 0; i < faces.length; i += step) {
-      const at = viewer.onPage(topology.middle(faces[i]), pane);
-      if (!at) continue;
-      left = Math.min(left, at[0]);
-      right = Math.max(right, at[0]);
-      top = Math.min(top, at[1]);
-      bottom = Math.max(bottom, at[1]);
-    }
-    if (right < left) return;
-    const { mesh } = topology, a = 3 * mesh.faces[3 * faces[0]], b = 3 * mesh.faces[3 * faces[0] + 1];
-    const edge = Math.hypot(...[0, 1, 2].map((k) => mesh.positions[a + k] - mesh.positions[b + k]));
-    const p = viewer.place(topology.middle(faces[0])), half = viewer.aim(0, 0).half, room = 6 + Math.min(120, 2 * edge / p.unit * half);
+  /** Draws the given faces again, which the brush has touched between two points. */
+  drawRound({ mesh }, faces, points) {
+    const { viewer } = this, pane = this.pane(), { half } = viewer.aim(0, 0);
     if (viewer.drewThin || viewer.coarse) return viewer.refresh();
-    viewer.draw(false, [left - room, top - room, right - left + 2 * room, bottom - top + 2 * room]);
+    const a = 3 * mesh.faces[3 * faces[0]], b = 3 * mesh.faces[3 * faces[0] + 1];
+    const edge = Math.hypot(...[0, 1, 2].map((k) => mesh.positions[a + k] - mesh.positions[b + k]));
+    let part = null;
+    for (const point of points) {
+      const at = viewer.onPage(point, pane), pixels = half / viewer.place(point).unit;
+      // Faces nearer to the eye look larger, and reach over the brush.
+      const room = 6 + 1.2 * this.radius * pixels + Math.min(120, 2 * edge * pixels);
+      if (at) part = joined(part, [at[0] - room, at[1] - room, 2 * room, 2 * room]);
+    }
+    if (!part) return;
+    this.stroked = joined(this.stroked, part);
+    viewer.draw(false, part, { side: pane.side, faces: Uint32Array.from(faces) });
+  }
+
+  /** Draws the part of the view with the last stroke again, with the rims over it. */
+  redrawStroke() {
+    const { viewer, stroked } = this;
+    this.stroked = null;
+    if (stroked && !viewer.drewThin && !viewer.coarse) viewer.draw(false, stroked);
   }
 
   /** Marks the component under a point, or its part up to sharp edges. */

@@ -163,7 +163,8 @@ export class Steps {
   }
 
   buttons() {
-    for (const query of ["#run", "#preview", "#fill-all", "#to-restore", "#to-fair"]) find(query).disabled = Boolean(this.job);
+    for (const query of ["#run", "#preview", "#to-restore", "#to-fair"]) find(query).disabled = Boolean(this.job);
+    find("#fill-all").disabled = Boolean(this.job) || !this.app.holes.canFill();
     find("#fill-chosen").disabled = Boolean(this.job) || !this.app.holes.picked.size;
     const { undo, redo } = this.app.model.state;
     find("#undo").disabled = Boolean(this.job) || !undo;

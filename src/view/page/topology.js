@@ -77,11 +77,13 @@ export class Topology {
 
   /** The faces that are connected to `face` and whose centroids are within a radius of the segment between two points. */
   along(face, from, to, radius, wanted) {
-    const way = minus(to, from), length = dot(way, way) || 1;
+    const { positions: p, faces } = this.mesh, [fx, fy, fz] = from, [wx, wy, wz] = minus(to, from), length = wx * wx + wy * wy + wz * wz || 1;
+    // Without vectors as arrays: this runs for thousands of faces while the pointer moves.
     return this.spread([face], (other) => {
-      const d = minus(this.middle(other), from), t = Math.min(1, Math.max(0, dot(d, way) / length));
-      const off = minus(d, times(way, t));
-      return dot(off, off) <= radius * radius && wanted(other);
+      const a = 3 * faces[3 * other], b = 3 * faces[3 * other + 1], c = 3 * faces[3 * other + 2];
+      const x = (p[a] + p[b] + p[c]) / 3 - fx, y = (p[a + 1] + p[b + 1] + p[c + 1]) / 3 - fy, z = (p[a + 2] + p[b + 2] + p[c + 2]) / 3 - fz;
+      const t = Math.min(1, Math.max(0, (x * wx + y * wy + z * wz) / length)), u = x - t * wx, v = y - t * wy, w = z - t * wz;
+      return u * u + v * v + w * w <= radius * radius && wanted(other);
     });
   }
 
