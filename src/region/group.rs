@@ -14,9 +14,9 @@ use crate::tuning::tuning;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum VoxelSize {
-    /// Chosen from the hole. With a finish: 12 voxels across the hole, 10 where its rim has at most 25 edges, more where it is a
-    /// slot, up to 96 where a region has a small loop. Without a finish: 32 voxels, up to 64 where the rim is finer or the hole
-    /// is a slot. With the curvature-variation energy 2.5 times as many, at most 128.
+    /// Chosen from the hole. With a finish: 16 voxels across the hole, 10 where its rim has at most 25 edges, or at most 60 and the
+    /// surface bends little around it, more where it is a slot, up to 96 where a region has a small loop. Without a finish: 32
+    /// voxels, up to 64 where the rim is finer or the hole is a slot. With the curvature-variation energy 2.5 times as many, at most 128.
     #[default]
     Auto,
     /// A length in the mesh's units; at least 1/1024 of the widest hole.
@@ -233,9 +233,17 @@ pub struct BoxSize {
     pub refine: f64,
 }
 
-/// Whether a region has a single rim of few edges.
-fn has_short_rim(holes: &[&Hole]) -> bool {
-    matches!(holes, [hole] if hole.edges <= tuning().region.short_rim)
+/// Whether a region has a single rim with a patch of few vertices, or of some hundred around which the surface bends little.
+fn has_simple_rim(holes: &[&Hole]) -> bool {
+    let rules = &tuning().region;
+    matches!(holes, [hole] if hole.edges <= rules.short_rim
+        || hole.edges <= rules.medium_rim && tilt(hole) < rules.slight_tilt)
+}
+
+/// The sine of the angle between the surface around a hole and the plane of its rim, root mean square over the rim's edges.
+fn tilt(hole: &Hole) -> f64 {
+    let squares = hole.conormals.iter().map(|c| c.dot(hole.normal).powi(2));
+    (squares.sum::<f64>() / hole.edges as f64).sqrt()
 }
 
 impl Region {
@@ -260,8 +268,8 @@ impl Region {
             .filter(|h| h.edges > 8)
             .map(|h| (h.diameter / h.width.max(1e-3 * h.diameter)).min(tuning().region.narrowest))
             .fold(1.0, f64::max);
-        let coarse = match has_short_rim(holes) {
-            true => tuning().region.across_short,
+        let coarse = match has_simple_rim(holes) {
+            true => tuning().region.across_simple,
             false => tuning().region.across_coarse,
         };
         let (across, by_edges) = match size.coarse {
@@ -316,8 +324,8 @@ impl Region {
         let bulge = (tuning().region.margin_part * widest
             - tuning().region.margin_taken * (high - low))
             .max(DVec3::splat(tuning().region.least_margin * widest));
-        let nodes = match is_coarse && has_short_rim(holes) {
-            true => tuning().region.margin_short,
+        let nodes = match is_coarse && has_simple_rim(holes) {
+            true => tuning().region.margin_simple,
             false => tuning().region.margin_nodes,
         };
         let margin = |coarse: f64| growth * bulge + nodes * coarse;

@@ -14,15 +14,20 @@ thresholds! {
         rim_samples: usize = 240,
         /// Voxels across a hole.
         across: f64 = 32.0,
-        /// Voxels across a hole where the patch is finished on its own triangles. On 143 holes of scans finished patches with 16 and
-        /// a margin of 7 nodes were 1.3 % closer to the true surface, and took 1.3 times the time.
-        across_coarse: f64 = 12.0,
-        /// Edges. A single rim of at most this many edges is short: its patch has about fifty vertices, for which coarser voxels
+        /// Voxels across a hole where the patch is finished on its own triangles. On 143 holes of scans finished patches with 12
+        /// and a margin of 6 nodes were 1.3 % farther from the true surface, with 24 and more no closer.
+        across_coarse: f64 = 16.0,
+        /// Edges. A single rim of at most this many edges is simple: its patch has about fifty vertices, for which coarser voxels
         /// suffice.
         short_rim: usize = 25,
-        /// Voxels across a hole with a short rim whose patch is finished. On 43 such holes of scans patches were 2 % closer to the
-        /// true surface than with 14, on 23 others 1 % farther from it.
-        across_short: f64 = 10.0,
+        /// Edges. A single rim of at most this many edges is simple if the surface around it bends little.
+        medium_rim: usize = 60,
+        /// Sine of the angle between the surface around a hole and the plane of its rim. Up to this angle the surface bends little.
+        /// Patches that bend more had other, wrong shapes with coarser voxels, with seams three times as sharp.
+        slight_tilt: f64 = 0.5,
+        /// Voxels across a hole with a simple rim whose patch is finished. On 99 holes of scans with at most 60 edges patches were
+        /// as close to the true surface as with 16 and a margin of 7 nodes; with 8 or 12 they were 1 % farther from it.
+        across_simple: f64 = 10.0,
         /// Ratio of diameter to width. Slots are resolved across their width up to this ratio; where the patch is finished,
         /// across the geometric mean of both: on 143 holes of scans that gave patches as close to the true surface in three
         /// quarters of the time.
@@ -40,10 +45,9 @@ thresholds! {
         /// Widths of the widest hole. Free space around the rims.
         margin_part: f64 = 0.5,
         /// Coarse voxels. Free space around the rims in addition to [`Self::margin_part`].
-        margin_nodes: f64 = 6.0,
-        /// The same for a short rim whose patch is finished. On 43 such holes of scans as accurate as 7; around longer rims it
-        /// made patches 0.6 % worse than 6.
-        margin_short: f64 = 5.0,
+        margin_nodes: f64 = 7.0,
+        /// The same for a simple rim whose patch is finished. With 4 patches were 1 % farther from the true surface.
+        margin_simple: f64 = 5.0,
         /// Blocks of nodes in a box on its coarsest level, at most: 16 million nodes. The box of a hole has about 1300, the box
         /// of facing rims a few diameters apart up to 1e5.
         most_blocks: f64 = 2.5e5,
