@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, area_vector};
 
 /// Number of faces, about, of a coarse version: as many as a picture has pixels.
 const FACES: f64 = 1e6;
@@ -28,10 +28,7 @@ pub struct Clusters {
 impl Clusters {
     /// A coarse version of a mesh with about a million faces, or fewer if the mesh has fewer.
     pub fn new(mesh: &Mesh) -> Self {
-        let area = |face| {
-            let [a, b, c] = mesh.corners(face);
-            0.5 * (b - a).cross(c - a).length()
-        };
+        let area = |face| 0.5 * area_vector(mesh.corners(face)).length();
         let faces = (0..mesh.faces.len() as u32).into_par_iter();
         let area: f64 = faces.map(area).sum();
         let mut cell = (FACES_OF_CELL * area / FACES).sqrt();

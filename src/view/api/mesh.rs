@@ -39,12 +39,21 @@ pub async fn mesh(
     Path((_, id)): Path<(String, u32)>,
     Query(From { from }): Query<From>,
 ) -> Answer {
-    let bytes = work(&app, move |app| {
+    compared(&app, id, from, packed).await
+}
+
+/// The bytes that `pack` makes of a mesh, compared with the mesh `from`, which the page has.
+async fn compared(
+    app: &Arc<App>,
+    id: u32,
+    from: Option<u32>,
+    pack: fn(&App, &MeshState, Option<&MeshState>) -> Vec<u8>,
+) -> Answer {
+    let bytes = work(app, move |app| {
         let state = state_of(app, id)?;
-        // If the other mesh does not exist any more, the whole mesh is sent.
+        // If the other mesh does not exist any more, everything is sent.
         let old = from.and_then(|id| state_of(app, id).ok());
-        let kept = old.and_then(|old| Some((kept_of(&old, &state)?, old.id)));
-        Ok(packed(app, &state, kept))
+        Ok(pack(app, &state, old.as_deref()))
     });
     Ok(bytes_answer(bytes.await?))
 }
@@ -60,7 +69,8 @@ fn kept_of(old: &MeshState, new: &MeshState) -> Option<Delta> {
     old.delta.as_ref().filter(kept_all).cloned()
 }
 
-fn packed(app: &App, state: &MeshState, kept: Option<(Delta, u32)>) -> Vec<u8> {
+fn packed(app: &App, state: &MeshState, old: Option<&MeshState>) -> Vec<u8> {
+    let kept = old.and_then(|old| Some((kept_of(old, state)?, old.id)));
     let mesh = &state.loaded.mesh;
     let from = kept.as_ref().map(|(_, id)| *id);
     let header = json!({ "id": state.id, "from": from, "centre": app.centre.to_array() });
@@ -146,12 +156,7 @@ pub async fn rims(
     Path((_, id)): Path<(String, u32)>,
     Query(From { from }): Query<From>,
 ) -> Answer {
-    let bytes = work(&app, move |app| {
-        let state = state_of(app, id)?;
-        let old = from.and_then(|id| state_of(app, id).ok());
-        Ok(packed_rims(app, &state, old.as_deref()))
-    });
-    Ok(bytes_answer(bytes.await?))
+    compared(&app, id, from, packed_rims).await
 }
 
 fn packed_rims(app: &App, state: &MeshState, old: Option<&MeshState>) -> Vec<u8> {
@@ -168,14 +173,14 @@ fn packed_rims(app: &App, state: &MeshState, old: Option<&MeshState>) -> Vec<u8>
         };
         state.holes.iter().map(row).collect()
     };
+    let (before, now) = (old.map(rows).unwrap_or_default(), rows(state));
     let (mut sent, mut points, mut starts) = (Vec::new(), Vec::new(), vec![0]);
-    for part in parts(&old.map(rows).unwrap_or_default(), &rows(state)) {
+    for part in parts(&before, &now) {
         match part {
             Part::Kept { first, end, id } => sent.extend([first as u32, end as u32, id]),
             Part::New(index) => {
-                let hole = &state.holes[index];
-                sent.extend([0, 0, hole.id.get() as u32]);
-                points.extend(rim(state, hole));
+                sent.extend([0, 0, now[index].id]);
+                points.extend(rim(state, &state.holes[index]));
                 starts.push(points.len() as u32 / 3);
             }
         }
