@@ -33,9 +33,11 @@ class Server:
 class Page(Browser):
     """The page, with a user's actions."""
 
-    def __init__(self, program, folder, keep):
+    def __init__(self, program, folder, keep, slow=1):
         super().__init__(program, folder, offline=False)
         self.wrong, self.keep = [], keep
+        # The browser's own brake: the page's scripts take `slow` times as long.
+        self.call("Emulation.setCPUThrottlingRate", rate=slow)
 
     def note(self, message):
         """Records errors, except for requests that the tests expect to fail: refused ones, and values that only one of two meshes has."""

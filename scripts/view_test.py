@@ -439,7 +439,7 @@ GROUPS = {
 }
 
 
-def run_group(name, chromium, program, base, keep):
+def run_group(name, chromium, program, base, keep, slow):
     """Runs a group of tests; returns what is wrong."""
     folder, profile = base / name / "files", base / name / "profile"
     folder.mkdir(parents=True)
@@ -447,7 +447,7 @@ def run_group(name, chromium, program, base, keep):
     if keep:
         (keep / name).mkdir(parents=True, exist_ok=True)
     start = time.monotonic()
-    page = Page(chromium, profile, keep and keep / name)
+    page = Page(chromium, profile, keep and keep / name, slow)
     print(f"{name}:", flush=True)
     try:
         GROUPS[name](page, program, folder)
@@ -462,13 +462,13 @@ def run_group(name, chromium, program, base, keep):
     return page.wrong
 
 
-def run_twice(name, chromium, program, base, keep):
+def run_twice(name, chromium, program, base, keep, slow):
     """Runs a group of tests, and once more if something is wrong: other load of the machine makes single events late, a fault of the page
     shows both times. Returns what is wrong the last time."""
-    wrong = run_group(name, chromium, program, base / "first", keep)
+    wrong = run_group(name, chromium, program, base / "first", keep, slow)
     if wrong:
         print(f"{name}: once more", flush=True)
-        wrong = run_group(name, chromium, program, base / "second", keep)
+        wrong = run_group(name, chromium, program, base / "second", keep, slow)
     return wrong
 
 
@@ -477,6 +477,7 @@ def main():
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
     parser.add_argument("--keep", type=Path, help="folder in which to keep screenshots")
     parser.add_argument("--only", choices=GROUPS)
+    parser.add_argument("--slow", type=float, default=1, help="how many times as long the page's scripts take: shows what a test reads too early")
     arguments = parser.parse_args()
     chromium = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
     if not chromium:
@@ -486,7 +487,7 @@ def main():
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as temporary:
         for name in GROUPS:
             if arguments.only in (None, name):
-                wrong = run_twice(name, chromium, arguments.isomend.resolve(), Path(temporary), arguments.keep)
+                wrong = run_twice(name, chromium, arguments.isomend.resolve(), Path(temporary), arguments.keep, arguments.slow)
                 failures += [(name, what) for what in wrong]
     return finish(failures)
 
