@@ -80,6 +80,7 @@ impl Model {
         };
         let earlier = std::mem::take(&mut errors.values);
         let count = self.mesh.positions.len();
+        errors.values.reserve_exact(count);
         for v in 0..count {
             let value = match v.checked_sub(kept).map(|i| expected_error.get(i)) {
                 None => earlier.get(v).copied().unwrap_or(0.0),
@@ -103,12 +104,14 @@ fn mark_patches(attributes: &mut Attributes, kept: usize, new: usize) {
         .position(|a| a.name == PATCH_NAME && a.components == 1);
     let at = found.unwrap_or_else(|| {
         let mut marks = Attribute::new(PATCH_NAME, Role::Other, Scalar::U8, 1);
-        marks.values = vec![0.0; kept];
+        marks.values = Vec::with_capacity(kept + new);
+        marks.values.resize(kept, 0.0);
         attributes.face.push(marks);
         attributes.face.len() - 1
     });
     let marks = &mut attributes.face[at];
     marks.values.truncate(kept);
+    marks.values.reserve_exact(new);
     marks.missing.truncate(kept);
     for _ in 0..new {
         marks.push(Some(&[1.0]));

@@ -60,7 +60,7 @@ impl<'a> LazyCounterpart<'a> {
             }
             Like::Template { mesh: template, .. } => {
                 let template = Inspection::new(template.as_ref()?.as_ref()).ok()?;
-                let own = template.mesh.clone();
+                let own = template.mesh.into_owned();
                 let found = Counterpart::template(mesh, own, &template.topology, scale, cancel);
                 Some(found)
             }

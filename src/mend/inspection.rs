@@ -17,8 +17,8 @@ pub struct Inspection<'m> {
     pub weld: Vec<u32>,
     /// Its holes, the longest first.
     pub holes: Vec<Hole>,
-    /// The welded mesh, its faces oriented consistently.
-    pub mesh: Mesh,
+    /// The welded mesh, its faces oriented consistently. Borrowed where the input is, and is so already.
+    pub mesh: Cow<'m, Mesh>,
     /// Its connectivity.
     pub topology: Topology,
     /// Boundary chains that do not close.
@@ -34,11 +34,19 @@ impl<'m> Inspection<'m> {
         let input = input.into();
         input.validate()?;
         let weld = weld_map(&input);
-        let welded = |f: &[u32; 3]| f.map(|v| weld[v as usize]);
-        let faces = input.faces.iter().map(welded).collect();
-        let mut mesh = Mesh::new(input.positions.clone(), faces);
-        let mut topology = Topology::new(&mut mesh);
         let own = weld.iter().zip(0u32..).filter(|(w, v)| *w == v).count();
+        let mut mesh = match input {
+            Cow::Borrowed(mesh) if own == weld.len() => Cow::Borrowed(mesh),
+            _ => {
+                let welded = |f: &[u32; 3]| f.map(|v| weld[v as usize]);
+                let faces = input.faces.iter().map(welded).collect();
+                Cow::Owned(Mesh::new(input.positions.clone(), faces))
+            }
+        };
+        let mut topology = Topology::without_orienting(&mesh);
+        if topology.defects.misoriented_edges > 0 {
+            topology.orient(mesh.to_mut());
+        }
         topology.defects.duplicate_vertices = weld.len() - own;
         let (holes, open_chains) = find_holes(&mesh, &mut topology);
         Ok(Self {
@@ -69,7 +77,7 @@ impl<'m> Inspection<'m> {
             input: Cow::Owned(self.input.into_owned()),
             weld: self.weld,
             holes: self.holes,
-            mesh: self.mesh,
+            mesh: Cow::Owned(self.mesh.into_owned()),
             topology: self.topology,
             open_chains: self.open_chains,
         }

@@ -30,7 +30,7 @@ impl CutResult<'_> {
 
     /// The surface before the cut with its holes closed, so that it has an inside everywhere.
     pub(super) fn closed(&self) -> ClosedSurface {
-        let mut mesh = self.before.mesh.clone();
+        let mut mesh = self.before.mesh.clone().into_owned();
         for hole in &self.before.holes {
             if let Ok(faces) = triangulate_loop(&self.before.mesh, &hole.rim) {
                 mesh.faces.extend(faces);

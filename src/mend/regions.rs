@@ -301,7 +301,16 @@ impl<'a> Regions<'a> {
             patches[i] = patch;
         }
         let input = &*self.found.input;
-        let mut mesh = input.clone();
+        // Of exactly the needed size: a clone that grows would take twice its own.
+        let all = |count: fn(&Mesh) -> usize| {
+            count(input) + patches.iter().map(|p| count(&p.mesh)).sum::<usize>()
+        };
+        let mut mesh = Mesh::new(
+            Vec::with_capacity(all(|mesh| mesh.positions.len())),
+            Vec::with_capacity(all(|mesh| mesh.faces.len())),
+        );
+        mesh.positions.extend(&input.positions);
+        mesh.faces.extend(&input.faces);
         let mut report = self.report();
         let mut expected_error = Vec::new();
         for (i, patch) in patches.into_iter().enumerate() {

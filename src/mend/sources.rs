@@ -24,6 +24,8 @@ const NEAR_PART: usize = 2;
 /// Sizes of the box of a region's first attempt. A region usually searches this far outside the box: the nearest surface point to
 /// a corner of the box is half a size away where the surface is flat.
 const USUAL_MARGIN: f64 = 0.6;
+/// The same, for the few queries from corners of the box that are farther away. On tori with ten holes they went up to 1.42 sizes.
+const WIDE_MARGIN: f64 = 1.5;
 
 /// Rings of faces around the known faces that distances need: one more than jets, for the normals at the vertices that jets are
 /// fitted to.
@@ -144,23 +146,14 @@ pub(super) fn places(
         let size = (first.high - first.low).max_element();
         // The rims are in the region: no nearest point is farther away than the region's diagonal.
         let diagonal = last.low.distance(last.high);
-        (first.widened(USUAL_MARGIN * size), last.widened(diagonal))
+        let [usual, wide] = [USUAL_MARGIN, WIDE_MARGIN].map(|margin| first.widened(margin * size));
+        [usual, wide, last.widened(diagonal)]
     };
-    let (usual, widest): (Vec<Bounds>, Vec<Bounds>) = groups.iter().map(boxes).unzip();
+    let boxes: Vec<[Bounds; 3]> = groups.iter().map(boxes).collect();
+    let usual: Vec<Bounds> = boxes.iter().map(|boxes| boxes[0]).collect();
     let faces = faces_at(mesh, topology, &usual, most)?;
-    let place = |((usual, widest), faces)| SearchArea {
-        usual,
-        widest,
-        faces,
-    };
-    Some(
-        usual
-            .into_iter()
-            .zip(widest)
-            .zip(faces)
-            .map(place)
-            .collect(),
-    )
+    let place = |(boxes, faces)| SearchArea { boxes, faces };
+    Some(boxes.into_iter().zip(faces).map(place).collect())
 }
 
 /// Components that share vertices, merged into bodies: non-manifold edges divide one surface into several components.

@@ -175,7 +175,7 @@ impl Topology {
     }
 
     /// Reverses the minority of the faces in every orientable component.
-    fn orient(&mut self, mesh: &mut Mesh) {
+    pub(crate) fn orient(&mut self, mesh: &mut Mesh) {
         let n = mesh.faces.len();
         let mut side = vec![0i8; n];
         // The side of each face relative to the first of its component.

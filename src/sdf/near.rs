@@ -16,11 +16,10 @@ const CHUNK: usize = 1 << 16;
 /// The part of the mesh that a region queries, and its faces.
 #[derive(Clone)]
 pub struct SearchArea {
-    /// The box that is sufficient for nearly all queries.
-    pub usual: Bounds,
-    /// The box that contains the closest points of all points of the region.
-    pub widest: Bounds,
-    /// The faces whose bounding boxes meet the usual box, in rising order, without degenerate ones.
+    /// Boxes, tried in order. The first is sufficient for nearly all queries, the last contains the closest points of all points
+    /// of the region.
+    pub boxes: [Bounds; 3],
+    /// The faces whose bounding boxes meet the first box, in rising order, without degenerate ones.
     pub faces: Arc<[u32]>,
 }
 
@@ -152,40 +151,43 @@ fn within<'a>(
     bounds.contains(&Bounds::of_ball(p, reach)).then_some(found)
 }
 
-/// Hierarchies over the faces near a region, each built at the first use.
+/// Hierarchies over the faces near a region: for each box of its search area one, built at the first use.
 pub(super) struct Near {
     place: SearchArea,
-    usual: OnceLock<Bvh>,
-    widest: OnceLock<Bvh>,
+    trees: [OnceLock<Bvh>; 3],
 }
 
 impl Near {
     pub(super) fn new(place: SearchArea) -> Self {
         Self {
             place,
-            usual: OnceLock::new(),
-            widest: OnceLock::new(),
+            trees: Default::default(),
         }
     }
 
     /// The closest point to `p` within `limit`: exactly the result of the hierarchy over all faces.
     pub(super) fn closest(&self, faces: &Faces, p: DVec3, limit: f64) -> Option<Closest> {
-        let usual = || {
-            let near = self.place.faces.iter().copied();
-            faces.over(near.filter(|&f| faces.is_wanted(f, false)).collect())
-        };
-        let widest = || {
-            log::debug!(
-                "a query of a region exceeds its usual box: building the hierarchy over the wider box"
-            );
-            let meets = |f: &u32| Bounds::of(faces.mesh.corners(*f)).meets(&self.place.widest);
-            faces.over(faces.list(false).filter(meets).collect())
-        };
-        let first = || self.usual.get_or_init(usual);
-        let second = || self.widest.get_or_init(widest);
-        within(&self.place.usual, p, limit, first)
-            .or_else(|| within(&self.place.widest, p, limit, second))
+        let levels = self.place.boxes.iter().zip(&self.trees).enumerate();
+        let mut found = levels.map(|(level, (bounds, tree))| {
+            within(bounds, p, limit, || {
+                tree.get_or_init(|| self.tree(faces, level))
+            })
+        });
+        found
+            .find_map(|found| found)
             .unwrap_or_else(|| faces.all().closest(p, limit))
+    }
+
+    /// The hierarchy over the queried faces that meet one of the boxes.
+    fn tree(&self, faces: &Faces, level: usize) -> Bvh {
+        if level == 0 {
+            let near = self.place.faces.iter().copied();
+            return faces.over(near.filter(|&f| faces.is_wanted(f, false)).collect());
+        }
+        log::debug!("queries of a region exceed its box: a hierarchy over wider box {level}");
+        let meets = |f: &u32| Bounds::of(faces.mesh.corners(*f)).meets(&self.place.boxes[level]);
+        let wide = faces.list(false).filter(meets).collect();
+        Bvh::for_few(faces.mesh, wide, faces.centre())
     }
 
     /// Calls `visit` with every face, including small components, whose bounding box meets the given one.
@@ -201,7 +203,7 @@ impl Near {
                 visit(f);
             }
         };
-        match self.place.usual.contains(bounds) {
+        match self.place.boxes[0].contains(bounds) {
             true => self.place.faces.iter().for_each(|&f| look(f)),
             false => (0..faces.mesh.faces.len() as u32).for_each(look),
         }

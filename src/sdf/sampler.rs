@@ -37,10 +37,20 @@ pub struct Sampler<'a> {
     near: Option<Arc<Near>>,
 }
 
+/// Consecutive vertices whose jets are stored together once one of them is fitted: in a large mesh most never are.
+const PAGE: usize = 256;
+
+/// The jets of consecutive vertices, each fitted on demand; none where the fit fails.
+type JetPage = Vec<OnceLock<Option<Box<Jet>>>>;
+
+fn unset<T>(count: usize) -> Vec<OnceLock<T>> {
+    (0..count).map(|_| OnceLock::new()).collect()
+}
+
 /// Data shared by all samplers of a mesh: the smooth surface through the vertices, fitted on demand.
 struct Smooth {
     around: VertexFaces,
-    jets: Vec<OnceLock<Option<Box<Jet>>>>,
+    jets: Vec<OnceLock<JetPage>>,
     /// Degenerate faces, which are in no hierarchy.
     degenerate: Vec<u32>,
 }
@@ -50,7 +60,7 @@ impl Smooth {
         let faces = topology.component.iter().zip(0u32..);
         Self {
             around: VertexFaces::new(mesh),
-            jets: (0..mesh.positions.len()).map(|_| OnceLock::new()).collect(),
+            jets: unset(mesh.positions.len().div_ceil(PAGE)),
             degenerate: faces.filter(|(p, _)| **p == NONE).map(|(_, f)| f).collect(),
         }
     }
@@ -290,7 +300,8 @@ impl<'a> Sampler<'a> {
 
     fn jet(&self, vertex: u32) -> Option<&Jet> {
         let Smooth { around, jets, .. } = &*self.smooth;
-        jets[vertex as usize]
+        let page = jets[vertex as usize / PAGE].get_or_init(|| unset(PAGE));
+        page[vertex as usize % PAGE]
             .get_or_init(|| fit_jet(self.mesh, around, vertex).map(Box::new))
             .as_deref()
     }

@@ -92,12 +92,11 @@ fn what_is_near_a_place_is_what_is_near_in_all() {
     assert!((20..mesh.faces.len() / 4).contains(&faces[0].len()));
     let all = Sampler::new(&mesh, &topology);
     let near = all.at(SearchArea {
-        usual: at(0.4),
-        widest: at(1.0),
+        boxes: [0.4, 0.6, 1.0].map(at),
         faces: faces[0].clone(),
     });
     let rims = RimSet::new(std::iter::empty());
-    // Points inside the usual box (some with their closest point outside it), in the wider box, and beyond.
+    // Points inside the usual box (some with their closest point outside it), in the wider boxes, and beyond.
     for i in 0..400 {
         let t = f64::from(i);
         let way = DVec3::new((1.3 * t).sin(), (2.1 * t).cos(), (3.7 * t).sin());

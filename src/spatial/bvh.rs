@@ -1,9 +1,11 @@
 //! Bounding volume hierarchy over the triangles of a mesh: closest-point and box queries in double precision.
 
+use std::ops::Range;
+
 use glam::{DVec3, Vec4};
 use obvhs::{aabb::Aabb, bvh2::Bvh2};
 
-use super::ploc::binary;
+use super::ploc::{binary, places_along_curve};
 use super::triangle::{Barycentric, closest_on_triangle};
 use crate::mesh::{Mesh, bounds};
 
@@ -15,12 +17,17 @@ pub(super) const WIDTH: usize = 4;
 pub(super) enum Child {
     /// Another node.
     Node(u32),
-    /// A triangle.
-    Face(u32),
+    /// A leaf.
+    Leaf(u32),
 }
 
-/// Flag bit of a child index that denotes a triangle.
-const FACE: u32 = 1 << 31;
+/// Flag bit of a child index that denotes a leaf.
+const LEAF: u32 = 1 << 31;
+/// Triangles of a leaf in a large hierarchy; in others a leaf is one triangle. At most [`WIDTH`]. With four, a hierarchy takes a third of
+/// the memory and of the time to build, and a query twice the time.
+const SEVERAL: usize = 4;
+/// Triangles of a hierarchy from which on a leaf holds several.
+const MANY: usize = 500_000;
 
 /// The boxes of up to four children, stored component-wise so that they are tested together (SIMD).
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +36,7 @@ pub(super) struct Node {
     low: [Vec4; 3],
     /// Largest coordinates, by axis.
     high: [Vec4; 3],
-    /// Index of a node or, with the flag [`FACE`], of a triangle; only the first `count` are valid.
+    /// Index of a node or, with the flag [`LEAF`], of a leaf; only the first `count` are valid.
     children: [u32; WIDTH],
     count: u32,
 }
@@ -47,18 +54,29 @@ pub struct Closest {
     pub distance: f64,
 }
 
+/// Corners of triangles relative to the centre of a hierarchy.
+enum Corners {
+    /// Of each triangle its own: the fastest to read.
+    Own(Vec<[DVec3; 3]>),
+    /// As indices of vertices, which takes a third of the memory.
+    Shared(Vec<[u32; 3]>, Vec<DVec3>),
+}
+
 /// A bounding volume hierarchy for closest-point queries in double precision.
 ///
 /// A node has up to four children, as in Wald, Benthin and Boulos, "Getting rid of packets: efficient SIMD single-ray traversal
-/// using multi-branching BVHs", 2008; a leaf is one triangle. The boxes are in single precision, rounded outward. The triangles
-/// are in double precision relative to the mesh's centre, so that coordinates far from the origin lose no accuracy.
+/// using multi-branching BVHs", 2008. A leaf is one triangle; in large hierarchies it is a few, so that there are fewer nodes to
+/// make and to store. The boxes are in single precision, rounded outward. The corners are in double precision relative to the
+/// mesh's centre, so that coordinates far from the origin lose no accuracy.
 pub struct Bvh {
     /// Nodes, parents before their children.
     pub(super) nodes: Vec<Node>,
-    /// The mesh face of each triangle, in the order of the nodes.
+    /// The mesh face of each triangle, leaf by leaf.
     pub(super) faces: Vec<u32>,
-    /// Corners of each triangle relative to `centre`, in the same order.
-    pub(super) corners: Vec<[DVec3; 3]>,
+    /// Corners of each triangle, in the same order.
+    corners: Corners,
+    /// Triangles of a leaf; the last leaf may have fewer.
+    per_leaf: usize,
     /// The origin of the stored coordinates.
     pub(super) centre: DVec3,
 }
@@ -82,8 +100,10 @@ fn enclosing(corners: &[DVec3; 3]) -> Aabb {
     )
 }
 
-/// Collapses a binary hierarchy into nodes with up to [`WIDTH`] children, depth first. Also returns the order of the leaves.
+/// Collapses a binary hierarchy into nodes with up to [`WIDTH`] children, depth first. Also returns the order of the leaves: that in
+/// which they are reached, except that the last one stays the last.
 fn collapsed(binary: &Bvh2) -> (Vec<Node>, Vec<u32>) {
+    let last = binary.primitive_indices.len() as u32 - 1;
     let mut order = Vec::with_capacity(binary.primitive_indices.len());
     let mut nodes: Vec<Node> = Vec::with_capacity(binary.nodes.len() / 4);
     // Roots of binary subtrees to process, each with its parent node and its child slot there.
@@ -108,14 +128,19 @@ fn collapsed(binary: &Bvh2) -> (Vec<Node>, Vec<u32>) {
         if let Some(parent) = nodes.get_mut(parent) {
             parent.children[at] = index as u32;
         }
-        // Store the boxes of its children; triangles are numbered in the order in which they are reached.
+        // Store the boxes of its children.
         let mut node = Node::EMPTY;
         for (i, child) in found[..count].iter().enumerate() {
             let child = &binary.nodes[*child];
             node.set_box(i, &child.aabb);
             for p in child.first_index..child.first_index + child.prim_count {
-                node.children[i] = FACE | order.len() as u32;
-                order.push(binary.primitive_indices[p as usize]);
+                let leaf = binary.primitive_indices[p as usize];
+                if leaf == last {
+                    node.children[i] = LEAF | last;
+                } else {
+                    node.children[i] = LEAF | order.len() as u32;
+                    order.push(leaf);
+                }
             }
         }
         node.count = count as u32;
@@ -127,6 +152,7 @@ fn collapsed(binary: &Bvh2) -> (Vec<Node>, Vec<u32>) {
             }
         }
     }
+    order.push(last);
     nodes.shrink_to_fit();
     (nodes, order)
 }
@@ -137,6 +163,43 @@ pub fn middle(mesh: &Mesh, faces: impl Iterator<Item = u32>) -> DVec3 {
     match low.x <= high.x {
         true => 0.5 * (low + high),
         false => DVec3::ZERO,
+    }
+}
+
+/// The faces in the order of their centroids along a curve.
+fn along_curve(mesh: &Mesh, faces: Vec<u32>) -> Vec<u32> {
+    let (low, high) = bounds(faces.iter().flat_map(|&f| mesh.corners(f)));
+    let place = places_along_curve(low, high);
+    let place = |f: u32| place(mesh.corners(f).iter().sum::<DVec3>() / 3.0);
+    let mut order: Vec<(u64, u32)> = faces.iter().map(|&f| (place(f), f)).collect();
+    drop(faces);
+    order.sort_unstable();
+    order.iter().map(|(_, f)| *f).collect()
+}
+
+impl Corners {
+    fn own(mesh: &Mesh, faces: &[u32], centre: DVec3) -> Self {
+        let of = |&f: &u32| mesh.corners(f).map(|p| p - centre);
+        Self::Own(faces.iter().map(of).collect())
+    }
+
+    /// The vertices are numbered in the order of their first use.
+    fn shared(mesh: &Mesh, faces: &[u32], centre: DVec3) -> Self {
+        // One more than the number of each vertex. Of zeroed memory only the pages that are written take room.
+        let mut number = vec![0u32; mesh.positions.len()];
+        let mut points = Vec::new();
+        let mut of = |v: u32| {
+            let number = &mut number[v as usize];
+            if *number == 0 {
+                points.push(mesh.positions[v as usize] - centre);
+                *number = points.len() as u32;
+            }
+            *number - 1
+        };
+        let corners = faces.iter().map(|&f| mesh.faces[f as usize].map(&mut of));
+        let corners = corners.collect();
+        points.shrink_to_fit();
+        Self::Shared(corners, points)
     }
 }
 
@@ -157,25 +220,65 @@ impl Bvh {
     /// # Panics
     /// As [`Bvh::new`].
     pub fn about(mesh: &Mesh, faces: Vec<u32>, centre: DVec3) -> Self {
+        let per_leaf = if faces.len() < MANY { 1 } else { SEVERAL };
+        Self::with_leaves(mesh, faces, centre, per_leaf)
+    }
+
+    /// As [`Bvh::about`], for so few queries that building it takes most of the time.
+    pub fn for_few(mesh: &Mesh, faces: Vec<u32>, centre: DVec3) -> Self {
+        Self::with_leaves(mesh, faces, centre, SEVERAL)
+    }
+
+    fn with_leaves(mesh: &Mesh, faces: Vec<u32>, centre: DVec3, per_leaf: usize) -> Self {
         if faces.is_empty() {
-            return Self {
-                nodes: Vec::new(),
-                faces,
-                corners: Vec::new(),
-                centre,
-            };
+            return Self::over(mesh, Vec::new(), faces, centre, per_leaf);
         }
-        let corners = |f: u32| mesh.corners(f).map(|p| p - centre);
-        let boxes: Vec<Aabb> = faces.iter().map(|&f| enclosing(&corners(f))).collect();
-        let built = binary(boxes);
-        let (nodes, order) = collapsed(&built);
-        drop(built);
-        let faces: Vec<u32> = order.iter().map(|&i| faces[i as usize]).collect();
+        let faces = along_curve(mesh, faces);
+        let joined = |leaf: &[u32]| {
+            let corners = leaf.iter().map(|&f| mesh.corners(f).map(|p| p - centre));
+            let boxes = corners.map(|corners| enclosing(&corners));
+            boxes.fold(Aabb::empty(), |all, one| all.union(&one))
+        };
+        let leaves = faces.chunks(per_leaf);
+        let (nodes, order) = collapsed(&binary(leaves.map(joined).collect()));
+        let leaf = |&i: &u32| faces.chunks(per_leaf).nth(i as usize).unwrap_or_default();
+        let faces = order.iter().flat_map(leaf).copied().collect();
+        Self::over(mesh, nodes, faces, centre, per_leaf)
+    }
+
+    fn over(
+        mesh: &Mesh,
+        nodes: Vec<Node>,
+        faces: Vec<u32>,
+        centre: DVec3,
+        per_leaf: usize,
+    ) -> Self {
+        let corners = match per_leaf {
+            1 => Corners::own(mesh, &faces, centre),
+            _ => Corners::shared(mesh, &faces, centre),
+        };
         Self {
             nodes,
-            corners: faces.iter().map(|&f| corners(f)).collect(),
             faces,
+            corners,
+            per_leaf,
             centre,
+        }
+    }
+
+    /// The places in [`Self::faces`] of a leaf's triangles.
+    #[inline]
+    pub(super) fn places(&self, leaf: u32) -> Range<usize> {
+        let first = leaf as usize * self.per_leaf;
+        first..(first + self.per_leaf).min(self.faces.len())
+    }
+
+    /// The corners of the triangle at a place, relative to the centre.
+    #[inline]
+    pub(super) fn corners(&self, place: usize) -> [DVec3; 3] {
+        match &self.corners {
+            Corners::Own(corners) => corners[place],
+            Corners::Shared(corners, points) => corners[place].map(|v| points[v as usize]),
         }
     }
 
@@ -196,7 +299,7 @@ impl Bvh {
         let around = Around::new(q);
         let mut best = limit * limit;
         let mut bound = Around::bound(best);
-        let mut found: Option<(u32, Barycentric, DVec3)> = None;
+        let mut found: Option<(usize, Barycentric, DVec3)> = None;
         let mut stack = Stack::new();
         let mut index = 0;
         loop {
@@ -205,8 +308,8 @@ impl Bvh {
             // Pop entries until one is an inner node; triangles are tested on the way.
             index = loop {
                 let Some((lower, child)) = stack.pop() else {
-                    return found.map(|(face, barycentric, x)| Closest {
-                        face: self.faces[face as usize],
+                    return found.map(|(place, barycentric, x)| Closest {
+                        face: self.faces[place],
                         barycentric,
                         point: x + self.centre,
                         distance: best.sqrt(),
@@ -215,19 +318,20 @@ impl Bvh {
                 if lower > bound {
                     continue;
                 }
-                if child & FACE == 0 {
+                if child & LEAF == 0 {
                     break child;
                 }
                 // A triangle replaces the best one if it is nearer, or equally near with a lower face number.
-                let face = child & !FACE;
-                let [a, b, c] = self.corners[face as usize];
-                let (x, w) = closest_on_triangle(q, a, b, c);
-                let d = (q - x).length_squared();
-                let is_first = |at: u32| self.faces[face as usize] < self.faces[at as usize];
-                if d < best || d == best && found.is_none_or(|(at, ..)| is_first(at)) {
-                    best = d;
-                    bound = Around::bound(best);
-                    found = Some((face, w, x));
+                for place in self.places(child & !LEAF) {
+                    let [a, b, c] = self.corners(place);
+                    let (x, w) = closest_on_triangle(q, a, b, c);
+                    let d = (q - x).length_squared();
+                    let is_first = |at: usize| self.faces[place] < self.faces[at];
+                    if d < best || d == best && found.is_none_or(|(at, ..)| is_first(at)) {
+                        best = d;
+                        bound = Around::bound(best);
+                        found = Some((place, w, x));
+                    }
                 }
             };
         }
@@ -248,11 +352,13 @@ impl Bvh {
                 match child {
                     _ if apart >> i & 1 == 1 => {}
                     Child::Node(child) => stack.push(child),
-                    Child::Face(face) => {
-                        let c = &self.corners[face as usize];
-                        let (a, b) = (c[0].min(c[1]).min(c[2]), c[0].max(c[1]).max(c[2]));
-                        if a.cmple(high).all() && b.cmpge(low).all() {
-                            visit(self.faces[face as usize]);
+                    Child::Leaf(leaf) => {
+                        for place in self.places(leaf) {
+                            let [a, b, c] = self.corners(place);
+                            let (first, last) = (a.min(b).min(c), a.max(b).max(c));
+                            if first.cmple(high).all() && last.cmpge(low).all() {
+                                visit(self.faces[place]);
+                            }
                         }
                     }
                 }
@@ -287,9 +393,9 @@ impl Node {
     pub fn children(&self) -> impl DoubleEndedIterator<Item = Child> + ExactSizeIterator {
         self.children[..self.count as usize]
             .iter()
-            .map(|child| match child & FACE {
+            .map(|child| match child & LEAF {
                 0 => Child::Node(*child),
-                _ => Child::Face(child & !FACE),
+                _ => Child::Leaf(child & !LEAF),
             })
     }
 }
@@ -416,6 +522,42 @@ mod tests {
             }
         }
         mesh
+    }
+
+    /// With one triangle in each leaf and with several.
+    fn both(mesh: &Mesh) -> [Bvh; 2] {
+        let faces = || (0..mesh.faces.len() as u32).collect();
+        let centre = middle(mesh, 0..mesh.faces.len() as u32);
+        [Bvh::about, Bvh::for_few].map(|build| build(mesh, faces(), centre))
+    }
+
+    #[test]
+    fn leaves_of_several_triangles_give_the_same_results() {
+        for n in [1, 2, 3, 17] {
+            let mesh = bumpy_sheet(n, DVec3::ONE);
+            let [one, several] = both(&mesh);
+            assert!(several.nodes.len() <= one.nodes.len());
+            assert!(
+                matches!(&several.corners, Corners::Shared(_, p) if p.len() == mesh.positions.len())
+            );
+            for i in 0..100 {
+                let t = f64::from(i);
+                let p = DVec3::ONE
+                    + DVec3::new((t * 0.37).sin(), (t * 0.73).cos(), 0.5 * (t * 0.11).sin());
+                let [a, b] = [&one, &several].map(|bvh| bvh.closest(p, f64::INFINITY).unwrap());
+                assert_eq!((a.face, a.distance), (b.face, b.distance));
+                let [a, b] = [&one, &several].map(|bvh| {
+                    let mut found = Vec::new();
+                    bvh.for_each_in_box(p - 0.2, p + 0.2, |f| found.push(f));
+                    found.sort_unstable();
+                    found
+                });
+                assert_eq!(a, b);
+                let along = DVec3::new(0.1, 0.2, -1.0);
+                let [a, b] = [&one, &several].map(|bvh| bvh.first_along(p, along, |f| f % 3 > 0));
+                assert_eq!(a, b);
+            }
+        }
     }
 
     #[test]

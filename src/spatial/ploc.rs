@@ -84,19 +84,19 @@ fn clustered(boxes: Vec<Aabb>) -> (Bvh2, bool) {
     (built, stalled)
 }
 
+/// Places of points along the Morton curve through a box.
+pub(super) fn places_along_curve(low: DVec3, high: DVec3) -> impl Fn(DVec3) -> u64 {
+    let scale = 1.0 / (high - low);
+    let offset = -low * scale;
+    move |p| morton_encode_u64_unorm(p * scale + offset)
+}
+
 /// One leaf per box, sorted along the Morton curve of the box centres.
 fn leaves(boxes: &[Aabb]) -> Vec<Bvh2Node> {
     let all = boxes.iter().fold(Aabb::empty(), |all, b| all.union(b));
-    let scale = 1.0 / all.diagonal().as_dvec3();
-    let offset = -all.min.as_dvec3() * scale;
-    let mut order: Vec<(u64, u32)> = boxes
-        .iter()
-        .enumerate()
-        .map(|(i, b)| {
-            let centre: DVec3 = b.center().as_dvec3() * scale + offset;
-            (morton_encode_u64_unorm(centre), i as u32)
-        })
-        .collect();
+    let place = places_along_curve(all.min.as_dvec3(), all.max.as_dvec3());
+    let centres = boxes.iter().map(|b| b.center().as_dvec3());
+    let mut order: Vec<(u64, u32)> = centres.map(place).zip(0u32..).collect();
     order.sort_unstable_by_key(|o| o.0);
     order
         .iter()

@@ -36,15 +36,17 @@ impl Bvh {
                 }
                 match child {
                     Child::Node(child) => stack.push((near, child)),
-                    Child::Face(place) => {
-                        let face = self.faces[place as usize];
-                        let t = meets(from, along, self.corners[place as usize]);
-                        let is_first =
-                            |t: &f64| best.is_none_or(|(at, least)| (*t, face) < (least, at));
-                        if let Some(t) = t.filter(is_first)
-                            && counts(face)
-                        {
-                            best = Some((face, t));
+                    Child::Leaf(leaf) => {
+                        for place in self.places(leaf) {
+                            let face = self.faces[place];
+                            let t = meets(from, along, self.corners(place));
+                            let is_first =
+                                |t: &f64| best.is_none_or(|(at, least)| (*t, face) < (least, at));
+                            if let Some(t) = t.filter(is_first)
+                                && counts(face)
+                            {
+                                best = Some((face, t));
+                            }
                         }
                     }
                 }
