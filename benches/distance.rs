@@ -49,10 +49,19 @@ fn queries(criterion: &mut Criterion) {
     let mut group = common::group(criterion, "queries");
     group.throughput(Throughput::Elements(mesh.faces.len() as u64));
     group.bench_function("tree", |b| b.iter(|| Bvh::new(&mesh, faces())));
+    let all = || faces().collect();
+    let few = Bvh::for_few(&mesh, all(), DVec3::ZERO);
+    group.bench_function("tree for few queries", |b| {
+        b.iter(|| Bvh::for_few(&mesh, all(), DVec3::ZERO));
+    });
     group.bench_function("tree of winding", |b| b.iter(|| WindingTree::new(&bvh)));
     group.throughput(Throughput::Elements(nodes.len() as u64));
     let near = |p: &DVec3| bvh.closest(*p, 4.0 * VOXEL).map_or(0.0, |c| c.distance);
     group.bench_function("band distances", |b| {
+        b.iter(|| nodes.iter().map(near).sum::<f64>());
+    });
+    let near = |p: &DVec3| few.closest(*p, 4.0 * VOXEL).map_or(0.0, |c| c.distance);
+    group.bench_function("band distances by the tree for few queries", |b| {
         b.iter(|| nodes.iter().map(near).sum::<f64>());
     });
     let some = nodes.iter().step_by(16);

@@ -14,6 +14,7 @@ PAGES = {
     "edges-measures": "docs/accuracy.md",
     "peers": "docs/speed.md",
     "scaling": "docs/speed.md",
+    "memory": "docs/speed.md",
     "experiments": "docs/experiments.md",
     "surfaces": "docs/experiments.md",
     "patches": "docs/experiments.md",

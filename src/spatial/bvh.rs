@@ -23,11 +23,9 @@ pub(super) enum Child {
 
 /// Flag bit of a child index that denotes a leaf.
 const LEAF: u32 = 1 << 31;
-/// Triangles of a leaf in a large hierarchy; in others a leaf is one triangle. At most [`WIDTH`]. With four, a hierarchy takes a third of
-/// the memory and of the time to build, and a query twice the time.
+/// Triangles of a leaf in a hierarchy for few queries; in others a leaf is one triangle. At most [`WIDTH`]. With four, a hierarchy is built
+/// in two fifths of the time and takes a third of the memory, and a query takes twice the time.
 const SEVERAL: usize = 4;
-/// Triangles of a hierarchy from which on a leaf holds several.
-const MANY: usize = 500_000;
 
 /// The boxes of up to four children, stored component-wise so that they are tested together (SIMD).
 #[derive(Clone, Copy, Debug)]
@@ -65,8 +63,8 @@ enum Corners {
 /// A bounding volume hierarchy for closest-point queries in double precision.
 ///
 /// A node has up to four children, as in Wald, Benthin and Boulos, "Getting rid of packets: efficient SIMD single-ray traversal
-/// using multi-branching BVHs", 2008. A leaf is one triangle; in large hierarchies it is a few, so that there are fewer nodes to
-/// make and to store. The boxes are in single precision, rounded outward. The corners are in double precision relative to the
+/// using multi-branching BVHs", 2008. A leaf is one triangle; in hierarchies for few queries it is several, so that there are fewer
+/// nodes to make and to store. The boxes are in single precision, rounded outward. The corners are in double precision relative to the
 /// mesh's centre, so that coordinates far from the origin lose no accuracy.
 pub struct Bvh {
     /// Nodes, parents before their children.
@@ -220,8 +218,7 @@ impl Bvh {
     /// # Panics
     /// As [`Bvh::new`].
     pub fn about(mesh: &Mesh, faces: Vec<u32>, centre: DVec3) -> Self {
-        let per_leaf = if faces.len() < MANY { 1 } else { SEVERAL };
-        Self::with_leaves(mesh, faces, centre, per_leaf)
+        Self::with_leaves(mesh, faces, centre, 1)
     }
 
     /// As [`Bvh::about`], for so few queries that building it takes most of the time.
