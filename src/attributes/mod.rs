@@ -103,15 +103,15 @@ fn mark_patches(attributes: &mut Attributes, kept: usize, new: usize) {
         .iter()
         .position(|a| a.name == PATCH_NAME && a.components == 1);
     let at = found.unwrap_or_else(|| {
-        let mut marks = Attribute::new(PATCH_NAME, Role::Other, Scalar::U8, 1);
-        marks.values = Vec::with_capacity(kept + new);
-        marks.values.resize(kept, 0.0);
+        let marks = Attribute::new(PATCH_NAME, Role::Other, Scalar::U8, 1);
         attributes.face.push(marks);
         attributes.face.len() - 1
     });
     let marks = &mut attributes.face[at];
     marks.values.truncate(kept);
-    marks.values.reserve_exact(new);
+    let missing = kept + new - marks.values.len();
+    marks.values.reserve_exact(missing);
+    marks.values.resize(kept, 0.0);
     marks.missing.truncate(kept);
     for _ in 0..new {
         marks.push(Some(&[1.0]));

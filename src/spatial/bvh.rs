@@ -3,11 +3,9 @@
 use std::ops::Range;
 
 use glam::{DVec3, Vec4};
-use obvhs::{aabb::Aabb, bvh2::Bvh2};
+use obvhs::aabb::Aabb;
 
-use super::ploc::{binary, places_along_curve};
 use super::triangle::{Barycentric, closest_on_triangle};
-use crate::mesh::{Mesh, bounds};
 
 /// Maximum number of children of a node.
 pub(super) const WIDTH: usize = 4;
@@ -22,10 +20,7 @@ pub(super) enum Child {
 }
 
 /// Flag bit of a child index that denotes a leaf.
-const LEAF: u32 = 1 << 31;
-/// Triangles of a leaf in a hierarchy for few queries; in others a leaf is one triangle. At most [`WIDTH`]. With four, a hierarchy is built
-/// in two fifths of the time and takes a third of the memory, and a query takes twice the time.
-const SEVERAL: usize = 4;
+pub(super) const LEAF: u32 = 1 << 31;
 
 /// The boxes of up to four children, stored component-wise so that they are tested together (SIMD).
 #[derive(Clone, Copy, Debug)]
@@ -35,8 +30,8 @@ pub(super) struct Node {
     /// Largest coordinates, by axis.
     high: [Vec4; 3],
     /// Index of a node or, with the flag [`LEAF`], of a leaf; only the first `count` are valid.
-    children: [u32; WIDTH],
-    count: u32,
+    pub(super) children: [u32; WIDTH],
+    pub(super) count: u32,
 }
 
 /// The closest point of a mesh to a query point.
@@ -53,7 +48,7 @@ pub struct Closest {
 }
 
 /// Corners of triangles relative to the centre of a hierarchy.
-enum Corners {
+pub(super) enum Corners {
     /// Of each triangle its own: the fastest to read.
     Own(Vec<[DVec3; 3]>),
     /// As indices of vertices, which takes a third of the memory.
@@ -72,197 +67,24 @@ pub struct Bvh {
     /// The mesh face of each triangle, leaf by leaf.
     pub(super) faces: Vec<u32>,
     /// Corners of each triangle, in the same order.
-    corners: Corners,
+    pub(super) corners: Corners,
     /// Triangles of a leaf; the last leaf may have fewer.
-    per_leaf: usize,
+    pub(super) per_leaf: usize,
     /// The origin of the stored coordinates.
     pub(super) centre: DVec3,
 }
 
-fn round_down(x: f64) -> f32 {
+pub(super) fn round_down(x: f64) -> f32 {
     let y = x as f32;
     if f64::from(y) > x { y.next_down() } else { y }
 }
 
-fn round_up(x: f64) -> f32 {
+pub(super) fn round_up(x: f64) -> f32 {
     let y = x as f32;
     if f64::from(y) < x { y.next_up() } else { y }
 }
 
-fn enclosing(corners: &[DVec3; 3]) -> Aabb {
-    let low = corners[0].min(corners[1]).min(corners[2]);
-    let high = corners[0].max(corners[1]).max(corners[2]);
-    Aabb::new(
-        [round_down(low.x), round_down(low.y), round_down(low.z)].into(),
-        [round_up(high.x), round_up(high.y), round_up(high.z)].into(),
-    )
-}
-
-/// Collapses a binary hierarchy into nodes with up to [`WIDTH`] children, depth first. Also returns the order of the leaves: that in
-/// which they are reached, except that the last one stays the last.
-fn collapsed(binary: &Bvh2) -> (Vec<Node>, Vec<u32>) {
-    let last = binary.primitive_indices.len() as u32 - 1;
-    let mut order = Vec::with_capacity(binary.primitive_indices.len());
-    let mut nodes: Vec<Node> = Vec::with_capacity(binary.nodes.len() / 4);
-    // Roots of binary subtrees to process, each with its parent node and its child slot there.
-    let mut waiting = vec![(0usize, usize::MAX, 0usize)];
-    while let Some((root, parent, at)) = waiting.pop() {
-        let mut found = [root; WIDTH];
-        let mut count = 1;
-        // Replace the inner node of the largest area by its two children while there is room.
-        while count < WIDTH {
-            let inner = (0..count).filter(|i| binary.nodes[found[*i]].prim_count == 0);
-            let area = |i: &usize| binary.nodes[found[*i]].aabb.half_area();
-            let Some(i) = inner.max_by(|i, j| area(i).total_cmp(&area(j))) else {
-                break;
-            };
-            let first = binary.nodes[found[i]].first_index as usize;
-            found[i] = first;
-            found[count] = first + 1;
-            count += 1;
-        }
-        // Store the index of the new node in its parent.
-        let index = nodes.len();
-        if let Some(parent) = nodes.get_mut(parent) {
-            parent.children[at] = index as u32;
-        }
-        // Store the boxes of its children.
-        let mut node = Node::EMPTY;
-        for (i, child) in found[..count].iter().enumerate() {
-            let child = &binary.nodes[*child];
-            node.set_box(i, &child.aabb);
-            for p in child.first_index..child.first_index + child.prim_count {
-                let leaf = binary.primitive_indices[p as usize];
-                if leaf == last {
-                    node.children[i] = LEAF | last;
-                } else {
-                    node.children[i] = LEAF | order.len() as u32;
-                    order.push(leaf);
-                }
-            }
-        }
-        node.count = count as u32;
-        nodes.push(node);
-        // Push inner children in reverse, so that the first one is processed next.
-        for (i, child) in found[..count].iter().enumerate().rev() {
-            if binary.nodes[*child].prim_count == 0 {
-                waiting.push((*child, index, i));
-            }
-        }
-    }
-    order.push(last);
-    nodes.shrink_to_fit();
-    (nodes, order)
-}
-
-/// The centre of the bounding box of some faces; the origin if there are none.
-pub fn middle(mesh: &Mesh, faces: impl Iterator<Item = u32>) -> DVec3 {
-    let (low, high) = bounds(faces.flat_map(|f| mesh.corners(f)));
-    match low.x <= high.x {
-        true => 0.5 * (low + high),
-        false => DVec3::ZERO,
-    }
-}
-
-/// The faces in the order of their centroids along a curve.
-fn along_curve(mesh: &Mesh, faces: Vec<u32>) -> Vec<u32> {
-    let (low, high) = bounds(faces.iter().flat_map(|&f| mesh.corners(f)));
-    let place = places_along_curve(low, high);
-    let place = |f: u32| place(mesh.corners(f).iter().sum::<DVec3>() / 3.0);
-    let mut order: Vec<(u64, u32)> = faces.iter().map(|&f| (place(f), f)).collect();
-    drop(faces);
-    order.sort_unstable();
-    order.iter().map(|(_, f)| *f).collect()
-}
-
-impl Corners {
-    fn own(mesh: &Mesh, faces: &[u32], centre: DVec3) -> Self {
-        let of = |&f: &u32| mesh.corners(f).map(|p| p - centre);
-        Self::Own(faces.iter().map(of).collect())
-    }
-
-    /// The vertices are numbered in the order of their first use.
-    fn shared(mesh: &Mesh, faces: &[u32], centre: DVec3) -> Self {
-        // One more than the number of each vertex. Of zeroed memory only the pages that are written take room.
-        let mut number = vec![0u32; mesh.positions.len()];
-        let mut points = Vec::new();
-        let mut of = |v: u32| {
-            let number = &mut number[v as usize];
-            if *number == 0 {
-                points.push(mesh.positions[v as usize] - centre);
-                *number = points.len() as u32;
-            }
-            *number - 1
-        };
-        let corners = faces.iter().map(|&f| mesh.faces[f as usize].map(&mut of));
-        let corners = corners.collect();
-        points.shrink_to_fit();
-        Self::Shared(corners, points)
-    }
-}
-
 impl Bvh {
-    /// Builds the hierarchy over the given faces of a mesh.
-    ///
-    /// # Panics
-    /// If a face's vertex index is out of range.
-    pub fn new(mesh: &Mesh, faces: impl Iterator<Item = u32>) -> Self {
-        let faces: Vec<u32> = faces.collect();
-        let centre = middle(mesh, faces.iter().copied());
-        Self::about(mesh, faces, centre)
-    }
-
-    /// Builds the hierarchy with coordinates relative to a given point. Hierarchies over parts of a mesh with the same point
-    /// return bitwise equal distances.
-    ///
-    /// # Panics
-    /// As [`Bvh::new`].
-    pub fn about(mesh: &Mesh, faces: Vec<u32>, centre: DVec3) -> Self {
-        Self::with_leaves(mesh, faces, centre, 1)
-    }
-
-    /// As [`Bvh::about`], for so few queries that building it takes most of the time.
-    pub fn for_few(mesh: &Mesh, faces: Vec<u32>, centre: DVec3) -> Self {
-        Self::with_leaves(mesh, faces, centre, SEVERAL)
-    }
-
-    fn with_leaves(mesh: &Mesh, faces: Vec<u32>, centre: DVec3, per_leaf: usize) -> Self {
-        if faces.is_empty() {
-            return Self::over(mesh, Vec::new(), faces, centre, per_leaf);
-        }
-        let faces = along_curve(mesh, faces);
-        let joined = |leaf: &[u32]| {
-            let corners = leaf.iter().map(|&f| mesh.corners(f).map(|p| p - centre));
-            let boxes = corners.map(|corners| enclosing(&corners));
-            boxes.fold(Aabb::empty(), |all, one| all.union(&one))
-        };
-        let leaves = faces.chunks(per_leaf);
-        let (nodes, order) = collapsed(&binary(leaves.map(joined).collect()));
-        let leaf = |&i: &u32| faces.chunks(per_leaf).nth(i as usize).unwrap_or_default();
-        let faces = order.iter().flat_map(leaf).copied().collect();
-        Self::over(mesh, nodes, faces, centre, per_leaf)
-    }
-
-    fn over(
-        mesh: &Mesh,
-        nodes: Vec<Node>,
-        faces: Vec<u32>,
-        centre: DVec3,
-        per_leaf: usize,
-    ) -> Self {
-        let corners = match per_leaf {
-            1 => Corners::own(mesh, &faces, centre),
-            _ => Corners::shared(mesh, &faces, centre),
-        };
-        Self {
-            nodes,
-            faces,
-            corners,
-            per_leaf,
-            centre,
-        }
-    }
-
     /// The places in [`Self::faces`] of a leaf's triangles.
     #[inline]
     pub(super) fn places(&self, leaf: u32) -> Range<usize> {
@@ -365,14 +187,14 @@ impl Bvh {
 }
 
 impl Node {
-    const EMPTY: Self = Self {
+    pub(super) const EMPTY: Self = Self {
         low: [Vec4::INFINITY; 3],
         high: [Vec4::NEG_INFINITY; 3],
         children: [0; WIDTH],
         count: 0,
     };
 
-    fn set_box(&mut self, child: usize, around: &Aabb) {
+    pub(super) fn set_box(&mut self, child: usize, around: &Aabb) {
         for k in 0..3 {
             self.low[k][child] = around.min[k];
             self.high[k][child] = around.max[k];
@@ -499,7 +321,9 @@ impl Stack {
 
 #[cfg(test)]
 mod tests {
+    use super::super::middle;
     use super::*;
+    use crate::mesh::Mesh;
 
     fn bumpy_sheet(n: u32, offset: DVec3) -> Mesh {
         let mut mesh = Mesh::default();

@@ -2,6 +2,7 @@
 //! generalized winding number.
 
 mod boxes;
+mod build;
 mod bvh;
 mod intersect;
 mod ploc;
@@ -10,7 +11,8 @@ mod triangle;
 mod winding;
 
 pub use boxes::{Bounds, BoxTree};
-pub use bvh::{Bvh, Closest, middle};
+pub use build::middle;
+pub use bvh::{Bvh, Closest};
 pub use intersect::intersecting;
 pub(crate) use intersect::{intersecting_pairs, partners};
 pub(crate) use ray::meets;
