@@ -28,6 +28,8 @@ pub(crate) struct Boundary<'a> {
     at: HashMap<u32, Vec<u32>>,
     /// Vertices closer than this (mesh units) count as one: the distance is explained by rounding.
     pub(crate) unit: f64,
+    /// Edge lengths. Upper bound of the distance from a vertex to an edge on which it lies (T-junction).
+    part: f64,
 }
 
 /// A boundary edge with boundary vertices on it (T-junctions).
@@ -87,6 +89,7 @@ impl<'a> Boundary<'a> {
         let points: Vec<Bounds> = vertices.iter().map(point).collect();
         Self {
             unit,
+            part: tuning().check.junction_most,
             tree: BoxTree::new(&points),
             mesh,
             half_edges,
@@ -96,11 +99,28 @@ impl<'a> Boundary<'a> {
         }
     }
 
+    /// The same boundary with another upper bound of the distance from a vertex to an edge on which it lies, in edge lengths.
+    pub(crate) fn with_part(self, part: f64) -> Self {
+        Self { part, ..self }
+    }
+
     /// Calls `visit` with each boundary vertex in a box.
     fn near(&self, query: &Bounds, mut visit: impl FnMut(u32)) {
         self.tree.for_each(query, |i| {
             visit(self.vertices[i as usize]);
         });
+    }
+
+    /// Calls `visit` with each pair of boundary vertices within a distance, the smaller number first.
+    pub(crate) fn for_each_pair(&self, distance: f64, mut visit: impl FnMut(u32, u32)) {
+        for &v in &self.vertices {
+            let p = self.position(v);
+            self.near(&Bounds::of_ball(p, distance), |w| {
+                if v < w && p.distance(self.position(w)) <= distance {
+                    visit(v, w);
+                }
+            });
+        }
     }
 
     fn position(&self, v: u32) -> DVec3 {
@@ -121,7 +141,7 @@ impl<'a> Boundary<'a> {
     /// The distance from an edge of this length within which a vertex lies on it, in mesh units.
     fn tolerance(&self, length: f64) -> f64 {
         let part = (tuning().check.junction * length).max(self.unit);
-        part.min(tuning().check.junction_most * length)
+        part.min(self.part * length)
     }
 
     fn on_edge(&self, edge: u32) -> Vec<u32> {

@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 use crate::mesh::{Hole, Mesh, OpenChain, Topology};
 use crate::parameters::{OutOfBounds, tables};
 
-pub(crate) use boundary::{Boundary, Match};
+pub(crate) use boundary::Boundary;
 pub use components::Component;
 pub(crate) use components::components;
 pub(crate) use defects::{duplicates, is_flat, self_intersections, self_intersections_among};

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 
 use super::draft::Draft;
-use super::{RepairParams, RepairReport, seams, union};
+use super::{RepairParams, RepairReport, cracks, union};
 use crate::check::{duplicates, is_flat};
 use crate::mend::FillError;
 use crate::mesh::topology::{NONE, end, start};
@@ -28,7 +28,7 @@ pub(super) fn clean(
     }
     report.welded_vertices = match params.weld {
         Some(length) if length > 0.0 => weld_border(draft, length)?,
-        None if params.clean => seams::weld(draft)?,
+        None if params.clean => cracks::weld(draft)?,
         _ => 0,
     };
     if !params.clean {
@@ -64,7 +64,19 @@ pub(super) fn clean(
             flipped => report.flipped_edges += flipped,
         }
     }
-    seams::stitch(draft, report)
+    let most = match params.weld {
+        Some(length) => length.max(draft.unit),
+        None => tuning().repair.crack * diagonal(draft),
+    };
+    cracks::close(draft, most, report)
+}
+
+/// The diagonal of the bounding box of the used vertices, in mesh units.
+fn diagonal(draft: &Draft) -> f64 {
+    let mesh = &draft.mesh;
+    let corners = mesh.faces.iter().flatten();
+    let (low, high) = crate::mesh::bounds(corners.map(|v| mesh.positions[*v as usize]));
+    low.distance(high)
 }
 
 /// Removes the duplicate faces between touching bodies that were not united.

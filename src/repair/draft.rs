@@ -85,11 +85,9 @@ impl Faults {
         self.crossing + self.non_manifold
     }
 
-    /// Whether no count exceeds the other's, holes not considered.
-    pub(super) fn is_no_worse_but_for_holes(&self, than: &Self) -> bool {
-        self.lost_components <= than.lost_components
-            && self.crossing <= than.crossing
-            && self.non_manifold <= than.non_manifold
+    /// Whether more input components have no face left.
+    pub(super) fn loses_more(&self, than: &Self) -> bool {
+        self.lost_components > than.lost_components
     }
 }
 

@@ -7,6 +7,7 @@ mod caps;
 mod choice;
 mod clean;
 mod clear;
+mod cracks;
 mod dangling;
 mod draft;
 mod finish;

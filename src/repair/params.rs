@@ -98,6 +98,9 @@ pub struct RepairReport {
     /// Boundary vertices at which the edge they lay on was split (T-junctions).
     #[serde(default)]
     pub stitched_junctions: usize,
+    /// The width of the widest cracks that were closed beyond the precision of the coordinates, in mesh units; 0 if there were none.
+    #[serde(default)]
+    pub crack_width: f64,
     /// Degenerate faces removed.
     pub degenerate_faces: usize,
     /// Faces without area that were merged into a neighbour by flipping the common edge.

@@ -1,49 +1,60 @@
-//! Seams: welds boundary edges that coincide except for rounding and splits edges at T-junctions.
+//! Seams: merges the ends of boundary edges that nearly coincide, and splits edges at T-junctions.
 
 use std::collections::HashSet;
 
-use super::RepairReport;
 use super::draft::Draft;
-use crate::check::{Boundary, Match, is_flat};
+use crate::check::{Boundary, is_flat};
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::end;
 use crate::mesh::{DisjointSets, FaceOrigin, Mesh, VertexFaces, area_vector};
 use crate::tuning::tuning;
 
-/// Welds boundary edges that coincide within the precision of the coordinates, if nothing gets worse; returns the number of
-/// merged vertices.
-pub(super) fn weld(draft: &mut Draft) -> Result<usize, FillError> {
-    let (to, merged) = {
-        let found = draft.inspect()?;
-        let boundary = Boundary::with_unit(&found.mesh, &found.topology, draft.unit);
-        let matches = boundary.matches(boundary.unit, tuning().check.weld_edge);
-        let to = merges(&found, &boundary, &matches);
-        let merged = (0..).zip(&to).filter(|(v, w)| v != *w).count();
-        let of_file: Vec<u32> = found.weld.iter().map(|v| to[*v as usize]).collect();
-        (of_file, merged)
-    };
+/// How near boundary vertices must be to other ones, or to edges, to be merged or to split them.
+pub(super) struct Reach<'a> {
+    /// Mesh units.
+    pub(super) unit: f64,
+    /// Lengths of the edges there. Upper bound of the distance from a vertex to an edge that it splits.
+    pub(super) part: f64,
+    /// Whether any two boundary vertices within reach are merged, not only the ends of two edges that coincide.
+    pub(super) vertices: bool,
+    /// Welded vertices that are neither merged nor split edges.
+    pub(super) blocked: &'a HashSet<u32>,
+}
+
+impl Reach<'_> {
+    fn boundary<'m>(&self, found: &'m Inspection) -> Boundary<'m> {
+        Boundary::with_unit(&found.mesh, &found.topology, self.unit).with_part(self.part)
+    }
+}
+
+/// Merges the ends of boundary edges that coincide within reach; returns the number of merged vertices.
+pub(super) fn merge(draft: &mut Draft, reach: &Reach) -> Result<usize, FillError> {
+    let found = draft.inspect()?;
+    let boundary = reach.boundary(&found);
+    let to = merges(&found, &boundary, reach);
+    let merged = (0..).zip(&to).filter(|(v, w)| v != *w).count();
     if merged == 0 {
         return Ok(0);
     }
-    let mut new = draft.clone();
-    new.forget_inspection();
     // Unmerged corners keep their own vertex, which carries its attributes.
-    let found = draft.inspect()?;
-    for corner in new.mesh.faces.iter_mut().flatten() {
+    for corner in draft.mesh.faces.iter_mut().flatten() {
         let place = found.weld[*corner as usize];
-        if to[*corner as usize] != place {
-            *corner = to[*corner as usize];
+        if to[place as usize] != place {
+            *corner = to[place as usize];
         }
     }
-    drop(found);
-    Ok(if replace(draft, new)? { merged } else { 0 })
+    Ok(merged)
 }
 
-/// For each welded vertex the vertex it is merged into: the first of those that coincide with it. No face loses a corner.
-fn merges(found: &Inspection, boundary: &Boundary, matches: &[Option<Match>]) -> Vec<u32> {
+/// For each welded vertex the vertex it is merged into: the first of those that coincide with it. Only corners within reach of
+/// each other may become one corner of their face.
+fn merges(found: &Inspection, boundary: &Boundary, reach: &Reach) -> Vec<u32> {
     let count = found.mesh.positions.len();
-    // Join the ends of matching edges.
+    let around = VertexFaces::new(&found.mesh);
+    let at = |v: u32| found.mesh.positions[v as usize];
     let mut sets = DisjointSets::new(count);
+    // Join the ends of matching edges.
+    let matches = boundary.matches(boundary.unit, tuning().check.weld_edge);
     for (ends, other) in boundary.ends.iter().zip(matches) {
         if let Some(other) = other {
             for (v, w) in ends.iter().zip(other.ends) {
@@ -51,13 +62,18 @@ fn merges(found: &Inspection, boundary: &Boundary, matches: &[Option<Match>]) ->
             }
         }
     }
+    // Join vertices that are much nearer to each other than the edges there are long.
+    if reach.vertices {
+        let mean = |v: u32| tuning().check.weld_edge * mean_edge(&found.mesh, &around, v);
+        boundary.for_each_pair(boundary.unit, |v, w| {
+            if at(v).distance(at(w)) <= mean(v).min(mean(w)) {
+                sets.join(v, w);
+            }
+        });
+    }
     let mut to: Vec<u32> = (0..count as u32).map(|v| sets.find(v)).collect();
-    let near = |v: u32, w: u32| {
-        let apart = found.mesh.positions[v as usize].distance(found.mesh.positions[w as usize]);
-        apart <= 2.0 * boundary.unit
-    };
-    let around = VertexFaces::new(&found.mesh);
-    // Do not merge sets that are too wide or contain two corners of one face.
+    let near = |v: u32, w: u32| at(v).distance(at(w)) <= 2.0 * boundary.unit;
+    // Do not merge sets that are too wide or contain two corners of one face, unless these coincide too.
     let mut spoilt: HashSet<u32> = HashSet::new();
     for v in (0..count as u32).filter(|v| to[*v as usize] != *v) {
         let set = to[v as usize];
@@ -65,7 +81,9 @@ fn merges(found: &Inspection, boundary: &Boundary, matches: &[Option<Match>]) ->
             let corners = found.mesh.faces[*f as usize].map(|w| to[w as usize]);
             corners.iter().filter(|w| **w == set).count() > 1
         };
-        if !near(v, set) || around.of(v).iter().any(of_face) {
+        let collapses = !reach.vertices && around.of(v).iter().any(of_face);
+        let is_blocked = reach.blocked.contains(&v) || reach.blocked.contains(&set);
+        if is_blocked || collapses || !near(v, set) {
             spoilt.insert(set);
         }
     }
@@ -77,46 +95,29 @@ fn merges(found: &Inspection, boundary: &Boundary, matches: &[Option<Match>]) ->
     to
 }
 
-/// Splits boundary edges at boundary vertices on them, if nothing gets worse. The face of the edge is replaced by parts of it.
-pub(super) fn stitch(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
-    let mut new: Option<Draft> = None;
-    let mut split = 0;
+/// The mean length of the edges of the faces at a vertex, in mesh units.
+fn mean_edge(mesh: &Mesh, around: &VertexFaces, v: u32) -> f64 {
+    let faces = around.of(v);
+    let perimeter = |f: &u32| {
+        let [a, b, c] = mesh.corners(*f);
+        a.distance(b) + b.distance(c) + c.distance(a)
+    };
+    faces.iter().map(perimeter).sum::<f64>() / (3 * faces.len().max(1)) as f64
+}
+
+/// Splits boundary edges at boundary vertices within reach of them; returns the number of vertices at which edges were split. The
+/// face of such an edge is replaced by parts of it.
+pub(super) fn split(draft: &mut Draft, reach: &Reach) -> Result<usize, FillError> {
+    let mut count = 0;
     for _ in 0..tuning().repair.stitch_rounds {
-        let current = new.as_ref().unwrap_or(draft);
-        let splits = splits(&*current.inspect()?, draft.unit);
+        let splits = splits(&*draft.inspect()?, reach);
         if splits.is_empty() {
             break;
         }
-        let target = new.get_or_insert_with(|| {
-            let mut copy = draft.clone();
-            copy.forget_inspection();
-            copy
-        });
-        split += splits.iter().map(|s| s.vertices.len()).sum::<usize>();
-        splits.into_iter().for_each(|s| s.make(target));
+        count += splits.iter().map(|s| s.vertices.len()).sum::<usize>();
+        splits.into_iter().for_each(|s| s.make(draft));
     }
-    if let Some(new) = new
-        && replace(draft, new)?
-    {
-        report.stitched_junctions += split;
-    }
-    Ok(())
-}
-
-/// Replaces the draft by another one if that has no more faults, holes not considered, and fewer boundary edges; returns whether
-/// it did.
-fn replace(draft: &mut Draft, mut new: Draft) -> Result<bool, FillError> {
-    let before = draft.faults()?;
-    let better = new.faults()?.is_no_worse_but_for_holes(&before)
-        && boundary_edges(&*new.inspect()?) < boundary_edges(&*draft.inspect()?);
-    if better {
-        *draft = new;
-    }
-    Ok(better)
-}
-
-fn boundary_edges(found: &Inspection) -> usize {
-    found.topology.boundary.iter().filter(|b| **b).count()
+    Ok(count)
 }
 
 /// A face edge to split.
@@ -129,12 +130,13 @@ struct Split {
 }
 
 /// The edges to split, at most one per face.
-fn splits(found: &Inspection, unit: f64) -> Vec<Split> {
+fn splits(found: &Inspection, reach: &Reach) -> Vec<Split> {
     let (mesh, topology) = (&found.mesh, &found.topology);
-    let boundary = Boundary::with_unit(mesh, topology, unit);
+    let boundary = reach.boundary(found);
     let mut seen: HashSet<u32> = HashSet::new();
     let mut all = Vec::new();
-    for junctions in boundary.junctions() {
+    for mut junctions in boundary.junctions() {
+        junctions.vertices.retain(|v| !reach.blocked.contains(v));
         let h = boundary.half_edges[junctions.edge as usize];
         let (face, k) = (h / 3, h as usize % 3);
         let corners = mesh.faces[face as usize];
@@ -148,7 +150,7 @@ fn splits(found: &Inspection, unit: f64) -> Vec<Split> {
         let sound = chain
             .windows(2)
             .all(|pair| is_part(mesh, face, [pair[0], pair[1], apex]));
-        if !sound || !seen.insert(face) {
+        if !sound || junctions.vertices.is_empty() || !seen.insert(face) {
             continue;
         }
         // In a face that the inspection reoriented, corners 1 and 2 are swapped with respect to the draft.
