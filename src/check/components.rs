@@ -8,8 +8,11 @@ use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, Topology, area_vector};
 use crate::spatial::{Bounds, BoxTree, Bvh, WindingTree};
 
-/// Winding number above which a point is inside a component: 1 inside a closed one, less near its holes.
+/// Winding number of a component above which a point is inside it: 1 inside a closed one, less near its holes. All sampled points of
+/// what lies inside a closed component are above it, and the mean of what lies inside an open one.
 const INSIDE: f64 = 0.75;
+/// Winding number of an open component above which every sampled point of what lies inside it is.
+const INSIDE_OPEN: f64 = 0.5;
 /// Number of vertices of a component that are tested to decide whether it lies inside another.
 const SAMPLES: usize = 32;
 /// Components with fewer faces enclose nothing: 4 faces make a tetrahedron.
@@ -145,15 +148,24 @@ fn nest(mesh: &Mesh, faces: &[Vec<u32>], boxes: &[Bounds], found: &mut [Componen
         .flat_map_iter(|group| {
             let bvh = Bvh::new(mesh, faces[group[0].0 as usize].iter().copied());
             let tree = WindingTree::new(&bvh);
-            let is_inside = |f: &u32| {
-                let p = mesh.corners(*f)[0];
-                tree.winding_number(&bvh, p).abs() > INSIDE
+            let least = match found[group[0].0 as usize].closed {
+                true => INSIDE,
+                false => INSIDE_OPEN,
             };
             // A component is inside if all its sampled vertices are.
             let wholly = |inner: u32| {
                 let own = &faces[inner as usize];
                 let step = own.len().div_ceil(SAMPLES);
-                own.iter().step_by(step).all(is_inside)
+                let (mut sum, mut count) = (0.0, 0.0);
+                for f in own.iter().step_by(step) {
+                    let p = mesh.corners(*f)[0];
+                    let winding = tree.winding_number(&bvh, p).abs();
+                    if winding <= least {
+                        return false;
+                    }
+                    (sum, count) = (sum + winding, count + 1.0);
+                }
+                sum > INSIDE * count
             };
             let inner = group.iter().filter(|(_, inner)| wholly(*inner));
             inner.copied().collect::<Vec<_>>()

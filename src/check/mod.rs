@@ -11,6 +11,7 @@
 mod boundary;
 mod components;
 mod defects;
+mod doubt;
 mod edge_tree;
 mod resolution;
 mod thin;
@@ -28,6 +29,7 @@ pub(crate) use boundary::Boundary;
 pub use components::Component;
 pub(crate) use components::components;
 pub(crate) use defects::{duplicates, is_flat, self_intersections, self_intersections_among};
+pub use doubt::ShapeDoubt;
 pub(crate) use resolution::weld_length;
 pub(crate) use walls::Walls;
 
@@ -195,6 +197,9 @@ pub struct Verdict {
     /// thinner than half a mean edge.
     #[serde(default)]
     pub foils: Vec<usize>,
+    /// After a repair: why the shape is doubtful, if it is.
+    #[serde(default)]
+    pub doubt: Option<ShapeDoubt>,
     /// The options of the check.
     pub params: CheckParams,
 }
@@ -247,6 +252,7 @@ pub fn judge(subject: &Subject, params: &CheckParams) -> Verdict {
         components,
         defects,
         foils: Vec::new(),
+        doubt: None,
         params: params.clone(),
     }
 }
@@ -278,9 +284,9 @@ impl Verdict {
         self.count(DefectKind::Misoriented) == 0
     }
 
-    /// Whether the mesh has no defects: it is watertight and can be printed.
+    /// Whether the mesh has no defects and its shape is not doubtful: it is watertight and can be printed.
     pub fn is_sound(&self) -> bool {
-        self.defects.is_empty()
+        self.defects.is_empty() && self.doubt.is_none()
     }
 
     /// The defects in words; empty for a sound mesh.
@@ -293,6 +299,7 @@ impl Verdict {
                 kind => reasons.push(kind.text(defect.count)),
             }
         }
+        reasons.extend(self.doubt.iter().map(ShapeDoubt::text));
         reasons
     }
 
@@ -315,6 +322,10 @@ impl Verdict {
     /// The verdict in one line.
     pub fn line(&self) -> String {
         let reasons = self.reasons();
+        if let (true, Some(doubt)) = (self.defects.is_empty(), &self.doubt) {
+            let doubt = doubt.text();
+            return format!("watertight, but the shape is doubtful: {doubt}");
+        }
         match &reasons[..] {
             [] => "watertight and printable: yes".to_owned(),
             [reason] => format!("watertight and printable: no, because {reason}"),

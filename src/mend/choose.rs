@@ -32,19 +32,35 @@ pub(super) fn choose(
     let asked = asked.map(|ids| lookup(found, ids)).transpose()?;
     let kept = lookup(found, &params.keep_open)?;
     let named = [bridges.concat(), lookup(found, &params.flat)?].concat();
-    let facing = facing_borders(found);
-    let (mut outcomes, mut chosen) = (Vec::new(), Vec::new());
-    for (i, hole) in found.holes.iter().enumerate() {
-        let wanted = asked.as_ref().is_some_and(|a| a.contains(&i)) || named.contains(&i);
-        let small = || found.bounds_small_component(i);
-        let reason = if kept.contains(&i) {
+    let wanted = |i: usize| asked.as_ref().is_some_and(|a| a.contains(&i)) || named.contains(&i);
+    // The caller's reasons to leave a hole open.
+    let left_by_caller = |i: usize| {
+        if kept.contains(&i) {
             Some(LeftReason::KeptOpen)
-        } else if wanted {
+        } else if wanted(i) {
             None
         } else if asked.is_some() {
             Some(LeftReason::NotChosen)
-        } else if params.max_diameter.is_some_and(|d| hole.diameter > d) {
+        } else if params
+            .max_diameter
+            .is_some_and(|d| found.holes[i].diameter > d)
+        {
             Some(LeftReason::TooWide)
+        } else {
+            None
+        }
+    };
+    let open: Vec<usize> = (0..found.holes.len())
+        .filter(|&i| left_by_caller(i).is_none())
+        .collect();
+    let facing = facing_borders(found, &open);
+    let (mut outcomes, mut chosen) = (Vec::new(), Vec::new());
+    for (i, hole) in found.holes.iter().enumerate() {
+        let small = || found.bounds_small_component(i);
+        let reason = if let Some(reason) = left_by_caller(i) {
+            Some(reason)
+        } else if wanted(i) {
+            None
         } else if hole.outer_boundary && !params.flat_base && !small() && !facing[i] {
             Some(LeftReason::OuterBoundary)
         } else {
@@ -61,12 +77,12 @@ pub(super) fn choose(
     Ok((outcomes, chosen))
 }
 
-/// Groups the chosen holes into regions. Holes of few edges and holes with flat caps or bases form regions of their own. Rims of
+/// Groups the chosen holes into regions. The rims of one flat cap form a region, also if there are several. Holes of few edges and holes with flat caps or bases form regions of their own. Rims of
 /// small components join the hole around them, or are left open.
 pub(super) fn groups(
     found: &Inspection,
     params: &FillParams,
-    chosen: &[usize],
+    (chosen, caps): (&[usize], &[Vec<usize>]),
     outcomes: &mut [HoleOutcome],
     bridges: &[Vec<usize>],
 ) -> Vec<Vec<usize>> {
@@ -77,7 +93,11 @@ pub(super) fn groups(
             || params.is_flat(hole.id)
             || params.is_on_base(hole) && !is_small(h)
     };
-    let (alone, others): (Vec<usize>, Vec<usize>) = chosen.iter().partition(|&&h| is_alone(h));
+    let several: Vec<&Vec<usize>> = caps.iter().filter(|cap| cap.len() > 1).collect();
+    let free = chosen
+        .iter()
+        .filter(|h| !several.iter().any(|cap| cap.contains(h)));
+    let (alone, others): (Vec<usize>, Vec<usize>) = free.partition(|&&h| is_alone(h));
     let mut groups = group_holes(&found.mesh, &found.holes, &others, bridges, &is_small);
     groups.retain(|group| {
         let only_small = group.iter().all(|&h| is_small(h));
@@ -89,20 +109,24 @@ pub(super) fn groups(
         !only_small
     });
     groups.extend(alone.into_iter().map(|h| vec![h]));
+    groups.extend(several.into_iter().cloned());
     groups
 }
 
-/// Marks the outer borders that face another rim: islands in holes, the two sides of a gap.
-fn facing_borders(found: &Inspection) -> Vec<bool> {
+/// Marks the outer borders that face the rim of another component: islands in holes, the two sides of a gap. Only rims that are to be
+/// filled count, as indices in `open`.
+fn facing_borders(found: &Inspection, open: &[usize]) -> Vec<bool> {
     let mut facing = vec![false; found.holes.len()];
     if !found.holes.iter().any(|h| h.outer_boundary) {
         return facing;
     }
-    let all: Vec<usize> = (0..found.holes.len()).collect();
     let is_small = |h: usize| found.bounds_small_component(h);
-    let groups = group_holes(&found.mesh, &found.holes, &all, &[], &is_small);
-    for group in groups.iter().filter(|group| group.len() > 1) {
-        group.iter().for_each(|&h| facing[h] = true);
+    let groups = group_holes(&found.mesh, &found.holes, open, &[], &is_small);
+    let component = |h: usize| found.holes[h].component;
+    for group in &groups {
+        for &h in group {
+            facing[h] = group.iter().any(|&other| component(other) != component(h));
+        }
     }
     facing
 }

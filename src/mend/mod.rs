@@ -15,6 +15,7 @@ mod inspection;
 mod joined;
 mod params;
 mod plan;
+mod planar_rims;
 mod reach;
 mod reference;
 mod regions;

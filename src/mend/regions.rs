@@ -13,6 +13,7 @@ use super::control::{Control, Watch};
 use super::counterpart::{self, LazyCounterpart};
 use super::joined::joined;
 use super::plan::{FillPlan, HolePlan, PlannedHole, PlannedRegion};
+use super::planar_rims::planar_rims;
 use super::reach::{ReachQuery, faces_of};
 use super::report::{FillReport, HoleReport};
 use super::sources::RegionSources;
@@ -80,14 +81,20 @@ impl Inspection<'_> {
 impl<'a> Regions<'a> {
     pub(super) fn new(
         found: &'a Inspection,
-        params: FillParams,
+        mut params: FillParams,
         reference: Option<&'a ReferenceSurface<'a>>,
     ) -> Result<Self, FillError> {
         params.check()?;
         counterpart::check(&params)?;
         let bridges = bridges(found, &params)?;
         let (mut outcomes, chosen) = choose(found, &params, &bridges)?;
-        let groups = groups(found, &params, &chosen, &mut outcomes, &bridges);
+        let caps = match reference {
+            None => planar_rims(found, &params, &chosen),
+            Some(_) => Vec::new(),
+        };
+        let capped = caps.iter().flatten().map(|&h| found.holes[h].id);
+        params.flat.extend(capped);
+        let groups = groups(found, &params, (&chosen, &caps), &mut outcomes, &bridges);
         let plan = |group: &Vec<usize>| {
             let holes: Vec<&Hole> = group.iter().map(|&h| &found.holes[h]).collect();
             RegionPlan::new(&found.mesh, &holes, &params)

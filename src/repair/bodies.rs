@@ -11,7 +11,7 @@ pub(super) type Given = (Draft, RepairReport);
 impl Run<'_> {
     /// Unites closed bodies that touch or intersect, if fewer faces intersect others afterwards. If the exact union leaves
     /// intersecting faces, it is tried again on the mesh as `given`, with the bodies grown slightly where they touch.
-    pub(super) fn unite(&mut self, given: Given, carried: &Carried) -> Result<(), FillError> {
+    pub(super) fn unite(&mut self, given: &Given, carried: &Carried) -> Result<(), FillError> {
         let crossing = self.draft.self_intersections()?;
         if crossing.is_empty() {
             return Ok(());
@@ -28,7 +28,7 @@ impl Run<'_> {
             if left == 0 {
                 break;
             }
-            left = self.unite_grown(&given, carried, (left, growth))?;
+            left = self.unite_grown(given, carried, (left, growth))?;
         }
         if self.params.clean {
             clean::drop_duplicates(&mut self.draft, &mut self.report)?;

@@ -23,10 +23,10 @@ pub(super) fn clean(
     report: &mut RepairReport,
 ) -> Result<(), FillError> {
     if params.clean {
-        report.merged_vertices = merge_coinciding(draft, alike);
-        report.degenerate_faces = drop_points(draft)?;
+        report.merged_vertices += merge_coinciding(draft, alike);
+        report.degenerate_faces += drop_points(draft)?;
     }
-    report.welded_vertices = match params.weld {
+    report.welded_vertices += match params.weld {
         Some(length) if length > 0.0 => weld_border(draft, length)?,
         None if params.clean => cracks::weld(draft)?,
         _ => 0,
@@ -34,7 +34,7 @@ pub(super) fn clean(
     if !params.clean {
         return Ok(());
     }
-    let removed: Vec<bool> = {
+    let (removed, doubled) = {
         let found = draft.inspect()?;
         let mut removed: Vec<bool> = found
             .topology
@@ -48,16 +48,16 @@ pub(super) fn clean(
             let walls = union::walls(&found, &twice);
             twice.retain(|f| walls.binary_search(f).is_err());
         }
-        for f in twice {
-            removed[f as usize] = true;
-            report.duplicate_faces += 1;
+        for f in &twice {
+            removed[*f as usize] = true;
         }
-        removed
+        report.duplicate_faces += twice.len();
+        (removed, twice.len())
     };
     if removed.iter().all(|r| *r) {
         return Err(MeshError::Empty.into());
     }
-    report.degenerate_faces += draft.remove(&removed) - report.duplicate_faces;
+    report.degenerate_faces += draft.remove(&removed) - doubled;
     for _ in 0..tuning().repair.clean_rounds {
         match flip_flat(draft, false)? {
             0 => break,

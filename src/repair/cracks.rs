@@ -86,7 +86,7 @@ fn attempt(
     if !is_open(draft)? {
         return Ok(None);
     }
-    let known = Known::new(draft)?;
+    let known = Known::new(draft, kind)?;
     let mut blocked: HashSet<u32> = HashSet::new();
     for _ in 0..tuning().repair.crack_attempts {
         let reach = Reach {
@@ -127,7 +127,11 @@ fn join(draft: &mut Draft, reach: &Reach, kind: Kind) -> Result<Joined, FillErro
             Kind::Junctions => 0,
             _ => merge(draft, reach)?,
         };
-        let collapsed = draft.mesh.faces.iter().map(|[a, b, c]| a == b || b == c || c == a);
+        let collapsed = draft
+            .mesh
+            .faces
+            .iter()
+            .map(|[a, b, c]| a == b || b == c || c == a);
         let collapsed: Vec<bool> = collapsed.collect();
         if kind == Kind::Cracks {
             all.collapsed += draft.remove(&collapsed);
@@ -151,12 +155,15 @@ struct Known {
     crossing: HashSet<u32>,
     /// Non-manifold edges between welded vertices, the smaller number first.
     crowded: HashSet<(u32, u32)>,
+    /// Edges along which two faces run in the same direction; none where these are joined too. The sides of a crack run against
+    /// each other; the borders of two sheets beside each other need not.
+    misoriented: Option<HashSet<(u32, u32)>>,
     /// Number of boundary edges.
     open: usize,
 }
 
 impl Known {
-    fn new(draft: &mut Draft) -> Result<Self, FillError> {
+    fn new(draft: &mut Draft, kind: Kind) -> Result<Self, FillError> {
         let crossing = draft.self_intersections()?;
         let found = draft.inspect()?;
         Ok(Self {
@@ -164,6 +171,7 @@ impl Known {
                 .map(|f| draft.origins.faces[*f as usize].face)
                 .collect(),
             crowded: crowded(&found).collect(),
+            misoriented: (kind == Kind::Cracks).then(|| misoriented(&found).collect()),
             open: boundary_edges(&found),
         })
     }
@@ -181,6 +189,10 @@ impl Known {
         }
         let edges = crowded(&found).filter(|e| !self.crowded.contains(e));
         wrong.extend(edges.flat_map(|(v, w)| [v, w]));
+        if let Some(known) = &self.misoriented {
+            let edges = misoriented(&found).filter(|e| !known.contains(e));
+            wrong.extend(edges.flat_map(|(v, w)| [v, w]));
+        }
         Ok(wrong)
     }
 }
@@ -189,6 +201,22 @@ fn crowded(found: &Inspection) -> impl Iterator<Item = (u32, u32)> {
     let edges = found.topology.non_manifold_edges(&found.mesh).into_iter();
     edges.map(|edge| {
         let (v, w) = (start(&found.mesh, edge[0]), end(&found.mesh, edge[0]));
+        (v.min(w), v.max(w))
+    })
+}
+
+/// The edges along which two faces run in the same direction, in the orientation of the draft.
+fn misoriented(found: &Inspection) -> impl Iterator<Item = (u32, u32)> {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    let half_edges = 0..topology.opposite.len() as u32;
+    let pairs = half_edges.map(|h| (h, topology.opposite[h as usize]));
+    let pairs = pairs.filter(|(h, o)| *o != NONE && h < o);
+    let same = pairs.filter(|(h, o)| {
+        let turned = |h: u32| topology.turned[h as usize / 3];
+        (start(mesh, *h) == start(mesh, *o)) != (turned(*h) != turned(*o))
+    });
+    same.map(|(h, _)| {
+        let (v, w) = (start(mesh, h), end(mesh, h));
         (v.min(w), v.max(w))
     })
 }

@@ -10,13 +10,16 @@ mod clear;
 mod cracks;
 mod dangling;
 mod draft;
+mod filling;
 mod finish;
 mod growing;
+mod inner_sheets;
 mod intersection_cache;
 mod offset_shell;
 mod offset_shells;
 mod orient;
 mod params;
+mod plans;
 mod report;
 mod rim_triangles;
 mod rings;
@@ -31,6 +34,7 @@ mod shell_vertex;
 mod shell_walls;
 mod union;
 mod widen;
+mod witness;
 
 use std::collections::HashSet;
 use std::time::Instant;
@@ -40,13 +44,16 @@ use glam::DMat4;
 use super::{FillError, FillReport, Inspection};
 use crate::check::{DefectKind, components, weld_length};
 use crate::fill::FillParams;
-use crate::mend::{Control, Watch};
+use crate::mend::{Control, HoleReport, Watch};
 use crate::mesh::topology::NONE;
-use crate::mesh::{Hole, HoleId, Mesh, Origins};
+use crate::mesh::{Hole, Mesh, Origins};
 use crate::tuning::tuning;
+use bodies::Given;
 use choice::Choice;
 use clean::Alike;
 use draft::{Draft, Faults};
+use filling::Filling;
+use plans::State;
 use rounding::Rounding;
 
 pub use params::{RepairParams, RepairReport, SelfIntersectionPass};
@@ -109,13 +116,17 @@ pub fn repair(
             control,
             report: RepairReport::default(),
             choice: Choice::default(),
+            cuts: params.crossings,
             lost: 0,
+            early: Vec::new(),
+            asked: HashSet::new(),
             border: HashSet::new(),
+            outer: HashSet::new(),
             components: Vec::new(),
         };
         run.draft.rounding = Rounding::new(carried.stored);
-        run.prepare(carried)?;
-        run.fill_and_cut()?;
+        let given = run.prepare(carried)?;
+        run.search(given, carried)?;
         let mut done = run.finish(carried)?;
         done.report.fill.seconds = clock.elapsed().as_secs_f64();
         Ok(done)
@@ -130,10 +141,18 @@ struct Run<'a> {
     control: &'a Control<'a>,
     report: RepairReport,
     choice: Choice,
+    /// Whether the present plan cuts intersecting faces out.
+    cuts: bool,
     /// Input faces removed so far because patches intersected other faces.
     lost: usize,
+    /// Holes closed before the fill of the chosen ones.
+    early: Vec<HoleReport>,
+    /// Input faces removed because the caller asked for it.
+    asked: HashSet<u32>,
     /// The boundary edges of the input.
     border: HashSet<Edge>,
+    /// Those of its outer borders.
+    outer: HashSet<Edge>,
     /// The component of each input face; `u32::MAX` for degenerate faces.
     components: Vec<u32>,
 }
@@ -144,8 +163,8 @@ impl Run<'_> {
         Watch::new(*self.control, Vec::new()).finish()
     }
 
-    /// The steps before intersecting faces are cut and holes are filled.
-    fn prepare(&mut self, carried: &Carried) -> Result<(), FillError> {
+    /// Checks the input and cleans it. Returns the draft before it was cleaned if faces intersect.
+    fn prepare(&mut self, carried: &Carried) -> Result<Option<Given>, FillError> {
         let params = self.params;
         // Check the input and set up the draft.
         let found = Inspection::new(self.input)?;
@@ -170,26 +189,18 @@ impl Run<'_> {
         {
             let found = self.draft.inspect()?;
             self.border = border(&found);
+            let outer = found.holes.iter().filter(|h| h.outer_boundary);
+            self.outer = outer.flat_map(|h| edges(&h.rim)).collect();
             self.draft.unit = weld_length(&found.mesh).max(self.draft.unit);
         }
         self.go_on()?;
         let given =
             (crosses && params.crossings).then(|| (self.draft.clone(), self.report.clone()));
-        // Clean, unite closed bodies, separate non-manifold surfaces.
         self.clean(carried)?;
-        if let Some(given) = given {
-            self.unite(given, carried)?;
+        if params.crossings {
+            inner_sheets::drop(&mut self.draft, &mut self.report)?;
         }
-        if params.split {
-            dangling::join(&mut self.draft)?;
-            sheets::separate(&mut self.draft, &mut self.report)?;
-            // A separated component may be a closed body now, whose outside is known.
-            if params.orient && self.report.split_vertices + self.report.non_manifold_faces > 0 {
-                self.report.reoriented_faces += orient::orient(&mut self.draft)?;
-            }
-        }
-        self.go_on()?;
-        self.drop_components()
+        Ok(given)
     }
 
     /// Repairs that cut nothing out (merging, welding, duplicates), then reorients the faces.
@@ -202,7 +213,7 @@ impl Run<'_> {
         )?;
         self.go_on()?;
         if self.params.orient {
-            self.report.reoriented_faces = orient::orient(&mut self.draft)?;
+            self.report.reoriented_faces += orient::orient(&mut self.draft)?;
         }
         Ok(())
     }
@@ -218,7 +229,9 @@ impl Run<'_> {
             let all = components(&found.mesh, &found.topology, debris);
             let mut goes = vec![false; all.len()];
             for (i, c) in all.iter().enumerate() {
-                let count = match (c.debris, inside && c.inside.is_some()) {
+                let is_cavity = c.closed && c.volume < 0.0 && !c.depth.is_multiple_of(2);
+                let goes_inside = inside && c.inside.is_some() && !is_cavity;
+                let count = match (c.debris, goes_inside) {
                     (true, _) => &mut self.report.debris,
                     (_, true) => &mut self.report.inside,
                     _ => continue,
@@ -229,22 +242,30 @@ impl Run<'_> {
             let component = found.topology.component.iter();
             component.map(|&p| p != NONE && goes[p as usize]).collect()
         };
+        let origins = self.draft.origins.faces.iter().zip(&removed);
+        self.asked
+            .extend(origins.filter(|(_, gone)| **gone).map(|(o, _)| o.face));
         self.draft.remove(&removed);
         Ok(())
     }
 
-    /// Cuts intersecting faces out and fills the holes, in passes, until no patch intersects anything.
-    fn fill_and_cut(&mut self) -> Result<(), FillError> {
+    /// Cuts intersecting faces out and fills the holes, in passes, until no patch intersects anything. Fills the chosen holes of the
+    /// input too, unless they are `filled`.
+    fn fill_and_cut(&mut self, filled: bool) -> Result<(), FillError> {
         let mut old = border(&*self.draft.inspect()?);
         let mut reopened = false;
         for pass in 0..tuning().repair.passes {
             self.go_on()?;
-            let before = (pass > 0).then(|| self.state()).transpose()?;
-            let cut = self.params.crossings && self.cut(pass)?;
+            let before = (pass > 0).then(|| self.judged_state()).transpose()?;
+            let cut = self.cuts && self.cut(pass)?;
             if pass > 0 && !cut && !reopened {
                 break;
             }
-            self.fill(&old, pass == 0)?;
+            let which = match pass == 0 && !filled {
+                true => Filling::Chosen,
+                false => Filling::Made,
+            };
+            self.fill(&old, which)?;
             reopened = false;
             if self.params.split {
                 let before = self.report.non_manifold_faces;
@@ -277,10 +298,11 @@ impl Run<'_> {
     fn clear(&mut self) -> Result<(), FillError> {
         self.go_on()?;
         let borders = self.params.borders;
-        let border = std::mem::take(&mut self.border);
+        let (border, outer) = (self.border.clone(), self.outer.clone());
         let was_border = |hole: &Hole, origin: &[u32]| {
             let before: Vec<u32> = hole.rim.iter().map(|v| origin[*v as usize]).collect();
-            !borders && edges(&before).all(|e| border.contains(&e))
+            let moved = || hole.outer_boundary && edges(&before).any(|e| outer.contains(&e));
+            !borders && (edges(&before).all(|e| border.contains(&e)) || moved())
         };
         let origin = self.draft.origins.vertices.clone();
         let is_left = |hole: &Hole| hole.outer_boundary && was_border(hole, &origin);
@@ -308,7 +330,7 @@ impl Run<'_> {
     /// Separates surfaces that patches joined at edges or vertices, if that reduces the faults.
     fn separate_again(&mut self) -> Result<(), FillError> {
         if self.params.split && !self.draft.faults()?.is_manifold() {
-            let before = self.state()?;
+            let before = self.judged_state()?;
             sheets::separate(&mut self.draft, &mut self.report)?;
             self.keep_better(before)?;
         }
@@ -316,18 +338,16 @@ impl Run<'_> {
     }
 
     /// A snapshot of the state that a pass changes, with its faults.
-    fn state(&mut self) -> Result<State, FillError> {
+    fn judged_state(&mut self) -> Result<(State, Faults), FillError> {
         let faults = self.draft.faults()?;
-        let mut draft = self.draft.clone();
-        draft.forget_inspection();
-        Ok(((draft, self.report.clone(), self.lost), faults))
+        Ok((self.state(), faults))
     }
 
     /// Restores an earlier state if there are more faults now; returns whether the present state was kept.
-    fn keep_better(&mut self, (before, faults): State) -> Result<bool, FillError> {
+    fn keep_better(&mut self, (before, faults): (State, Faults)) -> Result<bool, FillError> {
         let better = self.draft.faults()? <= faults;
         if !better {
-            (self.draft, self.report, self.lost) = before;
+            self.restore(before);
         }
         Ok(better)
     }
@@ -361,97 +381,7 @@ impl Run<'_> {
         self.report.covered_faces += cut.covered;
         Ok(true)
     }
-
-    /// Fills holes: the chosen ones in the first pass, in later passes those with an edge outside the `old` boundary, which the
-    /// cuts made.
-    fn fill(&mut self, old: &HashSet<Edge>, first: bool) -> Result<(), FillError> {
-        let (mesh, expected_error, report, caps) = {
-            let mut found = self.draft.take_inspection()?;
-            let sheets = match self.params.borders && !self.params.fill.flat_base {
-                true => choice::take_borders(&mut found),
-                false => Vec::new(),
-            };
-            let mut made: Vec<HoleId> = Vec::new();
-            for hole in &mut found.holes {
-                if edges(&hole.rim).any(|e| !old.contains(&e)) {
-                    // A hole made by a cut is not the outer border of a sheet.
-                    hole.outer_boundary = false;
-                    made.push(hole.id);
-                }
-            }
-            let mut params = match first && self.params.holes {
-                true => self.choice.params(
-                    &found,
-                    &self.draft.origins.vertices,
-                    &made,
-                    &self.params.fill,
-                ),
-                false => FillParams {
-                    holes: Some(made),
-                    max_diameter: None,
-                    keep_open: Vec::new(),
-                    bridge: Vec::new(),
-                    flat: Vec::new(),
-                    crease: Vec::new(),
-                    ..self.params.fill.clone()
-                },
-            };
-            let mut caps = caps::of_sheets(&found, sheets, &mut params)?;
-            let regions = found.regions(&params)?;
-            let watch = Watch::new(*self.control, regions.expected_work());
-            let mut filled = regions.fill(&watch)?;
-            if first && self.params.borders {
-                self.cap_mouths(&found, &params, &mut filled)?;
-            }
-            if first {
-                let numbers = self.choice.numbers(&found, &self.draft.origins.vertices);
-                report::renumber(&mut filled.report, &numbers);
-                caps.iter_mut()
-                    .for_each(|id| *id = numbers.get(id).copied().unwrap_or(*id));
-            }
-            (filled.mesh, filled.expected_error, filled.report, caps)
-        };
-        let regions = self.report.fill.regions.len();
-        let holes = if first {
-            0
-        } else {
-            report::last_number(&self.report.fill)
-        };
-        let caps: Vec<HoleId> = caps.iter().map(|id| HoleId(id.0 + holes)).collect();
-        let known = self.draft.mesh.positions.len();
-        self.draft
-            .append_fill(mesh, expected_error, &report, regions);
-        self.draft.round_from(known);
-        self.append_report(report, regions, holes, first);
-        self.drop_bad_caps(&caps, regions)
-    }
-
-    /// Appends the report of a fill to the report of the fills before it.
-    fn append_report(&mut self, mut new: FillReport, regions: usize, holes: usize, first: bool) {
-        let all = &mut self.report.fill;
-        if first {
-            all.holes.clear();
-            all.all_holes = new.all_holes;
-            all.open_chains = new.open_chains;
-        }
-        for mut hole in new.holes.drain(..) {
-            if !first && hole.region == 0 {
-                continue;
-            }
-            hole.hole.id.0 += holes;
-            hole.region += if hole.region > 0 { regions } else { 0 };
-            all.holes.push(hole);
-        }
-        for mut region in new.regions.drain(..) {
-            region.id += regions;
-            region.holes.iter_mut().for_each(|id| id.0 += holes);
-            all.regions.push(region);
-        }
-    }
 }
-
-/// A snapshot: the draft, its report and the number of input faces lost because of patches; with its faults.
-type State = ((Draft, RepairReport, usize), Faults);
 
 /// An edge between welded vertices, the smaller number first.
 type Edge = (u32, u32);

@@ -55,7 +55,22 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
             c.closed || (*border < tuning().repair.short_border * c.area.sqrt() && encloses(c));
         has_inside && c.volume < 0.0 && c.depth.is_multiple_of(2)
     };
-    components.iter().zip(&border).map(shows_inside).collect()
+    let mut wrong: Vec<bool> = components.iter().zip(&border).map(shows_inside).collect();
+    // The cavities of a body that is inside out as a whole are inside out too.
+    let outermost = |mut i: usize| {
+        while let Some(outer) = components[i].inside {
+            i = outer;
+        }
+        i
+    };
+    let turned_with_body: Vec<usize> = (0..components.len())
+        .filter(|&i| {
+            let c = &components[i];
+            c.closed && !c.depth.is_multiple_of(2) && c.volume > 0.0 && wrong[outermost(i)]
+        })
+        .collect();
+    turned_with_body.into_iter().for_each(|i| wrong[i] = true);
+    wrong
 }
 
 /// Whether a component encloses enough volume for its area to be a body with holes rather than a sheet.

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::offset_shells::ShellWall;
-use crate::check::{CheckParams, Component, Defect, DefectKind, Verdict};
+use crate::check::{CheckParams, Component, Defect, DefectKind, ShapeDoubt, Verdict};
 use crate::fill::FillParams;
 use crate::mend::{FillError, FillReport};
 use crate::parameters::tables;
@@ -154,6 +154,9 @@ pub struct RepairReport {
     /// The walls of the offset shells, collected during the repair.
     #[serde(skip)]
     pub(super) walls: Vec<ShellWall>,
+    /// Why the shape of the result is doubtful, if it is.
+    #[serde(default)]
+    pub doubt: Option<ShapeDoubt>,
     /// The verdict on the input.
     pub before: Option<Verdict>,
     /// The verdict on the result, or on the written file if there is one.
@@ -185,6 +188,7 @@ impl RepairReport {
             let defect = Defect::named(DefectKind::ThinWall, faces);
             verdict.defects.push(defect);
         }
+        verdict.doubt = self.doubt;
         self.after = Some(verdict);
     }
 }

@@ -36,7 +36,7 @@ impl Run<'_> {
         let mut blocked = Vec::new();
         for _ in 0..tuning().repair.shell_passes {
             self.go_on()?;
-            let before = self.state()?;
+            let before = self.judged_state()?;
             let done = offset_shells::add(
                 &mut self.draft,
                 &mut self.report.fill,

@@ -23,7 +23,13 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
         ),
         (
             r.stitched_junctions,
-            "T-junctions closed by splitting the edges there".to_owned(),
+            match r.crack_width > 0.0 {
+                true => format!(
+                    "T-junctions closed by splitting the edges there; cracks up to {} wide closed",
+                    Unit::text(unit, r.crack_width)
+                ),
+                false => "T-junctions closed by splitting the edges there".to_owned(),
+            },
         ),
         (r.degenerate_faces, "degenerate faces removed".to_owned()),
         (

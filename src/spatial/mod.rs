@@ -18,3 +18,4 @@ pub(crate) use intersect::{intersecting_pairs, partners};
 pub(crate) use ray::meets;
 pub use triangle::{Barycentric, closest_on_triangle};
 pub use winding::WindingTree;
+pub(crate) use winding::solid_angle;

@@ -214,7 +214,7 @@ fn outer(a: DVec3, b: DVec3) -> DMat3 {
 }
 
 /// Signed solid angle of a triangle seen from the origin (van Oosterom and Strackee, 1983).
-fn solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+pub(crate) fn solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let (la, lb, lc) = (a.length(), b.length(), c.length());
     let numerator = a.dot(b.cross(c));
     let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;

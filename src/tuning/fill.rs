@@ -3,6 +3,19 @@
 thresholds! {
     /// Thresholds for choosing the patch of a region: candidates, retries, budgets (`fill`).
     FillTuning {
+        /// Diameters of a rim. A rim whose vertices deviate less from a plane is planar: twenty units in the last place of 32-bit
+        /// floats at ten diameters from the origin.
+        planar_rim: f64 = 3e-5,
+        /// Cosine. Walls whose normals are at least this far from a rim's normal stand steeply on its plane (53°).
+        steep: f64 = 0.6,
+        /// Cosine. The normals of straight walls differ by less than this in their angle with the rim's normal. On a ball that was
+        /// cut through its middle they differ by 0.5 within [`Self::wall_depth`].
+        straight: f64 = 0.03,
+        /// Cosine. A wall ends at edges with larger dihedral angles (50°): a prism of eight sides has 45° between its sides and 90°
+        /// at its bottom, a coarse ball of 80 faces 36°.
+        wall_edge: f64 = 0.64,
+        /// Diameters of a rim. The depth to which its walls are looked at.
+        wall_depth: f64 = 0.35,
         /// Edges. Rims with more edges get no faired triangulation: its time grows with the cube of their number, and the rim
         /// alone seldom determines the shape of so wide a hole.
         most_faired_edges: usize = 400,

@@ -117,8 +117,23 @@ thresholds! {
         shell_cuts: usize = 30,
         /// Fraction of the area of the component that it is attached to. A smaller sheet is a dangling sheet.
         dangling: f64 = 0.01,
+        /// Faces. Open sheets inside a solid are looked for among components of at most this many: the work grows with its square.
+        sheet_faces: usize = 2000,
         /// Rounds of cuts: each changes which sheets touch.
         sheet_rounds: usize = 8,
+        /// Fraction of the input's area. If more is cut out, beside faces inside other bodies, the shape of the result is doubtful.
+        doubtful_loss: f64 = 0.02,
+        /// Fraction of the volume of the input's and the result's solids together. If more belongs to only one of them, the shape
+        /// of the result is doubtful.
+        doubtful_difference: f64 = 0.01,
+        /// Fraction of area or of volume. A plan that loses more is taken only if all others do.
+        destroyed: f64 = 0.1,
+        /// Points at which the solids are compared, before those that decide nothing are left out.
+        witness_points: usize = 8192,
+        /// Distance of a winding number from one half. Points nearer to it decide nothing: they lie near large holes.
+        undecided: f64 = 0.1,
+        /// Diameters of a hole. Points nearer to its centre decide nothing: the patch there is not the input's.
+        near_hole: f64 = 0.75,
         /// Diagonals of the mesh's bounding box. Cracks up to this width are closed. Of 24 solids of a program that makes boolean
         /// operations with a tolerance of 1e-5 the widest cracks were 3e-5.
         crack: f64 = 1e-3,

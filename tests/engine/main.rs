@@ -30,6 +30,7 @@ mod outcomes;
 mod regions;
 mod repair;
 mod repair_bytes;
+mod repair_plans;
 mod repair_seams;
 mod repair_union;
 mod repair_walls;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde::Serialize;
 
-use crate::check::{Component, Defect, DefectKind, Verdict};
+use crate::check::{Component, Defect, DefectKind, ShapeDoubt, Verdict};
 
 /// Most faces and places per defect, and most components, in a document.
 const MOST_LISTED: usize = 1000;
@@ -38,6 +38,8 @@ pub(in crate::job) struct VerdictRow<'a> {
     min_wall: Option<f64>,
     /// The measured wall thickness.
     walls: Option<WallRow>,
+    /// After a repair: why the shape is doubtful; else null.
+    doubt: Option<ShapeDoubt>,
 }
 
 /// Wall thickness of the closed components.
@@ -108,6 +110,7 @@ impl<'a> VerdictRow<'a> {
             largest_components: components,
             thin: verdict.params.thin,
             min_wall: verdict.params.min_wall,
+            doubt: verdict.doubt,
             walls: verdict.walls().map(|(component, thinnest, mean)| WallRow {
                 least: thinnest.least_wall,
                 mean,

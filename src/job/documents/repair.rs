@@ -49,6 +49,8 @@ struct Steps<'a> {
     merged_vertices: usize,
     welded_vertices: usize,
     stitched_junctions: usize,
+    /// The width of the widest cracks that were closed beyond the precision of the coordinates.
+    crack_width: f64,
     degenerate_faces: usize,
     flipped_edges: usize,
     duplicate_faces: usize,
@@ -76,6 +78,7 @@ impl<'a> RepairRow<'a> {
                 merged_vertices: r.merged_vertices,
                 welded_vertices: r.welded_vertices,
                 stitched_junctions: r.stitched_junctions,
+                crack_width: r.crack_width,
                 degenerate_faces: r.degenerate_faces,
                 flipped_edges: r.flipped_edges,
                 duplicate_faces: r.duplicate_faces,

@@ -5,7 +5,7 @@ mod ears;
 mod loops;
 mod planar;
 
-pub(crate) use constrained::constrained_delaunay;
+pub(crate) use constrained::{constrained_between, constrained_delaunay};
 pub(crate) use ears::{Ground, cut_ears};
 pub(crate) use loops::{Polygon, triangulate, triangulate_loop_with_neighbours};
 pub use loops::{TriangulationError, triangulate_loop};

@@ -1,0 +1,134 @@
+//! Fills of a repair: of the holes with one obvious closure, of those that the caller chose, and of those that cuts made.
+
+use std::collections::HashSet;
+
+use super::{Edge, Run, caps, choice, edges, report};
+use crate::fill::FillParams;
+use crate::mend::{FillError, FillReport, Inspection, Watch};
+use crate::mesh::HoleId;
+use crate::tuning::tuning;
+
+/// Which holes a fill closes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Filling {
+    /// Of the chosen holes those with one obvious closure: few edges.
+    Obvious,
+    /// The input's holes that the caller chose, and those that the repair made.
+    Chosen,
+    /// Those that the repair made.
+    Made,
+}
+
+impl Run<'_> {
+    /// Fills holes. Those with an edge outside the `old` boundary were made by the repair.
+    pub(super) fn fill(&mut self, old: &HashSet<Edge>, which: Filling) -> Result<(), FillError> {
+        let first = which == Filling::Chosen;
+        let (mesh, expected_error, report, caps) = {
+            let mut found = self.draft.take_inspection()?;
+            let takes_borders = self.params.borders && !self.params.fill.flat_base;
+            let sheets = match takes_borders && which != Filling::Obvious {
+                true => choice::take_borders(&mut found),
+                false => Vec::new(),
+            };
+            let mut made: Vec<HoleId> = Vec::new();
+            for hole in &mut found.holes {
+                // An outer border at which faces were cut out moved in: it stays one.
+                let is_border = hole.outer_boundary && {
+                    let origin = &self.draft.origins.vertices;
+                    let before: Vec<u32> = hole.rim.iter().map(|v| origin[*v as usize]).collect();
+                    edges(&before).any(|e| self.outer.contains(&e))
+                };
+                if !is_border && edges(&hole.rim).any(|e| !old.contains(&e)) {
+                    // A hole made by a cut is not the outer border of a sheet.
+                    hole.outer_boundary = false;
+                    made.push(hole.id);
+                }
+            }
+            let mut params = self.filling(&found, made, which)?;
+            let mut caps = caps::of_sheets(&found, sheets, &mut params)?;
+            let regions = found.regions(&params)?;
+            let watch = Watch::new(*self.control, regions.expected_work());
+            let mut filled = regions.fill(&watch)?;
+            if first && self.params.borders {
+                self.cap_mouths(&found, &params, &mut filled)?;
+            }
+            if which != Filling::Made {
+                let numbers = self.choice.numbers(&found, &self.draft.origins.vertices);
+                report::renumber(&mut filled.report, &numbers);
+                caps.iter_mut()
+                    .for_each(|id| *id = numbers.get(id).copied().unwrap_or(*id));
+            }
+            (filled.mesh, filled.expected_error, filled.report, caps)
+        };
+        let regions = self.report.fill.regions.len();
+        let holes = match which {
+            Filling::Made => report::last_number(&self.report.fill),
+            _ => 0,
+        };
+        let caps: Vec<HoleId> = caps.iter().map(|id| HoleId(id.0 + holes)).collect();
+        let known = self.draft.mesh.positions.len();
+        self.draft
+            .append_fill(mesh, expected_error, &report, regions);
+        self.draft.round_from(known);
+        self.append_report(report, regions, holes, which);
+        self.drop_bad_caps(&caps, regions)
+    }
+
+    /// The parameters of a fill, with the present numbers of holes. `made` are the holes that the repair made.
+    fn filling(
+        &self,
+        found: &Inspection,
+        made: Vec<HoleId>,
+        which: Filling,
+    ) -> Result<FillParams, FillError> {
+        let only = |holes: Vec<HoleId>| FillParams {
+            holes: Some(holes),
+            max_diameter: None,
+            keep_open: Vec::new(),
+            bridge: Vec::new(),
+            flat: Vec::new(),
+            crease: Vec::new(),
+            ..self.params.fill.clone()
+        };
+        if which == Filling::Made || !self.params.holes {
+            return Ok(only(made));
+        }
+        let own = &self.params.fill;
+        let origins = &self.draft.origins.vertices;
+        let chosen = self.choice.params(found, origins, &made, own);
+        if which == Filling::Chosen {
+            return Ok(chosen);
+        }
+        let few = tuning().fill.few_edges;
+        let regions = found.regions(&chosen)?;
+        let groups = regions.hole_groups();
+        let obvious = groups.filter(|group| matches!(group[..], [hole] if hole.edges <= few));
+        Ok(only(obvious.flatten().map(|hole| hole.id).collect()))
+    }
+
+    /// Appends the report of a fill to the report of the fills before it.
+    fn append_report(&mut self, mut new: FillReport, regions: usize, holes: usize, which: Filling) {
+        let all = &mut self.report.fill;
+        if which == Filling::Chosen {
+            all.holes.clone_from(&self.early);
+            all.all_holes = new.all_holes;
+            all.open_chains = new.open_chains;
+        }
+        for mut hole in new.holes.drain(..) {
+            if which != Filling::Chosen && hole.region == 0 {
+                continue;
+            }
+            hole.hole.id.0 += holes;
+            hole.region += if hole.region > 0 { regions } else { 0 };
+            if which == Filling::Obvious {
+                self.early.push(hole.clone());
+            }
+            all.holes.push(hole);
+        }
+        for mut region in new.regions.drain(..) {
+            region.id += regions;
+            region.holes.iter_mut().for_each(|id| id.0 += holes);
+            all.regions.push(region);
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! Open sheets inside a solid, such as partitions that touch its walls: they enclose nothing, and are removed.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::RepairReport;
+use super::draft::Draft;
+use crate::mend::FillError;
+use crate::mesh::topology::NONE;
+use crate::mesh::{Mesh, area_vector};
+use crate::spatial::{Bvh, WindingTree, solid_angle};
+use crate::tuning::tuning;
+
+/// Removes the open components that lie inside the solid of all others: the winding number of the others is one in front of each of
+/// their faces and behind it.
+pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
+    let removed: Vec<bool> = {
+        let found = draft.inspect()?;
+        let topology = &found.topology;
+        let count = topology.component_faces.len();
+        // Edges with one face or with more than two end a component.
+        let mut open = vec![false; count];
+        for f in topology.faces() {
+            let own = 3 * f as usize..3 * f as usize + 3;
+            open[topology.component[f as usize] as usize] |= topology.opposite[own].contains(&NONE);
+        }
+        if count < 2 || !open.contains(&true) {
+            return Ok(());
+        }
+        let mut faces: Vec<Vec<u32>> = vec![Vec::new(); count];
+        for f in topology.faces() {
+            let component = topology.component[f as usize] as usize;
+            let is_small = topology.component_faces[component] <= tuning().repair.sheet_faces;
+            if open[component] && is_small {
+                faces[component].push(f);
+            }
+        }
+        let bvh = Bvh::new(&draft.mesh, topology.faces());
+        let tree = WindingTree::new(&bvh);
+        let is_inner = |own: &Vec<u32>| {
+            !own.is_empty() && {
+                let step = own.len().div_ceil(tuning().repair.samples);
+                let points = own
+                    .iter()
+                    .step_by(step)
+                    .flat_map(|f| sides(&draft.mesh, *f));
+                points.into_iter().all(|p| {
+                    let all = tree.winding_number(&bvh, p);
+                    let rest = all - winding(&draft.mesh, own, p);
+                    rest > 1.0 - tuning().repair.undecided
+                })
+            }
+        };
+        let inner: Vec<bool> = faces.par_iter().map(is_inner).collect();
+        for (own, _) in faces.iter().zip(&inner).filter(|(_, inner)| **inner) {
+            report.inside = [report.inside[0] + 1, report.inside[1] + own.len()];
+        }
+        let component = topology.component.iter();
+        component.map(|&p| p != NONE && inner[p as usize]).collect()
+    };
+    if removed.contains(&true) {
+        draft.remove(&removed);
+    }
+    Ok(())
+}
+
+/// A point in front of a face and one behind it.
+fn sides(mesh: &Mesh, face: u32) -> [DVec3; 2] {
+    let corners = mesh.corners(face);
+    let normal = area_vector(corners);
+    let centre = corners.iter().sum::<DVec3>() / 3.0;
+    let step = tuning().repair.before * (0.5 * normal.length()).sqrt();
+    let step = step * normal.normalize_or_zero();
+    [centre + step, centre - step]
+}
+
+/// The winding number of some faces at a point: their solid angles over that of the sphere.
+fn winding(mesh: &Mesh, faces: &[u32], p: DVec3) -> f64 {
+    let angle = |f: &u32| {
+        let [a, b, c] = mesh.corners(*f).map(|corner| corner - p);
+        solid_angle(a, b, c)
+    };
+    faces.iter().map(angle).sum::<f64>() / (4.0 * PI)
+}

@@ -1,0 +1,207 @@
+//! The search of a repair: plans are orders of steps, tried from the one that loses least to the one that loses most, until the
+//! result of one is sound and has the input's shape. Else the best result is taken.
+
+use std::collections::HashSet;
+
+use super::bodies::Given;
+use super::draft::{Draft, Faults};
+use super::filling::Filling;
+use super::witness::{Shape, Witness};
+use super::{Carried, RepairReport, Run, border, dangling, orient, sheets};
+use crate::mend::{FillError, HoleReport};
+use crate::tuning::tuning;
+
+/// An order of steps after the mesh is cleaned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Plan {
+    /// Holes with one obvious closure are closed and closed bodies united. Only if nothing intersects then, the other holes are
+    /// filled.
+    Unite,
+    /// All holes are filled, then closed bodies united, then intersecting faces cut out.
+    FillThenCut,
+    /// The same, with the holes filled before the mesh is cleaned: cleaning may have joined bodies that only touch.
+    FillThenClean,
+    /// Closed bodies are united, then intersecting faces cut out, then all holes filled.
+    CutThenFill,
+    /// Holes are filled; intersecting faces stay.
+    Keep,
+}
+
+/// How good the result of a plan is; less is better, the first field that differs decides.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+struct Quality {
+    /// Whether a part of the shape is lost that nobody would miss knowingly.
+    destroys: bool,
+    /// Whether it has faults, or its shape is doubtful.
+    is_wrong: bool,
+    faults: Faults,
+    /// Fraction of the input's area cut out.
+    lost: f64,
+    /// One minus the agreement with the input's solid.
+    differs: f64,
+}
+
+/// What the steps change.
+#[derive(Clone)]
+pub(super) struct State {
+    draft: Draft,
+    report: RepairReport,
+    lost: usize,
+    early: Vec<HoleReport>,
+    asked: HashSet<u32>,
+}
+
+impl Run<'_> {
+    /// A copy of the state that the steps change.
+    pub(super) fn state(&self) -> State {
+        State {
+            draft: self.draft.clone(),
+            report: self.report.clone(),
+            lost: self.lost,
+            early: self.early.clone(),
+            asked: self.asked.clone(),
+        }
+    }
+
+    /// Returns to an earlier state.
+    pub(super) fn restore(&mut self, state: State) {
+        self.draft = state.draft;
+        self.report = state.report;
+        self.lost = state.lost;
+        self.early = state.early;
+        self.asked = state.asked;
+    }
+
+    /// Runs the plans on the cleaned mesh and keeps the best result. `given` is the mesh before it was cleaned, if faces intersect.
+    pub(super) fn search(
+        &mut self,
+        given: Option<Given>,
+        carried: &Carried,
+    ) -> Result<(), FillError> {
+        let cleaned = self.state();
+        let mut witness = None;
+        let intersects = self.params.crossings && !self.draft.self_intersections()?.is_empty();
+        let is_open = self.params.holes && self.draft.inspect()?.topology.boundary.contains(&true);
+        let plans: &[Plan] = match (intersects, is_open) {
+            (false, _) => &[Plan::CutThenFill],
+            (true, false) => &[Plan::CutThenFill, Plan::Keep],
+            (true, true) => &[
+                Plan::Unite,
+                Plan::FillThenCut,
+                Plan::FillThenClean,
+                Plan::CutThenFill,
+                Plan::Keep,
+            ],
+        };
+        let mut best: Option<(Quality, State)> = None;
+        for &plan in plans {
+            let is_last_resort = plan == Plan::Keep;
+            if is_last_resort && best.as_ref().is_some_and(|(q, _)| !q.destroys) {
+                break;
+            }
+            self.restore(cleaned.clone());
+            if !self.follow(plan, given.as_ref(), carried)? {
+                continue;
+            }
+            let shape = self.shape(&cleaned.draft, intersects, &mut witness)?;
+            let quality = self.quality(&shape)?;
+            log::debug!("plan {plan:?}: {quality:?}");
+            self.report.doubt = shape.doubt();
+            if best.as_ref().is_none_or(|(known, _)| quality < *known) {
+                best = Some((quality, self.state()));
+            }
+            if !quality.is_wrong {
+                break;
+            }
+        }
+        if let Some((_, state)) = best {
+            self.restore(state);
+        }
+        Ok(())
+    }
+
+    /// Runs a plan; returns whether it could be followed to its end.
+    fn follow(
+        &mut self,
+        plan: Plan,
+        given: Option<&Given>,
+        carried: &Carried,
+    ) -> Result<bool, FillError> {
+        self.cuts = self.params.crossings && plan != Plan::Keep;
+        if plan == Plan::FillThenClean {
+            let joined = self.report.welded_vertices + self.report.stitched_junctions > 0;
+            let Some((draft, report)) = given.filter(|_| joined) else {
+                return Ok(false);
+            };
+            (self.draft, self.report) = (draft.clone(), report.clone());
+        }
+        let old = border(&*self.draft.inspect()?);
+        match plan {
+            Plan::Unite => self.fill(&old, Filling::Obvious)?,
+            Plan::FillThenCut | Plan::FillThenClean => self.fill(&old, Filling::Chosen)?,
+            Plan::CutThenFill | Plan::Keep => {}
+        }
+        let fills = !matches!(plan, Plan::CutThenFill | Plan::Keep);
+        let filled = fills.then(|| (self.draft.clone(), self.report.clone()));
+        if plan == Plan::FillThenClean {
+            self.clean(carried)?;
+        }
+        if let Some(given) = filled.as_ref().or(given).filter(|_| self.cuts) {
+            self.unite(given, carried)?;
+        }
+        self.separate()?;
+        self.drop_components()?;
+        if plan == Plan::Unite && !self.draft.self_intersections()?.is_empty() {
+            return Ok(false);
+        }
+        self.fill_and_cut(matches!(plan, Plan::FillThenCut | Plan::FillThenClean))?;
+        Ok(true)
+    }
+
+    /// Separates surfaces that meet in edges and vertices.
+    fn separate(&mut self) -> Result<(), FillError> {
+        if !self.params.split {
+            return Ok(());
+        }
+        dangling::join(&mut self.draft)?;
+        sheets::separate(&mut self.draft, &mut self.report)?;
+        // A separated component may be a closed body now, whose outside is known.
+        if self.params.orient && self.report.split_vertices + self.report.non_manifold_faces > 0 {
+            self.report.reoriented_faces += orient::orient(&mut self.draft)?;
+        }
+        self.go_on()
+    }
+
+    /// The shape of the present state. The witness is the solid of the `cleaned` mesh, made if needed: where nothing intersected and
+    /// no face is gone, the shape is the input's.
+    fn shape(
+        &self,
+        cleaned: &Draft,
+        intersects: bool,
+        witness: &mut Option<Witness>,
+    ) -> Result<Shape, FillError> {
+        let faces = self.input.faces.len();
+        if !intersects && cleaned.origins.living(faces) == self.draft.origins.living(faces) {
+            return Ok(Shape::whole());
+        }
+        let witness = match witness {
+            Some(witness) => witness,
+            None => witness.insert(Witness::new(cleaned, self.input)?),
+        };
+        witness.shape(&self.draft, &self.asked)
+    }
+
+    fn quality(&mut self, shape: &Shape) -> Result<Quality, FillError> {
+        let faults = self.draft.faults()?;
+        let destroys = tuning().repair.destroyed;
+        Ok(Quality {
+            destroys: shape.lost.max(1.0 - shape.agreement) > destroys,
+            is_wrong: faults.intersecting_or_not_manifold() > 0
+                || self.report.fill.incomplete()
+                || shape.doubt().is_some(),
+            faults,
+            lost: shape.lost,
+            differs: 1.0 - shape.agreement,
+        })
+    }
+}

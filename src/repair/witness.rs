@@ -1,0 +1,215 @@
+//! The witness of a repair: the solid that the input means, which is where its winding number exceeds one half, and how much of it
+//! a result loses.
+//!
+//! The generalized winding number (Jacobson, Kavan, Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding
+//! numbers", 2013) tells the inside of a mesh with holes, with intersecting parts and with bodies inside others. Points where it is
+//! near one half, and points near the input's holes, decide nothing.
+
+use std::collections::HashSet;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::draft::Draft;
+use crate::check::ShapeDoubt;
+use crate::mend::{FillError, Inspection};
+use crate::mesh::topology::NONE;
+use crate::mesh::{Mesh, area_vector};
+use crate::spatial::{Bvh, WindingTree};
+use crate::tuning::tuning;
+
+/// The solid of a mesh.
+struct Solid {
+    bvh: Bvh,
+    tree: WindingTree,
+}
+
+impl Solid {
+    fn new(mesh: &Mesh, faces: impl Iterator<Item = u32>) -> Self {
+        let bvh = Bvh::new(mesh, faces);
+        let tree = WindingTree::new(&bvh);
+        Self { bvh, tree }
+    }
+
+    fn winding(&self, p: DVec3) -> f64 {
+        self.tree.winding_number(&self.bvh, p)
+    }
+}
+
+/// What a result says of the solid that the input means.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Shape {
+    /// Fraction of the input's area that was cut out: faces inside other bodies, doubled and requested ones do not count.
+    pub(super) lost: f64,
+    /// The centre of the largest connected part cut out, by area.
+    pub(super) lost_at: DVec3,
+    /// Volume common to both solids over the volume of both together, at the points that decide; 1 if there are none.
+    pub(super) agreement: f64,
+    /// A point in only one of them.
+    pub(super) differs_at: DVec3,
+}
+
+impl Shape {
+    /// The shape of a result that is the input's.
+    pub(super) fn whole() -> Self {
+        Self {
+            agreement: 1.0,
+            ..Self::default()
+        }
+    }
+
+    /// Why the shape is doubtful, if it is.
+    pub(super) fn doubt(&self) -> Option<ShapeDoubt> {
+        let rules = &tuning().repair;
+        let loses = self.lost > rules.doubtful_loss;
+        let differs = 1.0 - self.agreement > rules.doubtful_difference;
+        (loses || differs).then_some(ShapeDoubt {
+            lost: self.lost,
+            lost_at: loses.then_some(self.lost_at),
+            agreement: self.agreement,
+            differs_at: differs.then_some(self.differs_at),
+        })
+    }
+}
+
+/// The solid that the input means, with points at which results are compared with it.
+pub(super) struct Witness {
+    solid: Solid,
+    /// Points in the input's bounding box that decide.
+    points: Vec<DVec3>,
+    /// Whether each is inside.
+    inside: Vec<bool>,
+    /// The corners of the input's faces in the orientation of the solid, and their areas; by input face.
+    faces: Vec<[DVec3; 3]>,
+}
+
+impl Witness {
+    /// The witness of a cleaned and oriented draft.
+    pub(super) fn new(draft: &Draft, input: &Mesh) -> Result<Self, FillError> {
+        let found = draft.inspect()?;
+        let solid = Solid::new(&draft.mesh, found.topology.faces());
+        let rules = &tuning().repair;
+        let (low, high) =
+            crate::mesh::bounds((found.topology.faces()).flat_map(|f| draft.mesh.corners(f)));
+        let balls: Vec<(DVec3, f64)> = (found.holes.iter())
+            .map(|h| (h.centre, rules.near_hole * h.diameter))
+            .collect();
+        let is_near_hole = |p: &DVec3| balls.iter().any(|(c, r)| p.distance_squared(*c) < r * r);
+        let decided: Vec<(DVec3, bool)> = (1..=rules.witness_points as u32)
+            .into_par_iter()
+            .map(|i| low + halton(i) * (high - low))
+            .filter(|p| !is_near_hole(p))
+            .filter_map(|p| {
+                let winding = solid.winding(p);
+                let sure = (winding - 0.5).abs() > rules.undecided;
+                sure.then_some((p, winding > 0.5))
+            })
+            .collect();
+        let (points, inside) = decided.into_iter().unzip();
+        let mut faces: Vec<[DVec3; 3]> = (0..input.faces.len() as u32)
+            .map(|f| input.corners(f))
+            .collect();
+        for (f, origin) in draft.origins.faces.iter().enumerate() {
+            if origin.face != NONE && origin.corners == [0, 2, 1] {
+                faces[draft.origins.faces[f].face as usize].swap(1, 2);
+            }
+        }
+        Ok(Self {
+            solid,
+            points,
+            inside,
+            faces,
+        })
+    }
+
+    /// What a draft says of the solid. `asked` are input faces that were removed on request.
+    pub(super) fn shape(&self, draft: &Draft, asked: &HashSet<u32>) -> Result<Shape, FillError> {
+        let found = draft.inspect()?;
+        let (lost, lost_at) = self.lost(draft, asked);
+        let (agreement, differs_at) = self.agreement(draft, &found);
+        Ok(Shape {
+            lost,
+            lost_at,
+            agreement,
+            differs_at,
+        })
+    }
+
+    /// The fraction of the input's outer area that has no face left, and the area-weighted centre of what is lost.
+    fn lost(&self, draft: &Draft, asked: &HashSet<u32>) -> (f64, DVec3) {
+        let living = draft.origins.living(self.faces.len());
+        let bits = |p: [DVec3; 3]| p.map(|p| p.to_array().map(|x| (x + 0.0).to_bits()));
+        let mut there: HashSet<[[u64; 3]; 3]> = HashSet::new();
+        for (f, _) in living.iter().enumerate().filter(|(_, lives)| **lives) {
+            let mut corners = bits(self.faces[f]);
+            corners.sort_unstable();
+            there.insert(corners);
+        }
+        let outer = |f: u32| -> (f64, bool) {
+            let corners = self.faces[f as usize];
+            let area = 0.5 * area_vector(corners).length();
+            let is_lost = !living[f as usize] && !asked.contains(&f) && area > 0.0 && {
+                let mut key = bits(corners);
+                key.sort_unstable();
+                !there.contains(&key) && !self.is_inner(corners)
+            };
+            (area, is_lost)
+        };
+        let of: Vec<(f64, bool)> = (0..self.faces.len() as u32)
+            .into_par_iter()
+            .map(outer)
+            .collect();
+        let all: f64 = of.iter().map(|(area, _)| area).sum();
+        let (mut lost, mut moment) = (0.0, DVec3::ZERO);
+        for (corners, (area, _)) in self.faces.iter().zip(&of).filter(|(_, (_, lost))| *lost) {
+            lost += area;
+            moment += *area / 3.0 * corners.iter().sum::<DVec3>();
+        }
+        match lost > 0.0 {
+            true => (lost / all, moment / lost),
+            false => (0.0, DVec3::ZERO),
+        }
+    }
+
+    /// Whether a face of the input lies inside other bodies: the point before it is inside.
+    fn is_inner(&self, corners: [DVec3; 3]) -> bool {
+        let rules = &tuning().repair;
+        let normal = area_vector(corners);
+        let step = rules.before * (0.5 * normal.length()).sqrt();
+        let centre = corners.iter().sum::<DVec3>() / 3.0;
+        let before = centre + step * normal.normalize_or_zero();
+        self.solid.winding(before) > 0.5 + rules.undecided
+    }
+
+    /// The common volume of both solids over that of both together, and a point in only one of them.
+    fn agreement(&self, draft: &Draft, found: &Inspection) -> (f64, DVec3) {
+        let solid = Solid::new(&draft.mesh, found.topology.faces());
+        let after: Vec<bool> = (self.points.par_iter())
+            .map(|p| solid.winding(*p) > 0.5)
+            .collect();
+        let pairs = || self.inside.iter().zip(&after);
+        let both = pairs().filter(|(a, b)| **a && **b).count();
+        let either = pairs().filter(|(a, b)| **a || **b).count();
+        let differs = pairs().position(|(a, b)| a != b);
+        let at = differs.map_or(DVec3::ZERO, |i| self.points[i]);
+        match either {
+            0 => (1.0, at),
+            _ => (both as f64 / either as f64, at),
+        }
+    }
+}
+
+/// A point of the Halton sequence with the bases 2, 3 and 5 in the unit cube (J. H. Halton, "On the efficiency of certain
+/// quasi-random sequences of points in evaluating multi-dimensional integrals", 1960).
+fn halton(index: u32) -> DVec3 {
+    let radical = |base: u32| {
+        let (mut rest, mut part, mut sum) = (index, 1.0, 0.0);
+        while rest > 0 {
+            part /= f64::from(base);
+            sum += part * f64::from(rest % base);
+            rest /= base;
+        }
+        sum
+    };
+    DVec3::new(radical(2), radical(3), radical(5))
+}
