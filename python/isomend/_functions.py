@@ -202,7 +202,7 @@ def repair(
         flat_base: Put open sheets such as terrains on a flat base, with straight walls down from their outer borders.
         base_offset: Distance from the lowest vertex of the sheet down to the base of ``flat_base``, in the mesh's units. By
             default the mean edge of the border.
-        drop_inside: Remove components that lie wholly inside another one.
+        drop_inside: Remove components that lie wholly inside another one; cavities stay.
         keep_duplicates: Keep coinciding vertices, and degenerate and duplicate faces.
         keep_orientation: Keep the orientation of all faces.
         keep_non_manifold: Keep non-manifold edges, which have more than two faces, and non-manifold vertices, where surfaces

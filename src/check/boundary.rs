@@ -6,11 +6,12 @@ use std::collections::{BTreeSet, HashMap};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::defects::self_intersections;
 use super::edge_tree::EdgeTree;
 use super::resolution::weld_length;
 use crate::elementary::{log10, powf};
 use crate::mesh::topology::{Topology, end, start};
-use crate::mesh::{Hole, Mesh, VertexFaces};
+use crate::mesh::{DisjointSets, Hole, Mesh, VertexFaces};
 use crate::spatial::{Bounds, BoxTree};
 use crate::tuning::tuning;
 
@@ -273,6 +274,35 @@ impl<'a> Boundary<'a> {
         edges.into_par_iter().filter_map(nearest).collect()
     }
 
+    /// The diagonal of the bounding box of the mesh's faces, in mesh units.
+    fn diagonal(&self) -> f64 {
+        let corners = self.mesh.faces.iter().flatten();
+        let (low, high) = crate::mesh::bounds(corners.map(|v| self.position(*v)));
+        low.distance(high)
+    }
+
+    /// Whether merging boundary vertices within a length leaves fewer boundary edges, and no more edges with several faces or faces
+    /// that intersect others.
+    fn is_closed_by_welding(&self, length: f64) -> bool {
+        let around = VertexFaces::new(self.mesh);
+        let mut sets = DisjointSets::new(self.mesh.positions.len());
+        self.for_each_pair(length, |v, w| {
+            if !self.are_adjacent(&around, v, w) {
+                sets.join(v, w);
+            }
+        });
+        let faces = self.mesh.faces.iter().map(|f| f.map(|v| sets.find(v)));
+        let welded = Mesh::new(self.mesh.positions.clone(), faces.collect());
+        let faults = |mesh: &Mesh| {
+            let topology = Topology::without_orienting(mesh);
+            let open = topology.boundary.iter().filter(|b| **b).count();
+            let crowded = topology.non_manifold_edges(mesh).len();
+            (open, crowded, self_intersections(mesh, &topology).len())
+        };
+        let (before, after) = (faults(self.mesh), faults(&welded));
+        after.0 < before.0 && after.1 <= before.1 && after.2 <= before.2
+    }
+
     /// What would close the boundary, which consists of these holes.
     pub(super) fn closing(&self, holes: &[Hole]) -> Closing {
         let junctions = self.junctions();
@@ -293,10 +323,12 @@ impl<'a> Boundary<'a> {
             .collect();
         let distances = self.match_distances(tuning().check.weld_part);
         let weld = weld_advice(distances, self.ends.len());
+        let weld = weld.filter(|(length, _)| self.is_closed_by_welding(*length));
+        let most = self.unit.max(tuning().repair.crack * self.diagonal());
         Closing {
             junctions: vertices.len(),
             junction_holes: holes.iter().filter(closes).count(),
-            by_default: weld.is_some_and(|(length, _)| length <= self.unit),
+            by_default: weld.is_some_and(|(length, _)| length <= most),
             weld,
         }
     }

@@ -41,8 +41,8 @@ pub(super) fn planar_rims(
     // A plane cut leaves several rims in one plane; one alone may be the rim of a round part that is to be continued.
     let is_cut = |i: usize| {
         let others = (0..flat.len()).filter(|&j| j != i && coplanar(flat[i], flat[j]));
-        let mut steep = others.filter(|&j| straight[j].are_steep);
-        straight[i].are_steep && steep.next().is_some()
+        let mut leaving = others.filter(|&j| straight[j].leave_plane);
+        straight[i].leave_plane && leaving.next().is_some()
     };
     let own: Vec<usize> = (0..flat.len())
         .filter(|&i| straight[i].are_straight || is_cut(i))
@@ -97,8 +97,8 @@ fn winds_round(found: &Inspection, hole: &Hole, p: DVec3) -> bool {
 
 /// The walls that end at a rim.
 struct Walls {
-    /// Whether all their faces at the rim are steep.
-    are_steep: bool,
+    /// Whether most of their faces at the rim leave its plane.
+    leave_plane: bool,
     /// Whether they are steep, and equally so down to a fraction of the rim's diameter, or to their next sharp edge.
     are_straight: bool,
 }
@@ -113,10 +113,11 @@ fn walls(found: &Inspection, hole: &Hole) -> Walls {
         heights.fold(f64::INFINITY, f64::min)
     };
     let mut seen: Vec<u32> = at_rim(found, hole);
-    let are_steep = seen.iter().all(|f| tilt(*f).abs() <= rules.steep);
-    if !are_steep {
+    let leaving = seen.iter().filter(|f| tilt(**f).abs() <= rules.leaving);
+    let leave_plane = 4 * leaving.count() >= 3 * seen.len();
+    if !seen.iter().all(|f| tilt(*f).abs() <= rules.steep) {
         return Walls {
-            are_steep,
+            leave_plane,
             are_straight: false,
         };
     }
@@ -142,7 +143,7 @@ fn walls(found: &Inspection, hole: &Hole) -> Walls {
         }
     }
     Walls {
-        are_steep,
+        leave_plane,
         are_straight: high - low <= rules.straight,
     }
 }

@@ -234,7 +234,7 @@ pub const REPAIR: Table = Table {
         Parameter {
             name: "drop_inside",
             field: "drop_inside",
-            sentence: "Remove components that lie wholly inside another one.",
+            sentence: "Remove components that lie wholly inside another one; cavities stay.",
             ..Parameter::PLAIN
         },
         Parameter {

@@ -155,9 +155,9 @@ struct Known {
     crossing: HashSet<u32>,
     /// Non-manifold edges between welded vertices, the smaller number first.
     crowded: HashSet<(u32, u32)>,
-    /// Edges along which two faces run in the same direction; none where these are joined too. The sides of a crack run against
-    /// each other; the borders of two sheets beside each other need not.
-    misoriented: Option<HashSet<(u32, u32)>>,
+    /// Edges at which two faces lie on each other and run in the same direction; none where these are joined too. So do the borders of
+    /// two sheets beside each other, and no sides of a crack.
+    folded: Option<HashSet<(u32, u32)>>,
     /// Number of boundary edges.
     open: usize,
 }
@@ -171,7 +171,7 @@ impl Known {
                 .map(|f| draft.origins.faces[*f as usize].face)
                 .collect(),
             crowded: crowded(&found).collect(),
-            misoriented: (kind == Kind::Cracks).then(|| misoriented(&found).collect()),
+            folded: (kind == Kind::Cracks).then(|| folded(&found).collect()),
             open: boundary_edges(&found),
         })
     }
@@ -189,8 +189,8 @@ impl Known {
         }
         let edges = crowded(&found).filter(|e| !self.crowded.contains(e));
         wrong.extend(edges.flat_map(|(v, w)| [v, w]));
-        if let Some(known) = &self.misoriented {
-            let edges = misoriented(&found).filter(|e| !known.contains(e));
+        if let Some(known) = &self.folded {
+            let edges = folded(&found).filter(|e| !known.contains(e));
             wrong.extend(edges.flat_map(|(v, w)| [v, w]));
         }
         Ok(wrong)
@@ -205,15 +205,24 @@ fn crowded(found: &Inspection) -> impl Iterator<Item = (u32, u32)> {
     })
 }
 
-/// The edges along which two faces run in the same direction, in the orientation of the draft.
-fn misoriented(found: &Inspection) -> impl Iterator<Item = (u32, u32)> {
+/// The edges along which two faces run in the same direction, in the orientation of the draft, and lie on the same side.
+fn folded(found: &Inspection) -> impl Iterator<Item = (u32, u32)> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let half_edges = 0..topology.opposite.len() as u32;
     let pairs = half_edges.map(|h| (h, topology.opposite[h as usize]));
     let pairs = pairs.filter(|(h, o)| *o != NONE && h < o);
     let same = pairs.filter(|(h, o)| {
         let turned = |h: u32| topology.turned[h as usize / 3];
-        (start(mesh, *h) == start(mesh, *o)) != (turned(*h) != turned(*o))
+        let across = |h: u32| {
+            let apex = mesh.faces[h as usize / 3][(h as usize % 3 + 2) % 3];
+            let [a, b, c] =
+                [start(mesh, h), end(mesh, h), apex].map(|v| mesh.positions[v as usize]);
+            (c - a)
+                .reject_from_normalized((b - a).normalize_or_zero())
+                .normalize_or_zero()
+        };
+        let are_same = (start(mesh, *h) == start(mesh, *o)) != (turned(*h) != turned(*o));
+        are_same && across(*h).dot(across(*o)) > tuning().repair.folded
     });
     same.map(|(h, _)| {
         let (v, w) = (start(mesh, h), end(mesh, h));

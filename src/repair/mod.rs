@@ -32,6 +32,7 @@ mod shell_rounds;
 mod shell_search;
 mod shell_vertex;
 mod shell_walls;
+mod twins;
 mod union;
 mod widen;
 mod witness;
@@ -43,7 +44,6 @@ use glam::DMat4;
 
 use super::{FillError, FillReport, Inspection};
 use crate::check::{DefectKind, components, weld_length};
-use crate::fill::FillParams;
 use crate::mend::{Control, HoleReport, Watch};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, Mesh, Origins};
@@ -117,6 +117,7 @@ pub fn repair(
             report: RepairReport::default(),
             choice: Choice::default(),
             cuts: params.crossings,
+            splits: params.split,
             lost: 0,
             early: Vec::new(),
             asked: HashSet::new(),
@@ -143,6 +144,8 @@ struct Run<'a> {
     choice: Choice,
     /// Whether the present plan cuts intersecting faces out.
     cuts: bool,
+    /// Whether it separates surfaces, or cuts them out where they cannot be separated.
+    splits: bool,
     /// Input faces removed so far because patches intersected other faces.
     lost: usize,
     /// Holes closed before the fill of the chosen ones.
@@ -197,6 +200,9 @@ impl Run<'_> {
         let given =
             (crosses && params.crossings).then(|| (self.draft.clone(), self.report.clone()));
         self.clean(carried)?;
+        if params.clean && params.crossings {
+            twins::drop(&mut self.draft, &mut self.report)?;
+        }
         if params.crossings {
             inner_sheets::drop(&mut self.draft, &mut self.report)?;
         }
@@ -267,7 +273,7 @@ impl Run<'_> {
             };
             self.fill(&old, which)?;
             reopened = false;
-            if self.params.split {
+            if self.splits {
                 let before = self.report.non_manifold_faces;
                 sheets::separate(&mut self.draft, &mut self.report)?;
                 reopened = self.report.non_manifold_faces > before;
@@ -277,10 +283,15 @@ impl Run<'_> {
             }
             old = border(&*self.draft.inspect()?);
         }
-        let may_stay = self.params.crossings;
-        dangling::drop(&mut self.draft, &mut self.report, may_stay)?;
+        // A plan that separates nothing removes nothing either.
+        let drops = self.splits || !self.params.split;
+        if drops {
+            dangling::drop(&mut self.draft, &mut self.report, self.params.crossings)?;
+        }
         if self.params.crossings {
             self.clear()?;
+        }
+        if self.params.crossings && drops {
             dangling::drop(&mut self.draft, &mut self.report, false)?;
         }
         if self.params.clean {
@@ -329,7 +340,7 @@ impl Run<'_> {
 
     /// Separates surfaces that patches joined at edges or vertices, if that reduces the faults.
     fn separate_again(&mut self) -> Result<(), FillError> {
-        if self.params.split && !self.draft.faults()?.is_manifold() {
+        if self.splits && !self.draft.faults()?.is_manifold() {
             let before = self.judged_state()?;
             sheets::separate(&mut self.draft, &mut self.report)?;
             self.keep_better(before)?;

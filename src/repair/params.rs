@@ -27,7 +27,7 @@ pub struct RepairParams {
     pub split: bool,
     /// Removes components with less than this fraction of the largest component's area.
     pub debris: Option<f64>,
-    /// Removes components that lie entirely inside another one.
+    /// Removes components that lie entirely inside another one, but no cavities of bodies.
     pub drop_inside: bool,
     /// Cuts out faces that intersect others, with the faces round them.
     pub crossings: bool,

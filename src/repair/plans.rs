@@ -23,7 +23,7 @@ enum Plan {
     FillThenClean,
     /// Closed bodies are united, then intersecting faces cut out, then all holes filled.
     CutThenFill,
-    /// Holes are filled; intersecting faces stay.
+    /// Holes are filled; faces that intersect or meet at non-manifold edges stay.
     Keep,
 }
 
@@ -128,6 +128,7 @@ impl Run<'_> {
         carried: &Carried,
     ) -> Result<bool, FillError> {
         self.cuts = self.params.crossings && plan != Plan::Keep;
+        self.splits = self.params.split && plan != Plan::Keep;
         if plan == Plan::FillThenClean {
             let joined = self.report.welded_vertices + self.report.stitched_junctions > 0;
             let Some((draft, report)) = given.filter(|_| joined) else {
@@ -160,7 +161,7 @@ impl Run<'_> {
 
     /// Separates surfaces that meet in edges and vertices.
     fn separate(&mut self) -> Result<(), FillError> {
-        if !self.params.split {
+        if !self.splits {
             return Ok(());
         }
         dangling::join(&mut self.draft)?;

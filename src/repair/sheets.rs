@@ -152,6 +152,7 @@ fn detached(found: &Inspection, unclear: &[Vec<u32>], cuts: &mut Vec<u32>) -> Ve
             fan,
             vertex: v,
             displacements,
+            is_alternative: false,
         });
     }
     cuts.retain(|&f| !free.contains(&component(f)));
@@ -200,6 +201,8 @@ struct CopyRequest {
     vertex: u32,
     /// Candidate displacements, in the order in which they are tried.
     displacements: Vec<DVec3>,
+    /// Whether the fan gets a copy only if no other fan at the vertex could.
+    is_alternative: bool,
 }
 
 /// Vertex copies that separate surfaces meeting in a vertex. One fan keeps the vertex: an open one if there is one, else the one
@@ -222,15 +225,22 @@ fn touching(found: &Inspection, is_old: impl Fn(u32) -> bool) -> Vec<CopyRequest
         all.sort_by_key(|fan| std::cmp::Reverse((old(fan), fan.len())));
         let closed = |fan: &Vec<u32>| is_closed(mesh, topology, fan, v);
         let spared = all.iter().position(|fan| !closed(fan)).unwrap_or(0);
-        for (i, fan) in all.iter().enumerate() {
-            if i == spared || !closed(fan) {
+        let others = (0..all.len()).filter(|i| *i != spared);
+        for i in others.chain([spared]) {
+            let fan = &all[i];
+            if !closed(fan) {
                 continue;
             }
-            let displacements = vec![inward(mesh, fan, v), along(mesh, fan, v)];
+            let ways = [inward(mesh, fan, v), along(mesh, fan, v)];
+            let nearer = tuning().repair.apart_nearer;
+            let factors = [1.0, nearer, 1.0 / nearer];
             requests.push(CopyRequest {
                 fan: fan.clone(),
                 vertex: v,
-                displacements,
+                displacements: (factors.iter())
+                    .flat_map(|factor| ways.map(|way| *factor * way))
+                    .collect(),
+                is_alternative: i == spared,
             });
         }
     }
@@ -288,7 +298,19 @@ fn placed(found: &Inspection, requests: Vec<CopyRequest>, rounding: Rounding) ->
             shift: *displacement,
         })
     };
-    requests.into_iter().filter_map(place).collect()
+    let mut copies = Vec::new();
+    let mut done: BTreeSet<u32> = BTreeSet::new();
+    for request in requests {
+        let vertex = request.vertex;
+        if request.is_alternative && done.contains(&vertex) {
+            continue;
+        }
+        if let Some(copy) = place(request) {
+            done.insert(vertex);
+            copies.push(copy);
+        }
+    }
+    copies
 }
 
 /// Whether a fan closes round its vertex.

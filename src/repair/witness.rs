@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::draft::Draft;
 use crate::check::ShapeDoubt;
-use crate::mend::{FillError, Inspection};
+use crate::mend::FillError;
 use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, area_vector};
 use crate::spatial::{Bvh, WindingTree};
@@ -81,6 +81,8 @@ pub(super) struct Witness {
     inside: Vec<bool>,
     /// The corners of the input's faces in the orientation of the solid, and their areas; by input face.
     faces: Vec<[DVec3; 3]>,
+    /// Distance from the result's surface within which a face counts as replaced by its like, in mesh units.
+    near: f64,
 }
 
 impl Witness {
@@ -115,6 +117,7 @@ impl Witness {
             }
         }
         Ok(Self {
+            near: rules.replaced * low.distance(high),
             solid,
             points,
             inside,
@@ -125,8 +128,9 @@ impl Witness {
     /// What a draft says of the solid. `asked` are input faces that were removed on request.
     pub(super) fn shape(&self, draft: &Draft, asked: &HashSet<u32>) -> Result<Shape, FillError> {
         let found = draft.inspect()?;
-        let (lost, lost_at) = self.lost(draft, asked);
-        let (agreement, differs_at) = self.agreement(draft, &found);
+        let result = Solid::new(&draft.mesh, found.topology.faces());
+        let (lost, lost_at) = self.lost(draft, &result, asked);
+        let (agreement, differs_at) = self.agreement(&result);
         Ok(Shape {
             lost,
             lost_at,
@@ -135,8 +139,9 @@ impl Witness {
         })
     }
 
-    /// The fraction of the input's outer area that has no face left, and the area-weighted centre of what is lost.
-    fn lost(&self, draft: &Draft, asked: &HashSet<u32>) -> (f64, DVec3) {
+    /// The fraction of the input's outer area that has no face left and is not near the result's surface, and the area-weighted centre
+    /// of what is lost.
+    fn lost(&self, draft: &Draft, result: &Solid, asked: &HashSet<u32>) -> (f64, DVec3) {
         let living = draft.origins.living(self.faces.len());
         let bits = |p: [DVec3; 3]| p.map(|p| p.to_array().map(|x| (x + 0.0).to_bits()));
         let mut there: HashSet<[[u64; 3]; 3]> = HashSet::new();
@@ -151,7 +156,9 @@ impl Witness {
             let is_lost = !living[f as usize] && !asked.contains(&f) && area > 0.0 && {
                 let mut key = bits(corners);
                 key.sort_unstable();
-                !there.contains(&key) && !self.is_inner(corners)
+                let centre = corners.iter().sum::<DVec3>() / 3.0;
+                let is_near = || result.bvh.closest(centre, self.near).is_some();
+                !there.contains(&key) && !is_near() && !self.is_inner(corners)
             };
             (area, is_lost)
         };
@@ -182,10 +189,9 @@ impl Witness {
     }
 
     /// The common volume of both solids over that of both together, and a point in only one of them.
-    fn agreement(&self, draft: &Draft, found: &Inspection) -> (f64, DVec3) {
-        let solid = Solid::new(&draft.mesh, found.topology.faces());
+    fn agreement(&self, result: &Solid) -> (f64, DVec3) {
         let after: Vec<bool> = (self.points.par_iter())
-            .map(|p| solid.winding(*p) > 0.5)
+            .map(|p| result.winding(*p) > 0.5)
             .collect();
         let pairs = || self.inside.iter().zip(&after);
         let both = pairs().filter(|(a, b)| **a && **b).count();

@@ -7,6 +7,18 @@ use crate::repair::RepairReport;
 /// Maximum number of offset shells with a line of their own.
 const MAX_SHELL_LINES: usize = 5;
 
+/// What was done at T-junctions and cracks.
+fn junctions(crack_width: f64, unit: Option<Unit>) -> String {
+    let cracks = match crack_width > 0.0 {
+        true => format!(
+            "; cracks up to {} wide closed",
+            Unit::text(unit, crack_width)
+        ),
+        false => String::new(),
+    };
+    format!("T-junctions closed by splitting the edges there{cracks}")
+}
+
 /// One line for each step that changed something.
 pub fn repair_lines(r: &RepairReport) -> Vec<String> {
     repair_lines_in(r, None)
@@ -23,13 +35,7 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
         ),
         (
             r.stitched_junctions,
-            match r.crack_width > 0.0 {
-                true => format!(
-                    "T-junctions closed by splitting the edges there; cracks up to {} wide closed",
-                    Unit::text(unit, r.crack_width)
-                ),
-                false => "T-junctions closed by splitting the edges there".to_owned(),
-            },
+            junctions(r.crack_width, unit),
         ),
         (r.degenerate_faces, "degenerate faces removed".to_owned()),
         (

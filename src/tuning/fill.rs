@@ -8,6 +8,8 @@ thresholds! {
         planar_rim: f64 = 3e-5,
         /// Cosine. Walls whose normals are at least this far from a rim's normal stand steeply on its plane (53°).
         steep: f64 = 0.6,
+        /// Cosine. Faces whose normals are farther than this from a rim's normal leave its plane (18°): a plane cut through a body.
+        leaving: f64 = 0.95,
         /// Cosine. The normals of straight walls differ by less than this in their angle with the rim's normal. On a ball that was
         /// cut through its middle they differ by 0.5 within [`Self::wall_depth`].
         straight: f64 = 0.03,

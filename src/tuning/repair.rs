@@ -128,6 +128,8 @@ thresholds! {
         doubtful_difference: f64 = 0.01,
         /// Fraction of area or of volume. A plan that loses more is taken only if all others do.
         destroyed: f64 = 0.1,
+        /// Diagonals of the bounding box. A face that was cut out is not lost if the result's surface is this near to its centre.
+        replaced: f64 = 1e-3,
         /// Points at which the solids are compared, before those that decide nothing are left out.
         witness_points: usize = 8192,
         /// Distance of a winding number from one half. Points nearer to it decide nothing: they lie near large holes.
@@ -141,6 +143,8 @@ thresholds! {
         crack_growth: f64 = 4.0,
         /// Attempts at each width, at most: each leaves out the vertices at which the one before made faces intersect.
         crack_attempts: usize = 4,
+        /// Cosine. Faces at an edge whose angle is below this (60°) lie on each other.
+        folded: f64 = 0.5,
         /// Rounds of merging vertices and splitting edges in an attempt, at most.
         crack_rounds: usize = 6,
         /// Rounds of splits at T-junctions, at most: each splits one edge of a face.
@@ -153,6 +157,8 @@ thresholds! {
         halving_rounds: usize = 3,
         /// Shortest edges. Separated vertices are moved apart by this.
         apart: f64 = 1e-3,
+        /// Factor of [`Self::apart`] where faces would intersect; then its inverse.
+        apart_nearer: f64 = 0.1,
         /// Units in the last place of 32-bit floats. Separated vertices are moved apart by at least this.
         least_apart: f64 = 16.0,
     }

@@ -112,7 +112,7 @@ fn the_check_recommends_the_weld_length_that_closes_most_edges() {
     let torn = verdict(&rest);
     let (length, edges) = torn.weld.unwrap();
     assert!((2e-4..2.2e-4).contains(&length), "{length}");
-    assert!(!torn.weld_by_default && edges > 10);
+    assert!(torn.weld_by_default && edges > 10);
     let mut params = RepairParams::default();
     params.weld = Some(length);
     let done = repair(&rest, &params, &Carried::default(), &Control::new()).unwrap();

@@ -327,15 +327,16 @@ fn a_self_intersecting_body_is_united_with_itself_and_cavities_stay() {
 }
 
 #[test]
-fn duplicate_bodies_become_one_and_open_ones_are_not_united() {
+fn duplicate_bodies_become_one_and_open_ones_are_closed_and_united() {
     let ball = turned(sphere(6));
     let done = repaired(&joined(&ball, &ball));
     assert_eq!(keys(&done.mesh), keys(&ball));
     let open = cut(&ball, |p| p.z < -0.9);
     let bad = joined(&open, &moved(&ball, 0.5, DVec3::new(0.9, 0.1, 0.3)));
     let done = repaired(&bad);
-    assert_eq!(done.report.united_bodies, 0);
-    assert!(!done.report.passes.is_empty());
+    assert_eq!(done.report.united_bodies, 2);
+    assert!(done.report.passes.is_empty());
+    assert!(verdict(&done.mesh).is_sound());
 }
 
 #[test]
