@@ -1,4 +1,4 @@
-//! Candidate: a nearly flat cap (surface of least area), when the caller requested it or the rim is that of a missing flat side.
+//! Candidate: a nearly flat cap (surface of least area), when the caller requested it or the rim bounds a missing flat side.
 
 use glam::DVec2;
 

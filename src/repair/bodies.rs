@@ -28,7 +28,11 @@ impl Run<'_> {
             if left == 0 {
                 break;
             }
+            let before = left;
             left = self.unite_grown(given, carried, (left, growth))?;
+            if left == before && count > tuning().repair.growth_faces {
+                break;
+            }
         }
         if self.params.clean {
             clean::drop_duplicates(&mut self.draft, &mut self.report)?;

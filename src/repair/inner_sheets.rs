@@ -1,5 +1,6 @@
 //! Open sheets inside a solid, such as partitions that touch its walls: they enclose nothing, and are removed.
 
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use glam::DVec3;
@@ -7,6 +8,7 @@ use rayon::prelude::*;
 
 use super::RepairReport;
 use super::draft::Draft;
+use super::intersection_cache::sorted;
 use crate::mend::FillError;
 use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, area_vector};
@@ -37,6 +39,19 @@ pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), F
                 faces[component].push(f);
             }
         }
+        // Walls between bodies that touch are there twice; the union removes them.
+        let mut times: HashMap<[u32; 3], u32> = HashMap::new();
+        for f in topology.faces() {
+            *times
+                .entry(sorted(found.mesh.faces[f as usize]))
+                .or_insert(0) += 1;
+        }
+        let is_double = |f: &u32| times[&sorted(found.mesh.faces[*f as usize])] > 1;
+        faces.iter_mut().for_each(|own| {
+            if own.iter().any(is_double) {
+                own.clear();
+            }
+        });
         let bvh = Bvh::new(&draft.mesh, topology.faces());
         let tree = WindingTree::new(&bvh);
         let is_inner = |own: &Vec<u32>| {
@@ -76,7 +91,7 @@ fn sides(mesh: &Mesh, face: u32) -> [DVec3; 2] {
     [centre + step, centre - step]
 }
 
-/// The winding number of some faces at a point: their solid angles over that of the sphere.
+/// The winding number of some faces at a point: their solid angles over 4π.
 fn winding(mesh: &Mesh, faces: &[u32], p: DVec3) -> f64 {
     let angle = |f: &u32| {
         let [a, b, c] = mesh.corners(*f).map(|corner| corner - p);

@@ -154,7 +154,7 @@ struct Run<'a> {
     asked: HashSet<u32>,
     /// The boundary edges of the input.
     border: HashSet<Edge>,
-    /// Those of its outer borders.
+    /// The edges of its outer borders.
     outer: HashSet<Edge>,
     /// The component of each input face; `u32::MAX` for degenerate faces.
     components: Vec<u32>,

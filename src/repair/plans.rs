@@ -41,6 +41,14 @@ struct Quality {
     differs: f64,
 }
 
+impl Quality {
+    /// Whether only the area lost is doubtful.
+    fn is_tolerable(&self) -> bool {
+        let is_clean = self.faults.intersecting_or_not_manifold() == 0 && !self.destroys;
+        is_clean && self.differs <= tuning().repair.doubtful_difference
+    }
+}
+
 /// What the steps change.
 #[derive(Clone)]
 pub(super) struct State {
@@ -110,7 +118,8 @@ impl Run<'_> {
             if best.as_ref().is_none_or(|(known, _)| quality < *known) {
                 best = Some((quality, self.state()));
             }
-            if !quality.is_wrong {
+            let is_large = self.input.faces.len() > tuning().repair.settled_faces;
+            if !quality.is_wrong || is_large && quality.is_tolerable() {
                 break;
             }
         }

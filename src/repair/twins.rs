@@ -11,7 +11,7 @@ use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::NONE;
 use crate::tuning::tuning;
 
-/// Removes each component whose faces are those of an earlier component, with vertices that differ by rounding only.
+/// Removes each component that has the faces of an earlier one, with vertices that differ by rounding only.
 pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
     let removed: Vec<bool> = {
         let found = draft.inspect()?;

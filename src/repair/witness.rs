@@ -188,7 +188,7 @@ impl Witness {
         self.solid.winding(before) > 0.5 + rules.undecided
     }
 
-    /// The common volume of both solids over that of both together, and a point in only one of them.
+    /// The common volume of both solids over the volume of both together, and a point in only one of them.
     fn agreement(&self, result: &Solid) -> (f64, DVec3) {
         let after: Vec<bool> = (self.points.par_iter())
             .map(|p| result.winding(*p) > 0.5)

@@ -15,6 +15,12 @@ thresholds! {
         /// Units in the last place of the largest coordinate as a 32-bit float. Bodies that touch up to rounding are grown by at
         /// least this much.
         contact_units: f64 = 8.0,
+        /// Faces. With more intersecting faces than this, bodies are grown no further after a growth that changes nothing: each
+        /// takes as long as the union.
+        growth_faces: usize = 500,
+        /// Faces. In larger meshes a plan without faults whose solid agrees ends the search, even if it loses more than
+        /// [`Self::doubtful_loss`]: each further plan may take ten seconds.
+        settled_faces: usize = 5000,
         /// Lengths by which bodies are grown in turn, each twice the one before, at most.
         growths: usize = 3,
         /// Passes, at most. Each cuts intersecting faces out and fills the holes; each later pass cuts one more ring of faces.

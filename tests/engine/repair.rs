@@ -354,7 +354,6 @@ fn the_result_is_the_same_for_any_number_of_threads_and_a_run_can_be_stopped() {
 #[test]
 fn the_command_repairs_reports_and_exits_by_the_verdict() {
     let desk = Desk::new();
-    // The ball has a hole, because closed bodies would be united.
     let open = cut(&good(), |p| p.z < -0.9);
     let bad = joined(&open, &moved(&sphere(4), 0.3, DVec3::new(0.95, 0.2, 0.1)));
     desk.save("bad.ply", &bad, Format::Ply);
@@ -362,7 +361,7 @@ fn the_command_repairs_reports_and_exits_by_the_verdict() {
     assert_code(&done, 0);
     let said = text(&done.stderr);
     assert!(
-        said.contains("faces intersected others") && said.contains("printable: yes"),
+        said.contains("intersecting bodies united") && said.contains("printable: yes"),
         "{said}"
     );
     let document = desk.json("out.json");
@@ -370,12 +369,8 @@ fn the_command_repairs_reports_and_exits_by_the_verdict() {
     assert_eq!(document["complete"], true);
     assert_eq!(document["before"]["sound"], false);
     assert_eq!(document["after"]["sound"], true);
-    assert!(
-        document["steps"]["intersection_passes"][0]["cut_faces"]
-            .as_u64()
-            .unwrap()
-            > 0
-    );
+    assert_eq!(document["steps"]["united_bodies"], 2);
+    assert_eq!(document["after"]["doubt"], serde_json::Value::Null);
     assert_sound(&read_path(&desk.path("out.ply"), None).unwrap().mesh);
     assert_code(&desk.run(&["check", "out.ply", "-q"]), 0);
     let done = desk.run(&[
