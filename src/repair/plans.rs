@@ -119,7 +119,9 @@ impl Run<'_> {
                 best = Some((quality, self.state()));
             }
             let is_large = self.input.faces.len() > tuning().repair.settled_faces;
-            if !quality.is_wrong || is_large && quality.is_tolerable() {
+            let loses_little = quality.lost <= tuning().repair.little_lost;
+            if !quality.is_wrong && (loses_little || is_large) || is_large && quality.is_tolerable()
+            {
                 break;
             }
         }

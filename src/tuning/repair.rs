@@ -18,6 +18,8 @@ thresholds! {
         /// Faces. With more intersecting faces than this, bodies are grown no further after a growth that changes nothing: each
         /// takes as long as the union.
         growth_faces: usize = 500,
+        /// Fraction of the input's area. A plan without faults that loses less ends the search in meshes of any size.
+        little_lost: f64 = 2e-3,
         /// Faces. In larger meshes a plan without faults whose solid agrees ends the search, even if it loses more than
         /// [`Self::doubtful_loss`]: each further plan may take ten seconds.
         settled_faces: usize = 5000,

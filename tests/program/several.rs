@@ -70,7 +70,7 @@ fn the_check_recommends_a_command_that_welds() {
         let faces = good.faces.iter().filter(|f| (z(f) > 0.0) == above);
         Mesh::new(good.positions.clone(), faces.copied().collect())
     };
-    let torn = joined(&half(true), &moved(&half(false), 1.0, DVec3::X * 3e-4));
+    let torn = joined(&half(true), &moved(&half(false), 1.0, DVec3::X * 8e-3));
     desk.save("torn.stl", &torn, Format::Stl);
     let checked = desk.run(&["check", "torn.stl"]);
     assert_code(&checked, 3);
