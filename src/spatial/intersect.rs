@@ -110,7 +110,7 @@ impl Soup<'_> {
             let hit = |j: u32| {
                 tested += 1;
                 // Other threads are asked only now and then.
-                let is_over = tested % 1024 == 0 && (tested > most || is_over());
+                let is_over = usize::is_multiple_of(tested, 1024) && (tested > most || is_over());
                 is_over || (j != i && faces_intersect(self.positions, own, self.faces[j as usize]))
             };
             let found = self.tree.find(&self.boxes[i as usize], hit);

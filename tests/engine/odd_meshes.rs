@@ -175,7 +175,7 @@ fn a_star_that_would_vanish_is_refused() {
     let mut mesh = Mesh::new(vec![0.2 * DVec3::Z, -0.2 * DVec3::Z], Vec::new());
     for i in 0..10u32 {
         let angle = f64::from(i) * std::f64::consts::PI / 5.0;
-        let reach = if i % 2 == 0 { 1.0 } else { 0.4 };
+        let reach = if i.is_multiple_of(2) { 1.0 } else { 0.4 };
         let at = DVec3::new(reach * angle.cos(), reach * angle.sin(), 0.0);
         mesh.positions.push(at);
         let [a, b] = [2 + i, 2 + (i + 1) % 10];
