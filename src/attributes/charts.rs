@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::Source;
-use crate::mesh::attributes::Labels;
+use crate::mesh::attributes::{Labels, same_value};
 use crate::mesh::{DisjointSets, Mesh};
 
 /// The chart of each face. Two faces are in the same chart if they share an edge, with the same texture coordinates at
@@ -51,6 +51,6 @@ fn agree(mesh: &Mesh, weld: &[u32], uv: &Source<'_>, one: u32, other: u32) -> bo
     }
     [(a, c), (b, d)].into_iter().all(|(x, y)| {
         let value = uv.at(mesh, x.0, x.1);
-        value.is_some() && value == uv.at(mesh, y.0, y.1)
+        value.is_some() && same_value(value, uv.at(mesh, y.0, y.1))
     })
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::harmonic::Laplacian;
 use super::rim::Patches;
 use crate::mesh::Mesh;
-use crate::mesh::attributes::{Attribute, CornerAttribute, NONE, Role};
+use crate::mesh::attributes::{Attribute, CornerAttribute, NONE, Role, same_value};
 
 /// Where the values of the input's face corners are stored.
 #[derive(Clone, Copy)]
@@ -39,6 +39,9 @@ impl<'a> Source<'a> {
         a.scalar.is_float() || a.normalized || a.role != Role::Other
     }
 }
+
+/// A slot at the rim and the value to continue from there instead of its own; none if there is none.
+pub(super) type Instead = (usize, Option<Vec<f64>>);
 
 /// Values with `components` components at all slots.
 pub(super) struct Field {
@@ -80,7 +83,7 @@ impl Field {
             let values: Vec<Option<&[f64]>> = corners
                 .map(|&(f, k)| source.at(mesh, f as usize, usize::from(k)))
                 .collect();
-            field.agrees[s] = values.windows(2).all(|pair| pair[0] == pair[1]);
+            field.agrees[s] = values.windows(2).all(|pair| same_value(pair[0], pair[1]));
             let there: Vec<&[f64]> = values.iter().flatten().copied().collect();
             if there.is_empty() {
                 continue;
@@ -101,27 +104,61 @@ impl Field {
     }
 
     /// Continues the values of the rim over the patches.
+    ///
+    /// NaN is no value to interpolate with: such slots keep it, and the patches are continued from the others. A patch without
+    /// any other value gets NaN. At the slots of `instead` other values are continued than the rim keeps.
     pub(super) fn spread(
         &mut self,
         patches: &Patches,
         laplacian: &Laplacian,
         source: &Source<'_>,
         normals: &[DVec3],
+        instead: &[Instead],
     ) {
-        let fixed = self.has.clone();
-        let nearest = laplacian.nearest(&fixed);
+        let at_rim = self.has.clone();
+        let rim_values = self.values.clone();
+        self.replace(instead);
+        let nearest = laplacian.nearest(&self.has);
+        let is_number = |s: usize| {
+            let at = s * self.components;
+            let value = &self.values[at..at + self.components];
+            self.has[s] && value.iter().all(|v| !v.is_nan())
+        };
+        let fixed: Vec<bool> = (0..self.has.len()).map(is_number).collect();
+        // Patches with no numbers at their rim take what is there.
+        self.copy_from(&nearest, &fixed);
+        let near_number = laplacian.nearest(&fixed);
         match source.attribute().role {
             Role::Normal if self.components == 3 => self.spread_normals(laplacian, &fixed, normals),
             _ if source.blends() => laplacian.solve(&fixed, self.components, &mut self.values),
-            _ => self.copy_from(&nearest, &fixed),
+            _ => self.copy_from(&near_number, &fixed),
         }
         for (s, near) in nearest.iter().enumerate() {
             self.has[s] = *near != NONE;
         }
         if source.attribute().role == Role::Tangent && self.components >= 3 {
-            self.unit_tangents(&fixed, &nearest);
+            self.unit_tangents(&fixed, &near_number);
+        }
+        // The rim keeps its values.
+        let unknown = (0..at_rim.len()).filter(|&s| at_rim[s] && !fixed[s]);
+        let unwanted = instead.iter().map(|(s, _)| *s);
+        for s in unknown.chain(unwanted) {
+            let place = s * self.components..(s + 1) * self.components;
+            self.values[place.clone()].copy_from_slice(&rim_values[place]);
+            self.has[s] = at_rim[s];
         }
         debug_assert_eq!(self.has.len(), patches.slots.len());
+    }
+
+    /// Replaces values at the rim.
+    fn replace(&mut self, instead: &[Instead]) {
+        for (s, value) in instead {
+            self.has[*s] = value.is_some();
+            if let Some(value) = value {
+                let at = s * self.components;
+                self.values[at..at + self.components].copy_from_slice(value);
+            }
+        }
     }
 
     fn copy_from(&mut self, nearest: &[u32], fixed: &[bool]) {

@@ -12,6 +12,7 @@ mod harmonic;
 mod rim;
 #[cfg(test)]
 mod tests;
+mod unwanted;
 mod vertices;
 
 use std::collections::BTreeMap;
@@ -26,6 +27,7 @@ use crate::mesh::{Attributes, Mesh, Model, area_vector};
 pub(crate) use field::Source;
 pub(crate) use harmonic::Laplacian;
 pub(crate) use rim::{Patches, Slot};
+pub(crate) use unwanted::UnwantedColour;
 
 use field::Field;
 
@@ -43,6 +45,16 @@ const SINGLE: std::ops::Range<f64> = 1e-30..1e38;
 /// the rim may use another vertex at the same position: the one that the input's faces use there or, where these use
 /// several with different values, a copy after all other vertices. The notes say what could not be continued.
 pub fn transfer(original: &Mesh, attributes: &Attributes, filled: Mesh) -> Model {
+    transfer_without(original, attributes, filled, &[])
+}
+
+/// As [`transfer`], but vertex colours that are unwanted are not continued from the rims: the colours behind them are.
+pub(crate) fn transfer_without(
+    original: &Mesh,
+    attributes: &Attributes,
+    filled: Mesh,
+    unwanted: &[UnwantedColour],
+) -> Model {
     let new_faces = filled.faces.len() - original.faces.len();
     let mut out = Model {
         mesh: filled,
@@ -50,7 +62,7 @@ pub fn transfer(original: &Mesh, attributes: &Attributes, filled: Mesh) -> Model
         notes: Vec::new(),
     };
     if !attributes.is_empty() && new_faces > 0 {
-        Transfer::new(original, attributes, &out.mesh).finish(&mut out);
+        Transfer::new(original, attributes, &out.mesh, unwanted).finish(&mut out);
     }
     mark_patches(&mut out.attributes, original.faces.len(), new_faces);
     out
@@ -128,10 +140,17 @@ struct Transfer<'a> {
     normals: Vec<DVec3>,
     /// Whether the rim of a patch is in several charts.
     has_seam_at_rim: Vec<bool>,
+    /// Colours that are not continued.
+    unwanted: &'a [UnwantedColour],
 }
 
 impl<'a> Transfer<'a> {
-    fn new(original: &'a Mesh, before: &'a Attributes, filled: &Mesh) -> Self {
+    fn new(
+        original: &'a Mesh,
+        before: &'a Attributes,
+        filled: &Mesh,
+        unwanted: &'a [UnwantedColour],
+    ) -> Self {
         let patches = Patches::new(original, filled);
         let points: Vec<DVec3> = patches
             .slots
@@ -148,6 +167,7 @@ impl<'a> Transfer<'a> {
             laplacian,
             normals,
             has_seam_at_rim,
+            unwanted,
         };
         transfer.find_seams_at_rims();
         transfer
@@ -179,7 +199,9 @@ impl<'a> Transfer<'a> {
     /// The values of an attribute at all slots.
     fn field(&self, source: &Source<'_>) -> Field {
         let mut field = Field::at_rim(self.original, &self.patches, source);
-        field.spread(&self.patches, &self.laplacian, source, &self.normals);
+        let instead = unwanted::instead(self, source, &field);
+        let (laplacian, normals) = (&self.laplacian, &self.normals);
+        field.spread(&self.patches, laplacian, source, normals, &instead);
         if matches!(source.attribute().role, Role::Uv(_)) {
             for (s, slot) in self.patches.slots.iter().enumerate() {
                 if self.has_seam_at_rim[slot.patch as usize] {

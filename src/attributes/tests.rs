@@ -282,3 +282,63 @@ fn patches_use_the_vertices_of_their_rim_where_vertices_are_split() {
         }
     }
 }
+
+#[test]
+fn values_that_are_no_numbers_leave_the_patch_connected() {
+    let Sheet { original, filled } = sheet();
+    for everywhere in [true, false] {
+        let value = |p: DVec3| match everywhere || p.x < 4.0 {
+            true => vec![f64::NAN],
+            false => vec![p.y],
+        };
+        let attribute = vertex_attribute(&original, Role::Other, Scalar::F32, value);
+        let out = transfer(&original, &with_vertex(attribute), filled.clone());
+        assert_eq!(out.mesh, filled);
+        let new = original.positions.len()..filled.positions.len();
+        let values = new.map(|v| out.attributes.vertex[0].get(v).unwrap()[0]);
+        for value in values {
+            assert_eq!(value.is_nan(), everywhere, "{value}");
+            assert!(everywhere || (2.9..=6.1).contains(&value), "{value}");
+        }
+    }
+}
+
+#[test]
+fn a_colour_that_is_unwanted_is_not_continued() {
+    let Sheet { original, filled } = sheet();
+    // The rim is red, the rest has a gradient.
+    let is_rim = |p: DVec3| (3.0..=6.0).contains(&p.x) && (3.0..=6.0).contains(&p.y);
+    let colour = |p: DVec3| match is_rim(p) {
+        true => vec![255.0, 0.0, 0.0],
+        false => vec![10.0, 20.0 * p.x, 100.0],
+    };
+    let attribute = vertex_attribute(&original, Role::Colour, Scalar::U8, colour);
+    let red = UnwantedColour {
+        rgb: [1.0, 0.0, 0.0],
+        tolerance: 0.1,
+    };
+    let plain = with_vertex(attribute);
+    let out = transfer_without(&original, &plain, filled.clone(), &[red]);
+    assert_eq!(out.mesh, filled);
+    let colours = &out.attributes.vertex[0];
+    for v in 0..filled.positions.len() {
+        let value = colours.get(v).unwrap();
+        match v < original.positions.len() {
+            true => assert_eq!(Some(value), plain.vertex[0].get(v)),
+            false => {
+                let p = filled.positions[v];
+                assert_eq!([value[0], value[2]], [10.0, 100.0]);
+                assert!((value[1] - 20.0 * p.x).abs() < 12.0, "{value:?}");
+            }
+        }
+    }
+    let continued = transfer(&original, &plain, filled.clone());
+    let last = continued.attributes.vertex[0].get(filled.positions.len() - 1);
+    assert_eq!(last, Some(&[255.0, 0.0, 0.0][..]));
+    // Nothing but the unwanted colour: it stays, since nothing else is known.
+    let all = vertex_attribute(&original, Role::Colour, Scalar::U8, |_| {
+        vec![255.0, 0.0, 0.0]
+    });
+    let out = transfer_without(&original, &with_vertex(all), filled.clone(), &[red]);
+    assert_eq!(out.mesh, filled);
+}

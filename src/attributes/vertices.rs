@@ -3,7 +3,7 @@
 use super::Transfer;
 use super::field::{Field, Source};
 use crate::mesh::Model;
-use crate::mesh::attributes::{Attribute, NONE};
+use crate::mesh::attributes::{Attribute, NONE, same_value};
 
 /// Sets the values of the new vertices and the vertices of the patches' corners.
 pub(super) fn finish(transfer: &Transfer<'_>, out: &mut Model) {
@@ -81,6 +81,6 @@ fn same(transfer: &Transfer<'_>, fields: &[Field], before: &[Attribute], s: usiz
     candidates.sort_unstable();
     candidates.into_iter().find(|&v| {
         let mut all = before.iter().zip(fields);
-        all.all(|(attribute, field)| attribute.get(v as usize) == field.get(s))
+        all.all(|(attribute, field)| same_value(attribute.get(v as usize), field.get(s)))
     })
 }

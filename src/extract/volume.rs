@@ -1,5 +1,7 @@
 //! The level surface of a dense volume.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 use rayon::prelude::*;
 use thiserror::Error;
@@ -84,7 +86,7 @@ pub fn level_surface(volume: &Volume, level: f64, close: bool) -> Result<Mesh, V
         shift: -(margin as i32),
         plane: &plane,
     };
-    let Some((mut positions, faces)) = dense::surface(&nodes) else {
+    let Some((positions, faces)) = dense::surface(&nodes) else {
         return Err(not_finite(volume));
     };
     if faces.is_empty() {
@@ -93,10 +95,44 @@ pub fn level_surface(volume: &Volume, level: f64, close: bool) -> Result<Mesh, V
     }
     // Move vertices in the added layer onto the outermost nodes, then convert lattice to world coordinates.
     let last = DVec3::from_array(dims.map(|n| (n - 1) as f64));
+    let (mut positions, faces) = match close {
+        true => clamped(positions, faces, last),
+        false => (positions, faces),
+    };
     positions
         .par_iter_mut()
-        .for_each(|p| *p = volume.position(p.clamp(DVec3::ZERO, last)));
+        .for_each(|p| *p = volume.position(*p));
     Ok(Mesh::new(positions, faces))
+}
+
+/// Moves the vertices beyond the outermost nodes onto them. At edges and corners of the box several vertices move onto the same
+/// node: they become one, and the faces between them vanish.
+fn clamped(
+    positions: Vec<DVec3>,
+    faces: Vec<[u32; 3]>,
+    last: DVec3,
+) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let mut at_node: HashMap<[u64; 3], u32> = HashMap::new();
+    let mut moved = Vec::with_capacity(positions.len());
+    let mut number = Vec::with_capacity(positions.len());
+    for p in positions {
+        let inside = p.clamp(DVec3::ZERO, last);
+        let new = moved.len() as u32;
+        let own = match inside == p {
+            true => new,
+            // Zero may have either sign.
+            false => *at_node
+                .entry((inside + 0.0).to_array().map(f64::to_bits))
+                .or_insert(new),
+        };
+        if own == new {
+            moved.push(inside);
+        }
+        number.push(own);
+    }
+    let renumbered = faces.into_iter().map(|f| f.map(|v| number[v as usize]));
+    let is_proper = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
+    (moved, renumbered.filter(is_proper).collect())
 }
 
 /// The error for the first value that is not finite.
@@ -183,6 +219,27 @@ mod tests {
                 .iter()
                 .all(|p| p.cmpge(low).all() && p.cmple(high).all())
         );
+    }
+
+    #[test]
+    fn caps_have_no_degenerate_faces_where_the_solid_meets_edges_and_corners_of_the_box() {
+        let dot = |p: DVec3, n: [f64; 3]| p.dot(DVec3::from_array(n));
+        for (name, normal, level) in [
+            ("an edge", [1.0, 0.3, 0.0], 2.0),
+            ("corners", [1.0, 0.3, 0.01], 13.0),
+            ("everything", [1.0, 0.0, 0.0], 1e3),
+        ] {
+            let mesh = level_surface(&volume(9, |p| dot(p, normal)), level, true).unwrap();
+            assert_eq!(open_edges(&mesh), 0, "{name}");
+            let area = |f: &[u32; 3]| {
+                let [a, b, c] = f.map(|v| mesh.positions[v as usize]);
+                (b - a).cross(c - a).length()
+            };
+            assert!(mesh.faces.iter().all(|f| area(f) > 0.0), "{name}");
+            let used: std::collections::HashSet<u32> =
+                mesh.faces.iter().flatten().copied().collect();
+            assert_eq!(used.len(), mesh.positions.len(), "{name}");
+        }
     }
 
     #[test]

@@ -150,6 +150,23 @@ fn combined(
         .collect()
 }
 
+/// Faces. A vertex with more is a hub: its curvature depends on all vertices around it, so that the energy's matrix is dense there.
+/// Refilling 10,000 vertices around one took 40 s. Poles of spheres have up to 64.
+const MOST_FACES_OF_VERTEX: u32 = 100;
+
+/// Marks the hubs of a patch and the vertices next to them.
+fn at_hubs(patch: &Patch) -> Vec<bool> {
+    let mut count = vec![0u32; patch.points.len()];
+    let corners = patch.faces.iter().flatten();
+    corners.for_each(|&v| count[v as usize] += 1);
+    let is_hub = |v: &u32| count[*v as usize] > MOST_FACES_OF_VERTEX;
+    let mut at_hub = vec![false; count.len()];
+    for face in patch.faces.iter().filter(|f| f.iter().any(is_hub)) {
+        face.iter().for_each(|&v| at_hub[v as usize] = true);
+    }
+    at_hub
+}
+
 /// The error of each surface on a ring, in diameters of the hole.
 type Errors = Vec<(Candidate, f64)>;
 
@@ -161,8 +178,8 @@ struct Ring {
 
 impl Ring {
     /// The known vertices closer to the hole than `reach` (in diameters and in mean edges, whichever is longer), except those on
-    /// an open border. In a large patch only a strip along the rim is refilled with them. `None` if there are no such vertices or
-    /// nothing remains around them.
+    /// an open border and those at a hub. In a large patch only a strip along the rim is refilled with them. `None` if there are no
+    /// such vertices or nothing remains around them.
     fn new(patch: &Patch, reach: (f64, f64), minimum: &[DVec3], is_large: bool) -> Option<Self> {
         let reach = (reach.0 * patch.diameter).max(reach.1 * patch.edge);
         let widest = if is_large {
@@ -171,9 +188,10 @@ impl Ring {
             f64::INFINITY
         };
         let reach = reach.min(widest);
+        let at_hub = at_hubs(patch);
         let inside = |&v: &u32| {
             let i = v as usize;
-            patch.known[i] && !patch.border[i] && patch.distance[i] < reach
+            patch.known[i] && !patch.border[i] && !at_hub[i] && patch.distance[i] < reach
         };
         let vertices: Vec<u32> = (0..patch.points.len() as u32).filter(inside).collect();
         let wider = patch.enlarged(&vertices, minimum, tuning().finish.blend_depth * widest);

@@ -14,7 +14,7 @@ use super::result::{Kept, OperationReport};
 use super::staging::Staging;
 use super::unchanged::Unchanged;
 use super::{JobError, JobSpec, Output, Place};
-use crate::attributes::transfer;
+use crate::attributes::transfer_without;
 use crate::cancel::Cancel;
 use crate::fill::RegionReport;
 use crate::io::Loaded;
@@ -137,7 +137,8 @@ impl<'s> Mended<'s> {
             (false, OperationReport::Copied) => Loaded::clone(&self.kept_input).into(),
             (false, _) => {
                 let made = Mesh::clone(&self.made);
-                transfer(&self.kept_input.mesh, &self.kept_input.attributes, made)
+                let (mesh, attributes) = (&self.kept_input.mesh, &self.kept_input.attributes);
+                transfer_without(mesh, attributes, made, &self.spec.work.painted())
             }
         }
     }
@@ -305,6 +306,7 @@ impl<'s> Mended<'s> {
                     mark: wanted.mark,
                     unit: wanted.unit,
                     source: &self.spec.source.place,
+                    unwanted: &self.spec.work.painted(),
                     plain_patches: wanted.has_plain_patches(),
                     cancel: &self.cancel,
                 };

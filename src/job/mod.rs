@@ -35,6 +35,7 @@ mod output;
 mod places;
 mod read;
 mod result;
+mod rounding;
 mod spec;
 mod staging;
 mod steps;

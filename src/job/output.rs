@@ -8,11 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use super::deliver::{Component, Mark};
 use super::hash::sha256;
+use super::rounding::collapse_note;
 use super::staging::{Staging, make_folder};
 use super::texels::{Texels, add_material, refer_to_material};
 use super::units::unit_notes;
 use super::{JobError, Place};
-use crate::attributes::transfer;
+use crate::attributes::{UnwantedColour, transfer_without};
 use crate::cancel::Cancel;
 use crate::check::{CheckParams, Verdict};
 use crate::fill::RegionReport;
@@ -20,9 +21,8 @@ use crate::io::{
     Contents, Document, Format, IoError, Loaded, Precision, WriteOptions, Written, model_to_bytes,
     no_side_files, read_bytes, replace_file,
 };
-use crate::mend::Inspection;
+use crate::mend::{Inspection, recount_intersections};
 use crate::mesh::{Attributes, Mesh, Model, Unit};
-use crate::stitch::count_intersecting_faces;
 
 /// Where a mesh goes, in which format.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -74,6 +74,8 @@ pub(super) struct Saving<'a> {
     pub(super) unit: Option<Unit>,
     /// Where the input came from.
     pub(super) source: &'a Place,
+    /// Colours that patches do not get from their rims.
+    pub(super) unwanted: &'a [UnwantedColour],
     /// Whether patches across seams of a texture stay without texels.
     pub(super) plain_patches: bool,
     /// The token that stops the writing.
@@ -172,19 +174,31 @@ impl Output {
         staging: &mut Staging,
     ) -> Result<Saved, JobError> {
         let (input, whole) = (saving.input, saving.whole);
-        let kept = if whole { 0 } else { input.mesh.positions.len() };
+        let [kept, kept_faces] = match whole {
+            true => [0, 0],
+            false => [input.mesh.positions.len(), input.mesh.faces.len()],
+        };
         let rounds = matches!(self.format, Format::Gltf | Format::Glb | Format::Stl);
         let rounded = |p: &DVec3| p.as_vec3().as_dvec3();
         let is_exact = matches!(self.format, Format::Obj | Format::Off | Format::ThreeMf);
+        let mut collapsed = None;
         if input.f32_exact && !is_exact {
+            let full = mesh.positions[kept..].to_vec();
             for position in &mut mesh.positions[kept..] {
                 *position = rounded(position);
             }
-            recount_intersections(&mesh, input, whole, regions);
+            recount_intersections(&mesh, kept_faces, regions);
+            let full = |v: u32| match (v as usize).checked_sub(kept) {
+                Some(new) => full[new],
+                None => mesh.positions[v as usize],
+            };
+            collapsed = collapse_note(full, &mesh, kept_faces);
         } else if rounds {
             let positions = mesh.positions.iter().map(rounded).collect();
             let written = Mesh::new(positions, mesh.faces.clone());
-            recount_intersections(&written, input, whole, regions);
+            recount_intersections(&written, kept_faces, regions);
+            let full = |v: u32| mesh.positions[v as usize];
+            collapsed = collapse_note(full, &written, kept_faces);
         }
         if whole {
             return self.write_whole(mesh, saving, staging);
@@ -196,6 +210,7 @@ impl Output {
         let document = input.document.as_ref();
         let mut saved = self.write_model(done.mesh, done.attributes, document, saving, staging)?;
         saved.notes = [done.notes, saved.notes].concat();
+        saved.notes.extend(collapsed);
         if material {
             add_material(&self.place, self.make_folder, &mut side_files)?;
         }
@@ -218,7 +233,7 @@ impl Output {
         staging: &mut Staging,
     ) -> Result<Model, JobError> {
         let input = saving.input;
-        let mut done = transfer(&input.mesh, &input.attributes, mesh);
+        let mut done = transfer_without(&input.mesh, &input.attributes, mesh, saving.unwanted);
         if !saving.plain_patches {
             let texels = Texels {
                 place: &self.place,
@@ -460,18 +475,4 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), JobError> {
 pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), JobError> {
     let path = path.to_path_buf();
     replace_file(&path, bytes).map_err(|cause| JobError::Io(IoError::Write { path, cause }))
-}
-
-/// Counts the faces of patches that intersect others, in the positions that are written.
-fn recount_intersections(mesh: &Mesh, input: &Loaded, whole: bool, regions: &mut [RegionReport]) {
-    if whole && regions.iter().any(|r| !r.holes.is_empty()) {
-        // Whole zero sets of different regions may overlap; that is not a defect.
-        return;
-    }
-    let kept = if whole { 0 } else { input.mesh.faces.len() };
-    let patches: Vec<usize> = regions.iter().map(|r| r.new_faces).collect();
-    let counts = count_intersecting_faces(mesh, kept, &patches);
-    for (region, count) in regions.iter_mut().zip(counts) {
-        region.set_intersecting(count);
-    }
 }

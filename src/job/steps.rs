@@ -11,7 +11,8 @@ use super::mended::Mended;
 use super::outcome::{JobPlan, JobResult, WorkPlan};
 use super::result::{KeptInput, Made, OperationReport, repaired};
 use super::template::with_template;
-use super::{JobError, JobSpec, MaskSpec, Work};
+use super::{JobError, JobSpec, MaskSpec, PaintedColour, Work};
+use crate::attributes::UnwantedColour;
 use crate::cancel::Cancel;
 use crate::io::Loaded;
 use crate::mend::{Control, FairError, Filled, Inspection, RestoreError};
@@ -235,6 +236,21 @@ impl Mended<'_> {
 }
 
 impl Work {
+    /// The colours by which faces were marked to be replaced. The patches must not be marked again.
+    pub(super) fn painted(&self) -> Vec<UnwantedColour> {
+        let mask = match self {
+            Self::Restore(mask, _) => Some(mask),
+            Self::Fair(mask, _) => mask.as_ref(),
+            _ => None,
+        };
+        let colours = mask.map_or(&[][..], |mask| &mask.colours);
+        let unwanted = |c: &PaintedColour| UnwantedColour {
+            rgb: c.rgb,
+            tolerance: c.tolerance,
+        };
+        colours.iter().map(unwanted).collect()
+    }
+
     /// Inspects a mesh; errors get the type of this work's errors.
     fn inspect<'m>(&self, mesh: &'m Mesh) -> Result<Inspection<'m>, JobError> {
         let found = Inspection::new(mesh);

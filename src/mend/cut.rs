@@ -8,12 +8,16 @@ use super::plan::{FillPlan, HolePlan};
 use super::report::FillReport;
 use super::{Inspection, RestoreError};
 use crate::fill::{FillParams, HoleOutcome, LeftReason};
-use crate::mesh::HoleId;
 use crate::mesh::cut::{Remainder, settled, without_spikes};
 use crate::mesh::topology::{NONE, end, start};
+use crate::mesh::{HoleId, VertexFaces};
 
 /// Marked components of at most this many faces are removed without a replacement.
 const SMALL_FACES: usize = 2;
+
+/// Cuts that are tried, each wider than the one before by the faces around the ends of its rim. A face given twice, or a fin, needs
+/// two or three; along a seam where three surfaces meet no number is enough.
+const WIDENINGS: usize = 6;
 
 /// An edge between vertices of the welded input, the smaller vertex number first.
 type Edge = (u32, u32);
@@ -38,22 +42,56 @@ pub(super) struct CutResult<'a> {
 
 impl<'a> CutResult<'a> {
     /// Cuts the marked faces out of an inspected mesh, and, if `small_parts` is set, also small components that would remain
-    /// inside.
+    /// inside. A cut whose rim does not close, because it meets an edge of more than two faces, is widened.
+    ///
+    /// # Errors
+    /// If nothing of a component would remain, if the cut reaches an outer border, or if its rim does not close after
+    /// [`WIDENINGS`] cuts.
     pub(super) fn new(
         before: &'a Inspection<'a>,
         marked: &[bool],
         keep_vertices: bool,
         small_parts: bool,
     ) -> Result<Self, RestoreError> {
-        let marked = without_spikes(&before.topology, marked);
-        let removed = settled(&before.mesh, &before.topology, &marked, small_parts);
-        refuse_whole_components(before, &removed)?;
-        let kept = Remainder::new(&before.input, &removed, keep_vertices);
-        let found = Inspection::new(kept.mesh)?;
-        let origin = before.weld.iter().zip(&kept.vertices);
-        let origin: Vec<u32> = origin.filter(|(_, kept)| **kept).map(|(w, _)| *w).collect();
-        let rims: Vec<Vec<Edge>> = found.holes.iter().map(|h| edges(&h.rim, &origin)).collect();
-        let made = made(before, &found, &rims)?;
+        let mut marked = without_spikes(&before.topology, marked);
+        // A vertex where the rim of the first cut ends, and how many faces a wider one may remove.
+        let mut first = None;
+        for _ in 0..WIDENINGS {
+            let removed = settled(&before.mesh, &before.topology, &marked, small_parts);
+            refuse_whole_components(before, &removed)?;
+            let kept = Remainder::new(&before.input, &removed, keep_vertices);
+            let found = Inspection::new(kept.mesh)?;
+            let origin = before.weld.iter().zip(&kept.vertices);
+            let origin: Vec<u32> = origin.filter(|(_, kept)| **kept).map(|(w, _)| *w).collect();
+            let rims: Vec<Vec<Edge>> = found.holes.iter().map(|h| edges(&h.rim, &origin)).collect();
+            let ends = open_ends(before, &found, &rims, &origin);
+            if ends.is_empty() {
+                return Self::with_rims(before, removed, kept.vertices, found, &rims);
+            }
+            let (_, most) = *first.get_or_insert((ends[0], most_removed(&removed)));
+            if count(&removed) > most {
+                break;
+            }
+            marked = widened(before, removed, &ends);
+        }
+        let place = first.map_or(0, |(v, _)| v);
+        let p = before.mesh.positions[place as usize];
+        Err(RestoreError::OpenRim {
+            x: p.x,
+            y: p.y,
+            z: p.z,
+        })
+    }
+
+    /// The result of a cut whose rims close.
+    fn with_rims(
+        before: &'a Inspection<'a>,
+        removed: Vec<bool>,
+        vertices: Vec<bool>,
+        found: Inspection<'static>,
+        rims: &[Vec<Edge>],
+    ) -> Result<Self, RestoreError> {
+        let made = made(before, &found, rims)?;
         let (of_edge, bounds) = parts(before, &removed);
         let part = rims
             .iter()
@@ -62,7 +100,7 @@ impl<'a> CutResult<'a> {
         Ok(Self {
             before,
             removed,
-            vertices: kept.vertices,
+            vertices,
             found,
             made,
             part,
@@ -194,16 +232,74 @@ fn refuse_whole_components(before: &Inspection, removed: &[bool]) -> Result<(), 
     }
 }
 
+/// The vertices at which parts of a cut's rim end that do not close, as vertices of the mesh before the cut. A closed rim enters
+/// each of its vertices as often as it leaves it.
+fn open_ends(
+    before: &Inspection,
+    found: &Inspection,
+    rims: &[Vec<Edge>],
+    origin: &[u32],
+) -> Vec<u32> {
+    if found.open_chains.is_empty() {
+        return Vec::new();
+    }
+    let old = boundary_edges(before);
+    let closed: BTreeSet<&Edge> = rims.iter().flatten().collect();
+    let at = |v: u32| origin[v as usize];
+    let mut balance: BTreeMap<u32, isize> = BTreeMap::new();
+    let mut on_cut = BTreeSet::new();
+    for h in
+        (0..found.topology.boundary.len() as u32).filter(|h| found.topology.boundary[*h as usize])
+    {
+        let (from, to) = (at(start(&found.mesh, h)), at(end(&found.mesh, h)));
+        let edge = key(from, to);
+        if closed.contains(&edge) {
+            continue;
+        }
+        *balance.entry(from).or_default() += 1;
+        *balance.entry(to).or_default() -= 1;
+        if !old.contains(&edge) {
+            on_cut.extend([from, to]);
+        }
+    }
+    // Chains of the input that the cut does not touch stay as they are.
+    let ends: Vec<u32> = on_cut.iter().copied().filter(|v| balance[v] != 0).collect();
+    match ends.is_empty() {
+        true => on_cut.into_iter().collect(),
+        false => ends,
+    }
+}
+
+/// The largest number of faces that a widened cut may remove: beyond it the cut follows a seam.
+fn most_removed(first: &[bool]) -> usize {
+    2 * count(first) + 16
+}
+
+/// The removed faces, and those around some vertices.
+fn widened(before: &Inspection, removed: Vec<bool>, vertices: &[u32]) -> Vec<bool> {
+    let around = VertexFaces::new(&before.mesh);
+    let mut marked = removed;
+    for f in vertices.iter().flat_map(|&v| around.of(v)) {
+        marked[*f as usize] = true;
+    }
+    marked
+}
+
+/// The boundary edges of a mesh.
+fn boundary_edges(found: &Inspection) -> BTreeSet<Edge> {
+    (0..found.topology.boundary.len() as u32)
+        .filter(|&h| found.topology.boundary[h as usize])
+        .map(|h| key(start(&found.mesh, h), end(&found.mesh, h)))
+        .collect()
+}
+
 /// The numbers of the holes that the cut made or changed.
 fn made(
     before: &Inspection,
     found: &Inspection,
     rims: &[Vec<Edge>],
 ) -> Result<Vec<HoleId>, RestoreError> {
-    let old: BTreeSet<Edge> = (0..before.topology.boundary.len() as u32)
-        .filter(|&h| before.topology.boundary[h as usize])
-        .map(|h| key(start(&before.mesh, h), end(&before.mesh, h)))
-        .collect();
+    let old = boundary_edges(before);
     let own: Vec<u32> = (0..before.mesh.positions.len() as u32).collect();
     let outer: BTreeSet<Edge> = before
         .holes

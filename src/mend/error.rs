@@ -61,6 +61,20 @@ pub enum FillError {
         /// A voxel that fits.
         fits: f64,
     },
+    /// The voxel exceeds the model.
+    #[error(
+        "a voxel of {} is larger than the model, whose longest side is {longest:.4e}; leave the voxel out, or take a fraction of the \
+         widest hole's diameter, {widest:.4e}",
+        length(*voxel)
+    )]
+    TooCoarse {
+        /// The voxel asked for.
+        voxel: f64,
+        /// The longest side of the model's bounding box.
+        longest: f64,
+        /// The diameter of the widest hole that needs a grid.
+        widest: f64,
+    },
     /// The threads could not be started.
     #[error(
         "{threads} threads could not be started; take fewer, {} at most",
@@ -123,6 +137,19 @@ pub enum RestoreError {
          leave a strip of faces along the border"
     )]
     Border {
+        /// x coordinate of the place.
+        x: f64,
+        /// y coordinate of the place.
+        y: f64,
+        /// z coordinate of the place.
+        z: f64,
+    },
+    /// The rim of the cut meets edges with more than two faces, or a one-sided surface, and does not close.
+    #[error(
+        "the marked faces cannot be cut out near {x:.6}, {y:.6}, {z:.6}: an edge there has more than two faces, or the surface is \
+         one-sided, so that the rim would not close; repair the mesh first, or mark other faces"
+    )]
+    OpenRim {
         /// x coordinate of the place.
         x: f64,
         /// y coordinate of the place.

@@ -38,6 +38,7 @@ pub use inspection::Inspection;
 pub use params::{FairExtent, FairParams, RestoreParams};
 pub use plan::{FairPlan, FillPlan, HolePlan, PlannedHole, PlannedRegion, RestorePlan};
 pub use regions::Regions;
+pub(crate) use regions::recount_intersections;
 pub use report::{FairReport, FillReport, HoleReport, RestoreReport};
 pub use restore::Restored;
 pub use task::RegionTask;

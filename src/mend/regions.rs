@@ -22,11 +22,12 @@ use super::{FillError, Filled, Inspection};
 use crate::cancel::Cancel;
 use crate::fill::{
     BasePlane, FillParams, HoleOutcome, PlacedPart, ReferenceSurface, RegionPatch, RegionPlan,
-    RegionProblem, TriangulatedReason, first_region, has_few_edges,
+    RegionProblem, RegionReport, TriangulatedReason, first_region, has_few_edges,
 };
 use crate::flow::{BendingEnergy, Energy};
-use crate::mesh::{Hole, HoleId, Mesh};
+use crate::mesh::{Hole, HoleId, Mesh, bounds};
 use crate::region::{Region, VoxelSize};
+use crate::stitch::count_intersecting_faces;
 use crate::tuning::tuning;
 
 /// Number of regions whose faces are found in one pass over the mesh.
@@ -329,6 +330,8 @@ impl<'a> Regions<'a> {
             expected_error.extend(patch.expected_error);
             report.regions.push(patch.report);
         }
+        // A region knows only the mesh and its own patch, so patches of other regions are tested here.
+        recount_intersections(&mesh, input.faces.len(), &mut report.regions);
         Ok(Filled {
             mesh,
             expected_error,
@@ -376,7 +379,7 @@ impl<'a> Regions<'a> {
         RegionSources::new(self.found, &self.groups, &asked, in_boxes)
     }
 
-    /// Refuses a voxel that is too small for the widest region. For a fairing the limit depends on the area, and is checked
+    /// Refuses a voxel that is too small for the widest region, or larger than the model. For a fairing the limit depends on the area, and is checked
     /// there.
     fn check_voxel(&self) -> Result<(), FillError> {
         let VoxelSize::Length(voxel) = self.params.voxel else {
@@ -402,6 +405,22 @@ impl<'a> Regions<'a> {
         if voxel < fits {
             return Err(FillError::TooFine { voxel, fits });
         }
+        let (low, high) = bounds(
+            self.found
+                .mesh
+                .faces
+                .iter()
+                .flatten()
+                .map(|&v| self.found.mesh.positions[v as usize]),
+        );
+        let longest = (high - low).max_element();
+        if widest > 0.0 && voxel > longest {
+            return Err(FillError::TooCoarse {
+                voxel,
+                longest,
+                widest,
+            });
+        }
         Ok(())
     }
 
@@ -419,6 +438,15 @@ impl<'a> Regions<'a> {
             dims: grid.as_ref().map(Region::finest_dims),
             holes: ids,
         }
+    }
+}
+
+/// Counts the faces of each region's patch that intersect any other face of the mesh. The patches follow the first `kept` faces.
+pub(crate) fn recount_intersections(mesh: &Mesh, kept: usize, regions: &mut [RegionReport]) {
+    let patches: Vec<usize> = regions.iter().map(|r| r.new_faces).collect();
+    let counts = count_intersecting_faces(mesh, kept, &patches);
+    for (region, count) in regions.iter_mut().zip(counts) {
+        region.set_intersecting(count);
     }
 }
 

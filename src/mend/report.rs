@@ -149,9 +149,10 @@ pub struct FairReport {
     pub volume_before: Option<f64>,
     /// Volume of the output, if it is closed.
     pub volume_after: Option<f64>,
-    /// Largest distance of a new vertex from the input surface.
+    /// Largest distance between the surfaces before and after: of a new vertex from the input surface, or of a removed vertex from
+    /// the result.
     pub moved_max: f64,
-    /// Root mean square distance of the new vertices from the input surface.
+    /// Root mean square of these distances.
     pub moved_rms: f64,
     /// The report of the regions. Holes are numbered as after the cut.
     pub fill: FillReport,

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::topology::NONE;
-use super::{Mesh, Topology, VertexFaces};
+use super::{DisjointSets, Mesh, Topology, VertexFaces};
 
 /// Remaining parts with at most this number of faces are removed too,
 const SMALL_FACES: usize = 2;
@@ -74,8 +74,9 @@ fn smaller_fans(
     let known = |f: u32| topology.component[f as usize] != NONE;
     let faces: Vec<u32> = faces.iter().copied().filter(|&f| known(f)).collect();
     let stays = |i: usize| !removed[faces[i] as usize];
-    // Fans before the removal and sectors after it, as labels of the vertex's faces.
-    let (mut fan, mut sector): (Vec<usize>, Vec<usize>) = (0..faces.len()).map(|i| (i, i)).unzip();
+    // Fans before the removal and sectors after it, as sets of the vertex's faces.
+    let mut fans = DisjointSets::new(faces.len());
+    let mut sectors = DisjointSets::new(faces.len());
     for (i, &f) in faces.iter().enumerate() {
         for k in 0..3 {
             let corners = mesh.faces[f as usize];
@@ -83,36 +84,37 @@ fn smaller_fans(
                 continue;
             }
             let opposite = topology.opposite[3 * f as usize + k];
-            let Some(j) = faces
-                .iter()
-                .position(|&g| opposite != NONE && g == opposite / 3)
+            let Some(j) = (opposite != NONE)
+                .then(|| faces.binary_search(&(opposite / 3)).ok())
+                .flatten()
             else {
                 continue;
             };
-            relabel(&mut fan, i, j);
+            fans.join(i as u32, j as u32);
             if stays(i) && stays(j) {
-                relabel(&mut sector, i, j);
+                sectors.join(i as u32, j as u32);
             }
         }
     }
-    let size = |label: usize| {
-        let members = (0..faces.len()).filter(|&i| stays(i) && sector[i] == label);
-        members.count()
-    };
-    let largest = |of_fan: usize| {
-        let members = (0..faces.len()).filter(|&i| stays(i) && fan[i] == of_fan);
-        members
-            .map(|i| sector[i])
-            .max_by_key(|&s| (size(s), usize::MAX - s))
-    };
-    let goes = |i: &usize| stays(*i) && largest(fan[*i]) != Some(sector[*i]);
-    (0..faces.len()).filter(goes).map(|i| faces[i]).collect()
-}
-
-/// Merges the labels of `i` and `j`; the smaller one stays.
-fn relabel(labels: &mut [usize], i: usize, j: usize) {
-    let (a, b) = (labels[i].min(labels[j]), labels[i].max(labels[j]));
-    labels.iter_mut().filter(|l| **l == b).for_each(|l| *l = a);
+    // The number of faces of each sector that stay, and the largest sector of each fan; of equal ones the one with the first face.
+    let left: Vec<usize> = (0..faces.len()).filter(|&i| stays(i)).collect();
+    let mut size = vec![0usize; faces.len()];
+    let sector: Vec<usize> = (0..faces.len() as u32)
+        .map(|i| sectors.find(i) as usize)
+        .collect();
+    left.iter().for_each(|&i| size[sector[i]] += 1);
+    let fan: Vec<usize> = (0..faces.len() as u32)
+        .map(|i| fans.find(i) as usize)
+        .collect();
+    let mut largest = vec![None; faces.len()];
+    for &i in &left {
+        let best = &mut largest[fan[i]];
+        if best.is_none_or(|best| size[sector[i]] > size[best]) {
+            *best = Some(sector[i]);
+        }
+    }
+    let goes = left.iter().filter(|&&i| largest[fan[i]] != Some(sector[i]));
+    goes.map(|&i| faces[i]).collect()
 }
 
 /// The faces of small parts of components that lost faces; the largest part of each component is not small.

@@ -5,6 +5,7 @@ use obvhs::{aabb::Aabb, bvh2::Bvh2};
 
 use super::bvh::{Bvh, Corners, LEAF, Node, WIDTH, round_down, round_up};
 use super::ploc::{binary, places_along_curve};
+use super::slivers::Slivers;
 use crate::mesh::{Mesh, bounds};
 
 /// Triangles of a leaf in a hierarchy for few queries; in others a leaf is one triangle. At most [`WIDTH`]. With four, a hierarchy is built
@@ -149,6 +150,18 @@ impl Bvh {
     }
 
     fn with_leaves(mesh: &Mesh, faces: Vec<u32>, centre: DVec3, per_leaf: usize) -> Self {
+        let split = Slivers::among(mesh, &faces, centre).map(|(slivers, others)| {
+            let others = Self::of_all(mesh, others, centre, per_leaf);
+            Box::new((others, slivers))
+        });
+        Self {
+            split,
+            ..Self::of_all(mesh, faces, centre, per_leaf)
+        }
+    }
+
+    /// A single hierarchy over all faces.
+    fn of_all(mesh: &Mesh, faces: Vec<u32>, centre: DVec3, per_leaf: usize) -> Self {
         if faces.is_empty() {
             return Self::over(mesh, Vec::new(), faces, centre, per_leaf);
         }
@@ -182,6 +195,7 @@ impl Bvh {
             corners,
             per_leaf,
             centre,
+            split: None,
         }
     }
 }

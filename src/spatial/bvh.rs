@@ -5,6 +5,7 @@ use std::ops::Range;
 use glam::{DVec3, Vec4};
 use obvhs::aabb::Aabb;
 
+use super::slivers::{Nearest, Slivers};
 use super::triangle::{Barycentric, closest_on_triangle};
 
 /// Maximum number of children of a node.
@@ -72,6 +73,9 @@ pub struct Bvh {
     pub(super) per_leaf: usize,
     /// The origin of the stored coordinates.
     pub(super) centre: DVec3,
+    /// If many faces are long and thin: the hierarchy of the others, with the same origin, and these. Closest points and rays are
+    /// searched in both, with the same results.
+    pub(super) split: Option<Box<(Bvh, Slivers)>>,
 }
 
 pub(super) fn round_down(x: f64) -> f32 {
@@ -109,12 +113,26 @@ impl Bvh {
     /// The closest point to `p` on the mesh, or none if it is farther than `limit`. Ties are resolved to the face of the lowest
     /// number, so that the result does not depend on which other faces the hierarchy holds.
     pub fn closest(&self, p: DVec3, limit: f64) -> Option<Closest> {
+        let q = p - self.centre;
+        let found = match self.split.as_deref() {
+            Some((others, slivers)) => slivers.nearest(q, limit * limit, others.nearest(q, limit)),
+            None => self.nearest(q, limit),
+        };
+        found.map(|(squared, face, barycentric, x)| Closest {
+            face,
+            barycentric,
+            point: x + self.centre,
+            distance: squared.sqrt(),
+        })
+    }
+
+    /// The closest point to a point relative to the centre, by the hierarchy over all faces.
+    fn nearest(&self, q: DVec3, limit: f64) -> Option<Nearest> {
         if self.nodes.is_empty() {
             return None;
         }
         // Squared distances, to triangles in double precision and to boxes in single precision. The bound for boxes allows for
         // rounding errors.
-        let q = p - self.centre;
         let around = Around::new(q);
         let mut best = limit * limit;
         let mut bound = Around::bound(best);
@@ -127,12 +145,7 @@ impl Bvh {
             // Pop entries until one is an inner node; triangles are tested on the way.
             index = loop {
                 let Some((lower, child)) = stack.pop() else {
-                    return found.map(|(place, barycentric, x)| Closest {
-                        face: self.faces[place],
-                        barycentric,
-                        point: x + self.centre,
-                        distance: best.sqrt(),
-                    });
+                    return found.map(|(place, w, x)| (best, self.faces[place], w, x));
                 };
                 if lower > bound {
                     continue;

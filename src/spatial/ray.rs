@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::bvh::{Bvh, Child, Node};
+use super::triangle::meets;
 
 impl Bvh {
     /// The first face that a ray from `from` in the direction `along` meets, among those that `counts` accepts, and its distance
@@ -14,6 +15,20 @@ impl Bvh {
         from: DVec3,
         along: DVec3,
         counts: impl Fn(u32) -> bool,
+    ) -> Option<(u32, f64)> {
+        if let Some((others, slivers)) = self.split.as_deref() {
+            let found = others.first_among_all(from, along, &counts);
+            return slivers.first_along(from - self.centre, along, counts, found);
+        }
+        self.first_among_all(from, along, &counts)
+    }
+
+    /// The same, by the hierarchy over all faces.
+    fn first_among_all(
+        &self,
+        from: DVec3,
+        along: DVec3,
+        counts: &impl Fn(u32) -> bool,
     ) -> Option<(u32, f64)> {
         let (from, inverse) = (from - self.centre, along.recip());
         let mut best: Option<(u32, f64)> = None;
@@ -71,21 +86,6 @@ fn entered(node: &Node, child: usize, from: DVec3, inverse: DVec3) -> Option<f64
     }
     // The tolerance admits boxes without thickness despite rounding.
     (near <= far * (1.0 + 4.0 * f64::EPSILON)).then_some(near)
-}
-
-/// Where a ray meets a triangle, in lengths of its direction; none if it misses it (Möller and Trumbore 1997).
-pub(crate) fn meets(from: DVec3, along: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
-    let (u, v) = (b - a, c - a);
-    let p = along.cross(v);
-    let determinant = u.dot(p);
-    if determinant == 0.0 {
-        return None;
-    }
-    let s = from - a;
-    let q = s.cross(u);
-    let (x, y) = (s.dot(p) / determinant, along.dot(q) / determinant);
-    let t = v.dot(q) / determinant;
-    (x >= 0.0 && y >= 0.0 && x + y <= 1.0 && t > 0.0).then_some(t)
 }
 
 #[cfg(test)]

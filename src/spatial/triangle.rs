@@ -51,6 +51,21 @@ pub fn closest_on_triangle(p: DVec3, a: DVec3, b: DVec3, c: DVec3) -> (DVec3, Ba
     (a + ab * v + ac * w, [1.0 - v - w, v, w])
 }
 
+/// Where a ray meets a triangle, in lengths of its direction; none if it misses it (Möller and Trumbore 1997).
+pub(crate) fn meets(from: DVec3, along: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
+    let (u, v) = (b - a, c - a);
+    let p = along.cross(v);
+    let determinant = u.dot(p);
+    if determinant == 0.0 {
+        return None;
+    }
+    let s = from - a;
+    let q = s.cross(u);
+    let (x, y) = (s.dot(p) / determinant, along.dot(q) / determinant);
+    let t = v.dot(q) / determinant;
+    (x >= 0.0 && y >= 0.0 && x + y <= 1.0 && t > 0.0).then_some(t)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -69,6 +69,10 @@ pub(super) fn closed(input: &StitchInput, edge: f64) -> Result<Assembled, Stitch
     mesh.size = vec![edge; extracted.positions.len()];
     mesh.faces.clone_from(&extracted.faces);
     mesh.connect().map_err(|e| e.moved(centre))?;
+    if let Some(position) = mesh.on_border() {
+        let error = StitchError::NotManifold { position };
+        return Err(error.moved(centre));
+    }
     mesh.compact();
     Ok(Assembled {
         mesh,

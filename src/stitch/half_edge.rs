@@ -81,6 +81,12 @@ impl PatchMesh {
         Ok(())
     }
 
+    /// The position of a vertex on the border; none if the mesh is closed.
+    pub(super) fn on_border(&self) -> Option<DVec3> {
+        let open = self.twin.iter().position(|t| *t == NONE)?;
+        Some(self.position[self.from(open as u32) as usize])
+    }
+
     /// Number of rim corners; the vertices after them are free.
     pub(super) fn rim_len(&self) -> usize {
         self.origin.len()

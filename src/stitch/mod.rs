@@ -150,7 +150,7 @@ pub fn stitch(input: &StitchInput) -> Result<Patch, StitchError> {
 /// surface. `extracted` must be manifold and close to `surface`; `voxel` is the spacing of the lattice it comes from.
 ///
 /// # Errors
-/// If `extracted` is not manifold; [`StitchError::Cancelled`] once `surface` is cancelled.
+/// [`StitchError::NotManifold`] if `extracted` is not manifold or not closed; [`StitchError::Cancelled`] once `surface` is cancelled.
 pub fn remesh_closed(
     extracted: &Mesh,
     surface: &dyn Surface,

@@ -18,7 +18,12 @@ use crate::fill::TriangulatedReason;
 use crate::mesh::cut::Remainder;
 use crate::mesh::{Mesh, length};
 use crate::spatial::Bvh;
+use crate::stitch::StitchError;
 use plan::Plan;
+
+/// Part of the input's volume. Lower bound of the volume after a fairing: the flow rounds a closed surface and keeps spheres, so that
+/// less is left only where parts vanish.
+const LEAST_VOLUME: f64 = 0.2;
 
 /// Why a fairing was refused or failed.
 #[derive(Debug, Error)]
@@ -74,6 +79,16 @@ pub enum FairError {
         "no surface is left after the flow; reduce the strength or the time, or use a smaller voxel"
     )]
     Vanished,
+    /// Most of the volume is lost.
+    #[error(
+        "only {:.1} % of the volume is left after the flow: the model is narrower than the strength; reduce the strength or the time, \
+         or use a smaller voxel",
+        100.0 * part
+    )]
+    Collapsed {
+        /// The part of the volume that is left.
+        part: f64,
+    },
     /// No face is left between the strips along the borders.
     #[error(
         "the mesh is open, and all of it is within {strip:.4e} of a border, a strip that stays unchanged; reduce the strength or the \
@@ -108,9 +123,34 @@ pub enum FairError {
         /// Why.
         why: Box<TriangulatedReason>,
     },
+    /// The mesh does not bound a solid, so that its signed distance is undefined.
+    #[error(
+        "the mesh has no inside and outside near {x:.6}, {y:.6}, {z:.6}: an edge there has more than two faces, or the surface is \
+         one-sided; repair the mesh first"
+    )]
+    NoSides {
+        /// x coordinate of a place where the faired surface ends.
+        x: f64,
+        /// y coordinate of the place.
+        y: f64,
+        /// z coordinate of the place.
+        z: f64,
+    },
     /// The evolved surface could not be remeshed.
-    #[error("the faired surface could not be meshed")]
-    Mesh(#[from] crate::stitch::StitchError),
+    #[error("the faired surface could not be meshed: {0}")]
+    Mesh(StitchError),
+}
+
+impl From<StitchError> for FairError {
+    fn from(error: StitchError) -> Self {
+        match error {
+            StitchError::NotManifold { position } => {
+                let [x, y, z] = position.to_array();
+                Self::NoSides { x, y, z }
+            }
+            error => Self::Mesh(error),
+        }
+    }
 }
 
 impl From<FillError> for FairError {
@@ -160,9 +200,10 @@ impl Inspection<'_> {
             (report.strength, report.time, report.voxel) =
                 (plan.strength, plan.span.time, plan.voxel);
             report.volume_before = volume(self);
-            report.volume_after = inspect(&faired.mesh).ok().as_ref().and_then(volume);
-            let kept = faired.kept.as_ref().map_or(0, |k| k.mesh.positions.len());
-            (report.moved_max, report.moved_rms) = moved(self, &faired.mesh.positions[kept..]);
+            let after = inspect(&faired.mesh)?;
+            report.volume_after = volume(&after);
+            refuse_collapse(report)?;
+            (report.moved_max, report.moved_rms) = moved(self, &after, faired.kept.as_ref());
             report.fill.seconds = clock.elapsed().as_secs_f64();
             Ok(faired)
         })
@@ -253,16 +294,43 @@ fn volume(found: &Inspection) -> Option<f64> {
     Some(mesh.faces.iter().map(six).sum::<f64>() / 6.0)
 }
 
-/// Largest and root mean square distance of points from a mesh.
-fn moved(found: &Inspection, points: &[DVec3]) -> (f64, f64) {
-    let bvh = Bvh::new(&found.mesh, found.topology.faces());
-    let distances: Vec<f64> = points
-        .par_iter()
-        .map(|&p| bvh.closest(p, f64::INFINITY).map_or(0.0, |c| c.distance))
-        .collect();
-    let square: f64 = distances.iter().map(|d| d * d).sum();
+/// Refuses a result that lost most of the volume: parts of the model that are narrower than the strength vanished.
+fn refuse_collapse(report: &FairReport) -> Result<(), FairError> {
+    match (report.volume_before, report.volume_after) {
+        (Some(before), Some(after)) if after.abs() < LEAST_VOLUME * before.abs() => {
+            Err(FairError::Collapsed {
+                part: after.abs() / before.abs(),
+            })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Largest and root mean square distance between the surfaces before and after a fairing, measured from the new vertices to the
+/// input and from the removed vertices of the input to the result. `kept` marks the faces that are not removed; none if all are.
+fn moved(before: &Inspection, after: &Inspection, kept: Option<&Remainder>) -> (f64, f64) {
+    let distances = |points: Vec<DVec3>, surface: &Inspection| -> Vec<f64> {
+        let bvh = Bvh::new(&surface.mesh, surface.topology.faces());
+        let distance = |p: DVec3| bvh.closest(p, f64::INFINITY).map_or(0.0, |c| c.distance);
+        points.into_par_iter().map(distance).collect()
+    };
+    let first_new = kept.map_or(0, |k| k.mesh.positions.len());
+    let new = after.input.positions[first_new..].to_vec();
+    // The removed vertices belong to removed faces only; kept faces use the rim too.
+    let mut is_gone = vec![false; before.mesh.positions.len()];
+    let stays = |f: u32| kept.is_some_and(|k| k.faces[f as usize]);
+    for of_kept in [false, true] {
+        for f in before.topology.faces().filter(|f| stays(*f) == of_kept) {
+            let corners = before.mesh.faces[f as usize];
+            corners.iter().for_each(|&v| is_gone[v as usize] = !of_kept);
+        }
+    }
+    let gone = (0..is_gone.len()).filter(|v| is_gone[*v]);
+    let gone: Vec<DVec3> = gone.map(|v| before.mesh.positions[v]).collect();
+    let all = [distances(new, before), distances(gone, after)].concat();
+    let square: f64 = all.iter().map(|d| d * d).sum();
     (
-        distances.iter().copied().fold(0.0, f64::max),
-        (square / distances.len().max(1) as f64).sqrt(),
+        all.iter().copied().fold(0.0, f64::max),
+        (square / all.len().max(1) as f64).sqrt(),
     )
 }

@@ -132,6 +132,15 @@ impl Attribute {
     }
 }
 
+/// Whether two values are the same, or both are missing. NaN is the same as NaN.
+pub(crate) fn same_value(one: Option<&[f64]>, other: Option<&[f64]>) -> bool {
+    let same = |(a, b): (&f64, &f64)| a == b || (a.is_nan() && b.is_nan());
+    match (one, other) {
+        (Some(one), Some(other)) => one.len() == other.len() && one.iter().zip(other).all(same),
+        (one, other) => one.is_none() && other.is_none(),
+    }
+}
+
 /// Values from a pool that corners of faces refer to, for example texture coordinates with seams.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CornerAttribute {
@@ -150,7 +159,7 @@ impl CornerAttribute {
                 let old = &mut place[*vertex as usize];
                 if *old == NONE || *new == NONE {
                     *old = (*new).min(*old);
-                } else if self.pool.get(*old as usize) != self.pool.get(*new as usize) {
+                } else if !same_value(self.pool.get(*old as usize), self.pool.get(*new as usize)) {
                     return None;
                 }
             }

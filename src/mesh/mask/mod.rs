@@ -7,7 +7,7 @@ use glam::DVec3;
 use serde::Serialize;
 use thiserror::Error;
 
-use super::attributes::{Attributes, LabelKind, Role};
+use super::attributes::{Attribute, Attributes, LabelKind, Role};
 use super::{DisjointSets, Mesh, Topology, area_vector, weld_map};
 
 /// One way to select faces.
@@ -202,13 +202,7 @@ fn select(
                 .vertex_role(Role::Colour)
                 .filter(|c| c.components >= 3)
                 .ok_or(MaskError::NoColours)?;
-            let unit = colours.unit();
-            // Slightly more than the tolerance, because 8-bit colours are rounded.
-            let most = tolerance + 1e-6;
-            let near = |v: u32| {
-                let value = colours.get(v as usize);
-                value.is_some_and(|c| (0..3).all(|i| (c[i] / unit - rgb[i]).abs() <= most))
-            };
+            let near = |v: u32| is_near(colours, v as usize, *rgb, *tolerance);
             mark(&|f| mesh.faces[f].iter().all(|v| near(*v)));
         }
         Selector::Material(name) => {
@@ -224,6 +218,15 @@ fn select(
         }
     }
     Ok(())
+}
+
+/// Whether a colour is within a tolerance of another one in each of red, green and blue, as fractions of 1.
+pub(crate) fn is_near(colours: &Attribute, item: usize, rgb: [f64; 3], tolerance: f64) -> bool {
+    let unit = colours.unit();
+    // Slightly more than the tolerance, because 8-bit colours are rounded.
+    let most = tolerance + 1e-6;
+    let value = colours.get(item);
+    value.is_some_and(|c| (0..3).all(|i| (c[i] / unit - rgb[i]).abs() <= most))
 }
 
 /// Shortest paths along the edges of a welded mesh.

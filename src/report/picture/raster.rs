@@ -78,6 +78,29 @@ impl Projected {
         [first, second, 1.0 - first - second]
     }
 
+    /// The smallest and largest x of the face within one row of samples, with a margin of a sample for rounding.
+    fn span(&self, y: f32) -> [f32; 2] {
+        let (first, last) = (y - 0.5, y + 0.5);
+        let [mut low, mut high] = [f32::INFINITY, f32::NEG_INFINITY];
+        for k in 0..3 {
+            let [p, q] = [self.corners[k], self.corners[(k + 1) % 3]];
+            let (p, q) = if p.y <= q.y { (p, q) } else { (q, p) };
+            if q.y < first || p.y > last {
+                continue;
+            }
+            for row in [first, last] {
+                let along = ((row - p.y) / (q.y - p.y)).clamp(0.0, 1.0);
+                // A horizontal edge gives 0 / 0: its ends belong to other edges too.
+                let x = p.x + along * (q.x - p.x);
+                (low, high) = (low.min(x), high.max(x));
+            }
+            for end in [p, q].iter().filter(|end| (first..=last).contains(&end.y)) {
+                (low, high) = (low.min(end.x), high.max(end.x));
+            }
+        }
+        [low - 1.0, high + 1.0]
+    }
+
     /// Whether its back side is seen. Rows of the screen run downward, so this is a positive area.
     pub fn is_back(&self) -> bool {
         self.area > 0.0
@@ -202,6 +225,12 @@ fn fill(
     let bottom = end(face.high.y).min((first_row + rows) as isize - 1);
     let (left, right) = (start(face.low.x), end(face.high.x).min(width as isize - 1));
     for y in top as isize..=bottom {
+        // A long, thin face covers few samples of its bounding box.
+        let [low, high] = face.span(y as f32 + 0.5);
+        if low > high {
+            continue;
+        }
+        let (left, right) = (left.max(start(low)), right.min(end(high)));
         for x in left as isize..=right {
             let weights = face.weights(x as f32 + 0.5, y as f32 + 0.5);
             if weights.iter().any(|w| *w < 0.0) {

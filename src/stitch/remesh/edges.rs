@@ -10,6 +10,10 @@ use crate::stitch::assemble::quality;
 use crate::stitch::half_edge::prev;
 use crate::tuning::tuning;
 
+/// Faces. An edge at a vertex with more is not collapsed: each attempt visits all of them, and along a rim of edges much shorter than
+/// the patch's there are thousands of attempts.
+const MOST_COLLAPSED: usize = 64;
+
 impl Remesher<'_> {
     fn target(&self, a: u32, b: u32) -> f64 {
         (self.mesh.size[a as usize] + self.mesh.size[b as usize]) / 2.0
@@ -99,6 +103,9 @@ impl Remesher<'_> {
             return false;
         };
         let (a, b) = (self.mesh.from(h), self.mesh.to(h));
+        if self.is_hub(a) || self.is_hub(b) {
+            return false;
+        }
         let mut candidates: Vec<(u32, DVec3, DVec3)> = Vec::new();
         if !self.mesh.is_rim(a) && !self.mesh.is_rim(b) {
             let middle = (self.mesh.position[a as usize] + self.mesh.position[b as usize]) / 2.0;
@@ -121,6 +128,11 @@ impl Remesher<'_> {
             }
         }
         false
+    }
+
+    /// Whether a vertex has more than [`MOST_COLLAPSED`] faces.
+    fn is_hub(&self, v: u32) -> bool {
+        self.mesh.outgoing(v).nth(MOST_COLLAPSED).is_some()
     }
 
     /// Whether collapsing an edge to `p` creates no duplicate edge, no long edge, and no tilted face (or less tilted ones than

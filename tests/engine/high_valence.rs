@@ -1,0 +1,90 @@
+//! Vertices with thousands of faces, and meshes of long, thin faces, take no more than a few times the time of others.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+use isomend::check::{CheckParams, DefectKind};
+use isomend::{Control, FillParams, HoleOutcome, Inspection, Mesh};
+
+use crate::shapes;
+
+/// Two fans of `n` faces around two vertices, joined along a circle.
+fn bipyramid(n: u32) -> Mesh {
+    let at = |i: u32| f64::from(i) * TAU / f64::from(n);
+    let circle = (0..n).map(|i| DVec3::new(at(i).cos(), at(i).sin(), 0.0));
+    let positions = circle.chain([DVec3::Z, -DVec3::Z]).collect();
+    let sectors = (0..n).flat_map(|i| {
+        let next = (i + 1) % n;
+        [[i, next, n], [next, i, n + 1]]
+    });
+    let faces = sectors.collect();
+    shapes::turned(Mesh::new(positions, faces))
+}
+
+/// CPU time of work on one thread, in seconds.
+#[cfg(target_os = "linux")]
+fn seconds<T>(work: impl FnOnce() -> T + Send) -> (T, f64)
+where
+    T: Send,
+{
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    pool.unwrap().install(|| {
+        let own = crate::cpu::this_thread();
+        let begun = crate::cpu::cpu(&own);
+        let result = work();
+        (result, crate::cpu::cpu(&own) - begun)
+    })
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn fans_of_ten_thousand_faces_are_checked_and_filled_in_seconds() {
+    let mesh = bipyramid(10_000);
+    let found = Inspection::new(&mesh).unwrap();
+    let (verdict, check) = seconds(|| found.check(&CheckParams::default()));
+    assert!(verdict.is_sound(), "{}", verdict.line());
+    assert!(check < 3.0, "checked in {check} s");
+    // Faces next to each other are missing, at one of the two vertices.
+    let mut open = mesh;
+    open.faces = open.faces.into_iter().skip(10).collect();
+    let found = Inspection::new(&open).unwrap();
+    let (filled, fill) = seconds(|| found.fill(&FillParams::default(), &Control::new()));
+    let report = filled.unwrap().report;
+    assert!(!report.incomplete());
+    assert!(fill < 12.0, "filled in {fill} s");
+}
+
+#[test]
+fn faces_that_run_through_a_fan_are_found() {
+    let mut mesh = bipyramid(2000);
+    let at = mesh.positions.len() as u32;
+    // From one of the two vertices through a few faces of the other fan, beside the other vertex.
+    let (top, low) = (mesh.positions[2000], mesh.positions[2001]);
+    let away = (mesh.positions[0] - mesh.positions[1000]).normalize();
+    let beside = away.cross(top - low).normalize();
+    let end = low + 0.3 * away;
+    mesh.positions.extend([end, end + 0.01 * beside]);
+    mesh.faces.push([2000, at, at + 1]);
+    let found = Inspection::new(&mesh).unwrap();
+    let verdict = found.check(&CheckParams::default());
+    let count = verdict.count(DefectKind::SelfIntersection);
+    assert!((2..200).contains(&count), "{count}");
+    let listed = verdict.defects.iter();
+    let listed = listed.filter(|d| d.kind == DefectKind::SelfIntersection);
+    let faces: Vec<u32> = listed.flat_map(|d| d.faces.clone()).collect();
+    assert!(faces.contains(&4000), "{faces:?}");
+}
+
+#[test]
+fn a_hole_at_a_fan_is_closed_as_elsewhere() {
+    let mut mesh = bipyramid(600);
+    mesh.faces.drain(..20);
+    let filled = isomend::fill(&mesh, &FillParams::default()).unwrap();
+    let outcomes = filled.report.holes.iter().map(|h| &h.outcome);
+    assert!(
+        outcomes
+            .clone()
+            .all(|o| !matches!(o, HoleOutcome::Failed(_)))
+    );
+    assert_eq!(outcomes.count(), 1);
+}
