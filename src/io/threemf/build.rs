@@ -293,6 +293,16 @@ impl<'a> Build<'a> {
     }
 
     fn finish(self) -> Result<Loaded, IoError> {
+        let beams: usize = self.models.parts.values().map(|part| part.beams).sum();
+        if beams > 0 && self.surface.face_count() == 0 {
+            return Err(IoError::Unsupported {
+                format: Format::ThreeMf,
+                what: format!(
+                    "it has no triangles, only {beams} beams of lattices, which are not read"
+                ),
+                advice: "save it with its beams as triangles",
+            });
+        }
         let mut loaded = self.surface.finish()?;
         let all = &mut loaded.attributes;
         all.unit = Some(self.unit);
@@ -322,6 +332,10 @@ impl<'a> Build<'a> {
             let marked = self.patches.iter().map(|patch| f64::from(u8::from(*patch)));
             marked.for_each(|mark| marks.push(Some(&[mark])));
             all.face.push(marks);
+        }
+        if beams > 0 {
+            let what = "beams of lattices, which are not read";
+            loaded.notes.push(format!("{what}: {beams}"));
         }
         if self.renamed > 0 {
             let what = "objects that were numbered, since others have the same name";
