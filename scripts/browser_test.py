@@ -67,7 +67,8 @@ TARGET = """((query) => {
   if (element.matches(":disabled")) return "it is disabled";
   element.scrollIntoView({ block: "center" });
   const b = element.getBoundingClientRect(), at = [b.x + b.width / 2, b.y + b.height / 2], met = document.elementFromPoint(...at);
-  const own = (e) => Boolean(e) && (element.contains(e) || e.contains(element) && Boolean(e.closest("label")) || e.closest("label")?.control === element);
+  // A label and the input in it are one.
+  const label = (e) => e.closest("label") ?? e.labels?.[0] ?? e, own = (e) => Boolean(e) && (element.contains(e) || label(e) === label(element));
   if (!b.width || !own(met)) return `${name(met)} is at its place`;
   window.hit = "nothing";
   addEventListener("click", (event) => { window.hit = own(event.target) ? "hit" : name(event.target); }, { capture: true, once: true });

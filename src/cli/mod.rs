@@ -87,7 +87,7 @@ Exit codes:
   2    wrong usage, or an error in an options file
   3    done in part: the output is written, but a hole that was to be filled is still open, an experiment did
        not reproduce a stated value, or the answer of `check` is no
-  130  stopped by Ctrl-C, 143 by SIGTERM; the output file is unchanged. `view`, which is ended this way, exits with 0";
+  130  stopped by Ctrl-C, 143 by SIGTERM, 129 by SIGHUP; the output file is unchanged. `view`, which is ended this way, exits with 0";
 
 /// Fills holes in triangle meshes by 3D level-set Willmore flow.
 ///

@@ -1,11 +1,20 @@
 //! Atomic saving: a file appears complete under its name, or not at all.
 
 use std::fs;
+#[cfg(feature = "view")]
+use std::io::Read;
 use std::io::{Error, Result, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use tempfile::NamedTempFile;
+
+/// Beginning and end of the names of temporary files.
+const PREFIX: &str = ".isomend-";
+const SUFFIX: &str = ".part";
+/// Age from which on a temporary file was left behind by a process that was killed: no run writes a file for so long.
+const STALE: Duration = Duration::from_secs(24 * 60 * 60);
 
 /// Temporary files not yet renamed to their targets. Locked while a temporary file is created, renamed or removed.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -32,6 +41,31 @@ pub fn abandon_unfinished() -> Abandoned {
     Abandoned(paths)
 }
 
+/// Removes temporary files in a folder that killed processes left behind. Errors are ignored: the folder may not be readable, and another
+/// process may remove the same file.
+fn remove_stale(folder: &Path) {
+    // Each folder once in a process, since it may hold many files.
+    static SEEN: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+    let mut seen = SEEN.lock().unwrap_or_else(PoisonError::into_inner);
+    if seen.iter().any(|other| other == folder) {
+        return;
+    }
+    seen.push(folder.to_path_buf());
+    drop(seen);
+    let is_old = |file: &fs::Metadata| {
+        let age = file.modified().ok().and_then(|at| at.elapsed().ok());
+        file.is_file() && age.is_some_and(|age| age > STALE)
+    };
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.as_encoded_bytes();
+        let is_own = name.starts_with(PREFIX.as_bytes()) && name.ends_with(SUFFIX.as_bytes());
+        if is_own && entry.metadata().is_ok_and(|file| is_old(&file)) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
 /// A temporary file that is in the list [`UNFINISHED`].
 struct Temporary(Option<NamedTempFile>);
 
@@ -48,9 +82,10 @@ impl Temporary {
                 .open(name)
         };
         let mut paths = unfinished();
+        remove_stale(&folder);
         let file = tempfile::Builder::new()
-            .prefix(".isomend-")
-            .suffix(".part")
+            .prefix(PREFIX)
+            .suffix(SUFFIX)
             .make_in(folder, create)?;
         paths.push(file.path().to_path_buf());
         Ok(Self(Some(file)))
@@ -175,6 +210,37 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
     Staged::new(path, bytes)?.commit()
 }
 
+/// Replaces a file atomically, as [`replace_file`] does, but replaces a link by the file instead of following it.
+///
+/// # Errors
+/// If the file cannot be written.
+#[cfg(feature = "view")]
+pub(crate) fn replace_unlinked(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut temporary = Temporary::beside(path)?;
+    if let Some(file) = &mut temporary.0 {
+        file.write_all(bytes)?;
+    }
+    temporary.become_file(path)
+}
+
+/// Reads at most `most` bytes of a file. Links, pipes and devices are refused.
+///
+/// # Errors
+/// If it is no plain file, is longer, or cannot be read.
+#[cfg(feature = "view")]
+pub(crate) fn read_plain(path: &Path, most: u64) -> Result<Vec<u8>> {
+    let about = fs::symlink_metadata(path)?;
+    if !about.is_file() {
+        return Err(Error::other("it is a link, a pipe or a device, not a file"));
+    }
+    if about.len() > most {
+        return Err(Error::other(format!("it is longer than {most} bytes")));
+    }
+    let mut bytes = Vec::new();
+    fs::File::open(path)?.take(most).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
 /// Follows symbolic links to the file that they name, which need not exist.
 fn end_of_links(path: &Path) -> Result<PathBuf> {
     // Upper bound of the number of links, as on Linux.
@@ -240,6 +306,44 @@ mod tests {
             fs::metadata(&fresh).unwrap().permissions(),
             fs::metadata(&plain).unwrap().permissions()
         );
+    }
+
+    #[test]
+    fn old_temporary_files_are_removed_and_others_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let names = [
+            (".isomend-old.part", true),
+            (".isomend-new.part", false),
+            ("isomend-old.part", true),
+            (".isomend-old.ply", true),
+        ];
+        for (name, is_old) in names {
+            let file = fs::File::create(at(name)).unwrap();
+            let hours = if is_old { 25 } else { 1 };
+            let then = std::time::SystemTime::now() - Duration::from_secs(hours * 60 * 60);
+            file.set_modified(then).unwrap();
+        }
+        replace_file(&at("mesh.ply"), b"new").unwrap();
+        let left = names.map(|(name, _)| at(name).exists());
+        assert_eq!(left, [false, true, true, true]);
+    }
+
+    #[cfg(all(unix, feature = "view"))]
+    #[test]
+    fn plain_files_are_neither_links_nor_endless() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("far"), b"old").unwrap();
+        std::os::unix::fs::symlink(at("far"), at("link")).unwrap();
+        std::os::unix::fs::symlink("/dev/zero", at("zero")).unwrap();
+        for link in ["link", "zero"] {
+            assert!(read_plain(&at(link), 100).is_err());
+            replace_unlinked(&at(link), b"new").unwrap();
+            assert_eq!(read_plain(&at(link), 3).unwrap(), b"new");
+            assert!(read_plain(&at(link), 2).is_err());
+        }
+        assert_eq!(fs::read(at("far")).unwrap(), b"old");
     }
 
     #[cfg(unix)]

@@ -1,4 +1,4 @@
-//! Ctrl-C and SIGTERM end the program at any point and leave no partly written file.
+//! Ctrl-C, SIGTERM and SIGHUP end the program at any point and leave no partly written file.
 #![cfg(unix)]
 
 use std::process::{Command, Stdio};
@@ -97,9 +97,12 @@ fn every_command_ends_at_a_signal_and_leaves_no_file() {
     let before = desk.files();
     let mut stopped = 0;
     for (i, command) in commands.iter().enumerate() {
-        for (j, (signal, code)) in [("-INT", 130), ("-TERM", 143)].into_iter().enumerate() {
+        for (j, (signal, code)) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)]
+            .into_iter()
+            .enumerate()
+        {
             // Moments while the mesh is read, the tree is built, and the system is solved.
-            let after = 0.05 + 0.15 * ((2 * i + j) % 5) as f64;
+            let after = 0.05 + 0.15 * ((3 * i + j) % 5) as f64;
             let Some(end) = interrupted(&desk, command, signal, after) else {
                 let _ = std::fs::remove_file(desk.path("o.ply"));
                 let _ = std::fs::remove_file(desk.path("o.vti"));
@@ -113,7 +116,7 @@ fn every_command_ends_at_a_signal_and_leaves_no_file() {
         }
     }
     assert!(
-        stopped >= 6,
+        stopped >= 9,
         "only {stopped} runs lasted until their signal"
     );
 }
