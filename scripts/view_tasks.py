@@ -255,7 +255,7 @@ def handing_over(page, program, folder):
     try:
         begin(page, server)
         page.tab("save")
-        off = page.run("[...document.querySelectorAll('#deliver :disabled')].map((e) => e.id)")
+        off = page.run("[...document.querySelectorAll('#deliver :is(input, select, button):disabled')].map((e) => e.id)")
         page.expect(off == ["tolerance", "mark", "mark-colour", "patches-file", "piece-file"] and page.run(text("#deliver-hint")), f"before a step {off} are off")
         faces = page.run(DENT)
         page.run(f"isomend.masks.takeFile(new File([{json.dumps(' '.join(map(str, faces)))}], 'dent.txt'))")

@@ -72,12 +72,16 @@ pub fn is_normal_end(say: impl Fn() + Send + Sync + 'static) {
 /// Ends the program after a signal.
 fn stop(code: i32) -> ! {
     // The guard lives until the end, so that no file is finished or started any more.
-    let _abandoned = isomend::io::abandon_unfinished();
+    let abandoned = isomend::io::abandon_unfinished();
     if let Some(say) = AT_END.get() {
         say();
         std::process::exit(0)
     }
     progress::clear();
-    console::fail("stopped; unfinished files were not written");
+    let said = match super::written_before(abandoned.written()) {
+        none if none.is_empty() => "; unfinished files were not written".to_owned(),
+        some => some,
+    };
+    console::fail(&format!("stopped{said}"));
     std::process::exit(code)
 }

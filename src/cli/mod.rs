@@ -42,7 +42,8 @@ use anyhow::{Context, anyhow};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueHint};
 use isomend::io::{Format, IoError};
 use isomend::job::JobError;
-use isomend::{FairError, FillError};
+use isomend::parameters::Table;
+use isomend::{FairError, FillError, RestoreError};
 
 pub use config::Usage;
 use console::Console;
@@ -80,6 +81,9 @@ impl From<End> for ExitCode {
     }
 }
 
+/// Most files that a message names one by one.
+const MOST_NAMED: usize = 3;
+
 const EXIT_CODES: &str = "\
 Exit codes:
   0    done
@@ -87,7 +91,7 @@ Exit codes:
   2    wrong usage, or an error in an options file
   3    done in part: the output is written, but a hole that was to be filled is still open, an experiment did
        not reproduce a stated value, or the answer of `check` is no
-  130  stopped by Ctrl-C, 143 by SIGTERM, 129 by SIGHUP; the output file is unchanged. `view`, which is ended this way, exits with 0";
+  130  stopped by Ctrl-C, 143 by SIGTERM, 129 by SIGHUP; files that were written before are named, others are unchanged. `view`, which is ended this way, exits with 0";
 
 /// Fills holes in triangle meshes by 3D level-set Willmore flow.
 ///
@@ -168,12 +172,22 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> End {
     match end {
         Ok(end) => end,
         Err(error) => {
-            console::fail(&format!("{error:#}"));
+            console::fail(&format!("{error:#}{}", written_before(&isomend::io::written_files())));
             match error.is::<Usage>() {
                 true => End::Misused,
                 false => End::Failed,
             }
         }
+    }
+}
+
+/// What an error does not undo, as the end of a message: the files that were written before it.
+fn written_before(written: &[PathBuf]) -> String {
+    let names: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
+    match names.len() {
+        0 => String::new(),
+        1..=MOST_NAMED => format!("; written before: {}", names.join(", ")),
+        count => format!("; {count} files were written before, the last is {}", names[count - 1]),
     }
 }
 
@@ -204,6 +218,10 @@ fn cli_error(error: JobError) -> anyhow::Error {
             error: error @ IoError::UnknownFormat { .. },
         } => anyhow::Error::from(error).context(format!("{name} (use --from to name its format)")),
         JobError::Places { what } => usage(what),
+        JobError::Fill(FillError::Parameter { what })
+        | JobError::Restore(RestoreError::Fill(FillError::Parameter { what })) => {
+            usage(as_options(what))
+        }
         JobError::NoFormat { .. } => anyhow!("{error}; change the extension, or use --to"),
         JobError::OpenMask { .. } => anyhow!("{error} with `isomend fill`"),
         JobError::Fill(FillError::NoSuchHole { .. }) => {
@@ -215,6 +233,12 @@ fn cli_error(error: JobError) -> anyhow::Error {
         }
         error => error.into(),
     }
+}
+
+/// Replaces the names of parameters in a message of the library by options.
+fn as_options(text: &str) -> String {
+    let tables = Table::ALL.iter();
+    tables.fold(text.to_owned(), |text, table| table.as_options(&text))
 }
 
 /// Runs a command.

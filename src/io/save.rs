@@ -16,29 +16,60 @@ const SUFFIX: &str = ".part";
 /// Age from which on a temporary file was left behind by a process that was killed: no run writes a file for so long.
 const STALE: Duration = Duration::from_secs(24 * 60 * 60);
 
-/// Temporary files not yet renamed to their targets. Locked while a temporary file is created, renamed or removed.
-static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+/// The files of this process. Locked while a temporary file is created, renamed or removed.
+static FILES: Mutex<Files> = Mutex::new(Files {
+    unfinished: Vec::new(),
+    written: Vec::new(),
+});
 
-fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
-    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+/// The files of a process.
+#[derive(Debug)]
+struct Files {
+    /// Temporary files not yet renamed to their targets.
+    unfinished: Vec<PathBuf>,
+    /// The targets that were written.
+    written: Vec<PathBuf>,
+}
+
+impl Files {
+    fn forget(&mut self, temporary: &Path) {
+        self.unfinished.retain(|path| path != temporary);
+    }
+}
+
+fn files() -> MutexGuard<'static, Files> {
+    FILES.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The files that this process has written, in order.
+#[doc(hidden)]
+pub fn written_files() -> Vec<PathBuf> {
+    files().written.clone()
 }
 
 /// While this value exists, no file can be created or finished by the functions of this module.
 #[doc(hidden)]
 #[must_use = "saving goes on when it is dropped"]
 #[derive(Debug)]
-pub struct Abandoned(#[allow(dead_code)] MutexGuard<'static, Vec<PathBuf>>);
+pub struct Abandoned(MutexGuard<'static, Files>);
+
+impl Abandoned {
+    /// The files that were written before.
+    pub fn written(&self) -> &[PathBuf] {
+        &self.0.written
+    }
+}
 
 /// Removes all temporary files, for a process that is about to end. Finished files stay. A thread that is saving waits
 /// until the result is dropped, then fails.
 #[doc(hidden)]
 pub fn abandon_unfinished() -> Abandoned {
-    let mut paths = unfinished();
-    for path in paths.drain(..) {
+    let mut files = files();
+    for path in files.unfinished.drain(..) {
         // Errors are ignored: the file may be gone already, and nobody remains to report others to.
         let _ = fs::remove_file(path);
     }
-    Abandoned(paths)
+    Abandoned(files)
 }
 
 /// Removes temporary files in a folder that killed processes left behind. Errors are ignored: the folder may not be readable, and another
@@ -66,7 +97,7 @@ fn remove_stale(folder: &Path) {
     }
 }
 
-/// A temporary file that is in the list [`UNFINISHED`].
+/// A temporary file that is in the list of [`FILES`].
 struct Temporary(Option<NamedTempFile>);
 
 impl Temporary {
@@ -81,22 +112,23 @@ impl Temporary {
                 .create_new(true)
                 .open(name)
         };
-        let mut paths = unfinished();
+        let mut files = files();
         remove_stale(&folder);
         let file = tempfile::Builder::new()
             .prefix(PREFIX)
             .suffix(SUFFIX)
             .make_in(folder, create)?;
-        paths.push(file.path().to_path_buf());
+        files.unfinished.push(file.path().to_path_buf());
         Ok(Self(Some(file)))
     }
 
     fn become_file(mut self, target: &Path) -> Result<()> {
-        let mut paths = unfinished();
+        let mut files = files();
         match self.0.take() {
             Some(file) => {
-                paths.retain(|path| path != file.path());
+                files.forget(file.path());
                 file.persist(target).map_err(|failed| failed.error)?;
+                files.written.push(target.to_path_buf());
                 Ok(())
             }
             None => Ok(()),
@@ -114,11 +146,11 @@ pub(crate) fn write_new(target: &Path, bytes: &[u8]) -> Result<()> {
     if let Some(file) = &mut temporary.0 {
         file.write_all(bytes)?;
     }
-    let mut paths = unfinished();
+    let mut files = files();
     let Some(file) = temporary.0.take() else {
         return Ok(());
     };
-    paths.retain(|path| path != file.path());
+    files.forget(file.path());
     file.persist_noclobber(target)
         .map_err(|failed| failed.error)?;
     Ok(())
@@ -127,8 +159,8 @@ pub(crate) fn write_new(target: &Path, bytes: &[u8]) -> Result<()> {
 impl Drop for Temporary {
     fn drop(&mut self) {
         if let Some(file) = self.0.take() {
-            let mut paths = unfinished();
-            paths.retain(|path| path != file.path());
+            let mut files = files();
+            files.forget(file.path());
             drop(file);
         }
     }

@@ -17,7 +17,7 @@ pub use text::{summary_lines, tally_line};
 
 #[cfg_attr(not(feature = "cli"), allow(unused_imports))]
 pub(crate) use {
-    crate::mesh::{length, length_beside, point},
+    crate::mesh::{length, length_beside, number, point, significant},
     check::verdict_rows,
     holes::{crease_end_line, crease_end_table, hole_table},
     missed::missed_lines,
@@ -25,6 +25,6 @@ pub(crate) use {
     repair::{repair_lines, repair_lines_in},
     text::{
         chain_lines, counted, defect_lines, level_lines, lost_creases, ranges, reason,
-        reason_lines, region_lines, region_lines_in,
+        reason_lines, region_lines, region_lines_in, timed,
     },
 };

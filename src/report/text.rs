@@ -9,7 +9,7 @@ use crate::fill::{
 use crate::finish::{FinishRecord, FinishResult};
 use crate::flow::Energy;
 use crate::mend::FillReport;
-use crate::mesh::{Defects, HoleId, OpenChain, Unit, point};
+use crate::mesh::{Defects, HoleId, OpenChain, Unit, number, point};
 
 /// Most hole numbers of a region in a line.
 const MOST_JOINED: usize = 12;
@@ -99,7 +99,7 @@ pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
     if let Some(finish) = &r.finish {
         line += &finished(finish, unit);
     }
-    line += &format!(", {} faces, {:.2} s", r.new_faces, r.seconds);
+    line += &format!(", {}{}", counted(r.new_faces, "face"), timed(r.seconds));
     if r.closed_by == Some(ClosedBy::LevelSet) && !r.levels.is_empty() && !r.converged {
         let update = r.levels.last().map_or(f64::NAN, |l| l.flow.update);
         line += &format!("; not converged: the last step moved it by {update:.1e} voxels");
@@ -109,7 +109,8 @@ pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
             "; solved with the Willmore energy, since the variation of curvature gave no surface";
     }
     if r.intersecting_faces > 0 {
-        line += &format!("; {} faces intersect others", r.intersecting_faces);
+        let verb = if r.intersecting_faces == 1 { "intersects" } else { "intersect" };
+        line += &format!("; {} {verb} others", counted(r.intersecting_faces, "face"));
     }
     line += &lost_creases(r).map_or_else(String::new, |text| format!("; {text}"));
     line += &counterpart::refused(r, unit).map_or_else(String::new, |text| format!("; {text}"));
@@ -164,8 +165,19 @@ fn finished(finish: &FinishReport, unit: Option<Unit>) -> String {
 
 /// A number with a noun, in the singular for 1.
 pub fn counted(n: usize, noun: &str) -> String {
-    let s = if n == 1 { "" } else { "s" };
-    format!("{n} {noun}{s}")
+    match (n, noun.strip_suffix("vertex")) {
+        (1, _) => format!("1 {noun}"),
+        (_, Some(before)) => format!("{n} {before}vertices"),
+        _ => format!("{n} {noun}s"),
+    }
+}
+
+/// The end of a line with a run time; empty if run times are left out.
+pub fn timed(seconds: f64) -> String {
+    match seconds {
+        0.0 => String::new(),
+        seconds => format!(", {seconds:.2} s"),
+    }
 }
 
 /// A description with its first noun in the singular.
@@ -194,9 +206,11 @@ fn solved(r: &RegionReport) -> String {
         .last()
         .map_or((0.0, 0.0), |l| (l.flow.energy_before, l.flow.energy_after));
     let mut text = format!(
-        "closed by the level set: {:.0} voxels across, {}, energy {before:.4} -> {after:.4}",
+        "closed by the level set: {:.0} voxels across, {}, energy {} -> {}",
         r.diameter / r.voxel.unwrap_or(f64::NAN),
-        counted(steps, "step")
+        counted(steps, "step"),
+        number(before),
+        number(after)
     );
     if let Some(seam) = r.seam_angle_mean {
         text += &format!(", seam {seam:.1} degrees");
@@ -215,8 +229,7 @@ pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
         let iterations: usize = flow.steps.iter().map(|s| s.iterations).sum();
         let update = flow.update;
         lines.push(format!(
-            "  voxel {}{}: {} nodes, {} unknowns, {}, {}, last update {:.1e} voxels{}, \
-             sampled in {:.2} s, solved in {:.2} s",
+            "  voxel {}{}: {} nodes, {} unknowns, {}, {}, last update {:.1e} voxels{}{}",
             Unit::text(unit, level.voxel),
             match flow.energy {
                 Energy::Willmore => "",
@@ -233,13 +246,17 @@ pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
             } else {
                 " (not converged)"
             },
-            level.seconds[0],
-            level.seconds[1],
+            match level.seconds {
+                [0.0, 0.0] => String::new(),
+                [sampled, solved] => format!(", sampled in {sampled:.2} s, solved in {solved:.2} s"),
+            },
         ));
     }
     let mut patch = format!(
-        "  patch: {} vertices, {} faces, {} components",
-        r.new_vertices, r.new_faces, r.components
+        "  patch: {}, {}, {}",
+        counted(r.new_vertices, "vertex"),
+        counted(r.new_faces, "face"),
+        counted(r.components, "component")
     );
     if r.quality_mean > 0.0 {
         patch += &format!(", quality {:.3}", r.quality_mean);
@@ -473,6 +490,7 @@ mod tests {
     fn nouns_agree_with_their_numbers() {
         assert_eq!(counted(1, "step"), "1 step");
         assert_eq!(counted(0, "step"), "0 steps");
+        assert_eq!(counted(2, "new vertex"), "2 new vertices");
         let of = |small_components, duplicate_vertices| Defects {
             small_components,
             duplicate_vertices,
