@@ -75,7 +75,11 @@ pub fn run(args: &CheckArgs, console: &Console) -> anyhow::Result<End> {
             lines.extend([String::new(), command]);
         }
         let width = console::width();
-        let wrapped = |line: &String| console::wrapped(line, width, VALUES);
+        let is_row = |line: &str| line.get(..VALUES).is_some_and(|name| name.contains(": "));
+        let wrapped = |line: &String| {
+            let indent = if is_row(line) { VALUES } else { 2 };
+            console::wrapped(line, width, indent)
+        };
         lines = lines.iter().map(wrapped).collect();
         let answer = match verdict.is_sound() {
             true => "yes".to_owned(),

@@ -166,7 +166,8 @@ pub fn write(text: &[u8]) -> std::io::Result<()> {
     written(std::io::stdout().lock(), text)
 }
 
-/// Writes a file to standard output. In contrast to text, a reader that closes the stream early is an error.
+/// Writes a file to standard output. In contrast to text, a reader that closes the stream early is an error, of which only the exit code
+/// tells.
 pub fn write_file(bytes: &[u8]) -> std::io::Result<()> {
     if is_closed() {
         return Err(std::io::Error::other("it is closed; name a file"));

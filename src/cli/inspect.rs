@@ -7,7 +7,8 @@ use clap::Args;
 use isomend::io::Loaded;
 use isomend::job::{self, Inspected};
 use isomend::report::{
-    chain_lines, counted, crease_end_line, crease_end_table, defect_lines, hole_table, length, point,
+    chain_lines, counted, crease_end_line, crease_end_table, defect_lines, hole_table, length,
+    point,
 };
 use isomend::{Selection, Unit};
 
@@ -183,7 +184,8 @@ fn table(loaded: &Loaded, inspected: &Inspected) -> String {
             .unit
             .into_iter()
             .for_each(|unit| line(format!("lengths in {unit}:")));
-        let mut rows = hole_table(&found.holes, &inspected.crease_ends, console::width()).into_iter();
+        let mut rows =
+            hole_table(&found.holes, &inspected.crease_ends, console::width()).into_iter();
         rows.next()
             .into_iter()
             .for_each(|head| line(console::heading(&head)));

@@ -3,8 +3,8 @@
 use isomend::io::{Format, Precision};
 use isomend::job::{JobPlan, JobResult, OperationReport, WorkPlan};
 use isomend::report::{
-    counted, length_beside, level_lines, number, plan_lines, point, reason_lines,
-    repair_lines_in, tally_line, timed,
+    counted, length_beside, level_lines, number, plan_lines, point, reason_lines, repair_lines_in,
+    tally_line, timed,
 };
 use isomend::{
     FairPlan, FairReport, FillReport, HoleOutcome, RegionReport, RepairReport, RestorePlan, Unit,
@@ -141,6 +141,7 @@ fn still_open(report: &FillReport, name: &str, console: &Console) {
         MOST_OPEN
     };
     for (id, why) in failed.clone().take(most) {
+        let why = super::as_options(&why.to_string());
         console.warn(&format!("{name}hole {id} is still open: {why}"));
     }
     let more = failed.count().saturating_sub(most);

@@ -191,7 +191,9 @@ impl Cells<'_> {
                 let error = error.strip_prefix("expected ").unwrap_or(error);
                 format!("{hole:>NUMBERS$} {diameter:>9} {closed_by:<13} {error:>7} {remark}")
             }
-            _ => format!("{hole:>NUMBERS$} {diameter:>9} {edges:>5}  {closed_by:<18} {error:>14}  {remark}"),
+            _ => format!(
+                "{hole:>NUMBERS$} {diameter:>9} {edges:>5}  {closed_by:<18} {error:>14}  {remark}"
+            ),
         };
         line.trim_end().to_owned()
     }

@@ -38,9 +38,13 @@ impl Work {
             Self::Restore(mask, _) | Self::Fair(Some(mask), _) => Some(mask),
             _ => None,
         };
-        let masks = mask.into_iter().flat_map(|m| m.inside.iter().chain(&m.face_files));
+        let masks = mask
+            .into_iter()
+            .flat_map(|m| m.inside.iter().chain(&m.face_files));
         let masks = masks.map(|path| ("a mask", path.clone()));
-        let template = self.template().map(|path| ("the template", path.to_path_buf()));
+        let template = self
+            .template()
+            .map(|path| ("the template", path.to_path_buf()));
         masks.chain(template).collect()
     }
 

@@ -15,7 +15,9 @@ const NOTHING: f64 = 1e-9;
 /// The power of ten of the first digit of a number that is rounded to `digits` significant digits.
 fn magnitude(x: f64, digits: i32) -> i32 {
     let text = format!("{x:.*e}", (digits - 1).max(0) as usize);
-    let power = text.rsplit_once('e').and_then(|(_, power)| power.parse().ok());
+    let power = text
+        .rsplit_once('e')
+        .and_then(|(_, power)| power.parse().ok());
     power.unwrap_or(0)
 }
 
@@ -119,7 +121,10 @@ mod tests {
     fn coordinates_that_are_rounding_are_nothing() {
         let p = DVec3::new(1e-17, -3e-5, 0.25);
         assert_eq!(point(p, 1.0), "0, 0, 0.2500");
-        assert_eq!(point(DVec3::new(-103.0206, 0.5, 7.0), 345.0), "-103.02, 0.50, 7.00");
+        assert_eq!(
+            point(DVec3::new(-103.0206, 0.5, 7.0), 345.0),
+            "-103.02, 0.50, 7.00"
+        );
         assert_eq!(point(1e30 * p, 1e30), "0, -3.0000e25, 2.5000e29");
         assert_eq!(point(1e-20 * p, 1e-20), "0, -3.0000e-25, 2.5000e-21");
     }

@@ -79,10 +79,12 @@ pub fn verdict_rows(
         ("coinciding vertices", verdict.duplicate_vertices, false),
     ];
     let some = others.into_iter().filter(|(_, count, _)| *count > 0);
-    rows.extend(some.map(|(name, count, are_components)| match are_components {
-        true => (name, counted(count, "component")),
-        false => (name, count.to_string()),
-    }));
+    rows.extend(
+        some.map(|(name, count, are_components)| match are_components {
+            true => (name, counted(count, "component")),
+            false => (name, count.to_string()),
+        }),
+    );
     rows
 }
 
@@ -127,7 +129,11 @@ fn defect_text(defect: &Defect, verdict: &Verdict, size: f64, unit: Option<Unit>
                 text += &format!(
                     " and in {} that {} not close",
                     counted(verdict.open_chains, "boundary chain"),
-                    if verdict.open_chains == 1 { "does" } else { "do" }
+                    if verdict.open_chains == 1 {
+                        "does"
+                    } else {
+                        "do"
+                    }
                 );
             }
         }

@@ -46,7 +46,11 @@ pub(crate) fn hole_table(holes: &[Hole], ends: &[CreaseEnd], width: Option<usize
         }
     }
     let mut lines = table(&columns, rows.clone());
-    let is_wide = |lines: &[String]| lines.iter().any(|line| width.is_some_and(|w| line.chars().count() > w));
+    let is_wide = |lines: &[String]| {
+        lines
+            .iter()
+            .any(|line| width.is_some_and(|w| line.chars().count() > w))
+    };
     for name in LESS_NEEDED {
         let at = columns.iter().position(|(column, _)| *column == name);
         if let Some(at) = at.filter(|_| is_wide(&lines)) {

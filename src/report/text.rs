@@ -45,10 +45,7 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
     ];
     all.iter()
         .filter(|(n, _)| *n > 0)
-        .map(|(n, what)| match n {
-            1 => format!("1 {}", singular(what)),
-            _ => format!("{n} {what}"),
-        })
+        .map(|(n, what)| counted_as(*n, what))
         .collect()
 }
 
@@ -109,7 +106,11 @@ pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
             "; solved with the Willmore energy, since the variation of curvature gave no surface";
     }
     if r.intersecting_faces > 0 {
-        let verb = if r.intersecting_faces == 1 { "intersects" } else { "intersect" };
+        let verb = if r.intersecting_faces == 1 {
+            "intersects"
+        } else {
+            "intersect"
+        };
         line += &format!("; {} {verb} others", counted(r.intersecting_faces, "face"));
     }
     line += &lost_creases(r).map_or_else(String::new, |text| format!("; {text}"));
@@ -180,6 +181,14 @@ pub fn timed(seconds: f64) -> String {
     }
 }
 
+/// A number with a description whose first noun is in the plural; in the singular for 1.
+pub(super) fn counted_as(n: usize, what: &str) -> String {
+    match n {
+        1 => format!("1 {}", singular(what)),
+        _ => format!("{n} {what}"),
+    }
+}
+
 /// A description with its first noun in the singular.
 fn singular(what: &str) -> String {
     let nouns = [
@@ -187,6 +196,8 @@ fn singular(what: &str) -> String {
         ("faces ", "face "),
         ("edges ", "edge "),
         ("components ", "component "),
+        ("T-junctions ", "T-junction "),
+        ("bodies ", "body "),
     ];
     let spaced = format!("{what} ");
     let at = nouns
@@ -248,7 +259,8 @@ pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
             },
             match level.seconds {
                 [0.0, 0.0] => String::new(),
-                [sampled, solved] => format!(", sampled in {sampled:.2} s, solved in {solved:.2} s"),
+                [sampled, solved] =>
+                    format!(", sampled in {sampled:.2} s, solved in {solved:.2} s"),
             },
         ));
     }
