@@ -48,6 +48,12 @@ pub fn length(x: f64) -> String {
     number(x)
 }
 
+/// Formats a length that is the smallest of its kind: rounded up, so that the number itself is possible.
+pub fn at_least(x: f64) -> String {
+    // Half a unit of the last digit.
+    length(x * (1.0 + 0.5 * 10f64.powi(1 - DIGITS)))
+}
+
 /// Formats a length relative to a reference size: 0 if it is only rounding error.
 pub fn length_beside(x: f64, size: f64) -> String {
     length(beside(x, size))

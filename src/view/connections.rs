@@ -1,12 +1,12 @@
 //! The HTTP connections: their number at a time, and the time limit for request headers.
 //!
 //! A connection is a stranger's until a request on it has the token of a page. Strangers cannot keep others out: a request without a token
-//! ends its connection, and where there are too many strangers the oldest one goes.
+//! ends its connection, and where there are too many strangers the oldest one goes, once it has had time for a request.
 
 use std::collections::VecDeque;
 use std::future::Future;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use axum::http::HeaderValue;
 use axum::http::header::CONNECTION;
@@ -24,6 +24,8 @@ use super::pages::Pages;
 
 /// Upper bound of the number of strangers' connections at a time.
 const STRANGERS: usize = 64;
+/// Time that every stranger has for a request, also where there are too many.
+const GRACE: Duration = Duration::from_millis(250);
 /// Upper bound of the number of other connections at a time; requests on further ones wait. A browser uses up to six for a page, one of them
 /// for events.
 const CONNECTIONS: usize = 256;
@@ -42,6 +44,7 @@ pub async fn serve(listener: TcpListener, pages: Arc<Pages>) -> std::io::Result<
     let free = Arc::new(Semaphore::new(CONNECTIONS));
     let strangers = Arc::new(Strangers::default());
     for number in 0u64.. {
+        strangers.make_room().await;
         let Ok((stream, _)) = listener.accept().await else {
             tokio::time::sleep(PAUSE).await;
             continue;
@@ -114,31 +117,57 @@ impl Drop for Own {
     }
 }
 
-/// The strangers' connections by number, the oldest first.
+/// A stranger's connection.
+struct Stranger {
+    number: u64,
+    since: Instant,
+    task: AbortHandle,
+}
+
+/// The strangers' connections, the oldest first.
 #[derive(Default)]
-struct Strangers(Mutex<VecDeque<(u64, AbortHandle)>>);
+struct Strangers(Mutex<VecDeque<Stranger>>);
 
 impl Strangers {
-    fn list(&self) -> MutexGuard<'_, VecDeque<(u64, AbortHandle)>> {
+    fn list(&self) -> MutexGuard<'_, VecDeque<Stranger>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Adds a connection and starts its task; ends the oldest one if there are too many.
-    fn admit(&self, number: u64, task: impl Future<Output = ()> + Send + 'static) {
-        // Locked until the task is in the list, so that it cannot remove itself before.
-        let mut list = self.list();
-        list.push_back((number, tokio::spawn(task).abort_handle()));
-        let oldest = match list.len() > STRANGERS {
-            true => list.pop_front(),
-            false => None,
-        };
-        drop(list);
-        if let Some((_, oldest)) = oldest {
-            oldest.abort();
+    /// Waits until another connection can be added; ends the oldest one if there are too many.
+    async fn make_room(&self) {
+        while let Some(wait) = self.end_oldest() {
+            tokio::time::sleep(wait).await;
         }
     }
 
+    /// Ends the oldest connection if there are too many; returns how long to wait where it has not had its time.
+    fn end_oldest(&self) -> Option<Duration> {
+        let mut list = self.list();
+        if list.len() < STRANGERS {
+            return None;
+        }
+        let left = GRACE.checked_sub(list.front()?.since.elapsed());
+        if left.is_some_and(|left| !left.is_zero()) {
+            return left;
+        }
+        let oldest = list.pop_front();
+        drop(list);
+        oldest?.task.abort();
+        None
+    }
+
+    /// Adds a connection and starts its task.
+    fn admit(&self, number: u64, task: impl Future<Output = ()> + Send + 'static) {
+        // Locked until the task is in the list, so that it cannot remove itself before.
+        let mut list = self.list();
+        list.push_back(Stranger {
+            number,
+            since: Instant::now(),
+            task: tokio::spawn(task).abort_handle(),
+        });
+    }
+
     fn remove(&self, number: u64) {
-        self.list().retain(|(other, _)| *other != number);
+        self.list().retain(|other| other.number != number);
     }
 }

@@ -11,7 +11,7 @@ use crate::mesh::Attributes;
 
 pub(super) use write::write;
 
-/// The number that all texture coordinates of a face without them have: zero for other programs, told from zeros of a file by its sign.
+/// The number that all texture coordinates of a face without them have: zero for other programs, and by its sign another than a zero of a file.
 const NO_UV: f64 = -0.0;
 
 /// Reads a mesh from PLY: text or binary, in either byte order.
@@ -95,7 +95,7 @@ mod tests {
         }
         // A line of too few numbers is no line of more.
         let text = format!("ply\nformat ascii 1.0\n{header}{points}3 0 1\n3 0 2 3\n");
-        assert!(refusal(text.as_bytes(), Format::Ply).contains("claims"));
+        assert!(refusal(text.as_bytes(), Format::Ply).contains("0 corners"));
     }
 
     #[test]
