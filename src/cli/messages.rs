@@ -94,15 +94,9 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
     for line in outcome::lines(done, chosen, is_verbose, console::error_width()) {
         console.say(&line);
     }
-    if is_verbose {
-        for line in reason_lines(report) {
-            console.detail(&line);
-        }
-        for region in &report.regions {
-            for line in level_lines(region, unit) {
-                console.detail(&line);
-            }
-        }
+    let levels = report.regions.iter().flat_map(|r| level_lines(r, unit));
+    for line in reason_lines(report).into_iter().chain(levels) {
+        console.detail(&line);
     }
     for line in done.delivery_lines() {
         console.say(&line);

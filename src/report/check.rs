@@ -1,7 +1,7 @@
 //! The verdict of a mesh check as text: one line per kind of defect, with counts and positions.
 
+use super::counts::counted;
 use super::point;
-use super::text::counted;
 use crate::check::{Defect, DefectKind, Verdict};
 use crate::mesh::Unit;
 

@@ -1,6 +1,6 @@
 //! Text tables of holes and of the crease ends at their rims.
 
-use super::text::counted;
+use super::counts::counted;
 use crate::mend::CreaseEnd;
 use crate::mesh::{Hole, length, length_beside, number, point};
 

@@ -1,6 +1,6 @@
 //! Text report of a repair: one line per step that changed something.
 
-use super::text::{counted, counted_as};
+use super::counts::{counted, counted_as};
 use crate::check::Component;
 use crate::mesh::Unit;
 use crate::repair::RepairReport;

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::counterpart::{self, counterpart_text, grain_text};
+use super::counts::{counted, counted_as, timed};
 use crate::fill::{
     ClosedBy, FinishReport, HoleOutcome, PatchInitialisation, RegionReport, TriangulatedReason,
 };
@@ -10,6 +11,7 @@ use crate::finish::{FinishRecord, FinishResult};
 use crate::flow::Energy;
 use crate::mend::FillReport;
 use crate::mesh::{Defects, HoleId, OpenChain, Unit, number, point};
+use crate::region::LevelReport;
 
 /// Most hole numbers of a region in a line.
 const MOST_JOINED: usize = 12;
@@ -164,51 +166,6 @@ fn finished(finish: &FinishReport, unit: Option<Unit>) -> String {
     text
 }
 
-/// A number with a noun, in the singular for 1.
-pub fn counted(n: usize, noun: &str) -> String {
-    match (n, noun.strip_suffix("vertex")) {
-        (1, _) => format!("1 {noun}"),
-        (_, Some(before)) => format!("{n} {before}vertices"),
-        _ => format!("{n} {noun}s"),
-    }
-}
-
-/// The end of a line with a run time; empty if run times are left out.
-pub fn timed(seconds: f64) -> String {
-    match seconds {
-        0.0 => String::new(),
-        seconds => format!(", {seconds:.2} s"),
-    }
-}
-
-/// A number with a description whose first noun is in the plural; in the singular for 1.
-pub(super) fn counted_as(n: usize, what: &str) -> String {
-    match n {
-        1 => format!("1 {}", singular(what)),
-        _ => format!("{n} {what}"),
-    }
-}
-
-/// A description with its first noun in the singular.
-fn singular(what: &str) -> String {
-    let nouns = [
-        ("vertices ", "vertex "),
-        ("faces ", "face "),
-        ("edges ", "edge "),
-        ("components ", "component "),
-        ("T-junctions ", "T-junction "),
-        ("bodies ", "body "),
-    ];
-    let spaced = format!("{what} ");
-    let at = nouns
-        .iter()
-        .filter_map(|(many, one)| Some((spaced.find(many)?, many, one)));
-    match at.min_by_key(|(at, ..)| *at) {
-        Some((_, many, one)) => spaced.replacen(many, one, 1).trim_end().to_owned(),
-        None => what.to_owned(),
-    }
-}
-
 /// How the level set closed a region: resolution, steps and energy of the last level, and the angle at the seam.
 fn solved(r: &RegionReport) -> String {
     let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
@@ -229,41 +186,43 @@ fn solved(r: &RegionReport) -> String {
     text
 }
 
+/// The line of a level of a solve.
+fn level_line(level: &LevelReport, unit: Option<Unit>) -> String {
+    let flow = &level.flow;
+    let iterations: usize = flow.steps.iter().map(|s| s.iterations).sum();
+    let update = flow.update;
+    format!(
+        "  voxel {}{}: {} nodes, {} unknowns, {}, {}, last update {:.1e} voxels{}{}",
+        Unit::text(unit, level.voxel),
+        match flow.energy {
+            Energy::Willmore => "",
+            Energy::CurvatureVariation => ", variation of curvature",
+            Energy::Own => ", the caller's energy",
+        },
+        level.nodes,
+        flow.unknowns,
+        counted(flow.steps.len(), "step"),
+        counted(iterations, "iteration"),
+        update,
+        if flow.converged {
+            ""
+        } else {
+            " (not converged)"
+        },
+        match level.seconds {
+            [0.0, 0.0] => String::new(),
+            [sampled, solved] => format!(", sampled in {sampled:.2} s, solved in {solved:.2} s"),
+        },
+    )
+}
+
 /// Details of a region: earlier attempts, the levels of the solve from coarse to fine, and the patch.
 pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
     let mut lines = vec![format!("region {} (hole {}):", r.id, joined(&r.holes))];
     for why in &r.failed_attempts {
         lines.push(format!("  earlier attempt failed: {why}"));
     }
-    for level in &r.levels {
-        let flow = &level.flow;
-        let iterations: usize = flow.steps.iter().map(|s| s.iterations).sum();
-        let update = flow.update;
-        lines.push(format!(
-            "  voxel {}{}: {} nodes, {} unknowns, {}, {}, last update {:.1e} voxels{}{}",
-            Unit::text(unit, level.voxel),
-            match flow.energy {
-                Energy::Willmore => "",
-                Energy::CurvatureVariation => ", variation of curvature",
-                Energy::Own => ", the caller's energy",
-            },
-            level.nodes,
-            flow.unknowns,
-            counted(flow.steps.len(), "step"),
-            counted(iterations, "iteration"),
-            update,
-            if flow.converged {
-                ""
-            } else {
-                " (not converged)"
-            },
-            match level.seconds {
-                [0.0, 0.0] => String::new(),
-                [sampled, solved] =>
-                    format!(", sampled in {sampled:.2} s, solved in {solved:.2} s"),
-            },
-        ));
-    }
+    lines.extend(r.levels.iter().map(|level| level_line(level, unit)));
     let mut patch = format!(
         "  patch: {}, {}, {}",
         counted(r.new_vertices, "vertex"),
@@ -485,6 +444,7 @@ pub fn tally_line(report: &FillReport) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::counts::singular;
     use super::*;
 
     #[test]
