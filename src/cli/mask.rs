@@ -11,7 +11,7 @@ use isomend::job::{MaskSpec, PaintedColour};
 
 use super::arguments;
 
-/// The heading of these options in the help; those of other options follow under the usual heading.
+/// The heading of these options in the help; other options stand under the usual heading.
 const HEADING: &str = "Mask";
 
 /// Options that select faces; the mask is the union of their selections.

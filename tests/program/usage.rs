@@ -58,7 +58,7 @@ fn a_mask_that_marks_nothing_reports_the_bounds_of_the_mesh() {
             &["--ball", "3,0,0,0.5"],
             &[
                 bounds,
-                "nearest to the centre of the ball at 3.00000",
+                "nearest to the centre of the ball at 3.0000",
                 "away",
             ],
         ),
@@ -185,7 +185,7 @@ fn invalid_voxels_are_refused_with_a_valid_one() {
     }
     refused(
         &["sdf", "ball.ply", "-o", "out.vti", "--voxel", "1e-300"],
-        &["1.00000e-300", "smallest"],
+        &["1.000e-300", "smallest"],
     );
     let closed = shapes::sphere(6);
     desk.save("closed.ply", &closed, Format::Ply);

@@ -6,7 +6,7 @@ use super::super::{IoError, Location};
 use super::accessor;
 use super::buffers::Buffers;
 
-/// The accessors of displacements of a primitive's positions with their weights, without those of weight zero.
+/// The accessors of displacements of a primitive's positions with their weights; displacements of weight zero are left out.
 pub(super) fn displacements(primitive: &Primitive, weights: &[f32]) -> Vec<(usize, f32)> {
     let targets = primitive.targets.iter().flatten().zip(weights);
     let targets = targets.filter(|(_, weight)| **weight != 0.0);
