@@ -151,10 +151,10 @@ class Browser:
         deadline = time.monotonic() + MOST_WAIT
         while not true():
             if time.monotonic() > deadline:
-                raise RuntimeError(f"after {MOST_WAIT} s it is not true that {what}; {self.told()}")
+                raise RuntimeError(f"after {MOST_WAIT} s it is not true that {what}; {self.described()}")
             time.sleep(0.02)
 
-    def told(self):
+    def described(self):
         """The state that the page tells, for messages."""
         return self.run("""(() => { const { state, pending } = document.documentElement.dataset;
             return `the page is ${state}, pending: ${pending || "nothing"}, ${window.isomend?.viewer?.frames} frames drawn; it says: ${document.body.innerText.slice(0, 300)}`; })()""")
@@ -193,7 +193,7 @@ class Browser:
             else:
                 why = at
             time.sleep(0.02)
-        raise RuntimeError(f"{query} cannot be clicked: {why}; {self.told()}")
+        raise RuntimeError(f"{query} cannot be clicked: {why}; {self.described()}")
 
     def settled(self):
         """Waits until all that changes the picture has ended; returns the picture as DRAWN does."""

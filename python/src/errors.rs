@@ -91,7 +91,7 @@ impl From<Failure> for PyErr {
                 Ok(class) => {
                     let error = PyErr::from_type(class, failure.message.clone());
                     if let Some((path, number)) = &failure.file {
-                        // As those of Python's own errors; the message stays.
+                        // As Python's own errors have them; the message stays.
                         let value = error.value(py);
                         let _ = value.setattr("filename", path.display().to_string());
                         let _ = value.setattr("errno", *number);
