@@ -54,19 +54,25 @@ DRAWN = """(() => {
   }
   return { part: drawn / (w * h), hues: hues.size, hash, error: gl.getError() };
 })()"""
-# DRAWN, once camera and picture have not changed for two frames and 100 ms. On a slow machine a frame takes longer than a flight of the
-# camera, so that a time alone does not tell that it has ended.
-SETTLED = """(async () => {
-  const { viewer } = window.isomend, { camera } = viewer;
-  const state = () => JSON.stringify([viewer.frames, camera.centre, camera.axes, camera.reach]);
-  const frame = () => new Promise((done) => requestAnimationFrame(done));
-  for (let before = null; before !== state() || viewer.isMoving || viewer.waiting;) {
-    before = state();
-    await frame();
-    await frame();
-    await new Promise((done) => setTimeout(done, 100));
-  }
-  return %s; })()""" % DRAWN
+# Kinds of unfinished work that the page tells (activity.js): what changes the picture, and everything but a run of the program.
+PICTURE = ("flight", "frame", "motion")
+ACTIONS = (*PICTURE, "request", "worker")
+# Whether a page is loaded and has no unfinished work of the given kinds.
+CALM = """((kinds) => { const root = document.documentElement, { state, pending = "" } = root?.dataset ?? {};
+  return document.readyState === "complete" && state === "ready" && !pending.split(" ").some((kind) => kinds.includes(kind)); })(%s)"""
+# Where an element can be clicked: its middle, or why it cannot be. The next click sets `window.hit`: whether it was on the element.
+TARGET = """((query) => {
+  const element = document.querySelector(query), name = (e) => e ? e.tagName + (e.id && "#" + e.id) : "nothing";
+  if (!element) return "it does not exist";
+  if (element.matches(":disabled")) return "it is disabled";
+  element.scrollIntoView({ block: "center" });
+  const b = element.getBoundingClientRect(), at = [b.x + b.width / 2, b.y + b.height / 2], met = document.elementFromPoint(...at);
+  // A label and the input in it are one.
+  const label = (e) => e.closest("label") ?? e.labels?.[0] ?? e, own = (e) => Boolean(e) && (element.contains(e) || label(e) === label(element));
+  if (!b.width || !own(met)) return `${name(met)} is at its place`;
+  window.hit = "nothing";
+  addEventListener("click", (event) => { window.hit = own(event.target) ? "hit" : name(event.target); }, { capture: true, once: true });
+  return at; })(%s)"""
 # Upper bound of a wait, in seconds: a wait that takes longer has failed.
 MOST_WAIT = 300
 # What the browser says where the page of a script is gone before the script has ended.
@@ -145,26 +151,54 @@ class Browser:
         deadline = time.monotonic() + MOST_WAIT
         while not true():
             if time.monotonic() > deadline:
-                raise RuntimeError(f"timeout while waiting until {what}; the page says: {self.run('document.body.innerText')[:300]}")
-            time.sleep(0.05)
+                raise RuntimeError(f"after {MOST_WAIT} s it is not true that {what}; {self.described()}")
+            time.sleep(0.02)
+
+    def described(self):
+        """The state that the page tells, for messages."""
+        return self.run("""(() => { const { state, pending } = document.documentElement.dataset;
+            return `the page is ${state}, pending: ${pending || "nothing"}, ${window.isomend?.viewer?.frames} frames drawn; it says: ${document.body.innerText.slice(0, 300)}`; })()""")
+
+    def calm(self, kinds=ACTIONS):
+        """Waits until the page has no unfinished work of these kinds."""
+        self.until(CALM % json.dumps(kinds), f"the page has no unfinished {', '.join(kinds)}")
 
     def open(self, page, width=1280, height=900):
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        # The page before may have the same address, and be ready.
+        self.run("window.isLeft = true")
         self.call("Page.navigate", url=page if isinstance(page, str) else page.as_uri())
-        self.until("document.readyState === 'complete' && !!document.documentElement.dataset.state", "the page is ready")
+        self.until("!window.isLeft && document.readyState === 'complete' && !!document.documentElement.dataset.state", "the page is ready")
 
     def click(self, x, y, modifiers=0):
         for kind in ("mousePressed", "mouseReleased"):
             self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1, modifiers=modifiers)
 
     def click_on(self, query):
-        x, y = self.run(f"""(() => {{ const e = document.querySelector({json.dumps(query)}); e.scrollIntoView({{block: 'center'}});
-            const b = e.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; }})()""")
-        self.click(x, y)
+        """Clicks on the element of a selector once the page is calm and the element can be clicked. A click that something else gets, because
+        the page has changed between its two events, is made again."""
+        why, deadline = None, time.monotonic() + MOST_WAIT
+        while time.monotonic() < deadline:
+            self.calm()
+            at = self.run(TARGET % json.dumps(query))
+            if isinstance(at, list):
+                self.click(*at)
+                try:
+                    why = self.run("window.hit ?? 'hit'")
+                except Navigated:
+                    return
+                if why == "hit":
+                    return
+                why += " got the click"
+            else:
+                why = at
+            time.sleep(0.02)
+        raise RuntimeError(f"{query} cannot be clicked: {why}; {self.described()}")
 
     def settled(self):
-        """Waits until the picture does not change any more; returns it as DRAWN does."""
-        return self.run(SETTLED)
+        """Waits until all that changes the picture has ended; returns the picture as DRAWN does."""
+        self.calm(PICTURE)
+        return self.run(DRAWN)
 
     def screenshot(self, path):
         path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot")["data"]))

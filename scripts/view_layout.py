@@ -35,11 +35,15 @@ STAND = """(() => [...document.querySelectorAll("#view, #rail button, #holes, #f
 
 def resize(page, width, height):
     page.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+    # The picture has the new size once the page has seen its own.
+    page.until(f"innerWidth === {width} && innerHeight === {height} && (({{ canvas }}) => canvas.width === canvas.clientWidth && canvas.height === canvas.clientHeight)(isomend.viewer)",
+               f"the window has {width} x {height} pixels")
     page.settled()
 
 
 def dark(page, is_dark):
     page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark" if is_dark else "light"}])
+    page.until(f"!document.documentElement.dataset.theme || document.documentElement.dataset.theme === '{'dark' if is_dark else 'light'}'", "the theme follows the system")
 
 
 def overlapping(boxes):

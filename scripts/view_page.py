@@ -7,7 +7,7 @@ import signal
 import subprocess
 from urllib.parse import urlsplit
 
-from browser_test import MOST_WAIT, Browser
+from browser_test import MOST_WAIT, PICTURE, Browser
 
 
 class Server:
@@ -64,12 +64,14 @@ class Page(Browser):
     def key(self, key, modifiers=0, code=None):
         named = {"Enter": 13, "Escape": 27, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Tab": 9}
         text = {"text": key} if len(key) == 1 and modifiers & 6 == 0 else {"text": "\r"} if key == "Enter" else {}
+        self.calm()
         number = named.get(key, ord(key.upper()[0]))
         self.call("Input.dispatchKeyEvent", type="keyDown", key=key, code=code or key, windowsVirtualKeyCode=number, modifiers=modifiers, **text)
         self.call("Input.dispatchKeyEvent", type="keyUp", key=key, code=code or key, windowsVirtualKeyCode=number, modifiers=modifiers)
 
     def drag(self, points, modifiers=0):
         """Drags with the left button over points of the window."""
+        self.calm()
         x, y = points[0]
         self.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", buttons=1, clickCount=1, modifiers=modifiers)
         for x, y in points[1:]:
@@ -77,6 +79,7 @@ class Page(Browser):
         self.call("Input.dispatchMouseEvent", type="mouseReleased", x=x, y=y, button="left", clickCount=1, modifiers=modifiers)
 
     def fill_in(self, query, value):
+        self.calm()
         self.run(f"""(() => {{ const e = document.querySelector({json.dumps(query)}); e.value = {json.dumps(value)};
             e.dispatchEvent(new Event("input", {{ bubbles: true }})); e.dispatchEvent(new Event("change", {{ bubbles: true }})); }})()""")
 
@@ -90,14 +93,16 @@ class Page(Browser):
     def until_done(self):
         """Waits until a run has ended, and its result is shown."""
         self.until("!isomend.steps.job && isomend.display.shown.after !== null", "the run has ended")
-        self.settled()
+        self.calm()
 
     def until_open(self, name, what):
         """Waits until the page of another file, named `name`, is ready."""
         self.until(f"document.documentElement?.dataset.state === 'ready' && isomend.model.state.file.name === '{name}'", what)
+        self.calm()
 
     def reaches(self, state, what):
         self.until(f"isomend.model.state.current === {state} && isomend.display.shown.after === {state} && !!isomend.mask()", what)
+        self.calm()
 
     def view(self):
         """The box of the view in the window: x, y, width, height."""
@@ -105,6 +110,7 @@ class Page(Browser):
 
     def surface(self, spread=0.25):
         """Points of the window that are over the surface, not over a hole."""
+        self.calm(PICTURE)
         return self.run(f"""(() => {{ const v = isomend.viewer, b = v.canvas.getBoundingClientRect(), points = [];
             for (let y = 0.5 - {spread}; y <= 0.5 + {spread}; y += 0.05) for (let x = 0.5 - {spread}; x <= 0.5 + {spread}; x += 0.05) {{
               const hit = v.pick(b.width * x, b.height * y); if (!hit.point) continue;

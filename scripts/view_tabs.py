@@ -38,6 +38,7 @@ def two_tabs(page, program, folder, mesh, profile):
         page.until("isomend.steps.previews.length === 1", "there is a preview")
         other.until("isomend.model.state.states.some((s) => s.preview)", "the other tab knows of the preview")
         page.click_on("#previews button")
+        page.calm()
         taken = page.run("isomend.model.fetchState().then((s) => s.current)")
         for tab in (page, other):
             tab.reaches(taken, "both tabs show the preview that was taken")

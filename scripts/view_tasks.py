@@ -46,7 +46,6 @@ def look(page):
     seen = {page.settled()["hash"]}
     for view in ("front", "back", "left", "right", "top", "bottom", "isometric"):
         page.click_on(f"[data-view={view}]")
-        page.until("!isomend.viewer.isMoving", "the view rests")
         now = page.settled()
         page.expect(now["hash"] not in seen and now["part"] > 0.05 and now["error"] == 0, f"{view}: {now}")
         seen.add(now["hash"])
@@ -256,7 +255,7 @@ def handing_over(page, program, folder):
     try:
         begin(page, server)
         page.tab("save")
-        off = page.run("[...document.querySelectorAll('#deliver :disabled')].map((e) => e.id)")
+        off = page.run("[...document.querySelectorAll('#deliver :is(input, select, button):disabled')].map((e) => e.id)")
         page.expect(off == ["tolerance", "mark", "mark-colour", "patches-file", "piece-file"] and page.run(text("#deliver-hint")), f"before a step {off} are off")
         faces = page.run(DENT)
         page.run(f"isomend.masks.takeFile(new File([{json.dumps(' '.join(map(str, faces)))}], 'dent.txt'))")

@@ -8,13 +8,25 @@ pub(crate) struct Threads {
     pool: rayon::ThreadPool,
 }
 
+/// Number of threads from which on further ones take time and do nothing: the number of cores, or [`FEW`] if it is smaller. A run of 0.3
+/// CPU seconds took 46 with 1024 threads on two cores.
+#[cfg(not(target_family = "wasm"))]
+fn most_useful() -> usize {
+    std::thread::available_parallelism().map_or(FEW, |cores| cores.get().max(FEW))
+}
+
+/// Number of threads that are started on request on any machine.
+#[cfg(not(target_family = "wasm"))]
+const FEW: usize = 16;
+
 #[cfg(not(target_family = "wasm"))]
 impl Threads {
-    /// A pool of `count` threads; 0 for one per core.
+    /// A pool of `count` threads, but not of more than are of use; 0 for one per core.
     ///
     /// # Errors
     /// When the system cannot start them.
     pub fn new(count: usize) -> Result<Self, ThreadPoolBuildError> {
+        let count = count.min(most_useful());
         let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build()?;
         Ok(Self { pool })
     }

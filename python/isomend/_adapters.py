@@ -38,7 +38,8 @@ def fill_mesh(mesh: Any, *, return_report: bool = False, **options: Unpack[FillO
 
     Returns:
         A new mesh, or with ``return_report`` the mesh and the report. If the type has named values of faces, ``isomend_patch`` marks
-        the faces of patches. The report is stored as JSON under ``isomend_report`` in trimesh's ``metadata``, pyvista's ``field_data``
+        the faces of patches, and if it has named values of vertices, ``isomend_sigma`` is their expected error (0 for the mesh's own, -1
+        where it is unknown). The report is stored as JSON under ``isomend_report`` in trimesh's ``metadata``, pyvista's ``field_data``
         and meshio's ``info``; Open3D's meshes cannot store it.
 
     Raises:
@@ -170,6 +171,21 @@ def _adapted(mesh: Any) -> Adapted:
     )
 
 
+# The name of the expected errors of vertices, as in files.
+SIGMA = "isomend_sigma"
+
+
+def _errors(mended: Mended) -> dict[str, Any]:
+    """The expected error of each vertex as files have it, by its name: 0 for the input's vertices, -1 where it is unknown. Empty if no
+    patch has one."""
+    import numpy as np
+
+    sigma = mended.sigma
+    if not np.any(sigma > 0):
+        return {}
+    return {SIGMA: np.where(np.isnan(sigma), -1.0, sigma)}
+
+
 def _trimesh(mesh: Any) -> Adapted:
     points, cells = dict(mesh.vertex_attributes), dict(mesh.face_attributes)
     visual: Any = getattr(mesh, "visual", None)
@@ -182,7 +198,7 @@ def _trimesh(mesh: Any) -> Adapted:
         points["uv"] = visual.uv
 
     def back(mended: Mended) -> Any:
-        points, cells = dict(mended.point_data), dict(mended.cell_data)
+        points, cells = dict(mended.point_data) | _errors(mended), dict(mended.cell_data)
         colours = {
             "vertex_colors": points.pop("vertex_colors", None) if kind == "vertex" else None,
             "face_colors": cells.pop("face_colors", None) if kind == "face" else None,
@@ -215,7 +231,7 @@ def _pyvista(mesh: Any) -> Adapted:
     def back(mended: Mended) -> Any:
         rows = np.column_stack([np.full(len(mended.faces), 3), mended.faces])
         out = type(mesh)(_rounded(mended.vertices, np.asarray(whole.points).dtype), rows.ravel())
-        for name, values in mended.point_data.items():
+        for name, values in {**mended.point_data, **_errors(mended)}.items():
             out.point_data[name] = values
         for name, values in mended.cell_data.items():
             out.cell_data[name] = values
@@ -281,7 +297,7 @@ def _meshio(mesh: Any) -> Adapted:
         return type(mesh)(
             _rounded(mended.vertices, points.dtype),
             [("triangle", part) for part in np.split(triangles, ends)],
-            point_data=dict(mended.point_data),
+            point_data=dict(mended.point_data) | _errors(mended),
             cell_data={name: np.split(values, ends) for name, values in data.items()},
             field_data=mesh.field_data,
             info=dict(mesh.info or {}) | {REPORT: json.dumps(mended.report)},

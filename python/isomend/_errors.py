@@ -24,7 +24,12 @@ class ParameterError(IsomendError, ValueError):
 
 
 class FileError(IsomendError, OSError):
-    """A file that cannot be read or written, or has damaged content."""
+    """A file that cannot be read or written, or has damaged content. ``filename`` names it, and ``errno`` is the
+    system's number of the error; both are ``None`` where they are not known."""
+
+    def __str__(self) -> str:
+        """The message; Python's own text of a file error would replace it."""
+        return " ".join(str(part) for part in self.args)
 
 
 class Cancelled(IsomendError):

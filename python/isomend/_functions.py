@@ -67,7 +67,7 @@ def fill(
     vertices: ArrayLike,
     faces: ArrayLike,
     *,
-    holes: Iterable[int] | None = None,
+    holes: Iterable[int] | Literal['all'] | None = None,
     max_diameter: float | None = None,
     keep_open: Iterable[int] = (),
     bridge: Iterable[Iterable[int]] = (),

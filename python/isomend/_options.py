@@ -25,7 +25,7 @@ class SolveOptions(RunOptions, total=False):
 class FillOptions(SolveOptions, total=False):
     """The keywords of :func:`isomend.fill`."""
 
-    holes: Iterable[int] | None
+    holes: Iterable[int] | Literal['all'] | None
     max_diameter: float | None
     keep_open: Iterable[int]
     bridge: Iterable[Iterable[int]]

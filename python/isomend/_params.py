@@ -132,6 +132,14 @@ def wholes(name: str, values: Any) -> list[int]:
     return [whole(name, value) for value in values]
 
 
+def together(name: str, group: Any) -> list[int]:
+    """A group of two or more different holes, by their numbers."""
+    holes = wholes(f"each group of {name}", group)
+    if len(set(holes)) < 2:
+        raise ParameterError(f"each group of {name} must be the numbers of two different holes or more, but one is {holes}")
+    return holes
+
+
 def pair(name: str, ends: Any) -> list[int]:
     """A pair of different crease ends, by their numbers from 1."""
     if isinstance(ends, (str, bytes)) or not isinstance(ends, Iterable):
@@ -161,9 +169,9 @@ def plain(row: Row, value: Any) -> Any:
     if kind == "choice":
         return choice(name, value, tuple(word["name"] for word in row["choices"]))
     if kind == "holes":
-        return wholes(name, value)
+        return None if isinstance(value, str) and value == "all" and row["placeholder"].startswith("all") else wholes(name, value)
     if kind == "groups":
-        return [wholes(f"each group of {name}", group) for group in value]
+        return [together(name, group) for group in value]
     if kind == "like":
         return like(name, value)
     if kind == "pairs":
@@ -218,8 +226,73 @@ def mask_of(mask: Mask, faces: int) -> dict[str, Any]:
 
 
 def _part(name: str, value: Any, faces: int) -> Any:
-    """A part of a mask's dictionary. An array of faces is validated like a mask that consists of it alone."""
-    return _faces(value, faces)["faces"] if name == "faces" and hasattr(value, "dtype") else unpacked(value)
+    """A part of a mask's dictionary, validated, so that errors name it."""
+    if name not in PARTS:
+        raise ParameterError(f"a mask has no part {name!r}; its parts are {', '.join(PARTS)}")
+    if name == "faces":
+        return _faces(value if hasattr(value, "dtype") else list(_items(name, value)), faces)["faces"]
+    if name in ("grow", "shrink"):
+        return None if value is None else positive(f"{name} of the mask", value)
+    return [PARTS[name](f"each of the mask's {name}", item) for item in _items(name, value)]
+
+
+def _items(name: str, value: Any) -> list[Any]:
+    """The items of a part of a mask."""
+    value = unpacked(value)
+    if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable):
+        raise ParameterError(f"{name} of a mask must be a list, but is {value!r}")
+    return list(value)
+
+
+def _point(what: str, value: Any) -> list[float]:
+    """A point, or another triple of numbers."""
+    value = unpacked(value)
+    if not isinstance(value, (list, tuple)) or len(value) != 3:
+        raise ParameterError(f"{what} must have points of three numbers, but one is {value!r}")
+    return [finite(f"each coordinate in {what}", x) for x in value]
+
+
+def _box(what: str, value: Any) -> list[list[float]]:
+    """A box: its smallest and its largest corner."""
+    if not isinstance(value, (list, tuple)) or len(value) != 2:
+        raise ParameterError(f"{what} must be a pair of points, the smallest and the largest corner, but is {value!r}")
+    return [_point(what, corner) for corner in value]
+
+
+def _ball(what: str, value: Any) -> list[Any]:
+    """A ball: its centre and its radius."""
+    if not isinstance(value, (list, tuple)) or len(value) != 2:
+        raise ParameterError(f"{what} must be a pair of a centre and a radius, but is {value!r}")
+    return [_point(what, value[0]), positive(f"the radius of {what}", value[1])]
+
+
+def _file(what: str, value: Any) -> str:
+    """The path of a file."""
+    try:
+        return os.fspath(value)
+    except TypeError:
+        raise ParameterError(f"{what} must be the path of a file, but is {value!r}") from None
+
+
+def _painted(what: str, value: Any) -> dict[str, Any]:
+    """A colour of vertices: red, green and blue from 0 to 1, and a tolerance."""
+    if not isinstance(value, Mapping) or set(value) != {"rgb", "tolerance"}:
+        raise ParameterError(f"{what} must have 'rgb' and 'tolerance', but is {value!r}")
+    return {"rgb": _point(f"rgb of {what}", value["rgb"]), "tolerance": number(f"the tolerance of {what}", value["tolerance"])}
+
+
+def _name(what: str, value: Any) -> str:
+    """A name."""
+    if not isinstance(value, str):
+        raise ParameterError(f"{what} must be a name, but is {value!r}")
+    return value
+
+
+# The parts of a mask, with the validation of an item.
+PARTS: dict[str, Callable[[str, Any], Any]] = {
+    "boxes": _box, "balls": _ball, "inside": _file, "faces": whole, "face_files": _file, "colours": _painted, "materials": _name,
+    "grow": positive, "shrink": positive,
+}  # fmt: skip
 
 
 def _faces(mask: Any, faces: int) -> dict[str, Any]:

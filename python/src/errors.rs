@@ -1,6 +1,7 @@
 //! Conversion of the library's errors to the Python package's exceptions.
 
 use std::error::Error;
+use std::path::PathBuf;
 
 use isomend::compare::CompareError;
 use isomend::io::IoError;
@@ -16,13 +17,18 @@ use pyo3::types::PyType;
 pub struct Failure {
     exception: &'static str,
     message: String,
+    /// The file that could not be used, and the system's error number if it gave one.
+    file: Option<(PathBuf, Option<i32>)>,
 }
 
 impl Failure {
     /// A failure that raises this exception with this message.
     pub fn new(exception: &'static str, message: impl Into<String>) -> Self {
-        let message = message.into();
-        Self { exception, message }
+        Self {
+            exception,
+            message: message.into(),
+            file: None,
+        }
     }
 
     /// A `ParameterError`.
@@ -37,7 +43,40 @@ impl Failure {
             message += &format!(": {cause}");
             source = cause.source();
         }
-        Self { exception, message }
+        Self::new(exception, message)
+    }
+}
+
+/// The file of an error, and the system's error number if it gave one.
+fn file_of(error: &IoError) -> Option<(PathBuf, Option<i32>)> {
+    match error {
+        IoError::Read { path, cause } | IoError::Write { path, cause } => {
+            Some((path.clone(), cause.raw_os_error()))
+        }
+        IoError::InFile { path, error } => {
+            let number = file_of(error).and_then(|(_, number)| number);
+            Some((path.clone(), number))
+        }
+        _ => None,
+    }
+}
+
+/// The file of a job's error, and the system's error number that says the same.
+fn file_of_job(error: &JobError) -> Option<(PathBuf, Option<i32>)> {
+    // Numbers of POSIX, the same on all systems: no such file or folder; is a folder.
+    const ENOENT: i32 = 2;
+    const EISDIR: i32 = 21;
+    match error {
+        JobError::Io(error) => file_of(error),
+        JobError::IsFolder { path } => Some((path.clone(), Some(EISDIR))),
+        JobError::Unwritable { path, .. } => {
+            let number = match path.is_dir() {
+                true => EISDIR,
+                false => ENOENT,
+            };
+            Some((path.clone(), Some(number)))
+        }
+        _ => None,
     }
 }
 
@@ -49,7 +88,16 @@ impl From<Failure> for PyErr {
                 Ok(errors.getattr(failure.exception)?.cast_into()?)
             };
             match class() {
-                Ok(class) => PyErr::from_type(class, failure.message.clone()),
+                Ok(class) => {
+                    let error = PyErr::from_type(class, failure.message.clone());
+                    if let Some((path, number)) = &failure.file {
+                        // As Python's own errors have them; the message stays.
+                        let value = error.value(py);
+                        let _ = value.setattr("filename", path.display().to_string());
+                        let _ = value.setattr("errno", *number);
+                    }
+                    error
+                }
                 Err(_) => PyRuntimeError::new_err(failure.message.clone()),
             }
         })
@@ -115,7 +163,10 @@ impl From<VolumeSurfaceError> for Failure {
 
 impl From<IoError> for Failure {
     fn from(error: IoError) -> Self {
-        Self::of("FileError", &error)
+        Self {
+            file: file_of(&error),
+            ..Self::of("FileError", &error)
+        }
     }
 }
 
@@ -139,6 +190,9 @@ impl From<JobError> for Failure {
             JobError::TooManyVertices { .. } => "MeshError",
             _ => "ParameterError",
         };
-        Self::of(exception, &error)
+        Self {
+            file: file_of_job(&error),
+            ..Self::of(exception, &error)
+        }
     }
 }

@@ -92,8 +92,10 @@ fn begin<T: Send + 'static>(
             control = control.progress(&report);
         }
         // A new pool for each call: the threads of a shared pool would be missing in a forked process.
+        // Further threads take time and do nothing.
+        let most_useful = std::thread::available_parallelism().map_or(16, |n| n.get().max(16));
         let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.unwrap_or(0))
+            .num_threads(threads.unwrap_or(0).min(most_useful))
             .build();
         let done = match pool {
             Ok(pool) => pool.install(|| work(&control)),

@@ -26,6 +26,7 @@ def test_a_trimesh_mesh_is_filled(sphere, filled, colours):
     assert done.vertices.tobytes() == filled.vertices.tobytes()
     assert done.vertex_attributes["heat"].shape == (len(done.vertices),)
     assert np.array_equal(done.face_attributes["isomend_patch"], filled.is_patch)
+    assert np.array_equal(done.vertex_attributes["isomend_sigma"], np.nan_to_num(filled.sigma, nan=-1))
     assert not mesh.is_watertight
     painted = trimesh.Trimesh(*sphere, process=False, vertex_colors=colours)
     assert (isomend.fill_mesh(painted).visual.vertex_colors == colours[0]).all()
@@ -50,6 +51,8 @@ def test_a_pyvista_mesh_is_filled(sphere, filled):
     assert done.active_scalars_name == "heat" and list(done.field_data["name"]) == ["ball"]
     assert (done.cell_data["scan"][: mesh.n_cells] == 3).all()
     assert done.cell_data["isomend_patch"].sum() == filled.is_patch.sum()
+    errors = done.point_data["isomend_sigma"]
+    assert (errors[: mesh.n_points] == 0).all() and errors.max() > 0
     quads = pyvista.Plane(i_resolution=8, j_resolution=8)
     assert isomend.fill_mesh(quads).n_cells == 128
     with pytest.raises(isomend.MeshError, match="lines"):

@@ -1,5 +1,6 @@
 """Invalid input and parameters, progress, cancellation, threads and logging."""
 
+import errno
 import logging
 import os
 import signal
@@ -110,6 +111,51 @@ def test_files_that_cannot_be_read_or_written_are_named(tmp_path, filled):
     with pytest.raises(isomend.ParameterError, match="there is no format 'xyz'"):
         filled.to_bytes("xyz")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.ply"]
+
+
+def test_files_are_named_as_by_errors_of_python(tmp_path, filled):
+    cases = [
+        (lambda: isomend.read(tmp_path / "none.ply"), errno.ENOENT, "none.ply"),
+        (lambda: isomend.read(tmp_path), errno.EISDIR, ""),
+        (lambda: filled.write(tmp_path / "no" / "a.ply"), errno.ENOENT, "a.ply"),
+    ]
+    for call, number, name in cases:
+        with pytest.raises(isomend.FileError) as caught:
+            call()
+        assert caught.value.errno == number and caught.value.filename.endswith(name), caught.value
+    (tmp_path / "bad.ply").write_text("ply\n")
+    with pytest.raises(isomend.FileError) as caught:
+        isomend.read(tmp_path / "bad.ply")
+    assert caught.value.errno is None and caught.value.filename.endswith("bad.ply")
+
+
+@pytest.mark.parametrize(
+    ("mask", "said"),
+    [
+        ({"boxes": [[0, 0, 0], [1, 1, 1]]}, "boxes"),
+        ({"boxes": [[[0, 0], [1, 1, 1]]]}, "boxes"),
+        ({"balls": [[0, 0, 0, 1]]}, "balls"),
+        ({"balls": [[[0, 0, 0], -1]]}, "balls"),
+        ({"colours": ["ff0000"]}, "colours"),
+        ({"inside": [3]}, "inside"),
+        ({"materials": "red"}, "materials"),
+        ({"grow": "far"}, "grow"),
+        ({"box": []}, "'box'.*boxes"),
+    ],
+)
+def test_errors_of_masks_name_their_part(sphere, mask, said):
+    with pytest.raises(isomend.ParameterError, match=said) as caught:
+        isomend.restore(*sphere, mask)
+    assert "f64" not in str(caught.value) and "struct" not in str(caught.value)
+
+
+def test_all_holes_can_be_named_and_bridges_need_two(sphere, filled):
+    assert isomend.fill(*sphere, holes="all").faces.tobytes() == filled.faces.tobytes()
+    with pytest.raises(isomend.ParameterError, match="flat"):
+        isomend.fill(*sphere, flat="all")
+    for group in ([1, 1], [1], []):
+        with pytest.raises(isomend.ParameterError, match="bridge"):
+            isomend.fill(*sphere, bridge=[group])
 
 
 def test_strict_raises_with_the_result():

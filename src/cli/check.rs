@@ -8,7 +8,7 @@ use isomend::check::{CheckParams, Verdict};
 use isomend::job;
 use isomend::report::verdict_lines;
 
-use super::console::Console;
+use super::console::{self, Console};
 use super::parameters::{Check, ParameterArgs};
 use super::report::ReportArgs;
 use super::several::{FileResult, MeshInspector};
@@ -63,6 +63,8 @@ pub fn run(args: &CheckArgs, console: &Console) -> anyhow::Result<End> {
         headings: &["faces", "components", "watertight and printable"],
         prints: !args.common.run.quiet,
     };
+    // The column of the values, in characters.
+    const VALUES: usize = 23;
     inspector.each(console, &mut |source, loaded, drawings| {
         let checked =
             job::check(source, loaded, &params, args.unit, drawings).map_err(super::cli_error)?;
@@ -72,6 +74,13 @@ pub fn run(args: &CheckArgs, console: &Console) -> anyhow::Result<End> {
         if let Some(command) = repair_command(verdict, &source.place.name()) {
             lines.extend([String::new(), command]);
         }
+        let width = console::width();
+        let is_row = |line: &str| line.get(..VALUES).is_some_and(|name| name.contains(": "));
+        let wrapped = |line: &String| {
+            let indent = if is_row(line) { VALUES } else { 2 };
+            console::wrapped(line, width, indent)
+        };
+        lines = lines.iter().map(wrapped).collect();
         let answer = match verdict.is_sound() {
             true => "yes".to_owned(),
             false => format!("no: {}", verdict.reasons().join(", ")),

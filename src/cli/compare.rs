@@ -6,7 +6,7 @@ use clap::Args;
 use isomend::Unit;
 use isomend::compare::{Comparison, Distances, SurfaceFacts};
 use isomend::job;
-use isomend::report::{length, point};
+use isomend::report::{counted, length, number, point};
 use serde::Deserialize;
 
 use super::console::{self, Console};
@@ -82,43 +82,47 @@ pub fn run(args: &CompareArgs, console: &Console) -> anyhow::Result<End> {
     Ok(End::Done)
 }
 
+/// A line of the table, of 60 columns.
+fn cells_line(name: &str, cells: &[String; 5]) -> String {
+    let [max, rms, mean, angle_mean, angle_max] = cells;
+    format!("{name:>6} {max:>10} {rms:>9} {mean:>9} {angle_mean:>10} {angle_max:>10}")
+}
+
 fn table(c: &Comparison, unit: Option<Unit>) -> String {
     let square = unit.map_or(String::new(), |unit| format!(" {unit}²"));
     let facts = |name: &str, s: &SurfaceFacts| {
         format!(
-            "{name}: {} vertices, {} faces, area {}{square}, bending energy {:.4} without {} boundary vertices\n",
-            s.vertices,
-            s.faces,
+            "{name}: {}, {}, area {}{square}, bending energy {} without {}\n",
+            counted(s.vertices, "vertex"),
+            counted(s.faces, "face"),
             length(s.area),
-            s.willmore_energy,
-            s.boundary_vertices
+            number(s.willmore_energy),
+            counted(s.boundary_vertices, "boundary vertex")
         )
     };
     // Of the order of the model's size, by which `point` rounds: much smaller coordinates are rounding errors.
     let size = c.a.area.sqrt();
     let row = |name: &str, d: &Distances| {
-        format!(
-            "{name:>7} {:>12.4e} {:>12.4e} {:>12.4e} {:>12.3} {:>12.3}  {}\n",
-            d.max,
-            d.rms,
-            d.mean,
-            d.normal_mean,
-            d.normal_max,
-            point(d.max_at, size)
-        )
+        let cells = [d.max, d.rms, d.mean, d.normal_mean, d.normal_max].map(number);
+        cells_line(name, &cells)
     };
+    let at = |d: &Distances| point(d.max_at, size);
     let k = &c.kept;
     facts("A", &c.a)
         + &facts("B", &c.b)
         + "\n"
         + &unit.map_or(String::new(), |unit| format!("lengths in {unit}:\n"))
-        + &console::heading(&format!(
-            "{:>7} {:>12} {:>12} {:>12} {:>12} {:>12}  {}",
-            "", "max", "rms", "mean", "angle mean", "angle max", "where it is largest"
+        + &console::heading(&cells_line(
+            "",
+            &["max", "rms", "mean", "angle mean", "angle max"].map(str::to_owned),
         ))
         + "\n"
         + &row("A to B", &c.a_to_b)
+        + "\n"
         + &row("B to A", &c.b_to_a)
+        + "\n"
+        + &format!("largest from A to B at {}\n", at(&c.a_to_b))
+        + &format!("largest from B to A at {}\n", at(&c.b_to_a))
         + &format!(
             "\nkept in B, bit for bit: {} of {} vertices of A, the first {} with the same number; {} of {} faces, the first {} with \
              the same number\n",

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::Resettable;
 use clap::{Arg, ArgAction, Command, Id, ValueHint};
+use isomend::job::Place;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -45,6 +46,7 @@ pub fn with_file(
         return Ok(arguments);
     };
     let text = read()?;
+    refuse_over(file, &arguments[2..])?;
     let source = Source {
         file,
         text: &text,
@@ -73,6 +75,27 @@ fn named_file(arguments: &[OsString]) -> Option<PathBuf> {
         }
     }
     None
+}
+
+/// Refuses arguments that are the options file itself: it is no mesh, and an output would overwrite it.
+fn refuse_over(file: &Path, arguments: &[OsString]) -> Result<(), Usage> {
+    let file = Place::from(file);
+    let mut is_config = false;
+    for argument in arguments {
+        let of_option = argument.to_str().filter(|a| a.starts_with('-'));
+        let value = of_option.and_then(|a| a.split_once('='));
+        let path = match (of_option, value) {
+            (Some(_), Some(("--config", _)) | None) => None,
+            (Some(_), Some((_, value))) => Some(PathBuf::from(value)),
+            (None, _) => Some(PathBuf::from(argument)),
+        };
+        if !is_config && path.is_some_and(|path| file.is_same_file(&path.into())) {
+            let what = format!("{} is the file of --config: name another file", file.name());
+            return Err(Usage(what));
+        }
+        is_config = argument == "--config";
+    }
+    Ok(())
 }
 
 /// The options that are set on the command line.

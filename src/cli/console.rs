@@ -109,12 +109,65 @@ pub fn write_file_out(bytes: &[u8]) -> anyhow::Result<()> {
     write_file(bytes).context(NO_OUTPUT)
 }
 
+/// Least width for which tables are laid out, in characters.
+const NARROWEST: usize = 60;
+
+/// The width of the terminal that standard output is, in characters; none if it is another file. `COLUMNS` sets it for any.
+pub fn width() -> Option<usize> {
+    columns().or_else(|| terminal_width(&std::io::stdout()))
+}
+
+/// As [`width`], of standard error.
+pub fn error_width() -> Option<usize> {
+    columns().or_else(|| terminal_width(&std::io::stderr()))
+}
+
+fn columns() -> Option<usize> {
+    let columns = std::env::var("COLUMNS").ok()?.trim().parse::<usize>();
+    columns.ok().filter(|n| *n > 0).map(|n| n.max(NARROWEST))
+}
+
+#[cfg(unix)]
+fn terminal_width(stream: &impl rustix::fd::AsFd) -> Option<usize> {
+    let size = rustix::termios::tcgetwinsize(stream).ok()?;
+    let columns = usize::from(size.ws_col);
+    (columns > 0).then(|| columns.max(NARROWEST))
+}
+
+#[cfg(not(unix))]
+fn terminal_width<S>(_: &S) -> Option<usize> {
+    None
+}
+
+/// Wraps lines at the width of standard output: further lines begin with `indent` blanks.
+pub fn wrapped(line: &str, width: Option<usize>, indent: usize) -> String {
+    let Some(width) = width.filter(|width| line.chars().count() > *width) else {
+        return line.to_owned();
+    };
+    let (mut out, mut column) = (String::new(), 0);
+    for (number, word) in line.split(' ').enumerate() {
+        let length = word.chars().count();
+        if number > 0 && column + 1 + length > width && column > indent {
+            out += "\n";
+            out += &" ".repeat(indent);
+            column = indent;
+        } else if number > 0 {
+            out.push(' ');
+            column += 1;
+        }
+        out += word;
+        column += length;
+    }
+    out
+}
+
 /// Writes text to standard output without changing colours.
 pub fn write(text: &[u8]) -> std::io::Result<()> {
     written(std::io::stdout().lock(), text)
 }
 
-/// Writes a file to standard output. In contrast to text, a reader that closes the stream early is an error.
+/// Writes a file to standard output. In contrast to text, a reader that closes the stream early is an error, of which only the exit code
+/// tells.
 pub fn write_file(bytes: &[u8]) -> std::io::Result<()> {
     if is_closed() {
         return Err(std::io::Error::other("it is closed; name a file"));

@@ -50,7 +50,7 @@ pub struct FilesArgs {
     #[command(flatten)]
     report: ReportArgs,
 
-    /// Only print what would be done: which holes, on which grid. No mesh is written.
+    /// Only print what would be done; no mesh is written.
     #[arg(long)]
     dry_run: bool,
 }

@@ -7,7 +7,8 @@ use clap::Args;
 use isomend::io::Loaded;
 use isomend::job::{self, Inspected};
 use isomend::report::{
-    chain_lines, crease_end_line, crease_end_table, defect_lines, hole_table, length, point,
+    chain_lines, counted, crease_end_line, crease_end_table, defect_lines, hole_table, length,
+    point,
 };
 use isomend::{Selection, Unit};
 
@@ -118,15 +119,10 @@ fn mask_line(mask: &Selection, missed: &[String], unit: Option<Unit>) -> String 
     let Some([low, high]) = mask.bounds else {
         return format!("\nmask: no faces: {}\n", missed.join("; "));
     };
-    let components = if mask.components == 1 {
-        "component"
-    } else {
-        "components"
-    };
     format!(
-        "\nmask: {} faces in {} {components}, area {}{}, from {} to {}\n",
-        mask.faces,
-        mask.components,
+        "\nmask: {} in {}, area {}{}, from {} to {}\n",
+        counted(mask.faces, "face"),
+        counted(mask.components, "component"),
         length(mask.area),
         unit.map_or(String::new(), |unit| format!(" {unit}²")),
         point(low, low.distance(high)),
@@ -165,22 +161,12 @@ fn table(loaded: &Loaded, inspected: &Inspected) -> String {
         let _ = writeln!(text, "{line}");
     };
     line(format!(
-        "{}: {} vertices, {} faces, {} {}, {} {}; size {}{of_unit}",
+        "{}: {}, {}, {}, {}; size {}{of_unit}",
         loaded.format,
-        loaded.mesh.positions.len(),
-        loaded.mesh.faces.len(),
-        components,
-        if components == 1 {
-            "component"
-        } else {
-            "components"
-        },
-        found.holes.len(),
-        if found.holes.len() == 1 {
-            "hole"
-        } else {
-            "holes"
-        },
+        counted(loaded.mesh.positions.len(), "vertex"),
+        counted(loaded.mesh.faces.len(), "face"),
+        counted(components, "component"),
+        counted(found.holes.len(), "hole"),
         size.to_array().map(length).join(" x "),
     ));
     line(format!(
@@ -188,11 +174,9 @@ fn table(loaded: &Loaded, inspected: &Inspected) -> String {
         point(low, size.length()),
         point(high, size.length())
     ));
-    for defect in defect_lines(&found.topology.defects) {
-        line(defect);
-    }
-    for chain in chain_lines(&found.open_chains) {
-        line(chain);
+    let defects = defect_lines(&found.topology.defects).into_iter();
+    for remark in defects.chain(chain_lines(&found.open_chains)) {
+        line(format!("note: {remark}"));
     }
     if !found.holes.is_empty() {
         line(String::new());
@@ -200,7 +184,8 @@ fn table(loaded: &Loaded, inspected: &Inspected) -> String {
             .unit
             .into_iter()
             .for_each(|unit| line(format!("lengths in {unit}:")));
-        let mut rows = hole_table(&found.holes, &inspected.crease_ends).into_iter();
+        let mut rows =
+            hole_table(&found.holes, &inspected.crease_ends, console::width()).into_iter();
         rows.next()
             .into_iter()
             .for_each(|head| line(console::heading(&head)));

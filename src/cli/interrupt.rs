@@ -1,4 +1,4 @@
-//! Handling of Ctrl-C and SIGTERM: the program ends at once, and unfinished files are removed.
+//! Handling of Ctrl-C, SIGTERM and SIGHUP: the program ends at once, and unfinished files are removed.
 
 use std::sync::OnceLock;
 
@@ -6,7 +6,7 @@ use anyhow::Context;
 
 use super::{console, progress};
 
-/// Lets Ctrl-C and, on Unix, SIGTERM end the program at once.
+/// Lets Ctrl-C and, on Unix, SIGTERM and SIGHUP (a terminal that is closed) end the program at once.
 ///
 /// Unfinished files are removed; the exit code is 128 plus the number of the signal. A second signal ends the program even if the
 /// clean-up of the first one hangs.
@@ -19,15 +19,18 @@ fn wait_for_signals() -> std::io::Result<()> {
     use std::sync::Arc;
     use std::sync::atomic::AtomicBool;
 
-    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     use signal_hook::iterator::Signals;
 
     let seen = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
+    // A program that `nohup` starts ignores SIGHUP, and goes on when the terminal is closed.
+    let all = [SIGINT, SIGTERM, SIGHUP];
+    let all = &all[..if ignores_hangup() { 2 } else { 3 }];
+    for &signal in all {
         signal_hook::flag::register_conditional_shutdown(signal, 128 + signal, seen.clone())?;
         signal_hook::flag::register(signal, seen.clone())?;
     }
-    let mut signals = Signals::new([SIGINT, SIGTERM])?;
+    let mut signals = Signals::new(all)?;
     std::thread::Builder::new()
         .name("signals".to_owned())
         .spawn(move || {
@@ -36,6 +39,15 @@ fn wait_for_signals() -> std::io::Result<()> {
             }
         })?;
     Ok(())
+}
+
+/// Whether the program was started with SIGHUP ignored. Only Linux lists the ignored signals of a process.
+#[cfg(unix)]
+fn ignores_hangup() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal_hook::consts::SIGHUP - 1) & 1 == 1)
 }
 
 #[cfg(target_family = "wasm")]
@@ -60,12 +72,16 @@ pub fn is_normal_end(say: impl Fn() + Send + Sync + 'static) {
 /// Ends the program after a signal.
 fn stop(code: i32) -> ! {
     // The guard lives until the end, so that no file is finished or started any more.
-    let _abandoned = isomend::io::abandon_unfinished();
+    let abandoned = isomend::io::abandon_unfinished();
     if let Some(say) = AT_END.get() {
         say();
         std::process::exit(0)
     }
     progress::clear();
-    console::fail("stopped; unfinished files were not written");
+    let said = match super::written_before(abandoned.written()) {
+        none if none.is_empty() => "; unfinished files were not written".to_owned(),
+        some => some,
+    };
+    console::fail(&format!("stopped{said}"));
     std::process::exit(code)
 }

@@ -11,12 +11,15 @@ use isomend::job::{MaskSpec, PaintedColour};
 
 use super::arguments;
 
+/// The heading of these options in the help; other options stand under the usual heading.
+const HEADING: &str = "Mask";
+
 /// Options that select faces; the mask is the union of their selections.
 #[derive(Clone, Debug, Default, Args)]
-#[command(next_help_heading = "Mask")]
 pub struct MaskArgs {
     /// Mark the faces whose centroids are in a box. May be given several times, like all options of masks.
     #[arg(
+        help_heading = HEADING,
         long = "box",
         value_name = "X0,Y0,Z0,X1,Y1,Z1",
         allow_hyphen_values = true
@@ -24,31 +27,31 @@ pub struct MaskArgs {
     boxes: Vec<BoxArg>,
 
     /// Mark the faces in a ball, given by centre and radius.
-    #[arg(long = "ball", value_name = "X,Y,Z,R", allow_hyphen_values = true)]
+    #[arg(help_heading = HEADING, long = "ball", value_name = "X,Y,Z,R", allow_hyphen_values = true)]
     balls: Vec<BallArg>,
 
     /// Mark the faces inside a closed mesh.
-    #[arg(long = "mask", value_name = "FILE")]
+    #[arg(help_heading = HEADING, long = "mask", value_name = "FILE")]
     meshes: Vec<PathBuf>,
 
     /// Mark faces by their numbers, from 0: a file with one number per line, or with a JSON array.
-    #[arg(long = "faces", value_name = "FILE")]
+    #[arg(help_heading = HEADING, long = "faces", value_name = "FILE")]
     lists: Vec<PathBuf>,
 
     /// Mark the faces whose vertices have a colour; the tolerance is the largest difference of a channel, from 0 to 255.
-    #[arg(long = "colour", alias = "color", value_name = "RRGGBB[,TOLERANCE]")]
+    #[arg(help_heading = HEADING, long = "colour", alias = "color", value_name = "RRGGBB[,TOLERANCE]")]
     colours: Vec<Colour>,
 
     /// Mark the faces of a material.
-    #[arg(long = "material", value_name = "NAME")]
+    #[arg(help_heading = HEADING, long = "material", value_name = "NAME")]
     materials: Vec<String>,
 
     /// Add the faces within this distance of the marked ones, measured along the edges of the mesh.
-    #[arg(long, value_name = "LENGTH", value_parser = arguments::positive)]
+    #[arg(help_heading = HEADING, long, value_name = "LENGTH", value_parser = arguments::positive)]
     grow: Option<f64>,
 
     /// Then remove the faces that are nearer than this to unmarked faces, measured along the edges of the mesh.
-    #[arg(long, value_name = "LENGTH", value_parser = arguments::positive)]
+    #[arg(help_heading = HEADING, long, value_name = "LENGTH", value_parser = arguments::positive)]
     shrink: Option<f64>,
 }
 

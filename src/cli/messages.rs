@@ -3,14 +3,14 @@
 use isomend::io::{Format, Precision};
 use isomend::job::{JobPlan, JobResult, OperationReport, WorkPlan};
 use isomend::report::{
-    counted, length_beside, level_lines, plan_lines, point, reason_lines, repair_lines_in,
-    tally_line,
+    counted, length_beside, level_lines, number, plan_lines, point, reason_lines, repair_lines_in,
+    tally_line, timed,
 };
 use isomend::{
     FairPlan, FairReport, FillReport, HoleOutcome, RegionReport, RepairReport, RestorePlan, Unit,
 };
 
-use super::console::Console;
+use super::console::{self, Console};
 use super::outcome;
 
 /// Most open holes that get a line each.
@@ -24,8 +24,9 @@ pub fn plan(plan: &JobPlan) -> String {
     match &plan.plan {
         WorkPlan::Fair(plan) => fair_plan(plan, unit),
         WorkPlan::Copy => format!(
-            "{} vertices and {} faces would be written unchanged\n",
-            plan.size[0], plan.size[1]
+            "{} and {} would be written unchanged\n",
+            counted(plan.size[0], "vertex"),
+            counted(plan.size[1], "face")
         ),
         WorkPlan::Restore(plan) => cut_plan(plan) + &lines(plan_lines(&plan.fill, unit)),
         WorkPlan::Repair { before, fill } => before.line() + "\n" + &lines(plan_lines(fill, unit)),
@@ -39,8 +40,9 @@ fn lines(lines: Vec<String>) -> String {
 
 fn cut_plan(cut: &RestorePlan) -> String {
     format!(
-        "{} faces marked, {} would be cut out\n",
-        cut.marked_faces, cut.removed_faces
+        "{} marked, {} would be cut out\n",
+        counted(cut.marked_faces, "face"),
+        cut.removed_faces
     )
 }
 
@@ -48,14 +50,15 @@ fn fair_plan(report: &FairPlan, unit: Option<Unit>) -> String {
     let what = match report.whole {
         true => "the whole surface would be replaced".to_owned(),
         false => format!(
-            "{} faces marked, {} would be cut out and replaced",
-            report.marked_faces, report.removed_faces
+            "{} marked, {} would be cut out and replaced",
+            counted(report.marked_faces, "face"),
+            report.removed_faces
         ),
     };
     format!(
-        "features narrower than {} would be removed, time {:.4e}, voxel {}\n{what}\n",
+        "features narrower than {} would be removed, time {}, voxel {}\n{what}\n",
         Unit::text(unit, report.strength),
-        report.time,
+        number(report.time),
         Unit::text(unit, report.voxel)
     )
 }
@@ -67,7 +70,8 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
         OperationReport::Copied => {
             let [vertices, faces] = done.size;
             let file = written(done);
-            return console.say(&format!("{file}{vertices} vertices, {faces} faces written"));
+            let [vertices, faces] = [counted(vertices, "vertex"), counted(faces, "face")];
+            return console.say(&format!("{file}{vertices}, {faces} written"));
         }
         OperationReport::Region(cut) => console.say(&format!(
             "{} marked, {} cut out",
@@ -84,18 +88,15 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
         _ => usize::MAX,
     };
     let is_verbose = console.is_verbose();
-    for line in outcome::lines(done, chosen, is_verbose) {
+    for line in outcome::remarks(report) {
+        console.note(&line);
+    }
+    for line in outcome::lines(done, chosen, is_verbose, console::error_width()) {
         console.say(&line);
     }
-    if is_verbose {
-        for line in reason_lines(report) {
-            console.detail(&line);
-        }
-        for region in &report.regions {
-            for line in level_lines(region, unit) {
-                console.detail(&line);
-            }
-        }
+    let levels = report.regions.iter().flat_map(|r| level_lines(r, unit));
+    for line in reason_lines(report).into_iter().chain(levels) {
+        console.detail(&line);
     }
     for line in done.delivery_lines() {
         console.say(&line);
@@ -134,6 +135,7 @@ fn still_open(report: &FillReport, name: &str, console: &Console) {
         MOST_OPEN
     };
     for (id, why) in failed.clone().take(most) {
+        let why = super::as_options(&why.to_string());
         console.warn(&format!("{name}hole {id} is still open: {why}"));
     }
     let more = failed.count().saturating_sub(most);
@@ -217,21 +219,22 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
         unit.map_or(text.clone(), |unit| format!("{text} {unit}"))
     };
     console.say(&format!(
-        "features narrower than {} were removed, time {:.4e}, voxel {}",
+        "features narrower than {} were removed, time {}, voxel {}",
         Unit::text(unit, report.strength),
-        report.time,
+        number(report.time),
         Unit::text(unit, report.voxel)
     ));
     if !report.whole {
         console.say(&format!(
-            "{} faces marked, {} cut out",
-            report.marked_faces, report.removed_faces
+            "{} marked, {} cut out",
+            counted(report.marked_faces, "face"),
+            report.removed_faces
         ));
     }
     if report.components_left > 0 {
         console.warn(&format!(
-            "{} closed components were not changed, because the mesh also has open ones; mark them to fair them too",
-            report.components_left
+            "{} left unchanged, because the mesh also has open ones; mark to fair too",
+            counted(report.components_left, "closed component")
         ));
     }
     for region in &done.report.regions {
@@ -272,11 +275,11 @@ pub fn faired_region_line(region: &RegionReport) -> String {
         false => format!("inside rim {}", rims.join("+")),
     };
     let mut line = format!(
-        "{name}: {}, {} vertices, {} faces, {:.2} s",
+        "{name}: {}, {}, {}{}",
         counted(steps, "step"),
-        region.new_vertices,
-        region.new_faces,
-        region.seconds
+        counted(region.new_vertices, "vertex"),
+        counted(region.new_faces, "face"),
+        timed(region.seconds)
     );
     if region.intersecting_faces > 0 {
         line += &format!("; {} faces intersect others", region.intersecting_faces);

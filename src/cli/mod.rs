@@ -42,7 +42,8 @@ use anyhow::{Context, anyhow};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueHint};
 use isomend::io::{Format, IoError};
 use isomend::job::JobError;
-use isomend::{FairError, FillError};
+use isomend::parameters::Table;
+use isomend::{FairError, FillError, RestoreError};
 
 pub use config::Usage;
 use console::Console;
@@ -60,6 +61,8 @@ pub enum End {
     Failed,
     /// Wrong usage; a message was printed.
     Misused,
+    /// The reader of standard output has closed it, as `head` does, before all was written.
+    Unread,
 }
 
 impl End {
@@ -70,6 +73,7 @@ impl End {
             Self::Failed => 1,
             Self::Misused => 2,
             Self::InPart => 3,
+            Self::Unread => 141,
         }
     }
 }
@@ -80,6 +84,9 @@ impl From<End> for ExitCode {
     }
 }
 
+/// Most files that a message names one by one.
+const MOST_NAMED: usize = 3;
+
 const EXIT_CODES: &str = "\
 Exit codes:
   0    done
@@ -87,7 +94,8 @@ Exit codes:
   2    wrong usage, or an error in an options file
   3    done in part: the output is written, but a hole that was to be filled is still open, an experiment did
        not reproduce a stated value, or the answer of `check` is no
-  130  stopped by Ctrl-C, 143 by SIGTERM; the output file is unchanged. `view`, which is ended this way, exits with 0";
+  141  the reader of standard output, such as `head`, closed it before the whole file was written
+  130  stopped by Ctrl-C, 143 by SIGTERM, 129 by SIGHUP; files that were written before are named, others are unchanged. `view`, which is ended this way, exits with 0";
 
 /// Fills holes in triangle meshes by 3D level-set Willmore flow.
 ///
@@ -150,11 +158,11 @@ struct RunArgs {
     #[arg(long, value_name = "N", value_parser = arguments::threads)]
     threads: Option<usize>,
 
-    /// Print only errors, and holes that could not be filled.
+    /// Print only errors, and what could not be done.
     #[arg(short, long, conflicts_with = "verbose")]
     quiet: bool,
 
-    /// Print more: the levels of each solve, and the attempts that failed.
+    /// Print more: the details of each step, and the attempts that failed.
     #[arg(short, long)]
     verbose: bool,
 }
@@ -167,13 +175,42 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> End {
         .and_then(run);
     match end {
         Ok(end) => end,
+        Err(error) if is_unread(&error) => End::Unread,
         Err(error) => {
-            console::fail(&format!("{error:#}"));
+            console::fail(&format!(
+                "{error:#}{}",
+                written_before(&isomend::io::written_files())
+            ));
             match error.is::<Usage>() {
                 true => End::Misused,
                 false => End::Failed,
             }
         }
+    }
+}
+
+/// Whether an error says that the reader of standard output has closed it.
+fn is_unread(error: &anyhow::Error) -> bool {
+    let is_closed = |cause: &(dyn std::error::Error + 'static)| {
+        let cause = cause.downcast_ref::<std::io::Error>();
+        cause.is_some_and(|cause| cause.kind() == std::io::ErrorKind::BrokenPipe)
+    };
+    error.to_string() == console::NO_OUTPUT && error.chain().any(is_closed)
+}
+
+/// What an error does not undo, as the end of a message: the files that were written before it.
+fn written_before(written: &[PathBuf]) -> String {
+    let names: Vec<String> = written
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    match names.len() {
+        0 => String::new(),
+        1..=MOST_NAMED => format!("; written before: {}", names.join(", ")),
+        count => format!(
+            "; {count} files were written before, the last is {}",
+            names[count - 1]
+        ),
     }
 }
 
@@ -204,6 +241,10 @@ fn cli_error(error: JobError) -> anyhow::Error {
             error: error @ IoError::UnknownFormat { .. },
         } => anyhow::Error::from(error).context(format!("{name} (use --from to name its format)")),
         JobError::Places { what } => usage(what),
+        JobError::Fill(FillError::Parameter { what })
+        | JobError::Restore(RestoreError::Fill(FillError::Parameter { what })) => {
+            usage(as_options(what))
+        }
         JobError::NoFormat { .. } => anyhow!("{error}; change the extension, or use --to"),
         JobError::OpenMask { .. } => anyhow!("{error} with `isomend fill`"),
         JobError::Fill(FillError::NoSuchHole { .. }) => {
@@ -215,6 +256,12 @@ fn cli_error(error: JobError) -> anyhow::Error {
         }
         error => error.into(),
     }
+}
+
+/// Replaces the names of parameters in a message of the library by options.
+fn as_options(text: &str) -> String {
+    let tables = Table::ALL.iter();
+    tables.fold(text.to_owned(), |text, table| table.as_options(&text))
 }
 
 /// Runs a command.

@@ -3,13 +3,13 @@
 use std::collections::{BTreeSet, HashMap};
 
 use isomend::job::{JobResult, Work};
-use isomend::report::{chain_lines, defect_lines, left_holes, lost_creases, ranges};
+use isomend::report::{
+    chain_lines, counted, defect_lines, left_holes, lost_creases, number, ranges, significant,
+};
 use isomend::{
     ClosedBy, FillReport, HoleId, HoleOutcome, HoleReport, LeftReason, RegionReport,
     TriangulatedReason, Unit,
 };
-
-use crate::elementary::log10;
 
 /// Number of widest holes that the table always shows.
 const LARGEST: usize = 10;
@@ -141,18 +141,18 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
-    fn line(&self) -> String {
+    fn line(&self, width: Option<usize>) -> String {
         let r = self.region;
         let error = r.finish.as_ref().and_then(|f| f.largest_expected_error());
         let cells = Cells {
             hole: &short_list(&r.holes),
-            diameter: &digits(r.diameter, 4),
+            diameter: &number(r.diameter),
             edges: &self.edges.to_string(),
             closed_by: closed_by(r.closed_by),
-            error: &error.map_or("-".to_owned(), |e| digits(e, 2)),
+            error: &error.map_or("-".to_owned(), |e| significant(e, 2)),
             remark: self.remark.map(Remark::short).unwrap_or_default(),
         };
-        cells.line()
+        cells.line(width)
     }
 }
 
@@ -176,14 +176,31 @@ const HEADING: Cells<'static> = Cells {
 };
 
 impl Cells<'_> {
-    fn line(&self) -> String {
-        let line = format!(
-            "{:>NUMBERS$} {:>9} {:>5}  {:<18} {:>14}  {}",
-            self.hole, self.diameter, self.edges, self.closed_by, self.error, self.remark
-        );
+    /// The cells in a line of 80 characters; in a narrower terminal in one of 60, without the number of edges.
+    fn line(&self, width: Option<usize>) -> String {
+        let Self {
+            hole,
+            diameter,
+            edges,
+            closed_by,
+            error,
+            remark,
+        } = self;
+        let line = match width {
+            Some(..WIDE) => {
+                let error = error.strip_prefix("expected ").unwrap_or(error);
+                format!("{hole:>NUMBERS$} {diameter:>9} {closed_by:<13} {error:>7} {remark}")
+            }
+            _ => format!(
+                "{hole:>NUMBERS$} {diameter:>9} {edges:>5}  {closed_by:<18} {error:>14}  {remark}"
+            ),
+        };
         line.trim_end().to_owned()
     }
 }
+
+/// Width of the table in characters where there is room for it.
+const WIDE: usize = 80;
 
 /// The name of the surface that closed a region.
 fn closed_by(by: Option<ClosedBy>) -> &'static str {
@@ -211,42 +228,31 @@ fn short_list(holes: &[HoleId]) -> String {
     }
 }
 
-/// `x` rounded to `count` significant digits.
-fn digits(x: f64, count: usize) -> String {
-    if !x.is_finite() {
-        return "-".to_owned();
-    }
-    if x == 0.0 {
-        return "0".to_owned();
-    }
-    let rounded: f64 = format!("{x:.*e}", count - 1).parse().unwrap_or(x);
-    let magnitude = log10(rounded.abs()).floor();
-    if (-4.0..7.0).contains(&magnitude) {
-        let decimals = (count as f64 - 1.0 - magnitude).max(0.0) as usize;
-        format!("{rounded:.decimals$}")
-    } else {
-        format!("{x:.*e}", count - 1)
-    }
-}
-
 /// `hole 3`, or `holes 3, 5-7`.
 fn holes(ids: &[HoleId]) -> String {
     let noun = if ids.len() == 1 { "hole" } else { "holes" };
     format!("{noun} {}", ranges(ids))
 }
 
-/// All lines on a fill except the summary line: defects, the table, advice, and holes left open. Options can name holes with numbers up to
-/// `last`.
-pub fn lines(done: &JobResult, last: usize, verbose: bool) -> Vec<String> {
-    let (report, work) = (&done.report, &done.spec.work);
+/// Remarks on the mesh that was read: its defects, and boundary chains that do not close.
+pub fn remarks(report: &FillReport) -> Vec<String> {
     let mut lines = defect_lines(&report.defects);
     lines.extend(chain_lines(&report.open_chains));
+    lines
+}
+
+/// All lines on a fill except its remarks and the summary line: the table, advice, and holes left open. `width` is the width of the terminal,
+/// if it is known. Options can name holes with numbers up to
+/// `last`.
+pub fn lines(done: &JobResult, last: usize, verbose: bool, width: Option<usize>) -> Vec<String> {
+    let (report, work) = (&done.report, &done.spec.work);
+    let mut lines = Vec::new();
     let rows = rows(report);
     let (shown, hidden) = shown(&rows, verbose);
     if !shown.is_empty() {
         lines.extend(done.spec.deliverables.unit.map(lengths_in));
-        lines.push(HEADING.line());
-        lines.extend(shown.iter().map(|row| row.line()));
+        lines.push(HEADING.line(width));
+        lines.extend(shown.iter().map(|row| row.line(width)));
     }
     let small = regions(report).count() - rows.len();
     let of_hidden = |remarked: bool| {
@@ -266,8 +272,8 @@ pub fn lines(done: &JobResult, last: usize, verbose: bool) -> Vec<String> {
         let of_rows: usize = rows.iter().map(|row| row.region.new_faces).sum();
         let noun = if small == 1 { "hole" } else { "holes" };
         lines.push(format!(
-            "{small} small {noun} and sides of seams closed by {} triangles between rim vertices",
-            faces - of_rows
+            "{small} small {noun} and sides of seams closed by {} between rim vertices",
+            counted(faces - of_rows, "triangle")
         ));
     }
     lines.extend(advice(&rows, work, last));
@@ -384,33 +390,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_significant_digits_only() {
-        let cases = [
-            (0.0, 4, "0"),
-            (58.203_41, 4, "58.20"),
-            (0.020_4, 2, "0.020"),
-            (999.96, 4, "1000"),
-            (123_456.0, 2, "120000"),
-            (4.44e-16, 2, "4.4e-16"),
-        ];
-        for (x, count, text) in cases {
-            assert_eq!(digits(x, count), text);
-        }
-    }
-
-    #[test]
     fn rows_fit_eighty_columns() {
         for remark in Remark::ALL {
             let widest = Cells {
                 hole: &short_list(&[1234, 2345, 3456].map(HoleId::from)),
-                diameter: "-1.234e-9",
+                diameter: "1.234e-9",
                 edges: "12345",
                 closed_by: closed_by(Some(ClosedBy::Faired)),
                 error: "1.2e-9",
                 remark: remark.short(),
             };
-            assert!(widest.line().len() <= 80, "{}", widest.line());
+            for width in [60, 80] {
+                let line = widest.line(Some(width));
+                assert!(line.len() <= width + 5 * usize::from(width < 80), "{line}");
+            }
+            let usual = Cells {
+                closed_by: closed_by(Some(ClosedBy::LevelSet)),
+                ..widest
+            };
+            assert!(usual.line(Some(60)).len() <= 60);
         }
-        assert!(HEADING.line().len() <= 80);
+        assert!(HEADING.line(None).len() <= 80 && HEADING.line(Some(60)).len() <= 60);
     }
 }

@@ -11,7 +11,7 @@ use super::json::Target;
 /// Options for drawings.
 #[derive(Debug, Args)]
 pub struct ReportArgs {
-    /// Write a report as a single HTML file: a 3D view with the holes and their numbers, plots and tables.
+    /// Write a report as a single HTML file: a 3D view of the mesh with its holes, and tables.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
 

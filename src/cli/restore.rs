@@ -54,7 +54,6 @@ pub struct RestoreArgs {
     #[command(flatten)]
     pub(super) common: CommonArgs,
 
-    // Must be last: options after it would be listed under its heading.
     #[command(flatten)]
     mask: MaskArgs,
 }

@@ -26,11 +26,11 @@ Examples:
 /// The program serves the page itself, to this machine only; no network is needed. The address contains a secret, and requests without it
 /// are refused. Steps are commands of this program; the page shows the command lines that do the same.
 ///
-/// Ctrl-C ends it. Steps that were not saved are kept in a hidden file in the folder of --root; --resume repeats them.
+/// Ctrl-C ends it. Steps that were not saved are kept in a file in the user's state folder; --resume repeats them.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ViewArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP.
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF.
     #[arg(value_name = "IN")]
     input: PathBuf,
 
@@ -54,7 +54,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     resume: Option<Option<PathBuf>>,
 
-    /// Format of the input: obj, ply, stl, gltf, glb, vtk or vtp.
+    /// Format of the input: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
     ///
     /// By default the format is detected from the content, else from the extension.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]

@@ -152,7 +152,12 @@ mod tests {
         );
         assert_eq!(Format::detect(b"solid name\n", path).unwrap(), Format::Stl);
         assert_eq!(Format::detect(b"v 0 0 0\n", path).unwrap(), Format::Obj);
-        for first in [&b"OFF\n3 1 0\n"[..], b"STCNOFF 3 1 0", b"4OFF\n"] {
+        for first in [
+            &b"OFF\n3 1 0\n"[..],
+            b"STCNOFF 3 1 0",
+            b"4OFF\n",
+            b"OFF8 6 12",
+        ] {
             assert_eq!(Format::detect(first, path).unwrap(), Format::Off);
         }
     }

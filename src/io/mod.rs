@@ -55,13 +55,13 @@ pub use format::Format;
 pub(crate) use paths::canonical;
 #[cfg(feature = "report")]
 pub(crate) use save::Staged;
-#[cfg(feature = "view")]
-pub(crate) use save::write_new;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
-pub use save::{Abandoned, abandon_unfinished, replace_file};
+pub use save::{Abandoned, abandon_unfinished, replace_file, written_files};
 #[cfg(not(feature = "internals"))]
-pub(crate) use save::{abandon_unfinished, replace_file};
+pub(crate) use save::{abandon_unfinished, replace_file, written_files};
+#[cfg(feature = "view")]
+pub(crate) use save::{read_plain, replace_unlinked, write_new};
 
 use serde::{Deserialize, Serialize};
 

@@ -42,9 +42,16 @@ impl Kind {
     }
 }
 
+/// Splits the number of vertices off the first word of a file: some programs write `OFF8 6 12` without a blank.
+fn split_count(word: &[u8]) -> (&[u8], &[u8]) {
+    let digits = word.iter().rev().take_while(|b| b.is_ascii_digit()).count();
+    word.split_at(word.len() - digits)
+}
+
 /// Whether a word begins an OFF file, of a supported kind or not.
 pub(super) fn is_first_word(word: &[u8]) -> bool {
     let other: [&[u8]; 3] = [b"4OFF", b"nOFF", b"4nOFF"];
+    let (word, _) = split_count(word);
     Kind::of(word).is_some() || other.contains(&word)
 }
 
@@ -139,8 +146,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
 /// Parses the kind of the file and the counts of its vertices and faces.
 fn header(lines: &mut Lines<'_>) -> Result<(Kind, [usize; 2]), IoError> {
     let first = lines.wanted("the first line")?;
-    let mut tokens = text::Tokens::new(first, 0);
-    let word = tokens.next().unwrap_or_default();
+    let (word, _) = split_count(text::Tokens::new(first, 0).next().unwrap_or_default());
     let Some(kind) = Kind::of(word) else {
         return Err(match is_first_word(word) {
             true => unsupported("a mesh of other than three dimensions"),
@@ -150,7 +156,7 @@ fn header(lines: &mut Lines<'_>) -> Result<(Kind, [usize; 2]), IoError> {
             )),
         });
     };
-    let mut rest = tokens.rest_of_line();
+    let mut rest = first[word.len()..].trim_ascii();
     if rest.starts_with(b"BINARY") {
         return Err(unsupported("its binary form"));
     }
@@ -412,12 +418,13 @@ mod tests {
 
     #[test]
     fn polygons_comments_and_counts_on_the_first_line_are_read() {
-        let text =
-            b"OFF 4 1 0 # counts\n\n0 0 0\n1 0 0\r\n1 1 0 # a corner\n0 1 0\n4 0 1 2 3 255 128 0\n";
-        let loaded = read_alone(text, Format::Off).unwrap();
-        assert_eq!(loaded.mesh.faces.len(), 2);
-        let colours = &loaded.attributes.face[0];
-        assert_eq!(colours.get(1), Some(&[255.0, 128.0, 0.0][..]));
+        let body = "1 0 # counts\n\n0 0 0\n1 0 0\r\n1 1 0 # a corner\n0 1 0\n4 0 1 2 3 255 128 0\n";
+        for first in ["OFF 4 ", "OFF4 "] {
+            let loaded = read_alone(format!("{first}{body}").as_bytes(), Format::Off).unwrap();
+            assert_eq!(loaded.mesh.faces.len(), 2);
+            let colours = &loaded.attributes.face[0];
+            assert_eq!(colours.get(1), Some(&[255.0, 128.0, 0.0][..]));
+        }
     }
 
     #[test]

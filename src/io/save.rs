@@ -1,38 +1,103 @@
 //! Atomic saving: a file appears complete under its name, or not at all.
 
 use std::fs;
+#[cfg(feature = "view")]
+use std::io::Read;
 use std::io::{Error, Result, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use tempfile::NamedTempFile;
 
-/// Temporary files not yet renamed to their targets. Locked while a temporary file is created, renamed or removed.
-static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+/// Beginning and end of the names of temporary files.
+const PREFIX: &str = ".isomend-";
+const SUFFIX: &str = ".part";
+/// Age from which on a temporary file was left behind by a process that was killed: no run writes a file for so long.
+const STALE: Duration = Duration::from_secs(24 * 60 * 60);
 
-fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
-    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+/// The files of this process. Locked while a temporary file is created, renamed or removed.
+static FILES: Mutex<Files> = Mutex::new(Files {
+    unfinished: Vec::new(),
+    written: Vec::new(),
+});
+
+/// The files of a process.
+#[derive(Debug)]
+struct Files {
+    /// Temporary files not yet renamed to their targets.
+    unfinished: Vec<PathBuf>,
+    /// The targets that were written.
+    written: Vec<PathBuf>,
+}
+
+impl Files {
+    fn forget(&mut self, temporary: &Path) {
+        self.unfinished.retain(|path| path != temporary);
+    }
+}
+
+fn files() -> MutexGuard<'static, Files> {
+    FILES.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The files that this process has written, in order.
+#[doc(hidden)]
+pub fn written_files() -> Vec<PathBuf> {
+    files().written.clone()
 }
 
 /// While this value exists, no file can be created or finished by the functions of this module.
 #[doc(hidden)]
 #[must_use = "saving goes on when it is dropped"]
 #[derive(Debug)]
-pub struct Abandoned(#[allow(dead_code)] MutexGuard<'static, Vec<PathBuf>>);
+pub struct Abandoned(MutexGuard<'static, Files>);
+
+impl Abandoned {
+    /// The files that were written before.
+    pub fn written(&self) -> &[PathBuf] {
+        &self.0.written
+    }
+}
 
 /// Removes all temporary files, for a process that is about to end. Finished files stay. A thread that is saving waits
 /// until the result is dropped, then fails.
 #[doc(hidden)]
 pub fn abandon_unfinished() -> Abandoned {
-    let mut paths = unfinished();
-    for path in paths.drain(..) {
+    let mut files = files();
+    for path in files.unfinished.drain(..) {
         // Errors are ignored: the file may be gone already, and nobody remains to report others to.
         let _ = fs::remove_file(path);
     }
-    Abandoned(paths)
+    Abandoned(files)
 }
 
-/// A temporary file that is in the list [`UNFINISHED`].
+/// Removes temporary files in a folder that killed processes left behind. Errors are ignored: the folder may not be readable, and another
+/// process may remove the same file.
+fn remove_stale(folder: &Path) {
+    // Each folder once in a process, since it may hold many files.
+    static SEEN: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+    let mut seen = SEEN.lock().unwrap_or_else(PoisonError::into_inner);
+    if seen.iter().any(|other| other == folder) {
+        return;
+    }
+    seen.push(folder.to_path_buf());
+    drop(seen);
+    let is_old = |file: &fs::Metadata| {
+        let age = file.modified().ok().and_then(|at| at.elapsed().ok());
+        file.is_file() && age.is_some_and(|age| age > STALE)
+    };
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.as_encoded_bytes();
+        let is_own = name.starts_with(PREFIX.as_bytes()) && name.ends_with(SUFFIX.as_bytes());
+        if is_own && entry.metadata().is_ok_and(|file| is_old(&file)) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// A temporary file that is in the list of [`FILES`].
 struct Temporary(Option<NamedTempFile>);
 
 impl Temporary {
@@ -47,21 +112,23 @@ impl Temporary {
                 .create_new(true)
                 .open(name)
         };
-        let mut paths = unfinished();
+        let mut files = files();
+        remove_stale(&folder);
         let file = tempfile::Builder::new()
-            .prefix(".isomend-")
-            .suffix(".part")
+            .prefix(PREFIX)
+            .suffix(SUFFIX)
             .make_in(folder, create)?;
-        paths.push(file.path().to_path_buf());
+        files.unfinished.push(file.path().to_path_buf());
         Ok(Self(Some(file)))
     }
 
     fn become_file(mut self, target: &Path) -> Result<()> {
-        let mut paths = unfinished();
+        let mut files = files();
         match self.0.take() {
             Some(file) => {
-                paths.retain(|path| path != file.path());
+                files.forget(file.path());
                 file.persist(target).map_err(|failed| failed.error)?;
+                files.written.push(target.to_path_buf());
                 Ok(())
             }
             None => Ok(()),
@@ -79,11 +146,11 @@ pub(crate) fn write_new(target: &Path, bytes: &[u8]) -> Result<()> {
     if let Some(file) = &mut temporary.0 {
         file.write_all(bytes)?;
     }
-    let mut paths = unfinished();
+    let mut files = files();
     let Some(file) = temporary.0.take() else {
         return Ok(());
     };
-    paths.retain(|path| path != file.path());
+    files.forget(file.path());
     file.persist_noclobber(target)
         .map_err(|failed| failed.error)?;
     Ok(())
@@ -92,8 +159,8 @@ pub(crate) fn write_new(target: &Path, bytes: &[u8]) -> Result<()> {
 impl Drop for Temporary {
     fn drop(&mut self) {
         if let Some(file) = self.0.take() {
-            let mut paths = unfinished();
-            paths.retain(|path| path != file.path());
+            let mut files = files();
+            files.forget(file.path());
             drop(file);
         }
     }
@@ -175,6 +242,37 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
     Staged::new(path, bytes)?.commit()
 }
 
+/// Replaces a file atomically, as [`replace_file`] does, but replaces a link by the file instead of following it.
+///
+/// # Errors
+/// If the file cannot be written.
+#[cfg(feature = "view")]
+pub(crate) fn replace_unlinked(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut temporary = Temporary::beside(path)?;
+    if let Some(file) = &mut temporary.0 {
+        file.write_all(bytes)?;
+    }
+    temporary.become_file(path)
+}
+
+/// Reads at most `most` bytes of a file. Links, pipes and devices are refused.
+///
+/// # Errors
+/// If it is no plain file, is longer, or cannot be read.
+#[cfg(feature = "view")]
+pub(crate) fn read_plain(path: &Path, most: u64) -> Result<Vec<u8>> {
+    let about = fs::symlink_metadata(path)?;
+    if !about.is_file() {
+        return Err(Error::other("it is a link, a pipe or a device, not a file"));
+    }
+    if about.len() > most {
+        return Err(Error::other(format!("it is longer than {most} bytes")));
+    }
+    let mut bytes = Vec::new();
+    fs::File::open(path)?.take(most).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
 /// Follows symbolic links to the file that they name, which need not exist.
 fn end_of_links(path: &Path) -> Result<PathBuf> {
     // Upper bound of the number of links, as on Linux.
@@ -240,6 +338,44 @@ mod tests {
             fs::metadata(&fresh).unwrap().permissions(),
             fs::metadata(&plain).unwrap().permissions()
         );
+    }
+
+    #[test]
+    fn old_temporary_files_are_removed_and_others_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let names = [
+            (".isomend-old.part", true),
+            (".isomend-new.part", false),
+            ("isomend-old.part", true),
+            (".isomend-old.ply", true),
+        ];
+        for (name, is_old) in names {
+            let file = fs::File::create(at(name)).unwrap();
+            let hours = if is_old { 25 } else { 1 };
+            let then = std::time::SystemTime::now() - Duration::from_secs(hours * 60 * 60);
+            file.set_modified(then).unwrap();
+        }
+        replace_file(&at("mesh.ply"), b"new").unwrap();
+        let left = names.map(|(name, _)| at(name).exists());
+        assert_eq!(left, [false, true, true, true]);
+    }
+
+    #[cfg(all(unix, feature = "view"))]
+    #[test]
+    fn plain_files_are_neither_links_nor_endless() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("far"), b"old").unwrap();
+        std::os::unix::fs::symlink(at("far"), at("link")).unwrap();
+        std::os::unix::fs::symlink("/dev/zero", at("zero")).unwrap();
+        for link in ["link", "zero"] {
+            assert!(read_plain(&at(link), 100).is_err());
+            replace_unlinked(&at(link), b"new").unwrap();
+            assert_eq!(read_plain(&at(link), 3).unwrap(), b"new");
+            assert!(read_plain(&at(link), 2).is_err());
+        }
+        assert_eq!(fs::read(at("far")).unwrap(), b"old");
     }
 
     #[cfg(unix)]

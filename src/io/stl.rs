@@ -280,6 +280,22 @@ mod tests {
     }
 
     #[test]
+    fn text_is_read_with_any_line_ends() {
+        let facet = |x: i32| {
+            format!(
+                "facet normal 0 0 1\nouter loop\nvertex {x} 0 0\nvertex 9 0 0\nvertex 9 9 0\nendloop\nendfacet\n"
+            )
+        };
+        let text = format!("solid a vertex\n{}{}endsolid a\n", facet(0), facet(1));
+        for end in ["\n", "\r\n", "\r"] {
+            let loaded = read(text.replace('\n', end).as_bytes()).unwrap();
+            assert_eq!(loaded.mesh.faces.len(), 2, "{end:?}");
+            let bad = text.replace("vertex 1", "vertex one").replace('\n', end);
+            assert!(refusal(bad.as_bytes(), Format::Stl).contains("line 11"));
+        }
+    }
+
+    #[test]
     fn binary_files_may_begin_with_solid() {
         let mut bytes = to_bytes(&open_tetrahedron(), Format::Stl, &WriteOptions::default())
             .unwrap()

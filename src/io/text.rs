@@ -46,9 +46,11 @@ pub(super) fn find(haystack: &[u8], needle: &[u8]) -> Option<usize> {
     memchr::memmem::find(haystack, needle)
 }
 
-/// The line of a byte offset, counted from 1.
+/// The line of a byte offset, counted from 1. Lines end with LF, CR LF or CR.
 pub(super) fn line_at(bytes: &[u8], offset: usize) -> usize {
-    1 + memchr::memchr_iter(b'\n', &bytes[..offset.min(bytes.len())]).count()
+    let before = &bytes[..offset.min(bytes.len())];
+    let ends = memchr::memchr2_iter(b'\n', b'\r', before);
+    1 + ends.filter(|at| !bytes[*at..].starts_with(b"\r\n")).count()
 }
 
 /// A token as text for a message: non-printable characters are escaped and the length is limited.
@@ -154,11 +156,15 @@ impl<'a> Tokens<'a> {
         self.bytes.len() - self.at
     }
 
-    /// Returns the rest of the line without its end, and moves to the next line.
+    /// Returns the rest of the line without its end, and moves to the next line. Lines end with LF, CR LF or CR.
     pub(super) fn rest_of_line(&mut self) -> &'a [u8] {
         let rest = &self.bytes[self.at..];
-        let length = memchr::memchr(b'\n', rest).unwrap_or(rest.len());
-        self.at += (length + 1).min(rest.len());
+        let length = memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
+        let end = match rest[length..].starts_with(b"\r\n") {
+            true => 2,
+            false => 1,
+        };
+        self.at += (length + end).min(rest.len());
         rest[..length].trim_ascii()
     }
 }
@@ -227,5 +233,20 @@ mod tests {
         assert_eq!(tokens.rest_of_line(), b"rest of it");
         assert_eq!(tokens.next(), Some(&b"d"[..]));
         assert_eq!(tokens.next(), None);
+    }
+
+    #[test]
+    fn lines_end_in_three_ways() {
+        for end in ["\n", "\r", "\r\n"] {
+            let text = ["a b", "", "c d", "e"].join(end);
+            let mut tokens = Tokens::new(text.as_bytes(), 1);
+            assert_eq!(tokens.rest_of_line(), b"b");
+            assert_eq!(tokens.rest_of_line(), b"");
+            assert_eq!(tokens.next(), Some(&b"c"[..]));
+            assert_eq!(tokens.line(), 3, "{end:?}");
+            assert_eq!(tokens.rest_of_line(), b"d");
+            assert_eq!(tokens.rest_of_line(), b"e");
+            assert_eq!(tokens.left(), 0);
+        }
     }
 }

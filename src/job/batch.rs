@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use super::deliver::Deliverables;
 use super::documents::{DocumentList, failed_document};
-use super::places::{in_folder, is_folder_name};
+use super::places::{in_folder, is_folder_name, refuse_over};
 use super::{
     Drawings, JobError, JobPlan, JobResult, JobSpec, Output, Place, Source, Work, write_text,
 };
@@ -226,6 +226,10 @@ impl Batch {
             return Err(JobError::SeveralDelivered);
         }
         for job in &jobs {
+            job.refuse_over_read()?;
+            if let Some(document) = &self.document {
+                refuse_over(document, &job.source.place, &self.work.files_read())?;
+            }
             self.deliverables.check(job)?;
         }
         self.work.check()?;

@@ -51,6 +51,8 @@ pub use deliver::{Deliverables, Mark};
 pub use documents::{Document, FileInfo};
 pub use draw::Drawings;
 pub use error::JobError;
+#[cfg(feature = "view")]
+pub(crate) use hash::sha256;
 pub use inspection::{Checked, Compared, Inspected, check, compare, inspect};
 pub use marks::{Marked, MaskSpec, PaintedColour, parse_face_numbers};
 pub use mended::Mended;
@@ -62,7 +64,6 @@ pub use result::{Kept, OperationReport};
 pub use spec::{JobSpec, Work};
 pub use steps::{Read, run};
 pub use surface::{SurfaceResult, SurfaceSpec};
-#[cfg(feature = "view")]
 pub(crate) use texels::INTERMEDIATE;
 pub use unchanged::Unchanged;
 pub use volumes::{MeasuredFile, VolumeSeconds, measure, write_volume};

@@ -113,6 +113,27 @@ impl<P: Into<PathBuf>> From<P> for Place {
     }
 }
 
+/// Refuses a place that is a file which the job reads besides its mesh, unless it is the mesh itself. `read` has what each file is.
+///
+/// # Errors
+/// [`JobError::Places`].
+pub(super) fn refuse_over(
+    place: &Place,
+    mesh: &Place,
+    read: &[(&'static str, PathBuf)],
+) -> Result<(), JobError> {
+    let is_over = |(_, path): &&(&str, PathBuf)| place.is_same_file(&Place::from(path.clone()));
+    match read.iter().find(is_over) {
+        Some((what, _)) if !place.is_same_file(mesh) => Err(JobError::Places {
+            what: format!(
+                "{} is the file of {what}, which is read: name another file to write",
+                place.name()
+            ),
+        }),
+        _ => Ok(()),
+    }
+}
+
 /// Whether two paths name the same file. Links are followed; a file that does not exist yet is compared by its folder and name.
 fn same_file(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| {

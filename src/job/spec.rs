@@ -1,13 +1,12 @@
 //! The description of a job: source, work with its parameters, output, drawings and deliverables.
 
-use std::path::Path;
-#[cfg(feature = "view")]
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::deliver::Deliverables;
 use super::draw::Drawings;
+use super::places::refuse_over;
 use super::{JobError, MaskSpec, Output, Place, Source};
 use crate::fill::FillParams;
 #[cfg(feature = "view")]
@@ -33,6 +32,22 @@ pub enum Work {
 }
 
 impl Work {
+    /// The files that it reads besides the mesh, each with what it is.
+    pub(super) fn files_read(&self) -> Vec<(&'static str, PathBuf)> {
+        let mask = match self {
+            Self::Restore(mask, _) | Self::Fair(Some(mask), _) => Some(mask),
+            _ => None,
+        };
+        let masks = mask
+            .into_iter()
+            .flat_map(|m| m.inside.iter().chain(&m.face_files));
+        let masks = masks.map(|path| ("a mask", path.clone()));
+        let template = self
+            .template()
+            .map(|path| ("the template", path.to_path_buf()));
+        masks.chain(template).collect()
+    }
+
     /// The name of the command that does it.
     pub fn name(&self) -> &'static str {
         match self {
@@ -45,7 +60,6 @@ impl Work {
     }
 
     /// The file of the template after which holes are filled, where one is named.
-    #[cfg_attr(not(feature = "view"), allow(dead_code))]
     pub(crate) fn template(&self) -> Option<&Path> {
         let fill = match self {
             Self::Fill(fill) => fill,
@@ -145,6 +159,22 @@ impl JobSpec {
         }
     }
 
+    /// Refuses outputs that are files which the job reads besides its mesh.
+    ///
+    /// # Errors
+    /// [`JobError::Places`].
+    pub(super) fn refuse_over_read(&self) -> Result<(), JobError> {
+        let read = self.work.files_read();
+        let drawn = [&self.drawings.page, &self.drawings.picture];
+        let drawn = drawn.into_iter().flatten().cloned().map(Place::from);
+        let delivered = [&self.deliverables.patches, &self.deliverables.piece];
+        let meshes = self.output.iter().chain(delivered.into_iter().flatten());
+        for place in drawn.chain(meshes.map(|output| output.place.clone())) {
+            refuse_over(&place, &self.source.place, &read)?;
+        }
+        Ok(())
+    }
+
     /// Checks parameters and files without reading the mesh.
     ///
     /// # Errors
@@ -154,6 +184,7 @@ impl JobSpec {
             output.check()?;
         }
         let mesh = self.output.as_ref().map(|o| &o.place);
+        self.refuse_over_read()?;
         self.drawings.check(&self.source.place, mesh)?;
         self.deliverables.check(self)?;
         self.work.check()

@@ -15,7 +15,7 @@ use super::{JobError, JobSpec, MaskSpec, PaintedColour, Work};
 use crate::attributes::UnwantedColour;
 use crate::cancel::Cancel;
 use crate::io::Loaded;
-use crate::mend::{Control, FairError, Filled, Inspection, RestoreError};
+use crate::mend::{Control, FairError, FillError, Filled, Inspection, RestoreError};
 use crate::mesh::Mesh;
 use crate::repair::RepairParams;
 
@@ -113,6 +113,7 @@ impl<'s> Read<'s> {
     /// If the mask or the parameters do not fit the mesh.
     pub fn plan(self) -> Result<JobPlan<'s>, JobError> {
         let Self { spec, loaded, .. } = self;
+        check_base(&spec.work, &loaded.mesh)?;
         Ok(JobPlan {
             plan: planned(&spec.work, &loaded)?,
             spec,
@@ -127,6 +128,7 @@ impl<'s> Read<'s> {
     /// # Errors
     /// If the mask or the parameters do not fit the mesh, or if the run is cancelled.
     pub fn mend(self, control: &Control) -> Result<Mended<'s>, JobError> {
+        check_base(&self.spec.work, &self.loaded.mesh)?;
         let made = match &self.spec.work {
             Work::Repair(params) => repaired(
                 &self.loaded,
@@ -259,6 +261,24 @@ impl Work {
             Self::Restore(..) => found.map_err(RestoreError::from)?,
             Self::Fair(..) => found.map_err(FairError::from)?,
         })
+    }
+}
+
+/// Refuses a distance of a flat base that is out of proportion to the mesh: its walls would have no area beside it.
+fn check_base(work: &Work, mesh: &Mesh) -> Result<(), JobError> {
+    // In diagonals of the mesh.
+    const FARTHEST: f64 = 1e3;
+    let offset = match work {
+        Work::Fill(fill) => fill.base_offset,
+        Work::Repair(params) => params.fill.base_offset,
+        _ => None,
+    };
+    let [low, high] = mesh.bounds();
+    match offset.is_some_and(|offset| offset > FARTHEST * low.distance(high)) {
+        true => Err(JobError::Fill(FillError::Parameter {
+            what: "`base_offset` is more than a thousand times the size of the mesh: take a shorter one",
+        })),
+        false => Ok(()),
     }
 }
 

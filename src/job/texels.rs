@@ -168,8 +168,15 @@ impl Texels<'_> {
         // Number the name until it is free.
         let is_free = |file: &str| {
             let path = beside.map(|p| p.with_file_name(file));
-            let head = path.filter(|p| p.exists()).map(|p| head_of(&p));
-            head.is_none_or(|head| is_own(&head) || head.starts_with(PAGE_HEAD.as_bytes()))
+            path.is_none_or(|path| match fs::symlink_metadata(&path) {
+                Err(_) => true,
+                // A link could lead out of the folder, and a pipe would block.
+                Ok(about) if !about.is_file() => false,
+                Ok(_) => {
+                    let head = head_of(&path);
+                    is_own(&head) || head.starts_with(PAGE_HEAD.as_bytes())
+                }
+            })
         };
         let name = |count: usize| match count {
             1 => format!("{stem}_isomend"),
@@ -205,7 +212,7 @@ pub(super) fn add_material(
     staging: &mut Staging,
 ) -> Result<(), JobError> {
     let beside = mesh.path().map(|p| p.with_file_name(PATCH_LIBRARY));
-    match beside.filter(|path| !path.exists()) {
+    match beside.filter(|path| fs::symlink_metadata(path).is_err()) {
         Some(path) => {
             make_folder(&path, makes_folder)?;
             staging.add(&path, PATCH_MATERIAL.as_bytes())

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::mesh::{HoleId, Mesh, MeshError, length};
+use crate::mesh::{HoleId, Mesh, MeshError, at_least, length};
 use crate::parameters::OutOfBounds;
 
 /// Upper bound of the number of threads of a run.
@@ -52,8 +52,9 @@ pub enum FillError {
     Bounds(#[from] OutOfBounds),
     /// The voxel needs too large a grid.
     #[error(
-        "a voxel of {} needs too large a grid for the widest hole to fill; the smallest that fits is about {fits:.4e}",
-        length(*voxel)
+        "a voxel of {} needs too large a grid for the widest hole to fill; the smallest that fits is about {}",
+        length(*voxel),
+        at_least(*fits)
     )]
     TooFine {
         /// The voxel asked for.

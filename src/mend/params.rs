@@ -20,6 +20,19 @@ impl FillParams {
                 what: "`energy` cannot be `own`: pass your own energy to `Inspection::fill_with`",
             });
         }
+        let named = self.holes.iter().flatten().chain(&self.flat);
+        let named = named.chain(self.bridge.iter().flatten());
+        if named.into_iter().any(|id| self.keep_open.contains(id)) {
+            return Err(FillError::Parameter {
+                what: "a hole of `keep_open` is named in `holes`, `flat` or `bridge` too: leave it out of one of them",
+            });
+        }
+        let is_alone = |group: &Vec<_>| group.iter().all(|id| *id == group[0]);
+        if self.bridge.iter().any(is_alone) {
+            return Err(FillError::Parameter {
+                what: "a group of `bridge` needs two different holes or more",
+            });
+        }
         if self.bridges(&self.flat) {
             return Err(FillError::Parameter {
                 what: "a hole that is bridged to others cannot get a flat cap: leave it out of `bridge` or of `flat`",

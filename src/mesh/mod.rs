@@ -34,7 +34,7 @@ pub use error::MeshError;
 pub use fans::{fans, has_several_fans};
 pub use hole_id::HoleId;
 pub use holes::{Hole, find_holes};
-pub use lengths::{beside, length, length_beside, point};
+pub use lengths::{at_least, beside, length, length_beside, number, point, significant};
 pub use measures::area_vector;
 pub use model::Model;
 pub use origins::{FaceOrigin, Origins};

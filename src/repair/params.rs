@@ -75,6 +75,11 @@ impl RepairParams {
         tables::DEBRIS.check(self.debris)?;
         tables::WALL.check(self.wall)?;
         tables::MIN_WALL.check(self.min_wall)?;
+        if self.wall.is_some() && !self.borders {
+            return Err(FillError::Parameter {
+                what: "`wall` is the thickness of walls at outer borders: set `close_borders` too",
+            });
+        }
         self.fill.check()
     }
 

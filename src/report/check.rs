@@ -1,5 +1,6 @@
 //! The verdict of a mesh check as text: one line per kind of defect, with counts and positions.
 
+use super::counts::counted;
 use super::point;
 use crate::check::{Defect, DefectKind, Verdict};
 use crate::mesh::Unit;
@@ -30,14 +31,10 @@ pub fn verdict_rows(
     let mut rows = vec![(
         "mesh",
         format!(
-            "{} vertices, {} faces, {} {}",
-            verdict.vertices,
-            verdict.faces,
-            verdict.components.len(),
-            match verdict.components.len() {
-                1 => "component",
-                _ => "components",
-            }
+            "{}, {}, {}",
+            counted(verdict.vertices, "vertex"),
+            counted(verdict.faces, "face"),
+            counted(verdict.components.len(), "component")
         ),
     )];
     rows.extend(DefectKind::ALL.into_iter().filter_map(|kind| {
@@ -58,8 +55,8 @@ pub fn verdict_rows(
     }
     if verdict.t_junctions > 0 {
         let what = format!(
-            "{} boundary vertices on boundary edges; `isomend repair` splits these edges",
-            verdict.t_junctions
+            "{} on boundary edges; `isomend repair` splits these edges",
+            counted(verdict.t_junctions, "boundary vertex")
         );
         rows.push(("T-junctions", what));
     }
@@ -76,14 +73,17 @@ pub fn verdict_rows(
         rows.push(("nearly closed", what));
     }
     let others = [
-        ("debris", verdict.debris(), "components"),
-        ("inside others", verdict.inside(), "components"),
-        ("unused vertices", verdict.unused_vertices, ""),
-        ("coinciding vertices", verdict.duplicate_vertices, ""),
+        ("debris", verdict.debris(), true),
+        ("inside others", verdict.inside(), true),
+        ("unused vertices", verdict.unused_vertices, false),
+        ("coinciding vertices", verdict.duplicate_vertices, false),
     ];
     let some = others.into_iter().filter(|(_, count, _)| *count > 0);
     rows.extend(
-        some.map(|(name, count, unit)| (name, format!("{count} {unit}").trim_end().to_owned())),
+        some.map(|(name, count, are_components)| match are_components {
+            true => (name, counted(count, "component")),
+            false => (name, count.to_string()),
+        }),
     );
     rows
 }
@@ -124,21 +124,28 @@ fn defect_text(defect: &Defect, verdict: &Verdict, size: f64, unit: Option<Unit>
     let mut text = defect.count.to_string();
     match (defect.kind, verdict.params.thin) {
         (DefectKind::BoundaryEdge, _) => {
-            text += &format!(" round {} holes", verdict.holes);
+            text += &format!(" round {}", counted(verdict.holes, "hole"));
             if verdict.open_chains > 0 {
                 text += &format!(
-                    " and in {} boundary chains that do not close",
-                    verdict.open_chains
+                    " and in {} that {} not close",
+                    counted(verdict.open_chains, "boundary chain"),
+                    if verdict.open_chains == 1 {
+                        "does"
+                    } else {
+                        "do"
+                    }
                 );
             }
         }
-        (DefectKind::InsideOut, _) => text += " closed components",
+        (DefectKind::InsideOut, _) => text = counted(defect.count, "closed component"),
         (DefectKind::Thin, Some(thin)) => {
-            text += &format!(" faces where it is thinner than {}", Unit::text(unit, thin));
+            text = counted(defect.count, "face");
+            text += &format!(" where it is thinner than {}", Unit::text(unit, thin));
         }
         (DefectKind::ThinWall, _) => {
             let limit = verdict.params.min_wall.unwrap_or_default();
-            text += &format!(" faces at walls thinner than {}", Unit::text(unit, limit));
+            text = counted(defect.count, "face");
+            text += &format!(" at walls thinner than {}", Unit::text(unit, limit));
         }
         _ => {}
     }
@@ -148,7 +155,7 @@ fn defect_text(defect: &Defect, verdict: &Verdict, size: f64, unit: Option<Unit>
     let places = defect.places.iter().take(MOST_PLACES);
     let places: Vec<String> = places.map(|p| point(*p, size)).collect();
     let more = match defect.places.len() {
-        n if n > MOST_PLACES => format!("; and at {} more places", n - MOST_PLACES),
+        n if n > MOST_PLACES => format!("; and at {}", counted(n - MOST_PLACES, "more place")),
         _ => String::new(),
     };
     format!("{text}, at {}{more}", places.join("; "))

@@ -1,30 +1,41 @@
 //! Text tables of holes and of the crease ends at their rims.
 
-use super::text::counted;
+use super::counts::counted;
 use crate::mend::CreaseEnd;
-use crate::mesh::{Hole, length, length_beside, point};
+use crate::mesh::{Hole, length, length_beside, number, point};
 
 /// Columns of a table of holes: name and least width in characters; longer cells widen a column. Negative widths: aligned to the left.
 const HOLE_COLUMNS: [(&str, isize); 10] = [
     ("hole", 5),
     ("edges", 6),
-    ("length", 12),
-    ("diameter", 12),
-    ("height", 12),
+    ("length", 9),
+    ("diameter", 9),
+    ("height", 9),
     ("planarity", 9),
-    ("centre", -30),
-    ("normal", -22),
+    ("centre", -22),
+    ("normal", -21),
     ("component", 9),
     ("kind", -4),
+];
+/// The columns of a table of holes that are left out where the table is too wide, in this order.
+const LESS_NEEDED: [&str; 7] = [
+    "normal",
+    "planarity",
+    "component",
+    "height",
+    "length",
+    "centre",
+    "creases",
 ];
 /// The column with the number of crease ends, after the edges; only if a rim has any.
 const CREASE_COLUMN: (&str, isize) = ("creases", 7);
 /// Columns of a table of crease ends, as [`HOLE_COLUMNS`].
 const END_COLUMNS: [(&str, isize); 4] =
-    [("crease end", 10), ("hole", 5), ("angle", 6), ("at", -30)];
+    [("crease end", 10), ("hole", 5), ("angle", 6), ("at", -22)];
 
-/// A table of holes with a heading, one line each; with a column for the number of crease ends if there are any.
-pub(crate) fn hole_table(holes: &[Hole], ends: &[CreaseEnd]) -> Vec<String> {
+/// A table of holes with a heading, one line each; with a column for the number of crease ends if there are any. Columns are left out if it
+/// would be wider than `width` characters.
+pub(crate) fn hole_table(holes: &[Hole], ends: &[CreaseEnd], width: Option<usize>) -> Vec<String> {
     let mut columns = HOLE_COLUMNS.to_vec();
     let mut rows: Vec<Vec<String>> = holes.iter().map(|h| hole_cells(h).to_vec()).collect();
     if !ends.is_empty() {
@@ -34,7 +45,23 @@ pub(crate) fn hole_table(holes: &[Hole], ends: &[CreaseEnd]) -> Vec<String> {
             row.insert(2, own.to_string());
         }
     }
-    table(&columns, rows)
+    let mut lines = table(&columns, rows.clone());
+    let is_wide = |lines: &[String]| {
+        lines
+            .iter()
+            .any(|line| width.is_some_and(|w| line.chars().count() > w))
+    };
+    for name in LESS_NEEDED {
+        let at = columns.iter().position(|(column, _)| *column == name);
+        if let Some(at) = at.filter(|_| is_wide(&lines)) {
+            columns.remove(at);
+            for row in &mut rows {
+                row.remove(at);
+            }
+            lines = table(&columns, rows.clone());
+        }
+    }
+    lines
 }
 
 /// A table of crease ends with a heading, one line each. `size` is the size of the mesh, to which positions are rounded.
@@ -105,7 +132,7 @@ fn hole_cells(h: &Hole) -> [String; 10] {
         length(h.length),
         length(h.diameter),
         length_beside(h.height, h.diameter),
-        format!("{:.4}", h.planarity),
+        number(h.planarity),
         point(h.centre, h.diameter),
         normal.join(", "),
         h.component.to_string(),

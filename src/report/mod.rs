@@ -2,6 +2,7 @@
 
 mod check;
 mod counterpart;
+mod counts;
 mod holes;
 pub mod html;
 mod missed;
@@ -17,14 +18,15 @@ pub use text::{summary_lines, tally_line};
 
 #[cfg_attr(not(feature = "cli"), allow(unused_imports))]
 pub(crate) use {
-    crate::mesh::{length, length_beside, point},
+    crate::mesh::{length, length_beside, number, point, significant},
     check::verdict_rows,
+    counts::{counted, timed},
     holes::{crease_end_line, crease_end_table, hole_table},
     missed::missed_lines,
     plan::{left_holes, plan_lines},
     repair::{repair_lines, repair_lines_in},
     text::{
-        chain_lines, counted, defect_lines, level_lines, lost_creases, ranges, reason,
-        reason_lines, region_lines, region_lines_in,
+        chain_lines, defect_lines, level_lines, lost_creases, ranges, reason, reason_lines,
+        region_lines, region_lines_in,
     },
 };

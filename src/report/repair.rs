@@ -1,5 +1,6 @@
 //! Text report of a repair: one line per step that changed something.
 
+use super::counts::{counted, counted_as};
 use crate::check::Component;
 use crate::mesh::Unit;
 use crate::repair::RepairReport;
@@ -54,17 +55,18 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
         ),
         (
             r.debris[0],
-            format!("small components removed as debris, {} faces in all", r.debris[1]),
+            format!("small components removed as debris, {} in all", counted(r.debris[1], "face")),
         ),
         (
             r.inside[0],
-            format!("components inside others removed, {} faces in all", r.inside[1]),
+            format!("components inside others removed, {} in all", counted(r.inside[1], "face")),
         ),
         (
             r.united_bodies,
             format!(
-                "touching or intersecting bodies united: {} faces split, {} inner faces removed",
-                r.split_faces, r.inner_faces
+                "touching or intersecting bodies united: {} split, {} removed",
+                counted(r.split_faces, "face"),
+                counted(r.inner_faces, "inner face")
             ),
         ),
         (
@@ -81,9 +83,7 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
         ),
     ];
     let some = all.into_iter().filter(|(count, _)| *count > 0);
-    let mut lines: Vec<String> = some
-        .map(|(count, what)| format!("{count} {what}"))
-        .collect();
+    let mut lines: Vec<String> = some.map(|(count, what)| counted_as(count, &what)).collect();
     lines.extend(shell_lines(r, unit));
     lines
 }
@@ -103,8 +103,8 @@ fn shell_lines(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
     {
         let least = more.iter().filter_map(|(_, c)| c.least_wall);
         lines.push(format!(
-            "{} more components got offset shells: walls at least {} thick",
-            more.len(),
+            "{} with offset shells: walls at least {} thick",
+            counted(more.len(), "more component"),
             Unit::text(unit, least.fold(f64::INFINITY, f64::min))
         ));
     }

@@ -7,7 +7,8 @@
 pub(crate) type Script = (&'static str, &'static str);
 
 /// The modules of the viewer, in any order.
-const VIEWER: [Script; 8] = [
+const VIEWER: [Script; 9] = [
+    ("activity.js", include_str!("viewer/activity.js")),
     ("camera.js", include_str!("viewer/camera.js")),
     ("controls.js", include_str!("viewer/controls.js")),
     ("geometry.js", include_str!("viewer/geometry.js")),

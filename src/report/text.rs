@@ -3,13 +3,15 @@
 use std::collections::HashMap;
 
 use super::counterpart::{self, counterpart_text, grain_text};
+use super::counts::{counted, counted_as, timed};
 use crate::fill::{
     ClosedBy, FinishReport, HoleOutcome, PatchInitialisation, RegionReport, TriangulatedReason,
 };
 use crate::finish::{FinishRecord, FinishResult};
 use crate::flow::Energy;
 use crate::mend::FillReport;
-use crate::mesh::{Defects, HoleId, OpenChain, Unit, point};
+use crate::mesh::{Defects, HoleId, OpenChain, Unit, number, point};
+use crate::region::LevelReport;
 
 /// Most hole numbers of a region in a line.
 const MOST_JOINED: usize = 12;
@@ -45,10 +47,7 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
     ];
     all.iter()
         .filter(|(n, _)| *n > 0)
-        .map(|(n, what)| match n {
-            1 => format!("1 {}", singular(what)),
-            _ => format!("{n} {what}"),
-        })
+        .map(|(n, what)| counted_as(*n, what))
         .collect()
 }
 
@@ -99,7 +98,7 @@ pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
     if let Some(finish) = &r.finish {
         line += &finished(finish, unit);
     }
-    line += &format!(", {} faces, {:.2} s", r.new_faces, r.seconds);
+    line += &format!(", {}{}", counted(r.new_faces, "face"), timed(r.seconds));
     if r.closed_by == Some(ClosedBy::LevelSet) && !r.levels.is_empty() && !r.converged {
         let update = r.levels.last().map_or(f64::NAN, |l| l.flow.update);
         line += &format!("; not converged: the last step moved it by {update:.1e} voxels");
@@ -109,7 +108,12 @@ pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
             "; solved with the Willmore energy, since the variation of curvature gave no surface";
     }
     if r.intersecting_faces > 0 {
-        line += &format!("; {} faces intersect others", r.intersecting_faces);
+        let verb = if r.intersecting_faces == 1 {
+            "intersects"
+        } else {
+            "intersect"
+        };
+        line += &format!("; {} {verb} others", counted(r.intersecting_faces, "face"));
     }
     line += &lost_creases(r).map_or_else(String::new, |text| format!("; {text}"));
     line += &counterpart::refused(r, unit).map_or_else(String::new, |text| format!("; {text}"));
@@ -162,30 +166,6 @@ fn finished(finish: &FinishReport, unit: Option<Unit>) -> String {
     text
 }
 
-/// A number with a noun, in the singular for 1.
-pub fn counted(n: usize, noun: &str) -> String {
-    let s = if n == 1 { "" } else { "s" };
-    format!("{n} {noun}{s}")
-}
-
-/// A description with its first noun in the singular.
-fn singular(what: &str) -> String {
-    let nouns = [
-        ("vertices ", "vertex "),
-        ("faces ", "face "),
-        ("edges ", "edge "),
-        ("components ", "component "),
-    ];
-    let spaced = format!("{what} ");
-    let at = nouns
-        .iter()
-        .filter_map(|(many, one)| Some((spaced.find(many)?, many, one)));
-    match at.min_by_key(|(at, ..)| *at) {
-        Some((_, many, one)) => spaced.replacen(many, one, 1).trim_end().to_owned(),
-        None => what.to_owned(),
-    }
-}
-
 /// How the level set closed a region: resolution, steps and energy of the last level, and the angle at the seam.
 fn solved(r: &RegionReport) -> String {
     let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
@@ -194,14 +174,46 @@ fn solved(r: &RegionReport) -> String {
         .last()
         .map_or((0.0, 0.0), |l| (l.flow.energy_before, l.flow.energy_after));
     let mut text = format!(
-        "closed by the level set: {:.0} voxels across, {}, energy {before:.4} -> {after:.4}",
+        "closed by the level set: {:.0} voxels across, {}, energy {} -> {}",
         r.diameter / r.voxel.unwrap_or(f64::NAN),
-        counted(steps, "step")
+        counted(steps, "step"),
+        number(before),
+        number(after)
     );
     if let Some(seam) = r.seam_angle_mean {
         text += &format!(", seam {seam:.1} degrees");
     }
     text
+}
+
+/// The line of a level of a solve.
+fn level_line(level: &LevelReport, unit: Option<Unit>) -> String {
+    let flow = &level.flow;
+    let iterations: usize = flow.steps.iter().map(|s| s.iterations).sum();
+    let update = flow.update;
+    format!(
+        "  voxel {}{}: {} nodes, {} unknowns, {}, {}, last update {:.1e} voxels{}{}",
+        Unit::text(unit, level.voxel),
+        match flow.energy {
+            Energy::Willmore => "",
+            Energy::CurvatureVariation => ", variation of curvature",
+            Energy::Own => ", the caller's energy",
+        },
+        level.nodes,
+        flow.unknowns,
+        counted(flow.steps.len(), "step"),
+        counted(iterations, "iteration"),
+        update,
+        if flow.converged {
+            ""
+        } else {
+            " (not converged)"
+        },
+        match level.seconds {
+            [0.0, 0.0] => String::new(),
+            [sampled, solved] => format!(", sampled in {sampled:.2} s, solved in {solved:.2} s"),
+        },
+    )
 }
 
 /// Details of a region: earlier attempts, the levels of the solve from coarse to fine, and the patch.
@@ -210,36 +222,12 @@ pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
     for why in &r.failed_attempts {
         lines.push(format!("  earlier attempt failed: {why}"));
     }
-    for level in &r.levels {
-        let flow = &level.flow;
-        let iterations: usize = flow.steps.iter().map(|s| s.iterations).sum();
-        let update = flow.update;
-        lines.push(format!(
-            "  voxel {}{}: {} nodes, {} unknowns, {}, {}, last update {:.1e} voxels{}, \
-             sampled in {:.2} s, solved in {:.2} s",
-            Unit::text(unit, level.voxel),
-            match flow.energy {
-                Energy::Willmore => "",
-                Energy::CurvatureVariation => ", variation of curvature",
-                Energy::Own => ", the caller's energy",
-            },
-            level.nodes,
-            flow.unknowns,
-            counted(flow.steps.len(), "step"),
-            counted(iterations, "iteration"),
-            update,
-            if flow.converged {
-                ""
-            } else {
-                " (not converged)"
-            },
-            level.seconds[0],
-            level.seconds[1],
-        ));
-    }
+    lines.extend(r.levels.iter().map(|level| level_line(level, unit)));
     let mut patch = format!(
-        "  patch: {} vertices, {} faces, {} components",
-        r.new_vertices, r.new_faces, r.components
+        "  patch: {}, {}, {}",
+        counted(r.new_vertices, "vertex"),
+        counted(r.new_faces, "face"),
+        counted(r.components, "component")
     );
     if r.quality_mean > 0.0 {
         patch += &format!(", quality {:.3}", r.quality_mean);
@@ -456,6 +444,7 @@ pub fn tally_line(report: &FillReport) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::counts::singular;
     use super::*;
 
     #[test]
@@ -473,6 +462,7 @@ mod tests {
     fn nouns_agree_with_their_numbers() {
         assert_eq!(counted(1, "step"), "1 step");
         assert_eq!(counted(0, "step"), "0 steps");
+        assert_eq!(counted(2, "new vertex"), "2 new vertices");
         let of = |small_components, duplicate_vertices| Defects {
             small_components,
             duplicate_vertices,

@@ -6,9 +6,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use glam::DVec3;
 use serde_json::json;
+use tokio::sync::Semaphore;
 
 use super::choices::Choices;
 use super::events::{Events, ProgressSender};
+use super::kept::Kept;
 use super::revisions::Revisions;
 use super::session::{Busy, Session};
 use super::state::State;
@@ -57,6 +59,10 @@ pub type Start = dyn Fn(&str, Job) -> std::io::Result<()> + Send + Sync;
 pub struct Host {
     /// The folder below which files are read and written.
     pub root: PathBuf,
+    /// The places of the page's own files.
+    pub kept: Kept,
+    /// Permits for streams of events.
+    pub streams: Arc<Semaphore>,
     /// The thread pool for steps.
     pub pool: Arc<Threads>,
     /// The thread pool for long requests, so that they need not wait for a step.

@@ -12,11 +12,13 @@ use axum::body::{Body, to_bytes};
 use axum::http::header::CONTENT_TYPE;
 use axum::http::{Request, StatusCode};
 use tokio::runtime::{Builder, Runtime};
+use tokio::sync::Semaphore;
 use tower_service::Service;
 
 use super::api::router;
 use super::app::{Host, Job, error_text};
 use super::events::Events;
+use super::kept::Kept;
 use super::opened::Opened;
 use super::words::CommandRenderer;
 use crate::threads::Threads;
@@ -90,7 +92,8 @@ impl InBrowser {
         if let Some(page) = self.pages().iter().position(|(input, _)| input == path) {
             return Ok(page);
         }
-        let read = |resume| Opened::read(&self.threads, &self.root, path.into(), None, resume);
+        let kept = Kept::within(&self.root);
+        let read = |resume| Opened::read(&self.threads, &kept, path.into(), None, resume);
         let opened = match resume {
             true => read(Some(None)).or_else(|_| read(None)),
             false => read(None),
@@ -109,6 +112,9 @@ impl InBrowser {
         let [opens, knows, starts] = [self, self, self].map(Arc::clone);
         Host {
             root: self.root.clone(),
+            kept: Kept::within(&self.root),
+            // Events are delivered by calls.
+            streams: Arc::new(Semaphore::new(0)),
             pool: self.threads.clone(),
             aside: self.threads.clone(),
             renderer: self.renderer.clone(),

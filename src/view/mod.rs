@@ -22,6 +22,7 @@ mod files;
 mod gate;
 #[cfg(any(test, target_family = "wasm"))]
 mod in_browser;
+mod kept;
 mod named;
 mod opened;
 #[cfg(not(target_family = "wasm"))]

@@ -10,6 +10,7 @@ use thiserror::Error;
 use super::app::{App, Host};
 use super::choices::Choices;
 use super::events::Events;
+use super::kept::Kept;
 use super::revisions::Revisions;
 use super::session::Session;
 use super::state::State;
@@ -73,7 +74,7 @@ impl Opened {
     /// When the file cannot be read or inspected, or the earlier session cannot be resumed.
     pub fn read(
         pool: &Threads,
-        root: &Path,
+        kept: &Kept,
         input: PathBuf,
         from: Option<Format>,
         resume: Option<Option<&Path>>,
@@ -85,10 +86,10 @@ impl Opened {
             let path = input.clone();
             JobError::Io(IoError::Read { path, cause })
         })?;
-        let store = Store::new(root, &input, Fingerprint::of(&content));
+        let store = Store::new(kept.session(&input), &input, Fingerprint::of(&content));
         let steps = resume.map(|file| store.read(file)).transpose()?;
         let earlier = store.path().to_path_buf();
-        let earlier = (steps.is_none() && earlier.exists()).then_some(earlier);
+        let earlier = (steps.is_none() && earlier.is_file()).then_some(earlier);
         Ok(Self {
             input,
             from,

@@ -14,18 +14,19 @@ const MAX_PAGES: usize = 12;
 pub struct Pages(RwLock<Vec<(Token, Router)>>);
 
 impl Pages {
-    /// The router of the page whose token the path begins with. A path without a known token goes to the first page, which refuses it.
-    pub fn of(&self, path: &str) -> Router {
+    /// The router of the page whose token the path begins with, and whether there is one. A path without a known token goes to the first
+    /// page, which refuses it.
+    pub fn of(&self, path: &str) -> (Router, bool) {
         let first = path.strip_prefix('/').and_then(|p| p.split('/').next());
         let pages = self.0.read().unwrap_or_else(PoisonError::into_inner);
-        let mut found = pages.first().map(|(_, router)| router);
+        let (mut found, mut is_known) = (pages.first().map(|(_, router)| router), false);
         // Compare every token, so that the time does not depend on the requested page.
         for (token, router) in pages.iter() {
             if token.is(first.unwrap_or_default()) {
-                found = Some(router);
+                (found, is_known) = (Some(router), true);
             }
         }
-        found.cloned().unwrap_or_default()
+        (found.cloned().unwrap_or_default(), is_known)
     }
 
     /// Whether another page can be added.

@@ -1,32 +1,30 @@
-//! The files that were opened lately below a folder. The list is kept in the folder, beside the recovery files of sessions; it is
-//! written once a second file is opened there.
+//! The files that were opened lately below a folder. The list is written once a second file is opened there.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use super::files::to_read;
-use crate::io::{canonical, replace_file};
+use crate::io::{canonical, read_plain, replace_unlinked};
 
 /// Upper bound of the number of files in the list.
 const MOST: usize = 8;
-/// The name of the list.
-const LIST: &str = ".isomend-recent.json";
+/// Upper bound of the size of a list, in bytes.
+const LONGEST: u64 = 1 << 20;
 /// Locked while the list is changed.
 static CHANGES: Mutex<()> = Mutex::new(());
 
-/// The files that were opened lately and still exist, except one, relative to the folder; the last one first.
-pub fn recent(root: &Path, except: &Path) -> Vec<String> {
+/// The files in a list that still exist below a folder, except one, relative to the folder; the last one first.
+pub fn recent(list: &Path, root: &Path, except: &Path) -> Vec<String> {
     let except = name_of(root, except);
-    let mut names = read(root);
+    let mut names = read(list);
     names.retain(|name| Some(name) != except.as_ref() && to_read(root, name).is_ok());
     names
 }
 
-/// Records that files were opened, the last one last. A list that cannot be written is given up, since nothing depends on it.
-pub fn record(root: &Path, files: &[&Path]) {
+/// Records in a list that files below a folder were opened, the last one last. A list that cannot be written is given up, since nothing depends on it.
+pub fn record(list: &Path, root: &Path, files: &[&Path]) {
     let _one_at_a_time = CHANGES.lock().unwrap_or_else(PoisonError::into_inner);
-    let before = read(root);
+    let before = read(list);
     let mut names = before.clone();
     for file in files {
         if let Some(name) = name_of(root, file) {
@@ -39,7 +37,7 @@ pub fn record(root: &Path, files: &[&Path]) {
         return;
     }
     if let Ok(text) = serde_json::to_vec(&names) {
-        let _ = replace_file(&list(root), &text);
+        let _ = replace_unlinked(list, &text);
     }
 }
 
@@ -51,19 +49,17 @@ fn name_of(root: &Path, file: &Path) -> Option<String> {
 }
 
 /// The names in the list; none if there is no list, or it is damaged.
-fn read(root: &Path) -> Vec<String> {
-    let text = fs::read(list(root)).unwrap_or_default();
+fn read(list: &Path) -> Vec<String> {
+    let text = read_plain(list, LONGEST).unwrap_or_default();
     let mut names: Vec<String> = serde_json::from_slice(&text).unwrap_or_default();
     names.truncate(MOST);
     names
 }
 
-fn list(root: &Path) -> PathBuf {
-    root.join(LIST)
-}
-
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]
@@ -74,22 +70,23 @@ mod tests {
         for i in 0..12 {
             fs::write(file(i), "").unwrap();
         }
-        record(&root, &[&file(0)]);
-        assert!(!list(&root).exists(), "a single file is no list");
-        record(&root, &[&file(0), &file(1)]);
-        let all = || recent(&root, Path::new("none.ply"));
+        let list = &root.join("list.json");
+        record(list, &root, &[&file(0)]);
+        assert!(!list.exists(), "a single file is no list");
+        record(list, &root, &[&file(0), &file(1)]);
+        let all = || recent(list, &root, Path::new("none.ply"));
         assert_eq!(all(), ["1.ply", "0.ply"]);
-        assert_eq!(recent(&root, &file(1)), ["0.ply"]);
+        assert_eq!(recent(list, &root, &file(1)), ["0.ply"]);
         for i in [2, 3, 4, 5, 6, 7, 8, 9, 0] {
-            record(&root, &[&file(i)]);
+            record(list, &root, &[&file(i)]);
         }
-        record(&root, &[Path::new("/elsewhere/10.ply"), &file(20)]);
+        record(list, &root, &[Path::new("/elsewhere/10.ply"), &file(20)]);
         fs::remove_file(file(8)).unwrap();
         let expected = [
             "0.ply", "9.ply", "7.ply", "6.ply", "5.ply", "4.ply", "3.ply",
         ];
         assert_eq!(all(), expected);
-        fs::write(list(&root), "[1]").unwrap();
+        fs::write(list, "[1]").unwrap();
         assert!(all().is_empty());
     }
 }

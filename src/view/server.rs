@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::middleware::from_fn_with_state;
+use tokio::sync::Semaphore;
 
 use super::api::router;
 use super::app::{App, Host, error_text};
 use super::connections;
 use super::events::Events;
 use super::gate::{Gate, authorise};
+use super::kept::Kept;
 use super::opened::{Opened, ViewError};
 use super::pages::Pages;
 use super::recent::record;
@@ -21,6 +23,8 @@ use crate::threads::Threads;
 
 /// Number of threads that serve connections; the work of requests runs on other threads.
 const LISTENERS: usize = 2;
+/// Upper bound of the number of streams of events of all pages; each tab of a browser has one.
+const STREAMS: usize = 128;
 /// The error when no further page can be added.
 const TOO_MANY: &str = "too many files are open; end the program and start it again";
 
@@ -68,7 +72,8 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
     let root = root(&settings)?;
     let wanted = SocketAddr::new(settings.listen, settings.port);
     let resume = settings.resume.as_ref().map(Option::as_deref);
-    let read = Opened::read(&pool, &root, settings.input, settings.from, resume)?;
+    let kept = Kept::of_user(&root);
+    let read = Opened::read(&pool, &kept, settings.input, settings.from, resume)?;
     let words: Arc<dyn CommandRenderer> = Arc::from(settings.words);
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(LISTENERS)
@@ -82,6 +87,8 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
         let shared = Arc::new(Shared {
             at,
             root,
+            kept,
+            streams: Arc::new(Semaphore::new(STREAMS)),
             pool,
             aside,
             words,
@@ -92,7 +99,7 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
         let earlier = read.earlier.clone();
         let is_own_file = matches!(settings.resume, Some(None));
         // A list of one file is not written.
-        record(&shared.root, &[&read.input]);
+        record(&shared.kept.recent(), &shared.root, &[&read.input]);
         let [token, ticket] = shared.add_page(read, is_own_file)?;
         let all = shared.clone();
         ready(Address {
@@ -111,6 +118,8 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
 struct Shared {
     at: SocketAddr,
     root: PathBuf,
+    kept: Kept,
+    streams: Arc<Semaphore>,
     pool: Arc<Threads>,
     aside: Arc<Threads>,
     words: Arc<dyn CommandRenderer>,
@@ -130,6 +139,8 @@ impl Shared {
         let (opens, knows) = (self.clone(), self.clone());
         let host = Host {
             root: self.root.clone(),
+            kept: self.kept.clone(),
+            streams: self.streams.clone(),
             pool: self.pool.clone(),
             aside: self.aside.clone(),
             renderer: self.words.clone(),
@@ -162,7 +173,7 @@ impl Shared {
         if !self.pages.has_room() {
             return Err(TOO_MANY.to_owned());
         }
-        let read = Opened::read(&self.aside, &self.root, path, None, None);
+        let read = Opened::read(&self.aside, &self.kept, path, None, None);
         let read = read.map_err(|error| error_text(&error))?;
         let [token, _] = self
             .add_page(read, false)

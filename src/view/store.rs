@@ -10,8 +10,11 @@ use thiserror::Error;
 
 use super::choices::Choices;
 use super::runs::Runs;
-use crate::io::replace_file;
+use crate::io::{bytes_of, read_plain, replace_unlinked};
 use crate::job::Work;
+
+/// Upper bound of the size of a recovery file, in bytes. Its marked faces are ranges: a few MB for the most ragged mask of a large mesh.
+const MOST: u64 = 1 << 30;
 
 /// Why a session cannot be resumed.
 #[derive(Debug, Error)]
@@ -121,11 +124,10 @@ struct Status {
 }
 
 impl Store {
-    /// The recovery file of an input file, in the folder `root`.
-    pub fn new(root: &Path, input: &Path, fingerprint: Fingerprint) -> Self {
-        let name = input.file_name().unwrap_or_default().to_string_lossy();
+    /// The recovery file `path` of an input file.
+    pub fn new(path: PathBuf, input: &Path, fingerprint: Fingerprint) -> Self {
         Self {
-            path: root.join(format!(".{name}.isomend-session.json")),
+            path,
             input: input.to_path_buf(),
             fingerprint,
             status: Mutex::default(),
@@ -151,7 +153,12 @@ impl Store {
         file: Option<&Path>,
     ) -> Result<(Vec<StoredStep>, Vec<Choices>), ResumeError> {
         let path = file.unwrap_or(&self.path).to_path_buf();
-        let bytes = match fs::read(&path) {
+        // A file that the user names may be a link or a pipe.
+        let bytes = match file {
+            Some(file) => bytes_of(file).map_err(std::io::Error::other),
+            None => read_plain(&path, MOST),
+        };
+        let bytes = match bytes {
             Ok(bytes) => bytes,
             Err(cause) => return Err(ResumeError::Missing { path, cause }),
         };
@@ -184,7 +191,7 @@ impl Store {
         if status.own && of.is_some() && of == status.stored {
             return;
         }
-        let is_another = !status.own && self.path.exists();
+        let is_another = !status.own && fs::symlink_metadata(&self.path).is_ok();
         let written = match snapshot {
             // Choices alone do not replace the steps of another session.
             Some(snapshot) if is_another && snapshot.steps.is_empty() => Ok(false),
@@ -208,7 +215,7 @@ impl Store {
             fs::rename(&self.path, self.path.with_extension("json.old"))?;
         }
         let text = serde_json::to_vec(&kept).map_err(std::io::Error::other)?;
-        replace_file(&self.path, &text)
+        replace_unlinked(&self.path, &text)
     }
 
     fn status(&self) -> std::sync::MutexGuard<'_, Status> {

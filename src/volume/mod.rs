@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::grid::Volume;
-use crate::mesh::{Mesh, MeshError, Topology, bounds, length, welded};
+use crate::mesh::{Mesh, MeshError, Topology, at_least, bounds, length, welded};
 use crate::parameters::{OutOfBounds, solve, tables};
 use crate::region::VoxelSize;
 use crate::spatial::Bvh;
@@ -80,8 +80,8 @@ pub enum VolumeError {
     /// The volume would be too large.
     #[error(
         "a voxel of {} makes {} x {} x {} nodes, but at most {MOST_NODES} are possible; the smallest voxel that fits is \
-        about {fits:.4e}",
-        length(*voxel), dims[0], dims[1], dims[2]
+        about {}",
+        length(*voxel), dims[0], dims[1], dims[2], at_least(*fits)
     )]
     TooLarge {
         /// The requested voxel size.
@@ -209,9 +209,10 @@ fn lattice(size: DVec3, params: &VolumeParams) -> Result<(f64, [usize; 3]), Volu
     let longest = size.max_element();
     if voxel > longest {
         return refuse(format!(
-            "a voxel of {} is larger than the model, whose longest side is {longest:.4e}; the automatic voxel is {:.4e}",
+            "a voxel of {} is larger than the model, whose longest side is {}; the automatic voxel is {}",
             length(voxel),
-            longest / AUTO_VOXELS
+            length(longest),
+            length(longest / AUTO_VOXELS)
         ));
     }
     if let Some(band) = params.band

@@ -40,6 +40,7 @@ impl Desk {
     pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::cargo_bin("isomend").unwrap();
         command.current_dir(self.0.path()).args(arguments);
+        command.env("XDG_STATE_HOME", self.path(STATE));
         for name in ["NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE"] {
             command.env_remove(name);
         }
@@ -54,14 +55,38 @@ impl Desk {
         serde_json::from_slice(&fs::read(self.path(name)).unwrap()).unwrap()
     }
 
+    /// The names in the folder, without the folder for the state of programs.
     pub fn files(&self) -> Vec<String> {
-        let mut names: Vec<String> = fs::read_dir(self.0.path())
-            .unwrap()
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .collect();
-        names.sort();
+        let mut names = names_in(self.0.path().to_path_buf());
+        names.retain(|name| name != STATE);
         names
     }
+
+    /// The files that the program keeps in the user's folder for the state of programs.
+    pub fn kept(&self) -> Vec<PathBuf> {
+        let folder = self.path(STATE).join("isomend");
+        let names = names_in(folder.clone());
+        names.iter().map(|name| folder.join(name)).collect()
+    }
+
+    /// The recovery file of the only session.
+    pub fn session(&self) -> Option<PathBuf> {
+        let is_session = |p: &PathBuf| p.to_string_lossy().ends_with(".session.json");
+        self.kept().into_iter().find(is_session)
+    }
+}
+
+/// The folder for the state of programs, in the desk's folder.
+pub const STATE: &str = "state";
+
+/// The names in a folder, in ascending order.
+fn names_in(folder: PathBuf) -> Vec<String> {
+    let entries = fs::read_dir(folder).into_iter().flatten();
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
 }
 
 pub fn bytes(mesh: &Mesh, format: Format) -> Vec<u8> {

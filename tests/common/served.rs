@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use crate::desk::Desk;
+use crate::desk::{Desk, STATE};
 
 /// Upper bound of any wait, on a machine that is busy with other tests.
 const LONG: Duration = Duration::from_secs(120);
@@ -46,6 +46,7 @@ impl<'d> Served<'d> {
             .arg("view")
             .args(arguments)
             .args(["--no-browser", "--threads", "2"])
+            .env("XDG_STATE_HOME", desk.path(STATE))
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()

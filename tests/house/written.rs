@@ -96,7 +96,7 @@ fn annotation(parameter: &Parameter) -> String {
             format!("Literal[{}]", names.join(", "))
         }
         Kind::Flag(_) => "bool".to_owned(),
-        Kind::Holes(true) => "Iterable[int] | None".to_owned(),
+        Kind::Holes(true) => "Iterable[int] | Literal['all'] | None".to_owned(),
         Kind::Holes(false) => "Iterable[int]".to_owned(),
         Kind::Groups => "Iterable[Iterable[int]]".to_owned(),
         Kind::Pairs => "Iterable[tuple[int, int]]".to_owned(),

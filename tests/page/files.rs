@@ -201,6 +201,38 @@ fn new_folders_are_made_only_below_the_folder() {
     served.save("mesh", "parts/left/ball.ply");
 }
 
+/// Names of files that the page once kept in the folder, as links out of it, pipes and endless devices.
+#[cfg(unix)]
+#[test]
+fn nothing_in_the_folder_leads_out_of_it_or_blocks() {
+    use std::os::unix::fs::symlink;
+    for target in ["outside.json", "pipe", "/dev/zero"] {
+        let desk = Desk::new();
+        fs::create_dir(desk.path("root")).unwrap();
+        for name in ["ball.ply", "second.ply"] {
+            fs::copy(desk.path("ball.ply"), desk.path("root").join(name)).unwrap();
+        }
+        desk.text("outside.json", "[]");
+        let made = std::process::Command::new("mkfifo")
+            .arg(desk.path("pipe"))
+            .status();
+        assert!(made.unwrap().success());
+        for name in [".isomend-recent.json", ".ball.ply.isomend-session.json"] {
+            symlink(desk.path(target), desk.path("root").join(name)).unwrap();
+        }
+        let served = Served::new(&desk, &["root/ball.ply"]);
+        assert_eq!(
+            served
+                .post("api/open", &json!({ "path": "second.ply" }))
+                .status,
+            200
+        );
+        served.step(&json!({ "kind": "fill", "params": { "holes": [2] } }));
+        assert_eq!(fs::read(desk.path("outside.json")).unwrap(), b"[]");
+        assert_eq!(desk.kept().len(), 2, "{:?}", desk.kept());
+    }
+}
+
 #[test]
 fn recent_files_are_offered_in_the_next_session() {
     let desk = Desk::new();
@@ -210,10 +242,7 @@ fn recent_files_are_offered_in_the_next_session() {
     let recent = |served: &Served| served.get("api/files").json()["recent"].clone();
     let served = Served::new(&desk, &["ball.ply"]);
     assert_eq!(recent(&served), json!([]));
-    assert!(
-        !desk.files().contains(&".isomend-recent.json".to_owned()),
-        "a single file is no list"
-    );
+    assert!(desk.kept().is_empty(), "a single file is no list");
     for name in ["third.ply", "second.ply"] {
         let answer = served.post("api/open", &json!({ "path": name }));
         assert_eq!(answer.status, 200, "{:?}", answer.json());

@@ -121,6 +121,6 @@ fn an_edge_is_chosen_by_the_numbers_of_its_ends() {
         assert_code(&fill(&["--crease", wrong]), 2);
     }
     let smooth = fill(&["--crease", &pair, "--sharp", "off"]);
-    assert_code(&smooth, 1);
-    assert!(text(&smooth.stderr).contains("not with `sharp` off"));
+    assert_code(&smooth, 2);
+    assert!(text(&smooth.stderr).contains("not with `--sharp` off"));
 }

@@ -93,10 +93,7 @@ fn patches_are_written_alone_with_their_holes_and_errors() {
         "--patches",
         "dent.ply",
     ];
-    assert_usage(
-        &desk.run(&inside),
-        &["the patches", "is the file of a mask"],
-    );
+    assert_usage(&desk.run(&inside), &["dent.ply", "is the file of a mask"]);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Ctrl-C and SIGTERM end the program at any point and leave no partly written file.
+//! Ctrl-C, SIGTERM and SIGHUP end the program at any point and leave no partly written file.
 #![cfg(unix)]
 
 use std::process::{Command, Stdio};
@@ -97,9 +97,12 @@ fn every_command_ends_at_a_signal_and_leaves_no_file() {
     let before = desk.files();
     let mut stopped = 0;
     for (i, command) in commands.iter().enumerate() {
-        for (j, (signal, code)) in [("-INT", 130), ("-TERM", 143)].into_iter().enumerate() {
+        for (j, (signal, code)) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)]
+            .into_iter()
+            .enumerate()
+        {
             // Moments while the mesh is read, the tree is built, and the system is solved.
-            let after = 0.05 + 0.15 * ((2 * i + j) % 5) as f64;
+            let after = 0.05 + 0.15 * ((3 * i + j) % 5) as f64;
             let Some(end) = interrupted(&desk, command, signal, after) else {
                 let _ = std::fs::remove_file(desk.path("o.ply"));
                 let _ = std::fs::remove_file(desk.path("o.vti"));
@@ -113,7 +116,7 @@ fn every_command_ends_at_a_signal_and_leaves_no_file() {
         }
     }
     assert!(
-        stopped >= 6,
+        stopped >= 9,
         "only {stopped} runs lasted until their signal"
     );
 }
@@ -127,4 +130,36 @@ fn an_existing_output_stays_unchanged_after_a_signal() {
     assert_eq!(end.map(|e| e.0), Some(143));
     let text = std::fs::read_to_string(desk.path("o.ply")).unwrap();
     assert_eq!(text, "something else");
+}
+
+/// The program waits for a reader of its document, which is longer than a pipe holds, while it gets the signal: the meshes are in place.
+#[test]
+fn a_signal_after_files_are_written_names_them() {
+    let desk = Desk::new();
+    let names: Vec<String> = (0..60).map(|i| format!("{i}.ply")).collect();
+    for name in &names {
+        std::fs::copy(desk.path("ball.ply"), desk.path(name)).unwrap();
+    }
+    let mut child = Command::new(assert_cmd::cargo::cargo_bin("isomend"))
+        .current_dir(desk.0.path())
+        .arg("fill")
+        .args(&names)
+        .args(["-o", "out/", "--json", "-", "-q", "--voxel", "0.2"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let last = desk.path("out/59.ply");
+    while !last.exists() && child.try_wait().unwrap().is_none() {
+        sleep(Duration::from_millis(1));
+    }
+    let id = child.id().to_string();
+    let sent = Command::new("kill").args(["-INT", &id]).status();
+    assert!(sent.unwrap().success());
+    // Standard output is not read before the end: the program would go on.
+    let status = child.wait().unwrap();
+    let text = std::io::read_to_string(child.stderr.take().unwrap()).unwrap();
+    assert_eq!(status.code(), Some(130), "{text}");
+    assert!(text.contains("60 files were written before"), "{text}");
+    assert!(last.exists());
 }

@@ -391,6 +391,14 @@ fn pages_take_the_place_of_no_other_file_and_can_be_left_out() {
     assert!(!desk.files().iter().any(|name| name.contains("_isomend")));
     let obj = fs::read_to_string(desk.path("plain.obj")).unwrap();
     assert!(obj.contains("usemtl isomend_patch"));
+    // A link of that name leads elsewhere.
+    #[cfg(unix)]
+    std::os::unix::fs::symlink("elsewhere.png", desk.path("linked_isomend.png")).unwrap();
+    assert_code(
+        &desk.run(&["fill", "cube.obj", "-o", "linked.obj", "--holes", "1"]),
+        0,
+    );
+    assert!(!desk.path("elsewhere.png").exists());
     // A file of that name that isomend did not write.
     desk.text("out_isomend.png", "my own");
     let done = desk.run(&["fill", "cube.obj", "-o", "out.obj", "--holes", "1"]);

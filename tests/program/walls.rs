@@ -70,7 +70,7 @@ fn a_sheet_gets_walls_and_the_report_gives_their_thickness() {
     assert_code(&thin, 3);
     let said = text(&thin.stdout);
     assert!(
-        said.contains("walls are thinner than 0.100000 (component 1: 0.0"),
+        said.contains("walls are thinner than 0.1 (component 1: 0.0"),
         "{said}"
     );
     let strict = [

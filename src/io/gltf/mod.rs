@@ -7,6 +7,7 @@ mod buffers;
 mod build;
 mod document;
 mod materials;
+mod morph;
 mod patch;
 mod patch_materials;
 mod scene;
@@ -17,7 +18,7 @@ mod write;
 pub(crate) use base_colour::{BaseImage, Wrapping};
 pub use document::{Document, Image};
 
-use gltf_json::Root;
+use gltf_json::{Root, Value};
 
 use super::{Contents, Format, IoError, Loaded, Location, Resolve, Written, text};
 
@@ -30,16 +31,20 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
         (text::strip_bom(bytes), None)
     };
     let root = Root::from_slice(json).map_err(|error| {
-        IoError::malformed(
-            format,
-            Location::File,
-            format!("the JSON part does not fit glTF 2.0: {error}"),
-        )
+        let what = format!("the JSON part does not fit glTF 2.0: {error}");
+        let other = other_version(json, format);
+        other.unwrap_or_else(|| IoError::malformed(format, Location::File, what))
     })?;
+    if !root.asset.version.starts_with("2.")
+        && let Some(error) = other_version(json, format)
+    {
+        return Err(error);
+    }
     check_extensions(&root, format)?;
     let mut buffers = buffers::Buffers::new(&root, format, binary, bytes.len(), resolve);
     let scene = scene::read(&root, &mut buffers)?;
     let mut loaded = scene.surface.finish()?;
+    loaded.notes.extend(instancing(json));
     let names = root.materials.iter().enumerate();
     let materials = names
         .map(|(i, m)| m.name.clone().unwrap_or_else(|| format!("material_{i}")))
@@ -54,6 +59,32 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
     );
     loaded.document = Document::new(json, buffers.all(), scene.blocks, scene.parts);
     Ok(loaded)
+}
+
+/// The error for JSON of another version than 2: of one that the asset names, or of version 1, whose lists are objects.
+fn other_version(json: &[u8], format: Format) -> Option<IoError> {
+    let value: Value = serde_json::from_slice(json).ok()?;
+    let named = value
+        .pointer("/asset/version")
+        .map(|version| match version {
+            Value::String(version) => version.clone(),
+            other => other.to_string(),
+        });
+    let version = match named {
+        Some(version) if !version.starts_with('2') => version,
+        None if value.get("meshes").is_some_and(Value::is_object) => "1.0".to_owned(),
+        _ => return None,
+    };
+    Some(other_than_two(format, &version))
+}
+
+/// The error for a version of the format that is not read.
+fn other_than_two(format: Format, version: &str) -> IoError {
+    IoError::Unsupported {
+        format,
+        what: format!("glTF version {version} is not read"),
+        advice: "convert the file to glTF 2.0",
+    }
 }
 
 /// Writes a mesh into the document that it came from, or else into a new document.
@@ -79,12 +110,7 @@ fn split_glb(bytes: &[u8]) -> Result<Chunks<'_>, IoError> {
     let short = |at: usize| fault(at, "the file ends inside a header".to_string());
     let version = word(4).ok_or_else(|| short(4))?;
     if version != 2 {
-        let what = format!("glTF version {version}");
-        return Err(IoError::Unsupported {
-            format: Format::Glb,
-            what,
-            advice: "convert the file to glTF 2.0",
-        });
+        return Err(other_than_two(Format::Glb, &version.to_string()));
     }
     let length = word(8).ok_or_else(|| short(8))? as usize;
     if length > bytes.len() {
@@ -124,6 +150,26 @@ fn split_glb(bytes: &[u8]) -> Result<Chunks<'_>, IoError> {
         return Err(fault(12, "there is no JSON chunk".to_string()));
     }
     Ok(chunks)
+}
+
+/// The extension that draws a mesh once for each of several transforms.
+const INSTANCING: &str = "EXT_mesh_gpu_instancing";
+
+/// A note on nodes that draw their mesh several times by an extension: it is read once, where the node is.
+fn instancing(json: &[u8]) -> Option<String> {
+    text::find(json, INSTANCING.as_bytes())?;
+    let value: Value = serde_json::from_slice(json).ok()?;
+    let nodes = value.get("nodes")?.as_array()?.iter();
+    let count = nodes.filter(|n| {
+        n.pointer("/extensions")
+            .is_some_and(|e| e.get(INSTANCING).is_some())
+    });
+    match count.count() {
+        0 => None,
+        count => Some(format!(
+            "nodes that place their mesh several times by {INSTANCING}, which is read once: {count}"
+        )),
+    }
 }
 
 /// Prefixes of extensions that may be required without changing where the triangles are.

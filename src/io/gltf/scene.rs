@@ -12,7 +12,7 @@ use super::super::mesh_builder::MeshBuilder;
 use super::super::{Format, IoError, Location};
 use super::accessor::{self, Raw};
 use super::buffers::Buffers;
-use super::unsupported_extension;
+use super::{morph, unsupported_extension};
 use crate::mesh::attributes::PATCH_NAME;
 
 /// Most vertices, and most triangles, that are collected from a file.
@@ -33,6 +33,9 @@ pub(super) struct Block {
     /// The positions in local coordinates; empty if these equal the scene's.
     pub(super) local: Vec<[f64; 3]>,
     position: usize,
+    /// The accessors of displacements that are added to the positions, each with its weight.
+    #[serde(default)]
+    morph: Vec<(usize, f32)>,
     /// The accessors of the other attributes by name.
     attributes: BTreeMap<String, usize>,
 }
@@ -72,6 +75,7 @@ pub(super) fn read(root: &Root, buffers: &mut Buffers<'_>) -> Result<Scene, IoEr
         },
         skipped_primitives: 0,
         unread_attributes: 0,
+        morphed: 0,
         buffers,
     };
     let mut visited = vec![false; root.nodes.len()];
@@ -174,6 +178,8 @@ struct Reader<'r, 'b> {
     scene: Scene,
     skipped_primitives: usize,
     unread_attributes: usize,
+    /// Number of primitives whose positions are displaced by the default weights of their morph targets.
+    morphed: usize,
 }
 
 impl Reader<'_, '_> {
@@ -189,6 +195,12 @@ impl Reader<'_, '_> {
                 "primitives of points or lines, skipped: {}",
                 self.skipped_primitives
             );
+            self.scene.surface.notes.push(note);
+        }
+        if self.morphed > 0 {
+            let what =
+                "primitives in the shape that the default weights of their morph targets give";
+            let note = format!("{what}: {}", self.morphed);
             self.scene.surface.notes.push(note);
         }
         if self.unread_attributes > 0 {
@@ -224,7 +236,13 @@ impl Reader<'_, '_> {
                     return Err(self.fault(index, "a primitive has an unknown mode".to_string()));
                 }
             };
-            let block = self.block(index, primitive, first_block, node, transform)?;
+            let weights = self.root.nodes[node].weights.as_ref();
+            let weights = weights
+                .or(mesh.weights.as_ref())
+                .map_or(&[][..], Vec::as_slice);
+            let morph = morph::displacements(primitive, weights);
+            self.morphed += usize::from(!morph.is_empty());
+            let block = self.block(index, primitive, morph, first_block, (node, transform))?;
             let start = self.scene.surface.triangles_mut().len();
             self.primitive(index, primitive, mode, block)?;
             let end = self.scene.surface.triangles_mut().len();
@@ -277,9 +295,9 @@ impl Reader<'_, '_> {
         &mut self,
         mesh: usize,
         primitive: &Primitive,
+        morph: Vec<(usize, f32)>,
         first: usize,
-        node: usize,
-        transform: &DMat4,
+        (node, transform): (usize, &DMat4),
     ) -> Result<usize, IoError> {
         let Some(position) = primitive
             .attributes
@@ -300,14 +318,16 @@ impl Reader<'_, '_> {
             let other = |name: &String, accessor: &usize| {
                 block.attributes.get(name).is_some_and(|a| a != accessor)
             };
-            block.position == position && !attributes.iter().any(|(n, a)| other(n, a))
+            block.position == position
+                && block.morph == morph
+                && !attributes.iter().any(|(n, a)| other(n, a))
         };
         let found = self.scene.blocks[first..].iter().position(agrees);
         let block = match found {
             Some(found) => first + found,
             None => {
                 self.buffers.spend(BLOCK)?;
-                let (start, count, local) = self.positions(mesh, position, transform)?;
+                let (start, count, local) = self.positions(mesh, position, &morph, transform)?;
                 self.scene.blocks.push(Block {
                     node,
                     transform: *transform,
@@ -315,6 +335,7 @@ impl Reader<'_, '_> {
                     count,
                     local,
                     position,
+                    morph,
                     attributes: BTreeMap::new(),
                 });
                 self.scene.blocks.len() - 1
@@ -347,15 +368,17 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
-    /// Appends the transformed positions of an accessor. Returns the first index, the count, and the local positions if
+    /// Appends the displaced and transformed positions of an accessor. Returns the first index, the count, and the local positions if
     /// the transform changes them.
     fn positions(
         &mut self,
         mesh: usize,
         index: usize,
+        morph: &[(usize, f32)],
         transform: &DMat4,
     ) -> Result<(u32, u32, Vec<[f64; 3]>), IoError> {
-        let local = accessor::positions(self.buffers, index)?;
+        let mut local = accessor::positions(self.buffers, index)?;
+        morph::displace(self.buffers, mesh, morph, &mut local)?;
         let positions = &self.scene.surface.positions;
         let (start, count) = (positions.len(), local.len());
         self.check_size(mesh, start + count)?;

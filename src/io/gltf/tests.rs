@@ -163,6 +163,80 @@ fn points_and_lines_are_passed_over() {
 }
 
 #[test]
+fn morph_targets_are_applied_with_their_default_weights() {
+    // Accessor 0 as displacements: every vertex moves by a part of its own position.
+    let morphed = r#"{"attributes":{"POSITION":0},"indices":1,"mode":5,"targets":[{"POSITION":0},{"NORMAL":0},{"POSITION":0}]}"#;
+    let at = |text: &str| {
+        let loaded = read_alone(text.as_bytes(), Format::Gltf).unwrap();
+        (loaded.mesh.positions[1].x, loaded.notes.len())
+    };
+    assert_eq!(at(&gltf(NODE, morphed)), (1.0, 0));
+    let of_mesh = gltf(NODE, morphed).replacen(
+        r#""meshes":[{"primitives""#,
+        r#""meshes":[{"weights":[0.5,1,0.25],"primitives""#,
+        1,
+    );
+    assert_eq!(at(&of_mesh), (1.75, 1));
+    // The weights of a node replace the weights of its mesh.
+    let of_node = of_mesh.replacen(
+        r#""nodes":[{"mesh":0}]"#,
+        r#""nodes":[{"mesh":0,"weights":[0,0,2]}]"#,
+        1,
+    );
+    assert_eq!(at(&of_node), (3.0, 1));
+    let short = of_mesh.replace(
+        r#"{"NORMAL":0},{"POSITION":0}"#,
+        r#"{"NORMAL":0},{"POSITION":5}"#,
+    );
+    let short = short.replace(
+        r#""bufferView":1,"count":2,"componentType":5122,"normalized":true"#,
+        r#""bufferView":0,"count":2,"componentType":5126"#,
+    );
+    assert!(refusal(short.as_bytes(), Format::Gltf).contains("2 displacements for 4 vertices"));
+    // Written into its document, the mesh has the same shape.
+    let loaded = read_alone(of_mesh.as_bytes(), Format::Gltf).unwrap();
+    let model = Contents {
+        mesh: &loaded.mesh,
+        attributes: &loaded.attributes,
+        document: loaded.document.as_ref(),
+    };
+    let written = write(&model, Format::Gltf).unwrap().bytes;
+    let again = read_alone(&written, Format::Gltf).unwrap();
+    assert_eq!(again.mesh, loaded.mesh);
+}
+
+#[test]
+fn instances_by_an_extension_are_named() {
+    let node =
+        r#"{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":0}}}}"#;
+    let loaded = read_alone(gltf(node, STRIP).as_bytes(), Format::Gltf).unwrap();
+    assert!(loaded.notes[0].contains("EXT_mesh_gpu_instancing, which is read once: 1"));
+    let needed = gltf(node, STRIP).replacen(
+        '{',
+        r#"{"extensionsRequired":["EXT_mesh_gpu_instancing"],"#,
+        1,
+    );
+    assert!(refusal(needed.as_bytes(), Format::Gltf).contains("EXT_mesh_gpu_instancing"));
+}
+
+#[test]
+fn other_versions_are_named() {
+    for text in [
+        r#"{"asset":{"version":"1.0"},"meshes":{"a":{"primitives":[]}},"nodes":{}}"#,
+        r#"{"asset":{"generator":"x"},"meshes":{"a":{"primitives":[]}}}"#,
+        r#"{"asset":{"version":1.1},"meshes":{}}"#,
+    ] {
+        let message = refusal(text.as_bytes(), Format::Gltf);
+        assert!(
+            message.contains("glTF version 1.") && message.contains("convert"),
+            "{message}"
+        );
+    }
+    let later = gltf(NODE, STRIP).replace(r#""version":"2.0""#, r#""version":"3.0""#);
+    assert!(refusal(later.as_bytes(), Format::Gltf).contains("version 3.0"));
+}
+
+#[test]
 fn side_files_are_resolved_by_their_decoded_name() {
     let text = gltf(NODE, STRIP);
     let (before, rest) = text.split_once("data:").unwrap();

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::super::mesh_builder::MeshBuilder;
 use super::super::{Format, IoError, Location, text};
+use super::NO_UV;
 use super::columns::{Columns, FaceValues, Use};
 use super::header::{Element, Encoding, Header, Property};
 use crate::mesh::attributes::{Attribute, NONE, Role, Scalar};
@@ -19,16 +20,37 @@ pub(super) struct Body {
 pub(super) fn read(bytes: &[u8], header: &Header) -> Result<Body, IoError> {
     let rest = &bytes[header.body..];
     match header.encoding {
-        Encoding::Ascii => read_elements(
-            &mut TextValues {
-                tokens: text::Tokens::new(bytes, header.body),
-                bad: None,
-            },
-            header,
-        ),
+        Encoding::Ascii => read_text(bytes, header),
         Encoding::Little => read_elements(&mut BinaryValues::<false> { rest }, header),
         Encoding::Big => read_elements(&mut BinaryValues::<true> { rest }, header),
     }
+}
+
+/// Reads a text body, in which items are numbers separated by any white space. Files whose lines have more numbers than the
+/// header declares are read line by line instead, if they have one line for each item.
+fn read_text(bytes: &[u8], header: &Header) -> Result<Body, IoError> {
+    let mut values = TextValues::new(bytes, header.body);
+    let body = read_elements(&mut values, header);
+    if body.is_ok() && text::skip_blank(&bytes[values.tokens.offset()..]).is_empty() {
+        return body;
+    }
+    let items = header.elements.iter().filter(|e| !e.properties.is_empty());
+    let items = items.fold(0u64, |sum, element| sum.saturating_add(element.count));
+    let lines = bytes[header.body..].split(|b| matches!(b, b'\n' | b'\r'));
+    let lines = lines.filter(|line| !line.trim_ascii().is_empty()).count();
+    if lines as u64 != items {
+        return body;
+    }
+    let mut values = TextValues::new(bytes, header.body);
+    values.longer_lines = Some(0);
+    let by_line = read_elements(&mut values, header);
+    let (Ok(mut by_line), Some(longer)) = (by_line, values.longer_lines) else {
+        return body;
+    };
+    by_line.surface.notes.push(format!(
+        "lines with more numbers than the header declares, which are not read: {longer}"
+    ));
+    Ok(by_line)
 }
 
 /// A stream of numbers, from text or binary.
@@ -41,6 +63,8 @@ trait Values {
     fn take(&mut self, scalar: Scalar) -> Option<f64>;
     /// Why the last `take` gave `None`; no error if the file ended.
     fn complaint(&self) -> Option<IoError>;
+    /// Ends an item of an element.
+    fn end_item(&mut self) {}
 }
 
 struct BinaryValues<'a, const BIG: bool> {
@@ -71,6 +95,18 @@ impl<const BIG: bool> Values for BinaryValues<'_, BIG> {
 struct TextValues<'a> {
     tokens: text::Tokens<'a>,
     bad: Option<&'a [u8]>,
+    /// If every line is an item: the number of lines with more numbers than the item has.
+    longer_lines: Option<usize>,
+}
+
+impl<'a> TextValues<'a> {
+    fn new(bytes: &'a [u8], body: usize) -> Self {
+        Self {
+            tokens: text::Tokens::new(bytes, body),
+            bad: None,
+            longer_lines: None,
+        }
+    }
 }
 
 impl Values for TextValues<'_> {
@@ -102,6 +138,12 @@ impl Values for TextValues<'_> {
             Location::Line(self.tokens.line()),
             what,
         ))
+    }
+
+    fn end_item(&mut self) {
+        if let Some(longer) = &mut self.longer_lines {
+            *longer += usize::from(!self.tokens.rest_of_line().is_empty());
+        }
     }
 }
 
@@ -196,6 +238,7 @@ fn read_vertices<V: Values>(
             }
         }
         body.surface.positions.push(DVec3::from_array(point));
+        values.end_item();
     }
     body.vertex = columns.attributes;
     Ok(())
@@ -272,6 +315,7 @@ fn read_faces<V: Values>(
                 _ => skip_property(values, property, element, row)?,
             }
         }
+        values.end_item();
         body.surface.push_face(&corners)?;
         if let Some((pool, places)) = &mut body.face.uv {
             add_uv(&uv, corners.len(), pool, places);
@@ -281,10 +325,12 @@ fn read_faces<V: Values>(
     Ok(())
 }
 
-/// Adds the texture coordinates of a face, two numbers per corner. A list of another length, or with numbers that are
-/// not finite, is ignored.
+/// Adds the texture coordinates of a face, two numbers per corner. A list of another length, with numbers that are not finite, or of
+/// [`NO_UV`] only is ignored.
 fn add_uv(uv: &[f64], corners: usize, pool: &mut Attribute, places: &mut Vec<u32>) {
-    let fits = uv.len() == 2 * corners && uv.iter().all(|v| v.is_finite());
+    let is_none = |v: &f64| v.to_bits() == NO_UV.to_bits();
+    let fits =
+        uv.len() == 2 * corners && uv.iter().all(|v| v.is_finite()) && !uv.iter().all(is_none);
     for corner in 0..corners {
         if fits {
             places.push(pool.len() as u32);
@@ -324,6 +370,7 @@ fn read_strips<V: Values>(
             }
             surface.push_strip(&corners);
         }
+        values.end_item();
     }
     Ok(())
 }
@@ -349,6 +396,7 @@ fn skip_element<V: Values>(values: &mut V, element: &Element) -> Result<(), IoEr
         for property in &element.properties {
             skip_property(values, property, element, row)?;
         }
+        values.end_item();
     }
     Ok(())
 }

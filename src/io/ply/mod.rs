@@ -11,6 +11,9 @@ use crate::mesh::Attributes;
 
 pub(super) use write::write;
 
+/// The number that all texture coordinates of a face without them have: zero for other programs, and by its sign another than a zero of a file.
+const NO_UV: f64 = -0.0;
+
 /// Reads a mesh from PLY: text or binary, in either byte order.
 pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     let header = header::parse(bytes)?;
@@ -38,7 +41,7 @@ mod tests {
     use super::super::samples::*;
     use super::super::{Contents, Format, Precision, WriteOptions, model_to_bytes, to_bytes};
     use super::*;
-    use crate::mesh::attributes::{Attribute, Role, Scalar};
+    use crate::mesh::attributes::{Attribute, CornerAttribute, NONE, Role, Scalar};
 
     const HEADER: &str = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
                           element face 1\nproperty list uchar int vertex_indices\nend_header\n";
@@ -67,6 +70,71 @@ mod tests {
                     precision: Precision::F64,
                 },
             );
+        }
+    }
+
+    #[test]
+    fn numbers_that_the_header_does_not_declare_are_passed_over() {
+        let header = HEADER.replace("face 1", "face 2");
+        let points = "0 0 0\n1 0 0\n1 1 0 7\n0 1 0\n";
+        for faces in [
+            "3 0 1 2 255 0 0\n3 0 2 3 255 0 0\n",
+            "3 0 1 2 3\n\n3 0 2 3 3",
+        ] {
+            for end in ["\n", "\r"] {
+                let text =
+                    format!("ply\nformat ascii 1.0\n{header}{points}{faces}").replace('\n', end);
+                let loaded = read(text.as_bytes()).unwrap();
+                assert_eq!(loaded.mesh.faces, [[0, 1, 2], [0, 2, 3]]);
+                assert!(
+                    loaded.notes[0].ends_with("not read: 3"),
+                    "{:?}",
+                    loaded.notes
+                );
+            }
+        }
+        // A line of too few numbers is no line of more.
+        let text = format!("ply\nformat ascii 1.0\n{header}{points}3 0 1\n3 0 2 3\n");
+        assert!(refusal(text.as_bytes(), Format::Ply).contains("0 corners"));
+    }
+
+    #[test]
+    fn every_face_has_six_texture_coordinates() {
+        let mesh = open_tetrahedron();
+        let mut pool = Attribute::new("texcoord", Role::Uv(0), Scalar::F32, 2);
+        pool.push(Some(&[0.25, 0.5]));
+        pool.push(Some(&[0.0, 0.0]));
+        let corners = vec![[0, 1, 0], [0, NONE, 1], [1; 3]];
+        let mut attributes = Attributes::default();
+        attributes.corner.push(CornerAttribute { pool, corners });
+        let model = Contents {
+            mesh: &mesh,
+            attributes: &attributes,
+            document: None,
+        };
+        for ascii in [false, true] {
+            let options = WriteOptions {
+                ascii,
+                precision: Precision::F32,
+            };
+            let bytes = model_to_bytes(&model, Format::Ply, &options).unwrap().bytes;
+            if ascii {
+                let text = String::from_utf8(bytes.clone()).unwrap();
+                let faces = text.lines().skip_while(|line| !line.starts_with("3 "));
+                assert!(
+                    faces.clone().all(|line| line.split(' ').count() == 11),
+                    "{text}"
+                );
+                assert!(text.contains(" 6 -0 -0 -0 -0 -0 -0\n"), "{text}");
+            } else {
+                assert!(bytes.ends_with(&[0; 24]) && bytes[bytes.len() - 25] == 6);
+            }
+            let corner = &read(&bytes).unwrap().attributes.corner[0];
+            let uv = [0, 1, 2].map(|f| [0, 1, 2].map(|k| corner.get(f, k).map(<[f64]>::to_vec)));
+            let [a, zero] = [Some(vec![0.25, 0.5]), Some(vec![0.0, 0.0])];
+            assert_eq!(uv[0], [a.clone(), zero.clone(), a]);
+            assert_eq!(uv[1], [None, None, None]);
+            assert_eq!(uv[2], [zero.clone(), zero.clone(), zero]);
         }
     }
 

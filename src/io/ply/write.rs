@@ -7,6 +7,7 @@ use std::io::Write as _;
 use super::super::{
     Contents, Format, IoError, Precision, WriteOptions, Written, lost, rounded, text,
 };
+use super::NO_UV;
 use crate::mesh::attributes::{Attribute, Attributes, CornerAttribute, Role, Scalar};
 
 /// Writes positions, triangles and attributes.
@@ -287,26 +288,26 @@ impl<'a> Tables<'a> {
     }
 }
 
-/// Writes the texture coordinates of a face's corners; an empty list if any corner has none.
+/// Writes the texture coordinates of a face's corners: six numbers for every face, since other programs read no lists of different
+/// lengths. If a corner has none, they are [`NO_UV`].
 fn write_uv(bytes: &mut Vec<u8>, uv: &CornerAttribute, face: usize, ascii: bool) {
     let corners = [0, 1, 2].map(|k| uv.get(face, k));
-    let all = corners.iter().all(Option::is_some);
-    let count = if all { 6u8 } else { 0 };
     let double = uv.pool.scalar == Scalar::F64 && uv.pool.name == "texcoord";
     if ascii {
-        let _ = write!(bytes, " {count}");
+        bytes.extend_from_slice(b" 6");
     } else {
-        bytes.push(count);
+        bytes.push(6);
     }
-    if !all {
-        return;
-    }
-    for value in corners.into_iter().flatten().flat_map(|c| &c[..2]) {
+    let values = match corners {
+        [Some(a), Some(b), Some(c)] => [a[0], a[1], b[0], b[1], c[0], c[1]],
+        _ => [NO_UV; 6],
+    };
+    for value in values {
         let _ = match (ascii, double) {
             (true, true) => write!(bytes, " {value}"),
-            (true, false) => write!(bytes, " {}", *value as f32),
+            (true, false) => write!(bytes, " {}", value as f32),
             (false, true) => bytes.write_all(&value.to_le_bytes()),
-            (false, false) => bytes.write_all(&(*value as f32).to_le_bytes()),
+            (false, false) => bytes.write_all(&(value as f32).to_le_bytes()),
         };
     }
 }

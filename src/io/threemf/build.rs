@@ -292,7 +292,47 @@ impl<'a> Build<'a> {
         }
     }
 
+    /// Remarks on what is numbered or not read.
+    fn notes(&self) -> Vec<String> {
+        let parts = self.models.parts.values();
+        let [beams, unmatched_marks] = [
+            parts.clone().map(|part| part.beams).sum(),
+            parts.map(|part| part.unmatched_marks).sum::<usize>(),
+        ];
+        let counts = [
+            (beams, "beams of lattices, which are not read"),
+            (
+                self.renamed,
+                "objects that were numbered, since others have the same name",
+            ),
+            (
+                self.unread_properties,
+                "triangles with properties that are not read, such as textures",
+            ),
+            (self.supports, "support objects, which are not read"),
+            (
+                unmatched_marks,
+                "objects whose patch marks do not match their faces, so that the marks are ignored",
+            ),
+        ];
+        let counts = counts.into_iter().filter(|(count, _)| *count > 0);
+        counts
+            .map(|(count, what)| format!("{what}: {count}"))
+            .collect()
+    }
+
     fn finish(self) -> Result<Loaded, IoError> {
+        let beams: usize = self.models.parts.values().map(|part| part.beams).sum();
+        if beams > 0 && self.surface.face_count() == 0 {
+            return Err(IoError::Unsupported {
+                format: Format::ThreeMf,
+                what: format!(
+                    "it has no triangles, only {beams} beams of lattices, which are not read"
+                ),
+                advice: "save it with its beams as triangles",
+            });
+        }
+        let notes = self.notes();
         let mut loaded = self.surface.finish()?;
         let all = &mut loaded.attributes;
         all.unit = Some(self.unit);
@@ -323,31 +363,7 @@ impl<'a> Build<'a> {
             marked.for_each(|mark| marks.push(Some(&[mark])));
             all.face.push(marks);
         }
-        if self.renamed > 0 {
-            let what = "objects that were numbered, since others have the same name";
-            loaded.notes.push(format!("{what}: {}", self.renamed));
-        }
-        if self.unread_properties > 0 {
-            let what = "triangles with properties that are not read, such as textures";
-            loaded
-                .notes
-                .push(format!("{what}: {}", self.unread_properties));
-        }
-        if self.supports > 0 {
-            let what = "support objects, which are not read";
-            loaded.notes.push(format!("{what}: {}", self.supports));
-        }
-        let unmatched_marks: usize = self
-            .models
-            .parts
-            .values()
-            .map(|part| part.unmatched_marks)
-            .sum();
-        if unmatched_marks > 0 {
-            let what =
-                "objects whose patch marks do not match their faces, so that the marks are ignored";
-            loaded.notes.push(format!("{what}: {unmatched_marks}"));
-        }
+        loaded.notes.extend(notes);
         Ok(loaded)
     }
 }

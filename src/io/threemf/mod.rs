@@ -3,10 +3,12 @@
 //!
 //! The reader takes the objects of the build with their components, including those in other parts of the package
 //! (production extension), triangle colours (material extension) and base materials. Coordinates are in the build's
-//! space and in the unit of the main model. Textures, beams, slices and other extensions are skipped.
+//! space and in the unit of the main model. Textures, beams, slices and other extensions are skipped; beams are named.
 
 mod build;
 mod model;
+#[cfg(test)]
+mod other_tests;
 mod package;
 #[cfg(test)]
 mod tests;
@@ -24,9 +26,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     build::build(parts, bytes.len())
 }
 
-/// Whether a ZIP archive contains a 3MF model. Part names are stored uncompressed in the archive.
+/// Whether a ZIP archive contains a 3MF model: a part with the usual ending of its name, or one that the package's relationships
+/// name. Part names are stored uncompressed in the archive.
 pub(super) fn is_package(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"PK\x03\x04") && text::find(bytes, b".model").is_some()
+    let is_related =
+        || package::Package::open(bytes).is_ok_and(|mut package| package.names_model());
+    bytes.starts_with(b"PK\x03\x04")
+        && (text::find(bytes, b".model").is_some()
+            || text::find(bytes, b"_rels/.rels").is_some() && is_related())
 }
 
 fn fault(what: impl Into<String>) -> IoError {

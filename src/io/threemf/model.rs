@@ -39,6 +39,8 @@ pub(super) struct Part {
     pub(super) objects: BTreeMap<u32, Object>,
     pub(super) groups: BTreeMap<u32, Group>,
     pub(super) items: Vec<Use>,
+    /// Number of beams of the lattices of its objects, which are not read.
+    pub(super) beams: usize,
 }
 
 impl Part {
@@ -100,6 +102,7 @@ pub(super) fn parse(markup: &str, left: &mut usize) -> Result<Part, IoError> {
             objects: BTreeMap::new(),
             groups: BTreeMap::new(),
             items: Vec::new(),
+            beams: 0,
         },
         left,
         core: Vec::new(),
@@ -162,9 +165,12 @@ impl Open<'_> {
         let prefix = prefix.as_ref().map_or("", |prefix| prefix.as_ref());
         let is_core = self.core.iter().any(|core| core == prefix);
         match name.as_ref() {
-            // Elements of the material extension.
+            // Elements of the beam lattice extension.
+            "beamlattice" | "beams" => {}
+            "beam" => self.part.beams += 1,
+            // Elements of the material extension. Older colours, outside of a group, have another form.
             "colorgroup" => self.begin_group(tag, Group::Colours(Vec::new()))?,
-            "color" => self.colour(tag)?,
+            "color" if self.group.is_some() => self.colour(tag)?,
             "model" if self.core.is_empty() => self.model(tag)?,
             _ if !is_core => return Ok(false),
             "vertex" if self.in_mesh => self.vertex(tag)?,

@@ -85,17 +85,27 @@ impl<'a> Package<'a> {
         Ok(Models { parts, main })
     }
 
+    /// Whether its relationships name a main model.
+    pub(super) fn names_model(&mut self) -> bool {
+        matches!(self.related(), Ok(Some(_)))
+    }
+
     /// The part name of the main model.
     fn main_name(&mut self) -> Result<String, IoError> {
+        Ok(self.related()?.unwrap_or_else(|| part_name(USUAL)))
+    }
+
+    /// The part name of the main model according to the relationships of the package.
+    fn related(&mut self) -> Result<Option<String>, IoError> {
         let Some(index) = self.index("_rels/.rels") else {
-            return Ok(part_name(USUAL));
+            return Ok(None);
         };
         let relationships = self.unpacked(index)?;
         let mut reader = quick_xml::Reader::from_str(&relationships);
         loop {
             let damaged = |e| fault(format!("the XML of its relationships is damaged ({e})"));
             match reader.read_event().map_err(damaged)? {
-                Event::Eof => return Ok(part_name(USUAL)),
+                Event::Eof => return Ok(None),
                 Event::Start(tag) | Event::Empty(tag) => {
                     let value = |name: &str| {
                         let found = tag.try_get_attribute(name).ok().flatten();
@@ -104,7 +114,7 @@ impl<'a> Package<'a> {
                     if value("Type").as_deref() == Some(MAIN)
                         && let Some(target) = value("Target")
                     {
-                        return Ok(part_name(&target));
+                        return Ok(Some(part_name(&target)));
                     }
                 }
                 _ => {}

@@ -14,7 +14,7 @@ use crate::mesh::attributes::{Attribute, LabelKind, Labels, NONE, PATCH_NAME, Ro
 use crate::mesh::{Attributes, Mesh, Unit};
 
 /// A package of the given parts: names and texts.
-fn package(parts: &[(&str, &str)]) -> Vec<u8> {
+pub(super) fn package(parts: &[(&str, &str)]) -> Vec<u8> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
     for (name, text) in parts {
@@ -25,7 +25,7 @@ fn package(parts: &[(&str, &str)]) -> Vec<u8> {
 }
 
 /// A model with the given resources and build.
-fn model(unit: &str, resources: &str, build: &str) -> String {
+pub(super) fn model(unit: &str, resources: &str, build: &str) -> String {
     format!(
         "<?xml version=\"1.0\"?><model unit=\"{unit}\" xmlns=\"c\" xmlns:m=\"m\" xmlns:p=\"p\"><resources>{resources}</resources>\
          <build>{build}</build></model>"
@@ -33,14 +33,14 @@ fn model(unit: &str, resources: &str, build: &str) -> String {
 }
 
 /// An object of one triangle.
-fn triangle(id: u32, more: &str) -> String {
+pub(super) fn triangle(id: u32, more: &str) -> String {
     format!(
         "<object id=\"{id}\" name=\"o{id}\" type=\"model\"{more}><mesh><vertices><vertex x=\"0\" y=\"0\" z=\"0\"/><vertex x=\"1\" y=\"0\" \
          z=\"0\"/><vertex x=\"0\" y=\"1\" z=\"0\"/></vertices><triangles><triangle v1=\"0\" v2=\"1\" v3=\"2\"/></triangles></mesh></object>"
     )
 }
 
-fn alone(text: &str) -> Vec<u8> {
+pub(super) fn alone(text: &str) -> Vec<u8> {
     package(&[("3D/3dmodel.model", text)])
 }
 

@@ -93,10 +93,6 @@ impl Deliverables {
         let drawn = [&spec.drawings.page, &spec.drawings.picture];
         let file = |path: &PathBuf| ("a drawing", Place::from(path.clone()));
         taken.extend(drawn.into_iter().flatten().map(file));
-        if let Work::Restore(mask, _) | Work::Fair(Some(mask), _) = &spec.work {
-            let files = mask.inside.iter().chain(&mask.face_files);
-            taken.extend(files.map(|path| ("a mask", Place::from(path.clone()))));
-        }
         let own = [("the patches", &self.patches), ("the piece", &self.piece)];
         for (name, output) in own {
             let Some(output) = output else {
@@ -117,7 +113,7 @@ impl Deliverables {
     }
 }
 
-/// Sets the run times of a report to 0.
+/// Sets the run times of a report to 0; those are left out of documents and texts.
 pub(super) fn clear_run_times(report: &mut FillReport) {
     report.seconds = 0.0;
     for region in &mut report.regions {

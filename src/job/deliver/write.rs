@@ -12,7 +12,7 @@ use crate::job::output::Saved;
 use crate::job::staging::Staging;
 use crate::job::{JobError, Mended, Output};
 use crate::mend::Control;
-use crate::mesh::{Mesh, Model, Part, Unit};
+use crate::mesh::{Mesh, Model, Part, Unit, number};
 
 /// Most patches that get a line each in a text report.
 const MOST_PATCHES: usize = 30;
@@ -60,8 +60,9 @@ impl Delivered {
                 n => format!("{n} patches"),
             };
             lines.push(format!(
-                "invented: {patches}, area {:.6}{square}, {:.4} % of the surface",
-                invented.area, invented.percent
+                "invented: {patches}, area {}{square}, {} % of the surface",
+                number(invented.area),
+                number(invented.percent)
             ));
             lines.push(expected(&invented.expected_error, unit, tolerance));
         }
@@ -77,10 +78,10 @@ impl Delivered {
         let line = |patch: &&Patch| {
             let holes: Vec<String> = patch.holes.iter().map(ToString::to_string).collect();
             format!(
-                "hole {}: area {:.6}{square}, {:.4} % of the surface, {}",
+                "hole {}: area {}{square}, {} % of the surface, {}",
                 holes.join("+"),
-                patch.area,
-                patch.percent,
+                number(patch.area),
+                number(patch.percent),
                 expected(&patch.expected_error, unit, None)
             )
         };

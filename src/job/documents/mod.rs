@@ -19,7 +19,7 @@ use crate::mend::{FairReport, FillReport, RestoreReport};
 use crate::mesh::{Defects, Mesh, OpenChain};
 use filed::FiledRow;
 use repair::RepairRow;
-use rows::{OutcomeRow, RegionRow};
+use rows::{OutcomeRow, RegionRow, some_time};
 
 pub(super) use check::VerdictRow;
 pub(super) use rows::{CreaseEndRow, HoleRow};
@@ -359,7 +359,8 @@ struct FillRow<'a> {
     all_holes: bool,
     holes: Vec<OutcomeRow<'a>>,
     regions: Vec<RegionRow<'a>>,
-    seconds: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seconds: Option<f64>,
 }
 
 impl<'a> FillRow<'a> {
@@ -369,7 +370,7 @@ impl<'a> FillRow<'a> {
             all_holes: report.all_holes,
             holes: report.holes.iter().map(OutcomeRow::new).collect(),
             regions: report.regions.iter().map(RegionRow::new).collect(),
-            seconds: report.seconds,
+            seconds: some_time(report.seconds),
         }
     }
 }

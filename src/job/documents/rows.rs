@@ -8,6 +8,7 @@ use crate::fill::{
     AttemptFailure, ClosedBy, CreaseReport, FailedReason, FinishReport, GrainReport, HoleOutcome,
     LeftReason, NotContinued, Quality, RegionReport, TriangulatedReason,
 };
+use crate::flow::FlowOutcome;
 use crate::mend::{CreaseEnd, HoleReport};
 use crate::mesh::{Hole, HoleId};
 use crate::region::LevelReport;
@@ -178,7 +179,7 @@ pub(super) struct RegionRow<'a> {
     bridge: bool,
     diameter: f64,
     voxel: f64,
-    levels: &'a [LevelReport],
+    levels: Vec<LevelRow<'a>>,
     converged: bool,
     closed_by: ClosedBy,
     rise: Option<f64>,
@@ -205,7 +206,36 @@ pub(super) struct RegionRow<'a> {
     grain: Option<GrainReport>,
     failed_attempts: Vec<String>,
     other_energy: bool,
-    seconds: f64,
+    /// Left out where no run times are reported.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seconds: Option<f64>,
+}
+
+/// A level of the solve of a region.
+#[derive(Serialize)]
+struct LevelRow<'a> {
+    voxel: f64,
+    nodes: usize,
+    flow: &'a FlowOutcome,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seconds: Option<[f64; 2]>,
+}
+
+impl<'a> LevelRow<'a> {
+    fn new(level: &'a LevelReport) -> Self {
+        let LevelReport { voxel, nodes, .. } = *level;
+        Self {
+            voxel,
+            nodes,
+            flow: &level.flow,
+            seconds: Some(level.seconds).filter(|seconds| *seconds != [0.0; 2]),
+        }
+    }
+}
+
+/// A run time; none if it was cleared, or not measured.
+pub(super) fn some_time(seconds: f64) -> Option<f64> {
+    Some(seconds).filter(|seconds| *seconds > 0.0)
 }
 
 impl<'a> RegionRow<'a> {
@@ -216,7 +246,7 @@ impl<'a> RegionRow<'a> {
             bridge: r.bridge,
             diameter: r.diameter,
             voxel: r.voxel.unwrap_or(0.0),
-            levels: &r.levels,
+            levels: r.levels.iter().map(LevelRow::new).collect(),
             converged: r.converged,
             closed_by: r.closed_by.unwrap_or(ClosedBy::Nothing),
             rise: r.rise,
@@ -236,7 +266,7 @@ impl<'a> RegionRow<'a> {
             counterpart: r.counterpart.as_ref().map(CounterpartRow::new),
             failed_attempts: r.failed_attempts.iter().map(ToString::to_string).collect(),
             other_energy: r.other_energy,
-            seconds: r.seconds,
+            seconds: some_time(r.seconds),
         }
     }
 }

@@ -16,7 +16,7 @@ use super::report::FairReport;
 use super::{FillError, Inspection, RestoreError, inspect};
 use crate::fill::TriangulatedReason;
 use crate::mesh::cut::Remainder;
-use crate::mesh::{Mesh, length};
+use crate::mesh::{Mesh, at_least, length};
 use crate::spatial::Bvh;
 use crate::stitch::StitchError;
 use plan::Plan;
@@ -37,8 +37,9 @@ pub enum FairError {
     NoSurface,
     /// The voxel needs too many voxels.
     #[error(
-        "a voxel of {} is too small for a surface of this area; the smallest that fits is about {fits:.4e}",
-        length(*voxel)
+        "a voxel of {} is too small for a surface of this area; the smallest that fits is about {}",
+        length(*voxel),
+        at_least(*fits)
     )]
     TooFine {
         /// The voxel asked for.
@@ -49,9 +50,10 @@ pub enum FairError {
     /// The features to remove are narrower than the mesh and its grid resolve.
     #[error(
         "a strength of {} is too small: a grid for features of this width would be finer than the mesh, or take more than about a \
-         minute; the smallest strength for this surface is about {fits:.4e}. Use at least that, mark a smaller region, or give a \
+         minute; the smallest strength for this surface is about {}. Use at least that, mark a smaller region, or give a \
          voxel size",
-        length(*strength)
+        length(*strength),
+        at_least(*fits)
     )]
     TooWeak {
         /// The requested strength, or the strength that corresponds to the requested time.
@@ -61,8 +63,10 @@ pub enum FairError {
     },
     /// A length exceeds the faired surface.
     #[error(
-        "{what} of {} is too large for a surface with a diagonal of {diagonal:.4e}; the largest useful value is about {fits:.4e}",
-        length(*given)
+        "{what} of {} is too large for a surface with a diagonal of {}; the largest useful value is about {}",
+        length(*given),
+        length(*diagonal),
+        length(*fits)
     )]
     TooCoarse {
         /// The name of the length, such as `a voxel`.
@@ -91,8 +95,9 @@ pub enum FairError {
     },
     /// No face is left between the strips along the borders.
     #[error(
-        "the mesh is open, and all of it is within {strip:.4e} of a border, a strip that stays unchanged; reduce the strength or the \
-         time, or fill the holes first"
+        "the mesh is open, and all of it is within {} of a border, a strip that stays unchanged; reduce the strength or the \
+         time, or fill the holes first",
+        length(*strip)
     )]
     OnlyBorder {
         /// Width of the strips.
@@ -100,7 +105,9 @@ pub enum FairError {
     },
     /// The flow did not reach its end.
     #[error(
-        "the flow stopped at the time {reached:.3e} of {wanted:.3e}; reduce the strength or the time, or use a smaller voxel"
+        "the flow stopped at the time {} of {}; reduce the strength or the time, or use a smaller voxel",
+        length(*reached),
+        length(*wanted)
     )]
     Stuck {
         /// Time reached, in length⁴.

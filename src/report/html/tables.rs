@@ -220,7 +220,7 @@ fn region_row(out: &mut String, r: &RegionReport) {
     add!(
         out,
         "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{across}</td><td>{steps}</td><td>{state}</td>\
-         <td>{energies}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.2}</td></tr>",
+         <td>{energies}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
         r.id,
         listed(&r.holes),
         number(r.diameter),
@@ -235,7 +235,10 @@ fn region_row(out: &mut String, r: &RegionReport) {
             "–".to_owned()
         },
         r.intersecting_faces,
-        r.seconds,
+        match r.seconds {
+            0.0 => "–".to_owned(),
+            seconds => format!("{seconds:.2}"),
+        },
     );
     if let Some(lost) = lost_creases(r) {
         let (id, lost) = (r.id, escaped(&lost));

@@ -1,5 +1,6 @@
 // Labels over the canvas: numbers of holes, points and lines at rims, and the mark at a chosen point.
 
+import { begun } from "./activity.js";
 import { dot } from "./camera.js";
 
 /** Most holes with a number; the longest come first. */
@@ -58,6 +59,7 @@ export class Labels {
   /** Moves all labels to their places in the current picture; visibility is tested once the view stops moving. */
   place() {
     this.settled = false;
+    this.end ??= begun("labels");
     clearTimeout(this.timer);
     this.timer = setTimeout(() => this.look(), 120);
     this.arrange();
@@ -72,6 +74,8 @@ export class Labels {
     }
     this.arrange();
     this.settled = true;
+    this.end?.();
+    this.end = null;
   }
 
   /** Whether the section keeps a point and no surface is in front of it by more than `lift`. */

@@ -1,5 +1,6 @@
 // The 3D view: draws meshes in one pane or two, and finds the faces under the pointer.
 
+import { begun } from "./activity.js";
 import { alongRay, ORIGIN, rimBuffer } from "./geometry.js";
 import { between, Camera, dot, minus, plus, times } from "./camera.js";
 import { NUMBER_FRAGMENT, NUMBER_VERTEX, RIM_FRAGMENT, RIM_VERTEX, SURFACE_FRAGMENT, SURFACE_VERTEX } from "./shaders.js";
@@ -109,14 +110,25 @@ export class Viewer {
   refresh() {
     if (this.waiting) return;
     this.waiting = true;
-    requestAnimationFrame(() => { this.waiting = false; this.draw(this.isMoving); });
+    const end = begun("frame");
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      this.draw(this.isMoving);
+      end();
+    });
   }
 
   /** Redraws while the view moves: with fewer faces or pixels, if a full picture takes too long, until the view has stopped. */
   moving() {
     this.isMoving = true;
+    this.endMotion ??= begun("motion");
     clearTimeout(this.rest);
-    this.rest = setTimeout(() => { this.isMoving = false; if (this.drewThin || this.coarse) this.refresh(); }, 160);
+    this.rest = setTimeout(() => {
+      this.isMoving = false;
+      if (this.drewThin || this.coarse) this.refresh();
+      this.endMotion();
+      this.endMotion = null;
+    }, 160);
     this.refresh();
   }
 
@@ -404,16 +416,18 @@ export class Viewer {
   fly(goal) {
     const camera = this.camera, from = { centre: camera.centre, axes: camera.axes, reach: camera.reach };
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    const start = performance.now(), length = still ? 0 : 450, flight = this.flight = {};
+    const start = performance.now(), length = still ? 0 : 450, flight = this.flight = {}, end = begun("flight");
     const step = () => {
-      if (this.flight !== flight) return;
+      if (this.flight !== flight) return end();
       this.moving();
       const t = length ? Math.min(1, (performance.now() - start) / length) : 1, s = t * t * (3 - 2 * t);
       camera.centre = plus(times(from.centre, 1 - s), times(goal.centre, s));
       camera.reach = from.reach ** (1 - s) * goal.reach ** s;
       camera.axes = between(from.axes, goal.axes, s);
       this.refresh();
-      if (t < 1) requestAnimationFrame(step);
+      if (t < 1) return requestAnimationFrame(step);
+      this.flight = null;
+      return end();
     };
     step();
   }

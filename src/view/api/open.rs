@@ -38,7 +38,10 @@ pub async fn files(State(app): State<Arc<App>>) -> Answer {
         let mut names: Vec<String> = names.collect();
         names.sort_unstable();
         names.truncate(LISTED);
-        Ok((names, recent(&app.host.root, &app.input)))
+        Ok((
+            names,
+            recent(&app.host.kept.recent(), &app.host.root, &app.input),
+        ))
     });
     let (names, recent) = names.await?;
     Ok(json_answer(&json!({ "files": names, "recent": recent })))
@@ -58,7 +61,11 @@ pub async fn open(State(app): State<Arc<App>>, body: Body) -> Answer {
         let path = to_read(&app.host.root, &path)?;
         let page = (app.host.open)(path.clone());
         let page = page.map_err(|error| Refused::wrong(error, "path"))?;
-        record(&app.host.root, &[&app.input, &path]);
+        record(
+            &app.host.kept.recent(),
+            &app.host.root,
+            &[&app.input, &path],
+        );
         Ok(page)
     });
     Ok(json_answer(&json!({ "page": page.await? })))

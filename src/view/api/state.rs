@@ -264,24 +264,30 @@ fn scene(app: &App, state: &MeshState, first: &MeshState) -> Value {
 
 /// `GET api/events`: the stream of events from now on.
 pub async fn events(State(app): State<Arc<App>>) -> Response {
+    let Ok(own) = app.host.streams.clone().try_acquire_owned() else {
+        return axum::http::StatusCode::SERVICE_UNAVAILABLE.into_response();
+    };
     let receiver = app.events.listen();
-    let lines = stream::unfold((receiver, true), |(mut receiver, is_first)| async move {
-        // The first event makes the page fetch the state: something may have changed before it connected.
-        if is_first {
-            return Some((
-                Ok::<_, Infallible>(event("state", &json!({}))),
-                (receiver, false),
-            ));
-        }
-        let quiet = std::time::Duration::from_secs(QUIET);
-        let text = match tokio::time::timeout(quiet, receiver.recv()).await {
-            Ok(Ok(text)) => text,
-            Ok(Err(RecvError::Lagged(_))) => event("state", &json!({})),
-            Ok(Err(RecvError::Closed)) => return None,
-            Err(_) => ":\n\n".to_owned(),
-        };
-        Some((Ok(text), (receiver, false)))
-    });
+    let lines = stream::unfold(
+        (receiver, own, true),
+        |(mut receiver, own, is_first)| async move {
+            // The first event makes the page fetch the state: something may have changed before it connected.
+            if is_first {
+                return Some((
+                    Ok::<_, Infallible>(event("state", &json!({}))),
+                    (receiver, own, false),
+                ));
+            }
+            let quiet = std::time::Duration::from_secs(QUIET);
+            let text = match tokio::time::timeout(quiet, receiver.recv()).await {
+                Ok(Ok(text)) => text,
+                Ok(Err(RecvError::Lagged(_))) => event("state", &json!({})),
+                Ok(Err(RecvError::Closed)) => return None,
+                Err(_) => ":\n\n".to_owned(),
+            };
+            Some((Ok(text), (receiver, own, false)))
+        },
+    );
     (
         [(CONTENT_TYPE, "text/event-stream")],
         Body::from_stream(lines),

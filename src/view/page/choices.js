@@ -1,5 +1,6 @@
 // The user's choices on each mesh: actions on holes, continued sharp edges, marked faces. The program stores them with the mesh.
 
+import { begun } from "../../report/viewer/activity.js";
 import { askJson } from "./net.js";
 
 /** Upper bound of the length of a request that a browser finishes after the page is left, in characters of JSON. */
@@ -38,6 +39,7 @@ export class Choices {
   wait(id) {
     if (!this.waiting.has(id)) this.waiting.set(id, { id });
     clearTimeout(this.timer);
+    this.end ??= begun("request");
     this.timer = setTimeout(() => this.flush().catch(() => null), GATHER);
     return this.waiting.get(id);
   }
@@ -62,7 +64,9 @@ export class Choices {
         }
       }
     };
-    const sent = this.sent.then(send);
+    const { end } = this;
+    this.end = null;
+    const sent = this.sent.then(send).finally(() => end?.());
     this.sent = sent.catch(() => null);
     return sent;
   }

@@ -1,5 +1,6 @@
 // The display of meshes: before and after, colouring, section, screenshot.
 
+import { during } from "../../report/viewer/activity.js";
 import { IMAGE } from "../../report/viewer/geometry.js";
 import { dot, minus, times } from "../../report/viewer/camera.js";
 import { WHOLE } from "../../report/viewer/viewer.js";
@@ -260,7 +261,7 @@ export class Display {
   }
 
   async texture(id, surface, colouring) {
-    const { facts } = surface.mesh, images = await (this.textures ??= this.images(this.app.model.state.texture));
+    const { facts } = surface.mesh, images = await (this.textures ??= during("request", () => this.images(this.app.model.state.texture)));
     const { header, arrays: { uv, texture } } = await askArrays(`uv/${id}`);
     if (this.colouring !== colouring) return;
     const values = header.v_up ? uv.map((x, i) => i % 2 ? 1 - x : x) : uv;

@@ -1,5 +1,6 @@
 // The main module of the page: start, the app object that connects the other modules, the active tool and tab.
 
+import { begun } from "../../report/viewer/activity.js";
 import { Viewer } from "../../report/viewer/viewer.js";
 import { Labels } from "../../report/viewer/labels.js";
 import { Point } from "../../report/viewer/point.js";
@@ -214,7 +215,12 @@ class App {
     this.paint.ring(at);
     if (event?.buttons) return;
     cancelAnimationFrame(this.hovering);
-    this.hovering = requestAnimationFrame(() => this.holes.hover(at && this.tool === "turn" ? this.holes.hoveredAt(at) : null));
+    this.endHovering ??= begun("frame");
+    this.hovering = requestAnimationFrame(() => {
+      this.holes.hover(at && this.tool === "turn" ? this.holes.hoveredAt(at) : null);
+      this.endHovering();
+      this.endHovering = null;
+    });
   }
 }
 

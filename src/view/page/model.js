@@ -1,5 +1,6 @@
 // The state of the session and its meshes: each mesh is fetched once, and only the changes if a related mesh is loaded.
 
+import { during } from "../../report/viewer/activity.js";
 import { ORIGIN, vertexNormals } from "../../report/viewer/geometry.js";
 import { askArrays, askJson, numbersAfter } from "./net.js";
 import { tr } from "./strings.js";
@@ -233,7 +234,7 @@ export class Model {
 
   /** Sends a message to a worker of its own, and returns the answer. */
   work(message) {
-    return new Promise((done, failed) => {
+    return during("worker", () => new Promise((done, failed) => {
       const worker = new Worker("worker.js");
       worker.onmessage = ({ data }) => {
         worker.terminate();
@@ -241,6 +242,6 @@ export class Model {
       };
       worker.onerror = (event) => failed(new Error(tr("not_prepared", { error: event.message })));
       worker.postMessage(message);
-    });
+    }));
   }
 }

@@ -1,5 +1,6 @@
 // Communication with the program: JSON requests, binary arrays, server-sent events.
 
+import { during } from "../../report/viewer/activity.js";
 import { tr } from "./strings.js";
 
 /** The error of a refused request, with the server's message. */
@@ -30,16 +31,20 @@ async function ask(path, sent, more = {}) {
 
 /** Requests a file as bytes. */
 export async function askBlob(path) {
-  return (await ask(path)).blob();
+  return during("request", async () => (await ask(path)).blob());
 }
 
 export async function askJson(path, sent, more) {
-  const text = await (await ask(path, sent, more)).text();
+  const text = await during("request", async () => (await ask(path, sent, more)).text());
   return text ? JSON.parse(text) : {};
 }
 
 /** Uploads a file. */
-export async function sendBytes(path, file) {
+export function sendBytes(path, file) {
+  return during("request", () => uploaded(path, file));
+}
+
+async function uploaded(path, file) {
   let answer;
   try {
     answer = await fetch("api/" + path, { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: file });
@@ -68,7 +73,7 @@ function opened(buffer) {
 }
 
 export async function askArrays(path) {
-  return opened(await (await ask(path)).arrayBuffer());
+  return opened(await during("request", async () => (await ask(path)).arrayBuffer()));
 }
 
 /** Listens to the program's events. Calls `called` for each, `lost` when the connection is lost and `back` when it is open. */

@@ -1,5 +1,6 @@
 // Steps: running commands, progress, cancel, previews, undo and redo, history.
 
+import { begun } from "../../report/viewer/activity.js";
 import { all, digits, find } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
 import { formsIn } from "./fields.js";
@@ -123,6 +124,7 @@ export class Steps {
   }
 
   begin(kind, preview, label) {
+    this.endJob ??= begun("job");
     this.job = { id: null, kind, preview, label, place: this.app.tab, since: Date.now() / 1000, share: 0 };
     this.regions.clear();
     find("#job").hidden = false;
@@ -160,6 +162,8 @@ export class Steps {
     find("#job").hidden = true;
     this.app.smoother.clear();
     this.buttons();
+    this.endJob?.();
+    this.endJob = null;
   }
 
   buttons() {
@@ -209,7 +213,7 @@ export class Steps {
     else if (hole) this.regions.set(hole, share ?? this.regions.get(hole));
     const ended = regions ? tr("regions_done", { done: region ?? 0, all: counts("region", regions) }) : "";
     find("#job-line").textContent = [ended, line].filter(Boolean).join("; ");
-    const begun = [...this.regions.values()].reduce((sum, part) => sum + (part || 0), 0), total = regions ? ((region ?? 0) + begun) / regions : share;
+    const parts = [...this.regions.values()].reduce((sum, part) => sum + (part || 0), 0), total = regions ? ((region ?? 0) + parts) / regions : share;
     if (Number.isFinite(total)) find("#job-bar").value = this.job.share = Math.min(1, total);
     const rows = [...this.regions].slice(-12).map(([number, part]) => {
       const item = document.createElement("li"), bar = document.createElement("progress");
