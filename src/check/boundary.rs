@@ -297,11 +297,7 @@ impl<'a> Boundary<'a> {
             let topology = Topology::without_orienting(mesh);
             let open = topology.boundary.iter().filter(|b| **b).count();
             let crowded = topology.non_manifold_edges(mesh).len();
-            let crossing = match self.ends.len() <= tuning().check.weld_tested {
-                true => self_intersections(mesh, &topology).len(),
-                false => 0,
-            };
-            (open, crowded, crossing)
+            (open, crowded, self_intersections(mesh, &topology).len())
         };
         let (before, after) = (faults(self.mesh), faults(&welded));
         after.0 < before.0 && after.1 <= before.1 && after.2 <= before.2
@@ -327,7 +323,8 @@ impl<'a> Boundary<'a> {
             .collect();
         let distances = self.match_distances(tuning().check.weld_part);
         let weld = weld_advice(distances, self.ends.len());
-        let weld = weld.filter(|(length, _)| self.is_closed_by_welding(*length));
+        let is_tested = self.ends.len() <= tuning().check.weld_tested;
+        let weld = weld.filter(|(length, _)| !is_tested || self.is_closed_by_welding(*length));
         let most = self.unit.max(tuning().repair.crack * self.diagonal());
         Closing {
             junctions: vertices.len(),

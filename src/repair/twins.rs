@@ -47,6 +47,12 @@ fn precision(draft: &Draft) -> f64 {
 fn twins(found: &Inspection, reach: f64) -> HashSet<u32> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let boxes = topology.component_bounds(mesh);
+    // Components that end at edges with several faces are sides of bodies that touch.
+    let mut is_side = vec![false; boxes.len()];
+    for h in topology.faces().flat_map(|f| 3 * f..3 * f + 3) {
+        let ends = topology.opposite[h as usize] == NONE && !topology.boundary[h as usize];
+        is_side[topology.component[h as usize / 3] as usize] |= ends;
+    }
     let cell = |p: DVec3| {
         (p / (2.0 * reach).max(f64::MIN_POSITIVE))
             .round()
@@ -56,7 +62,7 @@ fn twins(found: &Inspection, reach: f64) -> HashSet<u32> {
     // Only components with the same number of faces and the same box can be twins.
     let mut alike: HashMap<(usize, [i64; 3]), Vec<u32>> = HashMap::new();
     let mut pairs: Vec<(u32, u32)> = Vec::new();
-    for (c, (low, _)) in boxes.iter().enumerate() {
+    for (c, (low, _)) in boxes.iter().enumerate().filter(|(c, _)| !is_side[*c]) {
         let (count, at) = (topology.component_faces[c], cell(*low));
         for i in 0..27 {
             let near = [at[0] + i % 3 - 1, at[1] + i / 3 % 3 - 1, at[2] + i / 9 - 1];

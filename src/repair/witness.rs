@@ -178,14 +178,16 @@ impl Witness {
         }
     }
 
-    /// Whether a face of the input lies inside other bodies: the point before it is inside.
+    /// Whether a face of the input bounds nothing of the solid: the point in front of it is inside other bodies, or the point behind it
+    /// is inside a part that is inside out.
     fn is_inner(&self, corners: [DVec3; 3]) -> bool {
         let rules = &tuning().repair;
         let normal = area_vector(corners);
         let step = rules.before * (0.5 * normal.length()).sqrt();
         let centre = corners.iter().sum::<DVec3>() / 3.0;
-        let before = centre + step * normal.normalize_or_zero();
-        self.solid.winding(before) > 0.5 + rules.undecided
+        let step = step * normal.normalize_or_zero();
+        self.solid.winding(centre + step) > 0.5 + rules.undecided
+            || self.solid.winding(centre - step) < -0.5
     }
 
     /// The common volume of both solids over the volume of both together, and a point in only one of them.

@@ -27,8 +27,8 @@ thresholds! {
         weld_part: f64 = 0.1,
         /// Fraction of the boundary edges. A merge distance is advised only if it closes at least this fraction.
         weld_least: f64 = 0.05,
-        /// Boundary edges. A merge distance is tried for faces that it makes intersect only where there are at most this many: in a
-        /// heap of loose triangles the search takes seconds.
+        /// Boundary edges. A merge distance is tried before it is advised only where there are at most this many: in a heap of loose
+        /// triangles this takes seconds.
         weld_tested: usize = 5000,
         /// Decimal digits. Smallest precision looked for in the coordinates of text files.
         least_digits: i32 = 4,

@@ -122,7 +122,7 @@ fn the_command_line_suggests_flat_caps_and_refuses_invalid_ones() {
     let both = desk.run(&[
         "fill", "ball.ply", "-o", "no.ply", "--flat", "1", "--bridge", "1+2",
     ]);
-    assert_code(&both, 1);
+    assert_code(&both, 2);
     assert!(text(&both.stderr).contains("bridged"));
     let none = desk.run(&["fill", "half.ply", "-o", "no.ply", "--flat", "one"]);
     assert_code(&none, 2);
