@@ -85,6 +85,11 @@ impl Faults {
         self.crossing + self.non_manifold
     }
 
+    /// Whether there are holes.
+    pub(super) fn is_open(&self) -> bool {
+        self.open > 0
+    }
+
     /// Whether more input components have no face left.
     pub(super) fn loses_more(&self, than: &Self) -> bool {
         self.lost_components > than.lost_components

@@ -46,6 +46,16 @@ pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), F
                 .entry(sorted(found.mesh.faces[f as usize]))
                 .or_insert(0) += 1;
         }
+        // What is left at each edge must stay in pairs: the sides of bodies that touch inside others are no sheets.
+        for edge in topology.non_manifold_edges(&found.mesh) {
+            let component = |h: &u32| topology.component[*h as usize / 3];
+            for own in edge.iter().map(component) {
+                let others = edge.iter().filter(|h| component(h) != own).count();
+                if !others.is_multiple_of(2) {
+                    faces[own as usize].clear();
+                }
+            }
+        }
         let is_double = |f: &u32| times[&sorted(found.mesh.faces[*f as usize])] > 1;
         faces.iter_mut().for_each(|own| {
             if own.iter().any(is_double) {

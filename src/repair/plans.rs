@@ -209,7 +209,7 @@ impl Run<'_> {
         Ok(Quality {
             destroys: shape.lost.max(1.0 - shape.agreement) > destroys,
             is_wrong: faults.intersecting_or_not_manifold() > 0
-                || self.report.fill.incomplete()
+                || (faults.is_open() && self.report.fill.incomplete())
                 || shape.doubt().is_some(),
             faults,
             lost: shape.lost,

@@ -47,12 +47,6 @@ fn precision(draft: &Draft) -> f64 {
 fn twins(found: &Inspection, reach: f64) -> HashSet<u32> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let boxes = topology.component_bounds(mesh);
-    // Components that end at edges with several faces are sides of bodies that touch.
-    let mut is_side = vec![false; boxes.len()];
-    for h in topology.faces().flat_map(|f| 3 * f..3 * f + 3) {
-        let ends = topology.opposite[h as usize] == NONE && !topology.boundary[h as usize];
-        is_side[topology.component[h as usize / 3] as usize] |= ends;
-    }
     let cell = |p: DVec3| {
         (p / (2.0 * reach).max(f64::MIN_POSITIVE))
             .round()
@@ -62,7 +56,7 @@ fn twins(found: &Inspection, reach: f64) -> HashSet<u32> {
     // Only components with the same number of faces and the same box can be twins.
     let mut alike: HashMap<(usize, [i64; 3]), Vec<u32>> = HashMap::new();
     let mut pairs: Vec<(u32, u32)> = Vec::new();
-    for (c, (low, _)) in boxes.iter().enumerate().filter(|(c, _)| !is_side[*c]) {
+    for (c, (low, _)) in boxes.iter().enumerate() {
         let (count, at) = (topology.component_faces[c], cell(*low));
         for i in 0..27 {
             let near = [at[0] + i % 3 - 1, at[1] + i / 3 % 3 - 1, at[2] + i / 9 - 1];
@@ -130,5 +124,7 @@ fn are_twins(positions: &[DVec3], [first, second]: [&[[u32; 3]]; 2], reach: f64)
     }
     let known: HashSet<[u32; 3]> = first.iter().map(|f| sorted(*f)).collect();
     let same: HashSet<[u32; 3]> = second.iter().map(|f| sorted(f.map(|v| to[&v]))).collect();
-    known == same
+    // The same faces twice are duplicates, or the wall between two bodies that touch.
+    let is_double = second.iter().all(|f| known.contains(&sorted(*f)));
+    known == same && !is_double
 }

@@ -178,16 +178,17 @@ impl Witness {
         }
     }
 
-    /// Whether a face of the input bounds nothing of the solid: the point in front of it is inside other bodies, or the point behind it
-    /// is inside a part that is inside out.
+    /// Whether a face of the input bounds nothing of the solid: the point in front of it is inside other bodies, or inside a part that
+    /// is inside out.
     fn is_inner(&self, corners: [DVec3; 3]) -> bool {
         let rules = &tuning().repair;
         let normal = area_vector(corners);
         let step = rules.before * (0.5 * normal.length()).sqrt();
         let centre = corners.iter().sum::<DVec3>() / 3.0;
-        let step = step * normal.normalize_or_zero();
-        self.solid.winding(centre + step) > 0.5 + rules.undecided
-            || self.solid.winding(centre - step) < -0.5
+        let before = self
+            .solid
+            .winding(centre + step * normal.normalize_or_zero());
+        before > 0.5 + rules.undecided || before < -0.5
     }
 
     /// The common volume of both solids over the volume of both together, and a point in only one of them.
