@@ -73,10 +73,9 @@ fn twins(found: &Inspection, reach: f64) -> HashSet<u32> {
     for f in topology.faces() {
         let component = topology.component[f as usize];
         if involved.contains(&component) {
-            faces
-                .entry(component)
-                .or_default()
-                .push(mesh.faces[f as usize]);
+            // In the orientation of the draft.
+            let welded = found.input.faces[f as usize].map(|v| found.weld[v as usize]);
+            faces.entry(component).or_default().push(welded);
         }
     }
     let mut twins = HashSet::new();
@@ -87,6 +86,15 @@ fn twins(found: &Inspection, reach: f64) -> HashSet<u32> {
         }
     }
     twins
+}
+
+/// The corners of a face in their order, beginning with the lowest.
+fn first_lowest([a, b, c]: [u32; 3]) -> [u32; 3] {
+    match a.min(b).min(c) {
+        low if low == a => [a, b, c],
+        low if low == b => [b, c, a],
+        _ => [c, a, b],
+    }
 }
 
 /// Whether each vertex of the second faces lies within `reach` of one of the first, and the faces are the same then.
@@ -124,7 +132,11 @@ fn are_twins(positions: &[DVec3], [first, second]: [&[[u32; 3]]; 2], reach: f64)
     }
     let known: HashSet<[u32; 3]> = first.iter().map(|f| sorted(*f)).collect();
     let same: HashSet<[u32; 3]> = second.iter().map(|f| sorted(f.map(|v| to[&v]))).collect();
-    // The same faces twice are duplicates, or the wall between two bodies that touch.
-    let is_double = second.iter().all(|f| known.contains(&sorted(*f)));
-    known == same && !is_double
+    // The same faces the other way round are the wall between two bodies that touch.
+    let turned: HashSet<[u32; 3]> = first
+        .iter()
+        .map(|[a, b, c]| first_lowest([*a, *c, *b]))
+        .collect();
+    let is_wall = second.iter().all(|f| turned.contains(&first_lowest(*f)));
+    known == same && !is_wall
 }
