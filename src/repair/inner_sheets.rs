@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::RepairReport;
 use super::draft::Draft;
 use super::intersection_cache::sorted;
-use crate::mend::FillError;
+use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, area_vector};
 use crate::spatial::{Bvh, WindingTree, solid_angle};
@@ -21,62 +21,22 @@ pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), F
     let removed: Vec<bool> = {
         let found = draft.inspect()?;
         let topology = &found.topology;
-        let count = topology.component_faces.len();
-        // Edges with one face or with more than two end a component.
-        let mut open = vec![false; count];
-        for f in topology.faces() {
-            let own = 3 * f as usize..3 * f as usize + 3;
-            open[topology.component[f as usize] as usize] |= topology.opposite[own].contains(&NONE);
-        }
-        if count < 2 || !open.contains(&true) {
+        let faces = sheets(&found);
+        if faces.iter().all(Vec::is_empty) {
             return Ok(());
         }
-        let mut faces: Vec<Vec<u32>> = vec![Vec::new(); count];
-        for f in topology.faces() {
-            let component = topology.component[f as usize] as usize;
-            let is_small = topology.component_faces[component] <= tuning().repair.sheet_faces;
-            if open[component] && is_small {
-                faces[component].push(f);
-            }
-        }
-        // Walls between bodies that touch are there twice; the union removes them.
-        let mut times: HashMap<[u32; 3], u32> = HashMap::new();
-        for f in topology.faces() {
-            *times
-                .entry(sorted(found.mesh.faces[f as usize]))
-                .or_insert(0) += 1;
-        }
-        // What is left at each edge must stay in pairs: the sides of bodies that touch inside others are no sheets.
-        for edge in topology.non_manifold_edges(&found.mesh) {
-            let component = |h: &u32| topology.component[*h as usize / 3];
-            for own in edge.iter().map(component) {
-                let others = edge.iter().filter(|h| component(h) != own).count();
-                if !others.is_multiple_of(2) {
-                    faces[own as usize].clear();
-                }
-            }
-        }
-        let is_double = |f: &u32| times[&sorted(found.mesh.faces[*f as usize])] > 1;
-        faces.iter_mut().for_each(|own| {
-            if own.iter().any(is_double) {
-                own.clear();
-            }
-        });
         let bvh = Bvh::new(&draft.mesh, topology.faces());
         let tree = WindingTree::new(&bvh);
         let is_inner = |own: &Vec<u32>| {
-            !own.is_empty() && {
-                let step = own.len().div_ceil(tuning().repair.samples);
-                let points = own
-                    .iter()
-                    .step_by(step)
-                    .flat_map(|f| sides(&draft.mesh, *f));
-                points.into_iter().all(|p| {
+            let step = own.len().div_ceil(tuning().repair.samples).max(1);
+            let sampled = own.iter().step_by(step);
+            let mut points = sampled.flat_map(|f| sides(&draft.mesh, *f));
+            !own.is_empty()
+                && points.all(|p| {
                     let all = tree.winding_number(&bvh, p);
                     let rest = all - winding(&draft.mesh, own, p);
                     rest > 1.0 - tuning().repair.undecided
                 })
-            }
         };
         let inner: Vec<bool> = faces.par_iter().map(is_inner).collect();
         for (own, _) in faces.iter().zip(&inner).filter(|(_, inner)| **inner) {
@@ -89,6 +49,49 @@ pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), F
         draft.remove(&removed);
     }
     Ok(())
+}
+
+/// For each component its faces, if it may be a sheet inside a solid; else none.
+fn sheets(found: &Inspection) -> Vec<Vec<u32>> {
+    let topology = &found.topology;
+    let count = topology.component_faces.len();
+    // Edges with one face or with more than two end a component.
+    let mut open = vec![false; count];
+    for f in topology.faces() {
+        let own = 3 * f as usize..3 * f as usize + 3;
+        open[topology.component[f as usize] as usize] |= topology.opposite[own].contains(&NONE);
+    }
+    let mut faces: Vec<Vec<u32>> = vec![Vec::new(); count];
+    if count < 2 || !open.contains(&true) {
+        return faces;
+    }
+    // Walls between bodies that touch are there twice; the union removes them.
+    let key = |f: u32| sorted(found.mesh.faces[f as usize]);
+    let mut times: HashMap<[u32; 3], u32> = HashMap::new();
+    for f in topology.faces() {
+        *times.entry(key(f)).or_insert(0) += 1;
+        let component = topology.component[f as usize] as usize;
+        let is_small = topology.component_faces[component] <= tuning().repair.sheet_faces;
+        if open[component] && is_small {
+            faces[component].push(f);
+        }
+    }
+    for own in &mut faces {
+        if own.iter().any(|f| times[&key(*f)] > 1) {
+            own.clear();
+        }
+    }
+    // What is left at each edge must stay in pairs: the sides of bodies that touch inside others are no sheets.
+    for edge in topology.non_manifold_edges(&found.mesh) {
+        let component = |h: &u32| topology.component[*h as usize / 3];
+        for own in edge.iter().map(component) {
+            let others = edge.iter().filter(|h| component(h) != own).count();
+            if !others.is_multiple_of(2) {
+                faces[own as usize].clear();
+            }
+        }
+    }
+    faces
 }
 
 /// A point in front of a face and one behind it.
