@@ -269,9 +269,10 @@ def _ball(what: str, value: Any) -> list[Any]:
 def _file(what: str, value: Any) -> str:
     """The path of a file."""
     try:
-        return os.fspath(value)
+        path: str = os.fspath(value)
     except TypeError:
         raise ParameterError(f"{what} must be the path of a file, but is {value!r}") from None
+    return path
 
 
 def _painted(what: str, value: Any) -> dict[str, Any]:
