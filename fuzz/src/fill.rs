@@ -93,6 +93,14 @@ fn params(found: &Inspection, input: &mut Unstructured) -> Result<FillParams> {
     if bits & 64 == 64 && !ids.is_empty() {
         params.keep_open = vec![*input.choose(&ids)?];
     }
+    // What is kept open is neither named nor bridged.
+    let kept = params.keep_open.clone();
+    params
+        .bridge
+        .retain(|ids| !ids.iter().any(|id| kept.contains(id)));
+    if let Some(named) = &mut params.holes {
+        named.retain(|id| !kept.contains(id));
+    }
     params.edge_ratio = *input.choose(&[None, None, Some(0.5), Some(2.0), Some(10.0)])?;
     Ok(params)
 }
@@ -101,7 +109,10 @@ fn params(found: &Inspection, input: &mut Unstructured) -> Result<FillParams> {
 fn is_closed(outcome: &HoleOutcome) -> bool {
     matches!(
         outcome,
-        HoleOutcome::Filled | HoleOutcome::Faired(_) | HoleOutcome::Triangulated(_)
+        HoleOutcome::Filled
+            | HoleOutcome::Faired(_)
+            | HoleOutcome::Flat
+            | HoleOutcome::Triangulated(_)
     )
 }
 

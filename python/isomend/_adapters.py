@@ -291,9 +291,13 @@ def _meshio(mesh: Any) -> Adapted:
     def back(mended: Mended) -> Any:
         data = dict(mended.cell_data)
         kept = int(np.count_nonzero(~mended.is_patch))
-        ends = np.searchsorted(data.pop(BLOCK, np.zeros(0))[:kept], np.arange(len(blocks)), side="right")
-        triangles = mended.faces.astype(blocks[0].data.dtype)
+        # Parts of split faces come after the faces that stay, so faces of a block are brought together.
+        block = data.pop(BLOCK, np.zeros(0))[:kept]
+        order = np.concatenate([np.argsort(block, kind="stable"), np.arange(kept, len(mended.faces))])
+        ends = np.searchsorted(block[order[:kept]], np.arange(len(blocks)), side="right")
+        triangles = mended.faces.astype(blocks[0].data.dtype)[order]
         data["isomend_patch"] = mended.is_patch.astype(np.uint8)
+        data = {name: values[order] for name, values in data.items()}
         return type(mesh)(
             _rounded(mended.vertices, points.dtype),
             [("triangle", part) for part in np.split(triangles, ends)],

@@ -207,7 +207,7 @@ def test_repair_restore_and_fair_keep_the_blocks_of_meshio():
     assert type(mended) is meshio.Mesh and shapes.is_closed(np.concatenate([block.data for block in mended.cells]))
     assert [set(values.tolist()) for values in mended.cell_data["ball"][:2]] == [{0}, {1}]
     assert [values.sum() for values in mended.cell_data["isomend_patch"][:2]] == [0, 0] and "isomend_block" not in mended.cell_data
-    assert len(mended.cells[0].data) < (~small).sum() and mended.cell_data["isomend_patch"][2].all()
+    assert report["lost_faces"] > 0 and mended.cell_data["isomend_patch"][2].all()
     assert mended.info["name"] == "balls" and mesh.info == {"name": "balls"}
     assert json.loads(mended.info["isomend_report"])["steps"] == report["steps"]
     ball = meshio.Mesh(shapes.closed_sphere()[0], [("triangle", shapes.closed_sphere()[1])])

@@ -1,11 +1,13 @@
 //! Rims that the missing flat side of a body leaves: they lie in one plane, and the walls that end at them stand on it steeply and
 //! straight. They get flat caps; a rim inside another one of the same plane bounds a hole of that one's cap.
 
+use std::collections::{HashMap, HashSet};
+
 use glam::DVec3;
 
 use super::Inspection;
 use crate::fill::FillParams;
-use crate::mesh::topology::NONE;
+use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, face_normal};
 use crate::tuning::tuning;
 
@@ -27,9 +29,13 @@ pub(super) fn planar_rims(
     };
     let mut flat: Vec<usize> = chosen.to_vec();
     flat.retain(|&h| is_free(&found.holes[h]) && is_planar(&found.holes[h]));
-    let straight: Vec<Walls> = flat
-        .iter()
-        .map(|&h| walls(found, &found.holes[h]))
+    if flat.is_empty() {
+        return Vec::new();
+    }
+    let at_rims = at_rims(found, &flat);
+    let rims = flat.iter().zip(at_rims);
+    let straight: Vec<Walls> = rims
+        .map(|(&h, faces)| walls(found, &found.holes[h], faces))
         .collect();
     let coplanar = |a: usize, b: usize| {
         let (a, b) = (&found.holes[a], &found.holes[b]);
@@ -103,7 +109,8 @@ struct Walls {
     are_straight: bool,
 }
 
-fn walls(found: &Inspection, hole: &Hole) -> Walls {
+/// The walls at a rim, found from the faces that have an edge on it.
+fn walls(found: &Inspection, hole: &Hole, mut seen: Vec<u32>) -> Walls {
     let rules = &tuning().fill;
     let (mesh, topology) = (&found.mesh, &found.topology);
     let tilt = |f: u32| face_normal(mesh, f).dot(hole.normal);
@@ -112,7 +119,6 @@ fn walls(found: &Inspection, hole: &Hole) -> Walls {
         let heights = corners.map(|p| (hole.centre - p).dot(hole.normal).abs());
         heights.fold(f64::INFINITY, f64::min)
     };
-    let mut seen: Vec<u32> = at_rim(found, hole);
     let leaving = seen.iter().filter(|f| tilt(**f).abs() <= rules.leaving);
     let leave_plane = 4 * leaving.count() >= 3 * seen.len();
     if !seen.iter().all(|f| tilt(*f).abs() <= rules.steep) {
@@ -121,7 +127,7 @@ fn walls(found: &Inspection, hole: &Hole) -> Walls {
             are_straight: false,
         };
     }
-    let mut known: std::collections::HashSet<u32> = seen.iter().copied().collect();
+    let mut known: HashSet<u32> = seen.iter().copied().collect();
     let mut next = 0;
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     while let Some(&f) = seen.get(next) {
@@ -148,21 +154,22 @@ fn walls(found: &Inspection, hole: &Hole) -> Walls {
     }
 }
 
-/// The faces with an edge on a rim.
-fn at_rim(found: &Inspection, hole: &Hole) -> Vec<u32> {
-    let on: std::collections::HashSet<u32> = hole.rim.iter().copied().collect();
-    let topology = &found.topology;
-    let is_own = |h: &u32| {
-        topology.boundary[*h as usize] && {
-            let face = found.mesh.faces[*h as usize / 3];
-            let k = *h as usize % 3;
-            on.contains(&face[k]) && on.contains(&face[(k + 1) % 3])
+/// For each of some holes the faces with an edge on its rim.
+fn at_rims(found: &Inspection, holes: &[usize]) -> Vec<Vec<u32>> {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    let mut of_edge: HashMap<(u32, u32), usize> = HashMap::new();
+    for (i, &h) in holes.iter().enumerate() {
+        let rim = &found.holes[h].rim;
+        let next = rim.iter().cycle().skip(1);
+        of_edge.extend(rim.iter().zip(next).map(|(v, w)| ((*v, *w), i)));
+    }
+    let mut faces = vec![Vec::new(); holes.len()];
+    let half_edges = (0..topology.boundary.len() as u32).filter(|h| topology.boundary[*h as usize]);
+    for h in half_edges {
+        // A rim runs against the mesh's own edges.
+        if let Some(&i) = of_edge.get(&(end(mesh, h), start(mesh, h))) {
+            faces[i].push(h / 3);
         }
-    };
-    let mut faces: Vec<u32> = (0..topology.boundary.len() as u32)
-        .filter(is_own)
-        .map(|h| h / 3)
-        .collect();
-    faces.dedup();
+    }
     faces
 }
