@@ -44,11 +44,13 @@ pub(super) fn planar_rims(
         a.normal.dot(b.normal).abs() > 1.0 - tuning().fill.planar_rim
             && apart <= tuning().fill.planar_rim * size
     };
-    // A plane cut leaves several rims in one plane; one alone may be the rim of a round part that is to be continued.
+    // A plane cut through a body leaves several rims of it in one plane; one alone may be the rim of a round part that is to be
+    // continued.
+    let component = |i: usize| found.holes[flat[i]].component;
     let is_cut = |i: usize| {
-        let others = (0..flat.len()).filter(|&j| j != i && coplanar(flat[i], flat[j]));
-        let mut leaving = others.filter(|&j| straight[j].leave_plane);
-        straight[i].leave_plane && leaving.next().is_some()
+        let others = (0..flat.len()).filter(|&j| j != i && component(j) == component(i));
+        let mut cut = others.filter(|&j| straight[j].leave_plane && coplanar(flat[i], flat[j]));
+        straight[i].leave_plane && cut.next().is_some()
     };
     let own: Vec<usize> = (0..flat.len())
         .filter(|&i| straight[i].are_straight || is_cut(i))

@@ -360,3 +360,38 @@ fn a_closed_result_of_another_shape_is_doubtful() {
         );
     }
 }
+
+#[test]
+fn a_cut_by_a_plane_is_flat_and_balls_beside_each_other_are_round() {
+    // A bent tube without its ends, whose two rims lie in one plane.
+    let n = 24;
+    let at = |i: u32, j: u32| {
+        let t = std::f64::consts::PI * f64::from(i) / f64::from(n);
+        let s = std::f64::consts::TAU * f64::from(j) / f64::from(n);
+        let r = 2.0 + (0.6 + 0.2 * t.sin()) * s.cos();
+        DVec3::new(r * t.cos(), (0.6 + 0.2 * t.sin()) * s.sin(), r * t.sin())
+    };
+    let mut tube = Mesh::default();
+    for (i, j) in (0..=n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+        tube.positions.push(at(i, j));
+    }
+    for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+        let [a, b] = [i * n + j, i * n + (j + 1) % n];
+        tube.faces.extend([[a, b + n, b], [a, a + n, b + n]]);
+    }
+    let done = repaired(&turned(tube.clone()));
+    assert!(is_sound(&done.mesh));
+    let below = |mesh: &Mesh| {
+        mesh.positions
+            .iter()
+            .map(|p| p.z)
+            .fold(f64::INFINITY, f64::min)
+    };
+    assert!(below(&repaired(&tube).mesh) > -1e-6);
+    // The same gap in two balls of one height is round in both.
+    let open = cut(&sphere(8), |p| p.z > 0.5);
+    let pair = joined(&open, &moved(&open, 1.0, DVec3::X * 3.0));
+    let truth = 2.0 * volume(&sphere(8));
+    let filled = volume(&repaired(&pair).mesh);
+    assert!((filled / truth - 1.0).abs() < 0.02, "{filled} {truth}");
+}
