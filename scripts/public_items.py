@@ -14,7 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 # Limit of the number of public items: users of the library have to read through all of them.
-MOST = 250
+MOST = 252
 
 
 def documented():
