@@ -1,7 +1,7 @@
 //! Union of closed bodies that touch or intersect, before anything is cut out.
 
 use super::draft::Draft;
-use super::{Carried, RepairReport, Run, clean, sheets, union};
+use super::{Carried, RepairReport, Run, chains, clean, orient, sheets, union};
 use crate::mend::FillError;
 use crate::tuning::tuning;
 
@@ -12,10 +12,13 @@ impl Run<'_> {
     /// Unites closed bodies that touch or intersect, if fewer faces intersect others afterwards. If the exact union leaves
     /// intersecting faces, it is tried again on the mesh as `given`, with the bodies grown slightly where they touch.
     pub(super) fn unite(&mut self, given: &Given, carried: &Carried) -> Result<(), FillError> {
-        let crossing = self.draft.self_intersections()?;
-        if crossing.is_empty() {
+        if self.draft.self_intersections()?.is_empty() {
             return Ok(());
         }
+        let plain = (self.draft.clone(), self.report.clone());
+        let closing = chains::close(&mut self.draft)?;
+        self.report.closing_faces += closing;
+        let crossing = self.draft.self_intersections()?;
         let before = (self.draft.clone(), self.report.clone());
         let count = crossing.len();
         let left = union::unite(&mut self.draft, &mut self.report, crossing, 0.0)?;
@@ -34,10 +37,36 @@ impl Run<'_> {
                 break;
             }
         }
+        if closing > 0 && self.report.united_bodies == plain.1.united_bodies {
+            (self.draft, self.report) = plain;
+        }
         if self.params.clean {
             clean::drop_duplicates(&mut self.draft, &mut self.report)?;
         }
         self.go_on()
+    }
+
+    /// Unites the bodies of the mesh as `given`, before it was cleaned, if all that intersect are closed: cleaning may take a face from
+    /// one of two bodies that share it. Returns whether most intersections are gone.
+    pub(super) fn unite_given(
+        &mut self,
+        given: &Given,
+        carried: &Carried,
+    ) -> Result<bool, FillError> {
+        (self.draft, self.report) = given.clone();
+        if self.params.orient {
+            self.report.reoriented_faces += orient::orient(&mut self.draft)?;
+        }
+        self.report.closing_faces += chains::close(&mut self.draft)?;
+        let crossing = self.draft.self_intersections()?;
+        if !union::are_closed(&*self.draft.inspect()?, &crossing) {
+            return Ok(false);
+        }
+        let state = (self.draft.clone(), self.report.clone());
+        self.unite(&state, carried)?;
+        self.clean(carried)?;
+        let left = self.draft.self_intersections()?.len();
+        Ok(left * tuning().repair.few_left <= crossing.len())
     }
 
     /// The number of defects after a union that left this many intersecting faces: these, or, if more, the intersecting faces and

@@ -4,6 +4,7 @@
 
 mod bodies;
 mod caps;
+mod chains;
 mod choice;
 mod clean;
 mod clear;

@@ -1,10 +1,13 @@
 //! Orientation: faces agree within each component, and closed components show their outside.
 
+use std::collections::BTreeMap;
+
 use super::draft::Draft;
 use crate::check::{Component, components};
 use crate::elementary::powf;
 use crate::mend::{FillError, Inspection};
-use crate::mesh::topology::NONE;
+use crate::mesh::DisjointSets;
+use crate::mesh::topology::{NONE, end, start};
 use crate::tuning::tuning;
 
 /// Reorients the faces; returns the number of reversed ones.
@@ -70,7 +73,61 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
         })
         .collect();
     turned_with_body.into_iter().for_each(|i| wrong[i] = true);
+    for group in groups(found) {
+        let is_outer = group
+            .components
+            .iter()
+            .all(|c| components[*c as usize].depth.is_multiple_of(2));
+        for c in group.components {
+            wrong[c as usize] = is_outer && group.volume < 0.0;
+        }
+    }
     wrong
+}
+
+/// Components that share edges and are closed together: along each edge as many faces run one way as the other.
+struct Group {
+    components: Vec<u32>,
+    /// With the sign of its orientation.
+    volume: f64,
+}
+
+fn groups(found: &Inspection) -> Vec<Group> {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    let crowded = topology.non_manifold_edges(mesh);
+    if crowded.is_empty() {
+        return Vec::new();
+    }
+    let component = |h: &u32| topology.component[*h as usize / 3];
+    let mut sets = DisjointSets::new(topology.component_faces.len());
+    let mut open = vec![false; topology.component_faces.len()];
+    for edge in &crowded {
+        let up = edge.iter().filter(|h| start(mesh, **h) < end(mesh, **h));
+        open[component(&edge[0]) as usize] |= 2 * up.count() != edge.len();
+        edge.iter()
+            .for_each(|h| _ = sets.join(component(&edge[0]), component(h)));
+    }
+    for h in (0..topology.boundary.len() as u32).filter(|h| topology.boundary[*h as usize]) {
+        open[component(&h) as usize] = true;
+    }
+    let mut members: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for c in 0..open.len() as u32 {
+        members.entry(sets.find(c)).or_default().push(c);
+    }
+    members.retain(|_, own| own.len() > 1 && own.iter().all(|c| !open[*c as usize]));
+    let mut volume = vec![0.0; open.len()];
+    let centre = mesh.positions.first().copied().unwrap_or_default();
+    for f in topology.faces() {
+        let [a, b, c] = mesh.corners(f).map(|p| p - centre);
+        volume[topology.component[f as usize] as usize] += a.dot(b.cross(c)) / 6.0;
+    }
+    members
+        .into_values()
+        .map(|components| Group {
+            volume: components.iter().map(|c| volume[*c as usize]).sum(),
+            components,
+        })
+        .collect()
 }
 
 /// Whether a component encloses enough volume for its area to be a body with holes rather than a sheet.

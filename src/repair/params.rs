@@ -106,6 +106,9 @@ pub struct RepairReport {
     /// The width of the widest cracks that were closed beyond the precision of the coordinates, in mesh units; 0 if there were none.
     #[serde(default)]
     pub crack_width: f64,
+    /// Faces added along loops of edges at which bodies that share edges lacked one.
+    #[serde(default)]
+    pub closing_faces: usize,
     /// Degenerate faces removed.
     pub degenerate_faces: usize,
     /// Faces without area that were merged into a neighbour by flipping the common edge.

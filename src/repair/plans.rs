@@ -14,6 +14,8 @@ use crate::tuning::tuning;
 /// An order of steps after the mesh is cleaned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Plan {
+    /// Closed bodies of the mesh as given are united, before it is cleaned.
+    UniteGiven,
     /// Holes with one obvious closure are closed and closed bodies united. Only if nothing intersects then, the other holes are
     /// filled.
     Unite,
@@ -92,8 +94,9 @@ impl Run<'_> {
         let is_open = self.params.holes && self.draft.inspect()?.topology.boundary.contains(&true);
         let plans: &[Plan] = match (intersects, is_open) {
             (false, _) => &[Plan::CutThenFill],
-            (true, false) => &[Plan::CutThenFill, Plan::Keep],
+            (true, false) => &[Plan::UniteGiven, Plan::CutThenFill, Plan::Keep],
             (true, true) => &[
+                Plan::UniteGiven,
                 Plan::Unite,
                 Plan::FillThenCut,
                 Plan::FillThenClean,
@@ -147,18 +150,27 @@ impl Run<'_> {
             };
             (self.draft, self.report) = (draft.clone(), report.clone());
         }
+        if plan == Plan::UniteGiven {
+            let Some(given) = given else {
+                return Ok(false);
+            };
+            if !self.unite_given(given, carried)? {
+                return Ok(false);
+            }
+        }
         let old = border(&*self.draft.inspect()?);
         match plan {
             Plan::Unite => self.fill(&old, Filling::Obvious)?,
             Plan::FillThenCut | Plan::FillThenClean => self.fill(&old, Filling::Chosen)?,
-            Plan::CutThenFill | Plan::Keep => {}
+            Plan::UniteGiven | Plan::CutThenFill | Plan::Keep => {}
         }
-        let fills = !matches!(plan, Plan::CutThenFill | Plan::Keep);
+        let fills = !matches!(plan, Plan::UniteGiven | Plan::CutThenFill | Plan::Keep);
         let filled = fills.then(|| (self.draft.clone(), self.report.clone()));
         if plan == Plan::FillThenClean {
             self.clean(carried)?;
         }
-        if let Some(given) = filled.as_ref().or(given).filter(|_| self.cuts) {
+        let unites = self.cuts && plan != Plan::UniteGiven;
+        if let Some(given) = filled.as_ref().or(given).filter(|_| unites) {
             self.unite(given, carried)?;
         }
         self.separate()?;

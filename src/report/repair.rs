@@ -38,6 +38,10 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
             r.stitched_junctions,
             junctions(r.crack_width, unit),
         ),
+        (
+            r.closing_faces,
+            "faces added where bodies that share edges lacked one".to_owned(),
+        ),
         (r.degenerate_faces, "degenerate faces removed".to_owned()),
         (
             r.flipped_edges,

@@ -18,6 +18,14 @@ thresholds! {
         /// Faces. With more intersecting faces than this, bodies are grown no further after a growth that changes nothing: each
         /// takes as long as the union.
         growth_faces: usize = 500,
+        /// A union of the mesh as given is gone on with if at most one of this many intersecting faces is left.
+        few_left: usize = 20,
+        /// Edges. Where more faces run one way than the other along more edges than this, no faces are added there.
+        chain_edges: usize = 2000,
+        /// Edges. Longer loops of such edges are left to the fill.
+        chain_loop: usize = 60,
+        /// Fraction of the area. Larger loops of more than three edges are left to the fill.
+        chain_area: f64 = 5e-3,
         /// Fraction of the input's area. A plan without faults that loses less ends the search in meshes of any size.
         little_lost: f64 = 2e-3,
         /// Faces. In larger meshes a plan without faults whose solid agrees ends the search, even if it loses more than

@@ -52,6 +52,7 @@ struct Steps<'a> {
     /// The width of the widest cracks that were closed beyond the precision of the coordinates.
     crack_width: f64,
     degenerate_faces: usize,
+    closing_faces: usize,
     flipped_edges: usize,
     duplicate_faces: usize,
     reoriented_faces: usize,
@@ -80,6 +81,7 @@ impl<'a> RepairRow<'a> {
                 stitched_junctions: r.stitched_junctions,
                 crack_width: r.crack_width,
                 degenerate_faces: r.degenerate_faces,
+                closing_faces: r.closing_faces,
                 flipped_edges: r.flipped_edges,
                 duplicate_faces: r.duplicate_faces,
                 reoriented_faces: r.reoriented_faces,

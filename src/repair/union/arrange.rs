@@ -48,12 +48,13 @@ struct Cuts {
     segments: Vec<([u32; 2], u32)>,
 }
 
-/// Divides faces, given by their vertices, along their intersections. `pairs` are the pairs of faces that intersect.
+/// Divides faces, given by their vertices, along their intersections. `pairs` are the pairs of faces that intersect, `on_edges`
+/// pairs of a face and a vertex that divides one of its edges.
 pub(super) fn arrange(
     unit: Unit,
     positions: &[DVec3],
     faces: &[[u32; 3]],
-    pairs: &[[u32; 2]],
+    (pairs, on_edges): (&[[u32; 2]], &[(u32, u32)]),
 ) -> Result<Arrangement, ArrangementError> {
     let corners = |f: &[u32; 3]| f.map(|v| positions[v as usize]);
     let all: Option<Vec<Face>> = (faces.par_iter())
@@ -71,6 +72,10 @@ pub(super) fn arrange(
     }
     // Collect the segments of each face; coplanar faces form groups.
     let mut cuts = vec![Cuts::default(); all.len()];
+    for &(f, v) in on_edges {
+        let point = points.add_vertex(v, positions[v as usize]);
+        cuts[f as usize].points.push(point);
+    }
     let mut sets = DisjointSets::new(all.len());
     for (&[f, g], meeting) in pairs.iter().zip(meetings) {
         match meeting {

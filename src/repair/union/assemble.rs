@@ -22,6 +22,8 @@ pub(super) struct Union {
     pub(super) whole: Vec<(u32, Fate)>,
     /// Intersecting faces, in the numbering of the arrangement.
     pub(super) divided: Vec<u32>,
+    /// Faces with collinear corners, which go.
+    pub(super) collinear: Vec<u32>,
     pub(super) arrangement: Arrangement,
     pub(super) fates: Vec<Fate>,
     /// The welded vertex of each vertex.
@@ -46,9 +48,7 @@ impl Union {
                 Fate::Turned => draft.reverse_face(f as usize),
             }
         }
-        self.divided
-            .iter()
-            .for_each(|f| removed[*f as usize] = true);
+        (self.divided.iter().chain(&self.collinear)).for_each(|f| removed[*f as usize] = true);
         // Remove divided faces, except those kept whole.
         let (kept, parts) = self.parts(draft);
         kept.iter().for_each(|f| removed[*f as usize] = false);

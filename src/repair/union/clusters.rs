@@ -49,9 +49,14 @@ impl Bodies {
     }
 
     /// Whether any of these faces belongs to a closed group.
-    pub(super) fn are_closed(&mut self, topology: &Topology, faces: &[u32]) -> bool {
-        let mut ids = faces.iter().map(|f| topology.component[*f as usize]);
-        ids.any(|p| !self.open[self.sets.find(p) as usize])
+    pub(super) fn any_closed(&mut self, topology: &Topology, faces: &[u32]) -> bool {
+        faces.iter().any(|f| self.is_closed(topology, *f))
+    }
+
+    /// Whether a face belongs to a closed group.
+    fn is_closed(&mut self, topology: &Topology, face: u32) -> bool {
+        let component = topology.component[face as usize];
+        component != NONE && !self.open[self.sets.find(component) as usize]
     }
 }
 
@@ -146,6 +151,12 @@ pub(super) fn paired_components(mesh: &Mesh, topology: &Topology) -> DisjointSet
         }
     }
     sets
+}
+
+/// Whether all of these faces belong to closed bodies.
+pub(in crate::repair) fn are_closed(found: &Inspection, faces: &[u32]) -> bool {
+    let mut bodies = Bodies::new(found);
+    (faces.iter()).all(|f| bodies.is_closed(&found.topology, *f))
 }
 
 /// The duplicate faces that are walls between touching bodies: with them each edge of the bodies is balanced, without them not.

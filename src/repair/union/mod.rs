@@ -20,17 +20,20 @@
 //! (`tidy`).
 //!
 //! Limits: the union is skipped, and the case left to the other steps of a repair, for coordinates whose magnitudes differ by
-//! more than 2 to the power of 512, intersecting faces without area, open components, and more pairs of faces than `union_pairs`.
+//! more than 2 to the power of 512, open components, and more pairs of faces than `union_pairs`.
 
 mod arrange;
 mod assemble;
 mod classify;
 mod clusters;
+mod collinear;
 mod contact;
 mod exact;
 mod pairs;
 mod planar;
 mod tidy;
+
+use std::collections::HashMap;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -45,10 +48,11 @@ use arrange::arrange;
 use assemble::Union;
 use classify::{ClosedSurface, multiplicity};
 use clusters::{Bodies, Clusters, clusters};
+use collinear::Proper;
 use exact::Unit;
 use planar::ArrangementError;
 
-pub(super) use clusters::walls;
+pub(super) use clusters::{are_closed, walls};
 pub(super) use contact::grow;
 
 /// Counts of what a union did.
@@ -116,7 +120,8 @@ pub(super) fn unite(
 /// Computes the union of the clusters with intersecting faces; none if there are none, or the arrangement fails.
 fn united(draft: &Draft, found: &Inspection, crossing: &[u32]) -> Option<Union> {
     let mut bodies = Bodies::new(found);
-    if !bodies.are_closed(&found.topology, crossing) {
+    if !bodies.any_closed(&found.topology, crossing) {
+        log::debug!("union: no intersecting faces belong to closed bodies");
         return None;
     }
     let place = |v: u32| found.weld[v as usize];
@@ -131,27 +136,29 @@ fn united(draft: &Draft, found: &Inspection, crossing: &[u32]) -> Option<Union> 
     pairs.par_sort_unstable();
     let clusters = clusters(found, bodies, crossing, &pairs);
     if clusters.faces.is_empty() {
+        log::debug!("union: no cluster is closed");
         return None;
     }
     let is_own = |f: &u32| clusters.of_face[*f as usize] != NONE;
-    let mut number = vec![NONE; crossing.len()];
-    let mut divided = Vec::new();
-    for (i, &f) in crossing.iter().enumerate().filter(|(_, f)| is_own(f)) {
-        number[i] = divided.len() as u32;
-        divided.push(f);
-    }
+    let list = crossing.iter().copied().filter(is_own).collect();
+    let proper = Proper::of(&draft.mesh.positions, &faces, &clusters.faces, list);
+    let place: HashMap<u32, u32> = (0..).zip(&proper.divided).map(|(i, f)| (*f, i)).collect();
+    let number = |i: u32| place.get(&crossing[i as usize]).copied();
     let pairs: Vec<[u32; 2]> = (pairs.into_iter())
-        .map(|pair| pair.map(|i| number[i as usize]))
-        .filter(|pair| !pair.contains(&NONE))
+        .filter_map(|[f, g]| Some([number(f)?, number(g)?]))
         .collect();
     let task = Task {
         draft,
         faces,
-        divided,
+        proper,
         pairs,
         clusters,
     };
-    let mut union = task.solve().ok()?;
+    let solved = task.solve();
+    if solved.is_err() {
+        log::debug!("union: the arrangement failed");
+    }
+    let mut union = solved.ok()?;
     union.weld.clone_from(&found.weld);
     Some(union)
 }
@@ -177,8 +184,8 @@ struct Task<'a> {
     draft: &'a Draft,
     /// The faces of the draft on welded vertices.
     faces: Vec<[u32; 3]>,
-    /// The intersecting faces, and their pairs as indices into this list.
-    divided: Vec<u32>,
+    /// The intersecting faces, and their pairs as indices into the list of divided ones.
+    proper: Proper,
     pairs: Vec<[u32; 2]>,
     clusters: Clusters,
 }
@@ -189,14 +196,16 @@ impl Task<'_> {
         let corners = |f: &u32| self.faces[*f as usize].map(|v| positions[v as usize]);
         let own = &self.clusters.faces;
         let unit = Unit::of(own.iter().flat_map(corners)).ok_or(ArrangementError)?;
-        let divided: Vec<[u32; 3]> = (self.divided.iter())
-            .map(|f| self.faces[*f as usize])
-            .collect();
-        let arrangement = arrange(unit, positions, &divided, &self.pairs)?;
+        let Proper {
+            divided,
+            collinear,
+            cuts,
+        } = self.proper;
+        let corners_of = |f: &u32| self.faces[*f as usize];
+        let own_faces: Vec<[u32; 3]> = divided.iter().map(corners_of).collect();
+        let arrangement = arrange(unit, positions, &own_faces, (&self.pairs, &cuts))?;
         let mut is_divided = vec![false; self.faces.len()];
-        self.divided
-            .iter()
-            .for_each(|f| is_divided[*f as usize] = true);
+        (divided.iter().chain(&collinear)).for_each(|f| is_divided[*f as usize] = true);
         let whole = || own.iter().filter(|f| !is_divided[**f as usize]);
         let cluster = |f: u32| self.clusters.of_face[f as usize];
         let pieces = arrangement.pieces.iter();
@@ -208,7 +217,7 @@ impl Task<'_> {
                 .collect(),
             faces: &(own.iter().map(|f| (corners(f), cluster(*f)))).collect::<Vec<_>>(),
             cluster: (whole().map(|f| cluster(*f)))
-                .chain(pieces.map(|p| cluster(self.divided[p.faces[0].0 as usize])))
+                .chain(pieces.map(|p| cluster(divided[p.faces[0].0 as usize])))
                 .collect(),
         };
         let mut fates = surface.fates()?;
@@ -220,7 +229,8 @@ impl Task<'_> {
             fates: of_pieces,
             arrangement,
             weld: Vec::new(),
-            divided: self.divided,
+            divided,
+            collinear,
         })
     }
 }
