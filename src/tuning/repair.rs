@@ -18,6 +18,8 @@ thresholds! {
         /// Faces. With more intersecting faces than this, bodies are grown no further after a growth that changes nothing: each
         /// takes as long as the union.
         growth_faces: usize = 500,
+        /// Rounds of a union after the best one.
+        vain_rounds: usize = 2,
         /// A union of the mesh as given is gone on with if at most one of this many intersecting faces is left.
         few_left: usize = 20,
         /// Edges. Where more faces run one way than the other along more edges than this, no faces are added there.

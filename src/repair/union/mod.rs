@@ -75,6 +75,7 @@ pub(super) fn unite(
     let known = draft.mesh.positions.len();
     // Keep the best round, since rounding may let more faces intersect than before.
     let mut best: Option<(Draft, usize)> = None;
+    let mut vain = 0;
     for _ in 0..tuning().repair.union_rounds {
         let union = united(draft, &*draft.inspect()?, &crossing);
         let Some(union) = union else {
@@ -85,6 +86,10 @@ pub(super) fn unite(
         let done = union.apply(draft);
         let before = crossing.len();
         crossing = draft.self_intersections()?;
+        if !crossing.is_empty() {
+            tidy::collapse(draft, known, reach)?;
+            crossing = draft.self_intersections()?;
+        }
         log::debug!(
             "union of {} bodies: {before} faces intersected others, {} do afterwards",
             done.bodies,
@@ -95,11 +100,15 @@ pub(super) fn unite(
             best = None;
             break;
         }
-        if best
-            .as_ref()
-            .is_none_or(|(_, count)| crossing.len() < *count)
-        {
+        let least = best.as_ref().map_or(usize::MAX, |(_, count)| *count);
+        if crossing.len() < least {
             best = Some((draft.clone(), crossing.len()));
+            vain = 0;
+            continue;
+        }
+        vain += 1;
+        if vain == tuning().repair.vain_rounds {
+            break;
         }
     }
     let Some(done) = first else {
