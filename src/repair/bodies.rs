@@ -1,6 +1,7 @@
 //! Union of closed bodies that touch or intersect, before anything is cut out.
 
 use super::draft::Draft;
+use super::filling::CAP;
 use super::{Carried, RepairReport, Run, chains, clean, orient, sheets, union};
 use crate::mend::FillError;
 use crate::tuning::tuning;
@@ -37,6 +38,7 @@ impl Run<'_> {
                 break;
             }
         }
+        self.left = Some(self.left.map_or(left, |known| known.min(left)));
         if closing > 0 && self.report.united_bodies == plain.1.united_bodies {
             (self.draft, self.report) = plain;
         }
@@ -46,27 +48,43 @@ impl Run<'_> {
         self.go_on()
     }
 
-    /// Unites the bodies of the mesh as `given`, before it was cleaned, if all that intersect are closed: cleaning may take a face from
-    /// one of two bodies that share it. Returns whether most intersections are gone.
-    pub(super) fn unite_given(
-        &mut self,
-        given: &Given,
-        carried: &Carried,
-    ) -> Result<bool, FillError> {
-        (self.draft, self.report) = given.clone();
+    /// Unites the bodies of the mesh before it is cleaned, since cleaning may take a face from one of two bodies that
+    /// share it; then cleans it. Returns whether most intersections are gone.
+    pub(super) fn unite_given(&mut self, carried: &Carried) -> Result<bool, FillError> {
+        self.report.closing_faces += chains::close(&mut self.draft)?;
         if self.params.orient {
             self.report.reoriented_faces += orient::orient(&mut self.draft)?;
         }
-        self.report.closing_faces += chains::close(&mut self.draft)?;
-        let crossing = self.draft.self_intersections()?;
-        if !union::are_closed(&*self.draft.inspect()?, &crossing) {
-            return Ok(false);
+        let succeeds = self.unite_capped(carried)?;
+        if succeeds {
+            self.clean(carried)?;
         }
+        Ok(succeeds)
+    }
+
+    /// Unites bodies with their chosen holes closed by triangles, which are removed again. Returns whether all that intersect were
+    /// closed then and most intersections are gone.
+    pub(super) fn unite_capped(&mut self, carried: &Carried) -> Result<bool, FillError> {
+        let are_closed = |draft: &mut Draft| -> Result<bool, FillError> {
+            let crossing = draft.self_intersections()?;
+            Ok(union::are_closed(&*draft.inspect()?, &crossing))
+        };
+        if are_closed(&mut self.draft)? {
+            self.meant = Some(self.draft.clone());
+        } else {
+            self.cap()?;
+            self.report.closing_faces += chains::close(&mut self.draft)?;
+            if !are_closed(&mut self.draft)? {
+                return Ok(false);
+            }
+        }
+        let crossing = self.draft.self_intersections()?.len();
         let state = (self.draft.clone(), self.report.clone());
         self.unite(&state, carried)?;
-        self.clean(carried)?;
+        let is_cap: Vec<bool> = self.draft.region.iter().map(|r| *r == CAP).collect();
+        self.draft.remove(&is_cap);
         let left = self.draft.self_intersections()?.len();
-        Ok(left * tuning().repair.few_left <= crossing.len())
+        Ok(left * tuning().repair.few_left <= crossing)
     }
 
     /// The number of defects after a union that left this many intersecting faces: these, or, if more, the intersecting faces and

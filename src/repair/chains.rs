@@ -40,7 +40,7 @@ pub(super) fn close(draft: &mut Draft) -> Result<usize, FillError> {
 }
 
 /// The triangles of a loop; none if it has no triangulation.
-fn triangulated(positions: &[DVec3], rim: &[u32]) -> Vec<[u32; 3]> {
+pub(super) fn triangulated(positions: &[DVec3], rim: &[u32]) -> Vec<[u32; 3]> {
     let position: Vec<DVec3> = rim.iter().map(|v| positions[*v as usize]).collect();
     let polygon = Polygon {
         position: &position,

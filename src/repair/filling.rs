@@ -2,11 +2,16 @@
 
 use std::collections::HashSet;
 
-use super::{Edge, Run, caps, choice, edges, report};
+use super::rim_triangles::push;
+use super::{Edge, Run, caps, chains, choice, edges, report};
 use crate::fill::FillParams;
 use crate::mend::{FillError, FillReport, Inspection, Watch};
 use crate::mesh::HoleId;
+use crate::mesh::topology::NONE;
 use crate::tuning::tuning;
+
+/// The region of triangles that close holes while bodies are united.
+pub(super) const CAP: u32 = NONE - 1;
 
 /// Which holes a fill closes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +77,30 @@ impl Run<'_> {
         self.draft.round_from(known);
         self.append_report(report, regions, holes, which);
         self.drop_bad_caps(&caps, regions)
+    }
+
+    /// Closes the chosen holes by triangles between their rims' vertices, as faces of the region [`CAP`].
+    pub(super) fn cap(&mut self) -> Result<(), FillError> {
+        if !self.params.holes {
+            return Ok(());
+        }
+        let faces: Vec<[u32; 3]> = {
+            let mut found = self.draft.take_inspection()?;
+            if self.params.borders {
+                choice::take_borders(&mut found);
+            }
+            let params = self.filling(&found, Vec::new(), Filling::Chosen)?;
+            let regions = found.regions(&params)?;
+            let holes = regions.hole_groups().flatten();
+            holes
+                .filter(|hole| hole.edges <= tuning().repair.capped_edges)
+                .flat_map(|hole| chains::triangulated(&found.mesh.positions, &hole.rim))
+                .collect()
+        };
+        faces
+            .into_iter()
+            .for_each(|f| push(&mut self.draft, CAP, f));
+        Ok(())
     }
 
     /// The parameters of a fill, with the present numbers of holes. `made` are the holes that the repair made.

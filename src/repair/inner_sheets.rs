@@ -95,7 +95,7 @@ fn sheets(found: &Inspection) -> Vec<Vec<u32>> {
 }
 
 /// A point in front of a face and one behind it.
-fn sides(mesh: &Mesh, face: u32) -> [DVec3; 2] {
+pub(super) fn sides(mesh: &Mesh, face: u32) -> [DVec3; 2] {
     let corners = mesh.corners(face);
     let normal = area_vector(corners);
     let centre = corners.iter().sum::<DVec3>() / 3.0;
@@ -105,7 +105,7 @@ fn sides(mesh: &Mesh, face: u32) -> [DVec3; 2] {
 }
 
 /// The winding number of some faces at a point: their solid angles over 4π.
-fn winding(mesh: &Mesh, faces: &[u32], p: DVec3) -> f64 {
+pub(super) fn winding(mesh: &Mesh, faces: &[u32], p: DVec3) -> f64 {
     let angle = |f: &u32| {
         let [a, b, c] = mesh.corners(*f).map(|corner| corner - p);
         solid_angle(a, b, c)

@@ -120,6 +120,9 @@ pub fn repair(
             cuts: params.crossings,
             splits: params.split,
             lost: 0,
+            meant: None,
+            left: None,
+            joins: false,
             early: Vec::new(),
             asked: HashSet::new(),
             border: HashSet::new(),
@@ -149,6 +152,12 @@ struct Run<'a> {
     splits: bool,
     /// Input faces removed so far because patches intersected other faces.
     lost: usize,
+    /// The mesh as given with the faces added that make all intersecting bodies closed, if they are then.
+    meant: Option<Draft>,
+    /// The least number of intersecting faces that a union left.
+    left: Option<usize>,
+    /// Whether cleaning joined boundaries.
+    joins: bool,
     /// Holes closed before the fill of the chosen ones.
     early: Vec<HoleReport>,
     /// Input faces removed because the caller asked for it.

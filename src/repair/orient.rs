@@ -1,13 +1,17 @@
 //! Orientation: faces agree within each component, and closed components show their outside.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+
+use rayon::prelude::*;
 
 use super::draft::Draft;
+use super::{inner_sheets, union};
 use crate::check::{Component, components};
 use crate::elementary::powf;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::DisjointSets;
 use crate::mesh::topology::{NONE, end, start};
+use crate::spatial::{Bvh, WindingTree};
 use crate::tuning::tuning;
 
 /// Reorients the faces; returns the number of reversed ones.
@@ -53,6 +57,12 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
         };
         border[hole.component as usize] += length;
     }
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    for h in topology.non_manifold_edges(mesh).into_iter().flatten() {
+        let at = |v: u32| mesh.positions[v as usize];
+        border[topology.component[h as usize / 3] as usize] +=
+            at(start(mesh, h)).distance(at(end(mesh, h)));
+    }
     let shows_inside = |(c, border): (&Component, &f64)| {
         let has_inside =
             c.closed || (*border < tuning().repair.short_border * c.area.sqrt() && encloses(c));
@@ -73,64 +83,114 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
         })
         .collect();
     turned_with_body.into_iter().for_each(|i| wrong[i] = true);
-    for group in groups(found) {
-        let is_outer = group
-            .components
-            .iter()
-            .all(|c| components[*c as usize].depth.is_multiple_of(2));
+    let groups = groups(found);
+    let is_cavity = cavities(found, &groups);
+    for (group, is_cavity) in groups.into_iter().zip(is_cavity) {
         for c in group.components {
-            wrong[c as usize] = is_outer && group.volume < 0.0;
+            wrong[c as usize] = group.volume < 0.0 && !is_cavity;
         }
     }
     wrong
 }
 
-/// Components that share edges and are closed together: along each edge as many faces run one way as the other.
+/// Whether a component encloses enough volume for its area to be a body with holes rather than a sheet.
+fn encloses(c: &Component) -> bool {
+    c.volume.abs() > tuning().repair.least_volume * powf(c.area, 1.5)
+}
+
+/// For each group of negative volume whether the other faces enclose it, by their winding numbers behind most of its faces.
+fn cavities(found: &Inspection, groups: &[Group]) -> Vec<bool> {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    if groups.iter().all(|g| g.volume >= 0.0) {
+        return vec![false; groups.len()];
+    }
+    let bvh = Bvh::new(mesh, topology.faces());
+    let tree = WindingTree::new(&bvh);
+    let is_cavity = |group: &Group| {
+        if group.volume >= 0.0 {
+            return false;
+        }
+        let is_own = |f: &u32| group.components.contains(&topology.component[*f as usize]);
+        let own: Vec<u32> = topology.faces().filter(is_own).collect();
+        let step = own.len().div_ceil(tuning().repair.samples).max(1);
+        let behind = own.iter().step_by(step).map(|f| {
+            let [_, p] = inner_sheets::sides(mesh, *f);
+            tree.winding_number(&bvh, p) - inner_sheets::winding(mesh, &own, p)
+        });
+        let (inside, all) = behind.fold((0, 0), |(inside, all), w| {
+            (inside + usize::from(w > 0.5), all + 1)
+        });
+        2 * inside > all
+    };
+    groups.par_iter().map(is_cavity).collect()
+}
+
+/// Components that are closed together: along each edge as many of their faces run one way as the other.
 struct Group {
     components: Vec<u32>,
     /// With the sign of its orientation.
     volume: f64,
 }
 
+/// The bodies of which the mesh consists where components share edges: components joined where a body lies between two of their
+/// faces, as far as they are closed; else all that share edges, if these are closed together.
 fn groups(found: &Inspection) -> Vec<Group> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let crowded = topology.non_manifold_edges(mesh);
     if crowded.is_empty() {
         return Vec::new();
     }
-    let component = |h: &u32| topology.component[*h as usize / 3];
-    let mut sets = DisjointSets::new(topology.component_faces.len());
-    let mut open = vec![false; topology.component_faces.len()];
-    for edge in &crowded {
-        let up = edge.iter().filter(|h| start(mesh, **h) < end(mesh, **h));
-        open[component(&edge[0]) as usize] |= 2 * up.count() != edge.len();
-        edge.iter()
-            .for_each(|h| _ = sets.join(component(&edge[0]), component(h)));
-    }
+    let count = topology.component_faces.len();
+    let component = |h: u32| topology.component[h as usize / 3];
+    let mut open = vec![false; count];
     for h in (0..topology.boundary.len() as u32).filter(|h| topology.boundary[*h as usize]) {
-        open[component(&h) as usize] = true;
+        open[component(h) as usize] = true;
     }
-    let mut members: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-    for c in 0..open.len() as u32 {
-        members.entry(sets.find(c)).or_default().push(c);
+    let mut joined = DisjointSets::new(count);
+    for edge in &crowded {
+        edge.iter()
+            .for_each(|h| _ = joined.join(component(edge[0]), component(*h)));
     }
-    members.retain(|_, own| own.len() > 1 && own.iter().all(|c| !open[*c as usize]));
-    let mut volume = vec![0.0; open.len()];
+    let mut bodies = union::paired_components(mesh, topology);
+    let mut groups = Vec::new();
+    let mut done = vec![false; count];
+    for sets in [&mut bodies, &mut joined] {
+        let mut is_open = open.clone();
+        for (c, _) in open.iter().enumerate().filter(|(_, open)| **open) {
+            is_open[sets.find(c as u32) as usize] = true;
+        }
+        for edge in &crowded {
+            let mut sums: BTreeMap<u32, i32> = BTreeMap::new();
+            for &h in edge {
+                let up = start(mesh, h) < end(mesh, h);
+                *sums.entry(sets.find(component(h))).or_default() += if up { 1 } else { -1 };
+            }
+            (sums.iter().filter(|(_, sum)| **sum != 0))
+                .for_each(|(set, _)| is_open[*set as usize] = true);
+        }
+        let mut members: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        let crowd: BTreeSet<u32> = crowded.iter().flatten().map(|h| component(*h)).collect();
+        for c in crowd {
+            members.entry(sets.find(c)).or_default().push(c);
+        }
+        for (set, own) in members {
+            if !is_open[set as usize] && !own.iter().any(|c| done[*c as usize]) {
+                own.iter().for_each(|c| done[*c as usize] = true);
+                groups.push(own);
+            }
+        }
+    }
+    let mut volume = vec![0.0; count];
     let centre = mesh.positions.first().copied().unwrap_or_default();
     for f in topology.faces() {
         let [a, b, c] = mesh.corners(f).map(|p| p - centre);
         volume[topology.component[f as usize] as usize] += a.dot(b.cross(c)) / 6.0;
     }
-    members
-        .into_values()
+    let sum = |own: &Vec<u32>| own.iter().map(|c| volume[*c as usize]).sum();
+    (groups.into_iter())
         .map(|components| Group {
-            volume: components.iter().map(|c| volume[*c as usize]).sum(),
+            volume: sum(&components),
             components,
         })
         .collect()
-}
-
-/// Whether a component encloses enough volume for its area to be a body with holes rather than a sheet.
-fn encloses(c: &Component) -> bool {
-    c.volume.abs() > tuning().repair.least_volume * powf(c.area, 1.5)
 }

@@ -14,8 +14,11 @@ use crate::tuning::tuning;
 /// An order of steps after the mesh is cleaned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Plan {
-    /// Closed bodies of the mesh as given are united, before it is cleaned.
+    /// Bodies of the mesh as given are united, before it is cleaned. Their holes are closed by triangles meanwhile, and filled
+    /// afterwards.
     UniteGiven,
+    /// The same after it was cleaned.
+    UniteCleaned,
     /// Holes with one obvious closure are closed and closed bodies united. Only if nothing intersects then, the other holes are
     /// filled.
     Unite,
@@ -89,15 +92,22 @@ impl Run<'_> {
         carried: &Carried,
     ) -> Result<(), FillError> {
         let cleaned = self.state();
+        self.joins = self.report.welded_vertices + self.report.stitched_junctions > 0;
         let mut witness = None;
         let intersects = self.params.crossings && !self.draft.self_intersections()?.is_empty();
         let is_open = self.params.holes && self.draft.inspect()?.topology.boundary.contains(&true);
         let plans: &[Plan] = match (intersects, is_open) {
             (false, _) => &[Plan::CutThenFill],
-            (true, false) => &[Plan::UniteGiven, Plan::CutThenFill, Plan::Keep],
-            (true, true) => &[
+            (true, false) => &[
                 Plan::UniteGiven,
+                Plan::UniteCleaned,
+                Plan::CutThenFill,
+                Plan::Keep,
+            ],
+            (true, true) => &[
                 Plan::Unite,
+                Plan::UniteGiven,
+                Plan::UniteCleaned,
                 Plan::FillThenCut,
                 Plan::FillThenClean,
                 Plan::CutThenFill,
@@ -114,12 +124,22 @@ impl Run<'_> {
             if !self.follow(plan, given.as_ref(), carried)? {
                 continue;
             }
+            // The solid of closed bodies is decided everywhere.
+            if let Some(meant) = self.meant.take() {
+                witness = Some(Witness::new(&meant, self.input)?);
+            }
             let shape = self.shape(&cleaned.draft, intersects, &mut witness)?;
             let quality = self.quality(&shape)?;
             log::debug!("plan {plan:?}: {quality:?}");
             self.report.doubt = shape.doubt();
             if best.as_ref().is_none_or(|(known, _)| quality < *known) {
                 best = Some((quality, self.state()));
+            }
+            // Another way to close what the bodies mean loses no less.
+            let unites = matches!(plan, Plan::UniteGiven | Plan::UniteCleaned);
+            let differs = quality.differs > tuning().repair.doubtful_difference;
+            if unites && quality.faults.intersecting_or_not_manifold() == 0 && !differs {
+                self.left = Some(usize::MAX);
             }
             let is_large = self.input.faces.len() > tuning().repair.settled_faces;
             let loses_little = quality.lost <= tuning().repair.little_lost;
@@ -143,35 +163,64 @@ impl Run<'_> {
     ) -> Result<bool, FillError> {
         self.cuts = self.params.crossings && plan != Plan::Keep;
         self.splits = self.params.split && plan != Plan::Keep;
-        if plan == Plan::FillThenClean {
-            let joined = self.report.welded_vertices + self.report.stitched_junctions > 0;
-            let Some((draft, report)) = given.filter(|_| joined) else {
-                return Ok(false);
-            };
-            (self.draft, self.report) = (draft.clone(), report.clone());
+        match plan {
+            Plan::UniteGiven | Plan::FillThenClean => match given {
+                Some(given) => (self.draft, self.report) = given.clone(),
+                None => return Ok(false),
+            },
+            _ => {}
         }
-        if plan == Plan::UniteGiven {
-            let Some(given) = given else {
-                return Ok(false);
-            };
-            if !self.unite_given(given, carried)? {
-                return Ok(false);
-            }
+        match plan {
+            Plan::UniteGiven => self.unite_then_fill(true, carried),
+            Plan::UniteCleaned => self.unite_then_fill(false, carried),
+            Plan::Keep => self.fill_then_unite(plan, given, carried),
+            _ if self.is_hopeless() => Ok(false),
+            Plan::FillThenClean if !self.joins => Ok(false),
+            _ => self.fill_then_unite(plan, given, carried),
         }
+    }
+
+    /// Unites bodies, with their holes closed meanwhile, then fills what is open.
+    fn unite_then_fill(&mut self, cleans: bool, carried: &Carried) -> Result<bool, FillError> {
+        let unites = match cleans {
+            true => self.unite_given(carried)?,
+            false => self.unite_capped(carried)?,
+        };
+        if unites {
+            self.separate()?;
+            self.drop_components()?;
+            self.fill_and_cut(false)?;
+        }
+        Ok(unites)
+    }
+
+    /// Fills holes, unites bodies, and cuts what intersects still.
+    fn fill_then_unite(
+        &mut self,
+        plan: Plan,
+        given: Option<&Given>,
+        carried: &Carried,
+    ) -> Result<bool, FillError> {
         let old = border(&*self.draft.inspect()?);
         match plan {
             Plan::Unite => self.fill(&old, Filling::Obvious)?,
             Plan::FillThenCut | Plan::FillThenClean => self.fill(&old, Filling::Chosen)?,
-            Plan::UniteGiven | Plan::CutThenFill | Plan::Keep => {}
+            _ => {}
         }
-        let fills = !matches!(plan, Plan::UniteGiven | Plan::CutThenFill | Plan::Keep);
+        let fills = !matches!(plan, Plan::CutThenFill | Plan::Keep);
         let filled = fills.then(|| (self.draft.clone(), self.report.clone()));
         if plan == Plan::FillThenClean {
             self.clean(carried)?;
         }
-        let unites = self.cuts && plan != Plan::UniteGiven;
-        if let Some(given) = filled.as_ref().or(given).filter(|_| unites) {
+        if let Some(given) = filled.as_ref().or(given).filter(|_| self.cuts) {
             self.unite(given, carried)?;
+        }
+        if matches!(
+            plan,
+            Plan::FillThenCut | Plan::FillThenClean | Plan::CutThenFill
+        ) && self.is_hopeless()
+        {
+            return Ok(false);
         }
         self.separate()?;
         self.drop_components()?;
@@ -180,6 +229,15 @@ impl Run<'_> {
         }
         self.fill_and_cut(matches!(plan, Plan::FillThenCut | Plan::FillThenClean))?;
         Ok(true)
+    }
+
+    /// Whether cutting out what intersects would leave holes only, since the unions that were tried left so many intersecting faces,
+    /// or one of them left nothing to cut.
+    fn is_hopeless(&self) -> bool {
+        let (rules, faces) = (&tuning().repair, self.input.faces.len());
+        let many =
+            |left: usize| left > rules.hopeless && left as f64 > rules.hopeless_part * faces as f64;
+        self.left.is_some_and(many)
     }
 
     /// Separates surfaces that meet in edges and vertices.

@@ -117,7 +117,7 @@ pub(super) fn clusters(
 
 /// Joins components across non-manifold edges if a body lies between two of their faces. Of coincident faces each counts for its
 /// own body.
-pub(super) fn paired_components(mesh: &Mesh, topology: &Topology) -> DisjointSets {
+pub(in crate::repair) fn paired_components(mesh: &Mesh, topology: &Topology) -> DisjointSets {
     let mut sets = DisjointSets::new(topology.component_faces.len());
     for edge in topology.non_manifold_edges(mesh) {
         let a = start(mesh, edge[0]);

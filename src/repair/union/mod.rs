@@ -52,7 +52,7 @@ use collinear::Proper;
 use exact::Unit;
 use planar::ArrangementError;
 
-pub(super) use clusters::{are_closed, walls};
+pub(super) use clusters::{are_closed, paired_components, walls};
 pub(super) use contact::grow;
 
 /// Counts of what a union did.

@@ -131,7 +131,7 @@ impl Remesher<'_> {
     }
 
     /// Whether a vertex has more than [`MOST_COLLAPSED`] faces.
-    fn is_hub(&self, v: u32) -> bool {
+    pub(super) fn is_hub(&self, v: u32) -> bool {
         self.mesh.outgoing(v).nth(MOST_COLLAPSED).is_some()
     }
 

@@ -55,7 +55,7 @@ impl Remesher<'_> {
         }
         for k in 0..3 {
             let v = self.mesh.faces[f as usize][k];
-            if is_tilted(self) && !self.mesh.is_rim(v) {
+            if is_tilted(self) && !self.mesh.is_rim(v) && !self.is_hub(v) {
                 self.search(v);
             }
         }
