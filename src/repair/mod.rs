@@ -122,6 +122,7 @@ pub fn repair(
             lost: 0,
             meant: None,
             left: None,
+            is_united: false,
             joins: false,
             early: Vec::new(),
             asked: HashSet::new(),
@@ -156,6 +157,8 @@ struct Run<'a> {
     meant: Option<Draft>,
     /// The least number of intersecting faces that a union left.
     left: Option<usize>,
+    /// Whether a union has the solid that the input means.
+    is_united: bool,
     /// Whether cleaning joined boundaries.
     joins: bool,
     /// Holes closed before the fill of the chosen ones.

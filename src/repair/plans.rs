@@ -139,7 +139,7 @@ impl Run<'_> {
             let unites = matches!(plan, Plan::UniteGiven | Plan::UniteCleaned);
             let differs = quality.differs > tuning().repair.doubtful_difference;
             if unites && quality.faults.intersecting_or_not_manifold() == 0 && !differs {
-                self.left = Some(usize::MAX);
+                self.is_united = true;
             }
             let is_large = self.input.faces.len() > tuning().repair.settled_faces;
             let loses_little = quality.lost <= tuning().repair.little_lost;
@@ -172,8 +172,9 @@ impl Run<'_> {
         }
         match plan {
             Plan::UniteGiven => self.unite_then_fill(true, carried),
-            Plan::UniteCleaned => self.unite_then_fill(false, carried),
             Plan::Keep => self.fill_then_unite(plan, given, carried),
+            _ if self.is_united => Ok(false),
+            Plan::UniteCleaned => self.unite_then_fill(false, carried),
             _ if self.is_hopeless() => Ok(false),
             Plan::FillThenClean if !self.joins => Ok(false),
             _ => self.fill_then_unite(plan, given, carried),
@@ -231,8 +232,7 @@ impl Run<'_> {
         Ok(true)
     }
 
-    /// Whether cutting out what intersects would leave holes only, since the unions that were tried left so many intersecting faces,
-    /// or one of them left nothing to cut.
+    /// Whether cutting out what intersects would leave holes only, since the unions that were tried left so many intersecting faces.
     fn is_hopeless(&self) -> bool {
         let (rules, faces) = (&tuning().repair, self.input.faces.len());
         let many =

@@ -166,6 +166,59 @@ fn bodies_with_a_missing_triangle_take_part_in_a_union() {
 }
 
 #[test]
+fn bodies_that_share_sides_are_one_body() {
+    let at = |x: f64| block(DVec3::ONE, DVec3::new(x, 0.0, 0.0), 2);
+    let knob = block(DVec3::splat(0.4), DVec3::new(0.8, 0.3, 0.8), 2);
+    let row = |middle: &Mesh| joined(&joined(&at(0.0), middle), &joined(&at(2.0), &knob));
+    let beam = row(&at(1.0));
+    let whole = 3.0 + 0.2 * 0.4 * 0.4;
+    let shared = |mesh: &Mesh| -> Vec<usize> {
+        let lies = |f: &[u32; 3]| f.iter().all(|v| mesh.positions[*v as usize].x == 1.0);
+        (0..mesh.faces.len())
+            .filter(|f| lies(&mesh.faces[*f]))
+            .collect()
+    };
+    // As they are; one face of a shared side missing, where no boundary shows it; one of the bodies inside out.
+    let lacking = without(&beam, shared(&beam)[3]);
+    let mixed = row(&reversed(&at(1.0)));
+    for (name, mesh) in [("shared", beam), ("lacking", lacking), ("mixed", mixed)] {
+        let done = repaired(&mesh);
+        assert!(is_sound(&done.mesh), "{name}");
+        assert!(
+            (volume(&done.mesh) - whole).abs() < 1e-9,
+            "{name}: {}",
+            volume(&done.mesh)
+        );
+        assert_eq!(done.report.doubt, None, "{name}");
+        assert_eq!(
+            done.report.closing_faces,
+            usize::from(name == "lacking"),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn bodies_with_wide_holes_are_united_before_these_are_filled() {
+    let (a, b) = (
+        sphere(8),
+        moved(&sphere(8), 1.0, DVec3::new(1.2, 0.1, 0.05)),
+    );
+    let whole = volume(&repaired(&joined(&a, &b)).mesh);
+    let far = |p: DVec3| p.x < -0.9;
+    let open = joined(&cut(&a, far), &b);
+    let done = repaired(&open);
+    assert!(is_sound(&done.mesh));
+    assert!(
+        (volume(&done.mesh) / whole - 1.0).abs() < 2e-3,
+        "{} for {whole}",
+        volume(&done.mesh)
+    );
+    assert_eq!(done.report.doubt, None);
+    assert!(done.report.passes.is_empty());
+}
+
+#[test]
 fn an_open_box_and_the_lid_that_overlaps_it_are_one_body() {
     let open = cut(&block(DVec3::ONE * 2.0, DVec3::ZERO, 1), |p| p.z > 1.9);
     let lid = block(DVec3::new(2.4, 2.4, 0.5), DVec3::new(-0.2, -0.2, 1.8), 1);
