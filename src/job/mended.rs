@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::bodies::{checked, one_mesh_note};
 use super::deliver::{Deliverables, Delivered, clear_run_times};
 use super::draw::{Before, Drawings, Drawn};
 use super::outcome::JobResult;
@@ -16,10 +17,11 @@ use super::unchanged::Unchanged;
 use super::{JobError, JobSpec, Output, Place};
 use crate::attributes::transfer_without;
 use crate::cancel::Cancel;
+use crate::check::Verdict;
 use crate::fill::RegionReport;
 use crate::io::Loaded;
 use crate::mend::{FillReport, Inspection};
-use crate::mesh::{Mesh, Model};
+use crate::mesh::{Bodies, Mesh, Model};
 
 /// A job whose mesh has been mended. Clones share the meshes. Serialization keeps everything: the mesh, its attributes and the report.
 #[derive(Clone, Serialize, Deserialize)]
@@ -42,6 +44,9 @@ pub struct Mended<'s> {
     pub(super) kept: Option<Kept>,
     /// For each face of `kept_input`, the face of the input that it is or was made from.
     pub(super) face_origins: Vec<u32>,
+    /// The number of objects of the input, if they were mended as one mesh.
+    #[serde(default)]
+    pub(super) bodies_as_one: Option<usize>,
     /// SHA-256 of the file or the bytes that were read; `None` if the mesh was given in memory.
     #[serde(default)]
     pub(super) sha256: Option<String>,
@@ -73,8 +78,25 @@ impl<'s> Mended<'s> {
     /// # Errors
     /// If the mesh cannot be inspected.
     pub fn judged(mut self) -> Result<Self, JobError> {
-        self.extent.judge(&self.made, None)?;
+        let verdict = self.verdict_on_bodies()?;
+        self.extent.judge(&self.made, verdict)?;
         Ok(self)
+    }
+
+    /// The verdict on a repaired mesh whose bodies were repaired by themselves.
+    fn verdict_on_bodies(&self) -> Result<Option<Verdict>, JobError> {
+        let Some(params) = self.extent.judged_by() else {
+            return Ok(None);
+        };
+        if self.kept_input.bodies().is_none() {
+            return Ok(None);
+        }
+        let Model {
+            mesh, attributes, ..
+        } = self.model();
+        let bodies = Bodies::new(&mesh, &attributes);
+        let found = Inspection::of_bodies(&mesh, bodies.as_ref())?;
+        Ok(Some(checked(&found, bodies.as_ref(), &params)?))
     }
 
     /// The name of the command that does this work.
@@ -94,6 +116,7 @@ impl<'s> Mended<'s> {
             whole: self.whole,
             kept: self.kept,
             face_origins: self.face_origins,
+            bodies_as_one: self.bodies_as_one,
             sha256: self.sha256,
             cancel: self.cancel,
             extent: self.extent,
@@ -237,7 +260,8 @@ impl<'s> Mended<'s> {
         &self,
         draw: impl FnOnce(&Unchanged<'_>) -> Result<R, JobError>,
     ) -> Result<R, JobError> {
-        let found = Inspection::new(&self.kept_input.mesh)?;
+        let bodies = self.kept_input.bodies();
+        let found = Inspection::of_bodies(&self.kept_input.mesh, bodies.as_ref())?;
         draw(&Unchanged {
             place: &self.spec.source.place,
             loaded: &self.kept_input,
@@ -310,7 +334,9 @@ impl<'s> Mended<'s> {
                     plain_patches: wanted.has_plain_patches(),
                     cancel: &self.cancel,
                 };
-                let saved = output.write_mended(own, &saving, regions, &mut staging)?;
+                let mut saved = output.write_mended(own, &saving, regions, &mut staging)?;
+                let note = |count| one_mesh_note(count, &self.extent, output.format);
+                saved.notes.extend(self.bodies_as_one.map(note));
                 self.deliver(&saved, &components, &mut delivered, &mut staging)?;
                 self.extent.judge(&saved.mesh, saved.verdict)?;
                 (Some(saved.mesh), saved.notes, saved.bytes, saved.sha256)
