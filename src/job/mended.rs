@@ -11,6 +11,7 @@ use super::deliver::{Deliverables, Delivered, clear_run_times};
 use super::draw::{Before, Drawings, Drawn};
 use super::outcome::JobResult;
 use super::output::Saving;
+use super::painted;
 use super::result::{Kept, OperationReport};
 use super::staging::Staging;
 use super::unchanged::Unchanged;
@@ -19,7 +20,7 @@ use crate::attributes::transfer_without;
 use crate::cancel::Cancel;
 use crate::check::Verdict;
 use crate::fill::RegionReport;
-use crate::io::Loaded;
+use crate::io::{Format, Loaded};
 use crate::mend::{FillReport, Inspection};
 use crate::mesh::{Bodies, Mesh, Model};
 
@@ -335,8 +336,9 @@ impl<'s> Mended<'s> {
                     cancel: &self.cancel,
                 };
                 let mut saved = output.write_mended(own, &saving, regions, &mut staging)?;
-                let note = |count| one_mesh_note(count, &self.extent, output.format);
-                saved.notes.extend(self.bodies_as_one.map(note));
+                saved
+                    .notes
+                    .extend(self.notes_on_work(&saved.mesh, output.format));
                 self.deliver(&saved, &components, &mut delivered, &mut staging)?;
                 self.extent.judge(&saved.mesh, saved.verdict)?;
                 (Some(saved.mesh), saved.notes, saved.bytes, saved.sha256)
@@ -364,6 +366,20 @@ impl<'s> Mended<'s> {
 }
 
 impl Mended<'_> {
+    /// Remarks on the work: objects that were mended as one mesh, and vertices that keep the colour of the mask.
+    fn notes_on_work(&self, mesh: &Mesh, format: Format) -> Vec<String> {
+        let one_mesh = |count| one_mesh_note(count, &self.extent, format);
+        let painted = match self.whole {
+            true => None,
+            false => painted::note(mesh, &self.kept_input, &self.spec.work.painted()),
+        };
+        self.bodies_as_one
+            .map(one_mesh)
+            .into_iter()
+            .chain(painted)
+            .collect()
+    }
+
     /// Stages the drawings of a mesh as it was written; of a copy there is none. `delivered` and the hash of the mesh stand on the page.
     fn stage_drawings(
         &self,

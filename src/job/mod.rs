@@ -35,6 +35,7 @@ mod marks;
 mod mended;
 mod outcome;
 mod output;
+mod painted;
 mod places;
 mod read;
 mod result;

@@ -10,6 +10,7 @@ use super::deliver::clear_run_times;
 use super::draw::Before;
 use super::mended::Mended;
 use super::outcome::{JobPlan, JobResult, WorkPlan};
+use super::painted;
 use super::result::{KeptInput, Made, OperationReport, repaired};
 use super::template::with_template;
 use super::{JobError, JobSpec, MaskSpec, PaintedColour, Work};
@@ -226,6 +227,15 @@ impl<'s> Read<'s> {
         let (mut kept_input, kept) = made.kept_input.of(loaded);
         if let Some(note) = note {
             Arc::make_mut(&mut kept_input).notes.push(note);
+        }
+        if !whole {
+            painted::divide(
+                &mut made.mesh,
+                &mut made.expected_error,
+                &mut made.report,
+                &kept_input,
+                &spec.work.painted(),
+            );
         }
         Mended {
             spec,
