@@ -1,13 +1,15 @@
 """Tests of choices on the page of `isomend view`, in Chromium: rows show what is sent, masks and choices are kept. For view_test.py."""
 
 import re
+import shutil
+import subprocess
 
 from view_page import Server
 
 # For each row of the list of holes: whether the row says that the hole stays open, and whether the parameters sent say so.
 ROWS = """(() => { const { holes } = isomend, sent = holes.params(), rows = [...document.querySelectorAll("#holes li")];
   return rows.map((row) => { const id = Number(row.dataset.hole), open = row.querySelector("select").value === "open";
-    return [id, open, sent.holes ? !sent.holes.includes(id) : sent.keep_open.includes(id)]; }); })()"""
+    return [id, open, sent.holes ? !sent.holes.includes(id) : sent.keep_open.includes(id) || holes.list.find((h) => h.id === id).stays_open]; }); })()"""
 DOINGS = "JSON.stringify([...isomend.holes.doings])"
 
 
@@ -112,6 +114,34 @@ def check_mask(page):
     page.expect(page.run("isomend.steps.job === null"), "a run begins although it was not wanted")
 
 
+def check_defaults(page, program, folder, mesh):
+    """Filling with all defaults writes the bytes of `isomend fill`, which joins outer borders with the rims that they face."""
+    mesh = shutil.copy(mesh, folder / "defaults.ply")
+    by_program, by_page = folder / "by_program.ply", folder / "by_page.ply"
+    done = subprocess.run([program, "fill", mesh, "-o", by_program], capture_output=True, text=True)
+    server = Server(program, mesh, folder / "log_defaults.txt")
+    try:
+        page.start(server)
+        page.until("!!isomend.mask()", "the surface is prepared")
+        joined = [hole["id"] for hole in page.state()["holes"] if hole["outer_boundary"] and hole["joined"]]
+        page.expect(joined, "no outer border of this mesh faces another rim")
+        for number in joined:
+            row = page.run(f"document.querySelector('#holes li[data-hole=\"{number}\"]').textContent")
+            page.expect("+" in row, f"the row of border {number} names no rim that it is joined with: {row!r}")
+        page.expect(page.run("isomend.holes.text()") == "--holes all", "the page proposes " + page.run("isomend.holes.text()"))
+        page.click_on("#fill-all")
+        page.until_done()
+        page.reaches(1, "all holes are filled")
+        page.tab("save")
+        page.fill_in("#save-path", by_page.name)
+        page.click_on("#save")
+        page.until("document.querySelector('#saved').textContent || document.querySelector('#save-trouble').textContent", "the mesh is saved")
+        page.expect(done.returncode == 0 and by_page.read_bytes() == by_program.read_bytes(), "the page's fill with its defaults differs from the program's")
+        page.tell_troubles()
+    finally:
+        server.stop()
+
+
 def choices(page, program, folder, mesh):
     """All tests of choices, on a mesh with outer borders."""
     server = Server(program, mesh, folder / "log.txt")
@@ -123,5 +153,8 @@ def choices(page, program, folder, mesh):
         check_step(page)
         check_mask(page)
         page.tell_troubles()
+        # Leave the page before its server stops, of which it would report an error.
+        page.call("Page.navigate", url="about:blank")
     finally:
         server.stop()
+    check_defaults(page, program, folder, mesh)

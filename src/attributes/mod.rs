@@ -23,7 +23,7 @@ use crate::mesh::attributes::{
     Attribute, CornerAttribute, EXPECTED_ERROR_NAME, LabelKind, Labels, NONE, PATCH_NAME, Role,
     Scalar,
 };
-use crate::mesh::{Attributes, Mesh, Model, area_vector};
+use crate::mesh::{Attributes, Bodies, Mesh, Model, area_vector};
 pub(crate) use field::Source;
 pub(crate) use harmonic::Laplacian;
 pub(crate) use rim::{Patches, Slot};
@@ -151,7 +151,8 @@ impl<'a> Transfer<'a> {
         filled: &Mesh,
         unwanted: &'a [UnwantedColour],
     ) -> Self {
-        let patches = Patches::new(original, filled);
+        let bodies = Bodies::new(original, before);
+        let patches = Patches::new(original, filled, bodies.as_ref());
         let points: Vec<DVec3> = patches
             .slots
             .iter()

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::mesh::{Mesh, weld_map};
+use crate::mesh::{Bodies, Mesh, weld_map, weld_map_of_bodies};
 
 /// A vertex of one patch. A vertex of the mesh where several patches meet is a slot in each of them.
 pub(crate) struct Slot {
@@ -28,10 +28,14 @@ pub(crate) struct Patches {
 }
 
 impl Patches {
-    pub(crate) fn new(original: &Mesh, filled: &Mesh) -> Self {
+    /// Vertices of different `bodies` stay apart.
+    pub(crate) fn new(original: &Mesh, filled: &Mesh, bodies: Option<&Bodies>) -> Self {
         // Vertices of the mesh at the same position count as one, so that a patch stays connected where the mesh doubles
         // vertices (seams of texture coordinates).
-        let weld = weld_map(original);
+        let weld = match bodies {
+            None => weld_map(original),
+            Some(bodies) => weld_map_of_bodies(original, bodies),
+        };
         let canonical = |v: u32| weld.get(v as usize).copied().unwrap_or(v);
         let faces: Vec<[u32; 3]> = filled.faces[original.faces.len()..]
             .iter()

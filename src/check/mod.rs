@@ -8,6 +8,7 @@
 //! or edge). Intersections are decided exactly here, so faces that merely touch, and neighbours that are folded onto each other,
 //! count too.
 
+mod bodies;
 mod boundary;
 mod components;
 mod defects;
@@ -202,6 +203,10 @@ pub struct Verdict {
     pub doubt: Option<ShapeDoubt>,
     /// The options of the check.
     pub params: CheckParams,
+    /// The verdict on each object of a 3MF file, with its name, if the file has several: each is checked by itself, and the other
+    /// fields are sums. Else empty.
+    #[serde(default)]
+    pub objects: Vec<(String, Verdict)>,
 }
 
 /// A mesh with its connectivity, the subject of a check.
@@ -254,6 +259,7 @@ pub fn judge(subject: &Subject, params: &CheckParams) -> Verdict {
         foils: Vec::new(),
         doubt: None,
         params: params.clone(),
+        objects: Vec::new(),
     }
 }
 
@@ -291,6 +297,13 @@ impl Verdict {
 
     /// The defects in words; empty for a sound mesh.
     pub fn reasons(&self) -> Vec<String> {
+        if !self.objects.is_empty() {
+            let named = |(name, own): &(String, Self)| -> Vec<String> {
+                let reasons = own.reasons().into_iter();
+                reasons.map(|reason| format!("{name}: {reason}")).collect()
+            };
+            return self.objects.iter().flat_map(named).collect();
+        }
         let mut reasons = Vec::new();
         for defect in &self.defects {
             match defect.kind {
@@ -322,8 +335,8 @@ impl Verdict {
     /// The verdict in one line.
     pub fn line(&self) -> String {
         let reasons = self.reasons();
-        if let (true, Some(doubt)) = (self.defects.is_empty(), &self.doubt) {
-            let doubt = doubt.text();
+        if self.defects.is_empty() && self.doubt.is_some() {
+            let doubt = reasons.join(", ");
             return format!("watertight, but the shape is doubtful: {doubt}");
         }
         match &reasons[..] {

@@ -66,7 +66,7 @@ pub(crate) use save::{read_plain, replace_unlinked, write_new};
 use serde::{Deserialize, Serialize};
 
 use crate::grid::Volume;
-use crate::mesh::{Attributes, Mesh, Model, Origins};
+use crate::mesh::{Attributes, Bodies, Mesh, Model, Origins};
 
 /// A mesh read from a file, with its attributes, its format and remarks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -101,6 +101,12 @@ impl Loaded {
         let before = (&self.attributes, &self.mesh);
         interpolate::interpolate(&mut attributes, &mesh, origins, before);
         self.with(mesh, attributes)
+    }
+
+    /// The bodies of a 3MF file: its objects and their parts, if there are several. In other formats objects and groups name
+    /// faces of one mesh.
+    pub(crate) fn bodies(&self) -> Option<Bodies> {
+        Bodies::new(&self.mesh, &self.attributes)
     }
 
     /// Another mesh with its attributes; format, document and remarks come from this file.

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use serde::Serialize;
 
+use super::bodies::checked;
 use super::documents::{CreaseEndRow, HoleRow, VerdictRow};
 use super::{Document, Drawings, FileInfo, JobError, Marked, MaskSpec, Place, Source, Unchanged};
 use crate::check::{CheckParams, Verdict};
@@ -40,9 +41,12 @@ pub fn inspect<'a>(
     drawings: &Drawings,
 ) -> Result<Inspected<'a>, JobError> {
     let place = &source.place;
-    let found = Inspection::new(&loaded.mesh).map_err(|error| JobError::Inspect {
-        name: place.name(),
-        error,
+    let bodies = loaded.bodies();
+    let found = Inspection::of_bodies(&loaded.mesh, bodies.as_ref()).map_err(|error| {
+        JobError::Inspect {
+            name: place.name(),
+            error,
+        }
     })?;
     let crease_ends = found.crease_ends(&Control::new())?;
     let marked = mask.map(|mask| mask.marked(loaded)).transpose()?;
@@ -136,11 +140,14 @@ pub fn check<'a>(
 ) -> Result<Checked<'a>, JobError> {
     params.check().map_err(FillError::from)?;
     let place = &source.place;
-    let found = Inspection::new(&loaded.mesh).map_err(|error| JobError::Inspect {
-        name: place.name(),
-        error,
+    let bodies = loaded.bodies();
+    let found = Inspection::of_bodies(&loaded.mesh, bodies.as_ref()).map_err(|error| {
+        JobError::Inspect {
+            name: place.name(),
+            error,
+        }
     })?;
-    let verdict = found.check(params);
+    let verdict = checked(&found, bodies.as_ref(), params)?;
     drawings.write_unchanged(&Unchanged {
         place,
         loaded,

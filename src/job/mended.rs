@@ -6,20 +6,23 @@ use std::sync::Arc;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::bodies::{checked, one_mesh_note};
 use super::deliver::{Deliverables, Delivered, clear_run_times};
 use super::draw::{Before, Drawings, Drawn};
 use super::outcome::JobResult;
 use super::output::Saving;
+use super::painted;
 use super::result::{Kept, OperationReport};
 use super::staging::Staging;
 use super::unchanged::Unchanged;
 use super::{JobError, JobSpec, Output, Place};
 use crate::attributes::transfer_without;
 use crate::cancel::Cancel;
+use crate::check::Verdict;
 use crate::fill::RegionReport;
-use crate::io::Loaded;
+use crate::io::{Format, Loaded};
 use crate::mend::{FillReport, Inspection};
-use crate::mesh::{Mesh, Model};
+use crate::mesh::{Bodies, Mesh, Model};
 
 /// A job whose mesh has been mended. Clones share the meshes. Serialization keeps everything: the mesh, its attributes and the report.
 #[derive(Clone, Serialize, Deserialize)]
@@ -42,6 +45,9 @@ pub struct Mended<'s> {
     pub(super) kept: Option<Kept>,
     /// For each face of `kept_input`, the face of the input that it is or was made from.
     pub(super) face_origins: Vec<u32>,
+    /// The number of objects of the input, if they were mended as one mesh.
+    #[serde(default)]
+    pub(super) bodies_as_one: Option<usize>,
     /// SHA-256 of the file or the bytes that were read; `None` if the mesh was given in memory.
     #[serde(default)]
     pub(super) sha256: Option<String>,
@@ -73,8 +79,25 @@ impl<'s> Mended<'s> {
     /// # Errors
     /// If the mesh cannot be inspected.
     pub fn judged(mut self) -> Result<Self, JobError> {
-        self.extent.judge(&self.made, None)?;
+        let verdict = self.verdict_on_bodies()?;
+        self.extent.judge(&self.made, verdict)?;
         Ok(self)
+    }
+
+    /// The verdict on a repaired mesh whose bodies were repaired by themselves.
+    fn verdict_on_bodies(&self) -> Result<Option<Verdict>, JobError> {
+        let Some(params) = self.extent.judged_by() else {
+            return Ok(None);
+        };
+        if self.kept_input.bodies().is_none() {
+            return Ok(None);
+        }
+        let Model {
+            mesh, attributes, ..
+        } = self.model();
+        let bodies = Bodies::new(&mesh, &attributes);
+        let found = Inspection::of_bodies(&mesh, bodies.as_ref())?;
+        Ok(Some(checked(&found, bodies.as_ref(), &params)?))
     }
 
     /// The name of the command that does this work.
@@ -94,6 +117,7 @@ impl<'s> Mended<'s> {
             whole: self.whole,
             kept: self.kept,
             face_origins: self.face_origins,
+            bodies_as_one: self.bodies_as_one,
             sha256: self.sha256,
             cancel: self.cancel,
             extent: self.extent,
@@ -237,7 +261,8 @@ impl<'s> Mended<'s> {
         &self,
         draw: impl FnOnce(&Unchanged<'_>) -> Result<R, JobError>,
     ) -> Result<R, JobError> {
-        let found = Inspection::new(&self.kept_input.mesh)?;
+        let bodies = self.kept_input.bodies();
+        let found = Inspection::of_bodies(&self.kept_input.mesh, bodies.as_ref())?;
         draw(&Unchanged {
             place: &self.spec.source.place,
             loaded: &self.kept_input,
@@ -310,7 +335,10 @@ impl<'s> Mended<'s> {
                     plain_patches: wanted.has_plain_patches(),
                     cancel: &self.cancel,
                 };
-                let saved = output.write_mended(own, &saving, regions, &mut staging)?;
+                let mut saved = output.write_mended(own, &saving, regions, &mut staging)?;
+                saved
+                    .notes
+                    .extend(self.notes_on_work(&saved.mesh, output.format));
                 self.deliver(&saved, &components, &mut delivered, &mut staging)?;
                 self.extent.judge(&saved.mesh, saved.verdict)?;
                 (Some(saved.mesh), saved.notes, saved.bytes, saved.sha256)
@@ -338,6 +366,20 @@ impl<'s> Mended<'s> {
 }
 
 impl Mended<'_> {
+    /// Remarks on the work: objects that were mended as one mesh, and vertices that keep the colour of the mask.
+    fn notes_on_work(&self, mesh: &Mesh, format: Format) -> Vec<String> {
+        let one_mesh = |count| one_mesh_note(count, &self.extent, format);
+        let painted = match self.whole {
+            true => None,
+            false => painted::note(mesh, &self.kept_input, &self.spec.work.painted()),
+        };
+        self.bodies_as_one
+            .map(one_mesh)
+            .into_iter()
+            .chain(painted)
+            .collect()
+    }
+
     /// Stages the drawings of a mesh as it was written; of a copy there is none. `delivered` and the hash of the mesh stand on the page.
     fn stage_drawings(
         &self,

@@ -22,16 +22,20 @@
 //! [`measure`] a signed distance volume. A [`SurfaceSpec`] extracts the surface at a level of a volume.
 
 mod batch;
+mod bodies;
 mod deliver;
 mod documents;
 mod draw;
+mod each;
 mod error;
 mod hash;
 mod inspection;
+mod join;
 mod marks;
 mod mended;
 mod outcome;
 mod output;
+mod painted;
 mod places;
 mod read;
 mod result;
@@ -69,4 +73,4 @@ pub use unchanged::Unchanged;
 pub use volumes::{MeasuredFile, VolumeSeconds, measure, write_volume};
 
 #[cfg_attr(not(feature = "cli"), allow(unused_imports))]
-pub(crate) use {output::write_text, units::contradiction, volumes::DISTANCE};
+pub(crate) use {each::default_plan, output::write_text, units::contradiction, volumes::DISTANCE};

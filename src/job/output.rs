@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::{DMat4, DVec3};
 use serde::{Deserialize, Serialize};
 
+use super::bodies::checked;
 use super::deliver::{Component, Mark};
 use super::hash::sha256;
 use super::rounding::collapse_note;
@@ -452,7 +453,9 @@ fn judged(bytes: &[u8], format: Format, params: &CheckParams) -> Result<Verdict,
         error,
     };
     let loaded = read_bytes(bytes, format, &no_side_files).map_err(bad)?;
-    Ok(Inspection::new(&loaded.mesh)?.check(params))
+    let bodies = loaded.bodies();
+    let found = Inspection::of_bodies(&loaded.mesh, bodies.as_ref())?;
+    Ok(checked(&found, bodies.as_ref(), params)?)
 }
 
 /// The smallest float type that holds the coordinates of the input exactly.

@@ -204,20 +204,22 @@ impl KeptInput {
     }
 }
 
-/// Repairs a mesh. With `in_place` its vertices keep their numbers; `stored` is as in [`Carried::stored`].
+/// Repairs a mesh. Vertices that are `alike` have equal attributes. With `in_place` vertices keep their numbers; `stored` is as in
+/// [`Carried::stored`].
 pub(super) fn repaired(
-    loaded: &Loaded,
+    mesh: &Mesh,
+    alike: &(dyn Fn(u32, u32) -> bool + Sync),
     (in_place, stored): (bool, Option<DMat4>),
     params: &RepairParams,
     control: &Control,
 ) -> Result<Made, JobError> {
-    let alike = |a, b| !in_place && loaded.attributes.are_alike(a, b);
+    let alike = |a, b| !in_place && alike(a, b);
     let carried = Carried {
         alike: &alike,
         in_place,
         stored,
     };
-    let mut done = repair(&loaded.mesh, params, &carried, control)?;
+    let mut done = repair(mesh, params, &carried, control)?;
     let (vertices, faces) = (done.origins.vertices.len(), done.origins.faces.len());
     let kept_mesh = Mesh::new(
         done.mesh.positions[..vertices].to_vec(),

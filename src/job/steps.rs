@@ -5,10 +5,12 @@ use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
 
+use super::bodies::mended_as_one;
 use super::deliver::clear_run_times;
 use super::draw::Before;
 use super::mended::Mended;
 use super::outcome::{JobPlan, JobResult, WorkPlan};
+use super::painted;
 use super::result::{KeptInput, Made, OperationReport, repaired};
 use super::template::with_template;
 use super::{JobError, JobSpec, MaskSpec, PaintedColour, Work};
@@ -16,12 +18,12 @@ use crate::attributes::UnwantedColour;
 use crate::cancel::Cancel;
 use crate::io::Loaded;
 use crate::mend::{Control, FairError, FillError, Filled, Inspection, RestoreError};
-use crate::mesh::Mesh;
+use crate::mesh::{Bodies, Mesh};
 use crate::repair::RepairParams;
 
 /// A job whose mesh has been read.
 pub struct Read<'s> {
-    spec: Cow<'s, JobSpec>,
+    pub(super) spec: Cow<'s, JobSpec>,
     /// SHA-256 of the file or the bytes; `None` for a mesh in memory.
     sha256: Option<String>,
     /// The mesh that was read; shared, not copied.
@@ -97,7 +99,7 @@ impl JobSpec {
     /// which the output stores 32-bit floats.
     ///
     /// [`Carried::stored`]: crate::repair::Carried::stored
-    fn carried(&self, loaded: &Loaded) -> (bool, Option<DMat4>) {
+    pub(super) fn carried(&self, loaded: &Loaded) -> (bool, Option<DMat4>) {
         let stored = match &self.output {
             Some(output) => output.stored(loaded),
             None => loaded.f32_exact.then_some(DMat4::IDENTITY),
@@ -112,10 +114,17 @@ impl<'s> Read<'s> {
     /// # Errors
     /// If the mask or the parameters do not fit the mesh.
     pub fn plan(self) -> Result<JobPlan<'s>, JobError> {
+        check_base(&self.spec.work, &self.loaded.mesh)?;
+        let plan = match self.bodies() {
+            Some(bodies) => {
+                let found = self.spec.work.inspect(&self.loaded.mesh, Some(&bodies))?;
+                self.plan_each(&bodies, &found)?
+            }
+            None => planned(&self.spec.work, &self.loaded)?,
+        };
         let Self { spec, loaded, .. } = self;
-        check_base(&spec.work, &loaded.mesh)?;
         Ok(JobPlan {
-            plan: planned(&spec.work, &loaded)?,
+            plan,
             spec,
             format: loaded.format,
             size: [loaded.mesh.positions.len(), loaded.mesh.faces.len()],
@@ -129,15 +138,14 @@ impl<'s> Read<'s> {
     /// If the mask or the parameters do not fit the mesh, or if the run is cancelled.
     pub fn mend(self, control: &Control) -> Result<Mended<'s>, JobError> {
         check_base(&self.spec.work, &self.loaded.mesh)?;
-        let made = match &self.spec.work {
-            Work::Repair(params) => repaired(
-                &self.loaded,
-                self.spec.carried(&self.loaded),
-                &repair_template(params)?,
-                control,
-            )?,
-            Work::Copy => Made::copy(&self.loaded.mesh),
-            work => self.make(&work.inspect(&self.loaded.mesh)?, control)?,
+        let made = match (&self.spec.work, self.bodies()) {
+            (Work::Copy, _) => Made::copy(&self.loaded.mesh),
+            (work, Some(bodies)) => {
+                let found = work.inspect(&self.loaded.mesh, Some(&bodies))?;
+                self.make_each(&bodies, &found, control)?
+            }
+            (Work::Repair(params), None) => self.repaired(params, control)?,
+            (work, None) => self.make(&work.inspect(&self.loaded.mesh, None)?, control)?,
         };
         Ok(self.mended(made).stopped_by(control))
     }
@@ -147,7 +155,10 @@ impl<'s> Read<'s> {
     /// # Errors
     /// As [`Read::mend`].
     pub fn mend_found(self, found: &Inspection, control: &Control) -> Result<Mended<'s>, JobError> {
-        let made = self.make(found, control)?;
+        let made = match self.bodies() {
+            Some(bodies) => self.make_each(&bodies, found, control)?,
+            None => self.make(found, control)?,
+        };
         Ok(self.mended(made).stopped_by(control))
     }
 
@@ -169,10 +180,7 @@ impl<'s> Read<'s> {
                 params.keep_vertices |= keep_vertices;
                 found.restore(&marked, &params, control)?.into()
             }
-            Work::Repair(params) => {
-                let params = repair_template(params)?;
-                repaired(loaded, spec.carried(loaded), &params, control)?
-            }
+            Work::Repair(params) => self.repaired(params, control)?,
             Work::Copy => Made::copy(&loaded.mesh),
             Work::Fair(mask, params) => {
                 let marked = mask.as_ref().map(|mask| marks(mask, loaded)).transpose()?;
@@ -181,6 +189,14 @@ impl<'s> Read<'s> {
                 found.fair(marked.as_deref(), &params, control)?.into()
             }
         })
+    }
+
+    /// Repairs the mesh as a whole.
+    fn repaired(&self, params: &RepairParams, control: &Control) -> Result<Made, JobError> {
+        let Self { spec, loaded, .. } = self;
+        let alike = |a, b| loaded.attributes.are_alike(a, b);
+        let (params, carried) = (repair_template(params)?, spec.carried(loaded));
+        repaired(&loaded.mesh, &alike, carried, &params, control)
     }
 
     /// Combines the job, the input and the result of the work.
@@ -205,11 +221,21 @@ impl<'s> Read<'s> {
             loaded: loaded.clone(),
             gone,
         });
+        let bodies_as_one = mended_as_one(&made.extent, &loaded);
         let face_origins = made.kept_input.face_origins(size[1]);
         let note = spec.rounding_note(&loaded);
         let (mut kept_input, kept) = made.kept_input.of(loaded);
         if let Some(note) = note {
             Arc::make_mut(&mut kept_input).notes.push(note);
+        }
+        if !whole {
+            painted::divide(
+                &mut made.mesh,
+                &mut made.expected_error,
+                &mut made.report,
+                &kept_input,
+                &spec.work.painted(),
+            );
         }
         Mended {
             spec,
@@ -221,6 +247,7 @@ impl<'s> Read<'s> {
             whole,
             kept,
             face_origins,
+            bodies_as_one,
             sha256,
             cancel: Cancel::default(),
             extent: made.extent,
@@ -254,8 +281,12 @@ impl Work {
     }
 
     /// Inspects a mesh; errors get the type of this work's errors.
-    fn inspect<'m>(&self, mesh: &'m Mesh) -> Result<Inspection<'m>, JobError> {
-        let found = Inspection::new(mesh);
+    pub(super) fn inspect<'m>(
+        &self,
+        mesh: &'m Mesh,
+        bodies: Option<&Bodies>,
+    ) -> Result<Inspection<'m>, JobError> {
+        let found = Inspection::of_bodies(mesh, bodies);
         Ok(match self {
             Self::Fill(_) | Self::Repair(_) | Self::Copy => found?,
             Self::Restore(..) => found.map_err(RestoreError::from)?,
@@ -313,7 +344,7 @@ fn planned(work: &Work, loaded: &Loaded) -> Result<WorkPlan, JobError> {
 }
 
 /// The parameters of a repair with their template.
-fn repair_template(params: &RepairParams) -> Result<RepairParams, JobError> {
+pub(super) fn repair_template(params: &RepairParams) -> Result<RepairParams, JobError> {
     Ok(RepairParams {
         fill: with_template(&params.fill)?.into_owned(),
         ..params.clone()
@@ -321,6 +352,6 @@ fn repair_template(params: &RepairParams) -> Result<RepairParams, JobError> {
 }
 
 /// The marked faces of a mask; an error if there are none.
-fn marks(mask: &MaskSpec, loaded: &Loaded) -> Result<Vec<bool>, JobError> {
+pub(super) fn marks(mask: &MaskSpec, loaded: &Loaded) -> Result<Vec<bool>, JobError> {
     mask.marked(loaded)?.some()
 }

@@ -64,6 +64,13 @@ impl<'a> Control<'a> {
         self.cancel.is_some_and(Cancel::is_cancelled)
     }
 
+    /// Reports progress, if it is wanted.
+    pub(crate) fn report(&self, step: &Step) {
+        if let Some(progress) = self.progress {
+            progress(step);
+        }
+    }
+
     /// The token that stops the run; one that is never set where none was given.
     pub(crate) fn token(&self) -> Cancel {
         self.cancel.cloned().unwrap_or_default()

@@ -5,7 +5,9 @@ use std::borrow::Cow;
 use super::FillError;
 use crate::attributes::transfer;
 use crate::check::{CheckParams, Subject, Verdict, judge};
-use crate::mesh::{Hole, Mesh, Model, OpenChain, Topology, find_holes, weld_map};
+use crate::mesh::{
+    Bodies, Hole, Mesh, Model, OpenChain, Topology, find_holes, weld_map, weld_map_of_bodies,
+};
 
 /// An analysed mesh. [`Inspection::plan`], [`Inspection::fill`], [`Inspection::restore`] and [`Inspection::fair`] work on it.
 #[derive(Clone)]
@@ -31,9 +33,20 @@ impl<'m> Inspection<'m> {
     /// # Errors
     /// If the mesh is empty, an index is out of range, or a coordinate is not finite, or too large or too small to measure with.
     pub fn new(input: impl Into<Cow<'m, Mesh>>) -> Result<Self, FillError> {
+        Self::of_bodies(input, None)
+    }
+
+    /// The same for a mesh of several bodies, which are not connected where they touch.
+    pub(crate) fn of_bodies(
+        input: impl Into<Cow<'m, Mesh>>,
+        bodies: Option<&Bodies>,
+    ) -> Result<Self, FillError> {
         let input = input.into();
         input.validate()?;
-        let weld = weld_map(&input);
+        let weld = match bodies {
+            None => weld_map(&input),
+            Some(bodies) => weld_map_of_bodies(&input, bodies),
+        };
         let own = weld.iter().zip(0u32..).filter(|(w, v)| *w == v).count();
         let mut mesh = match input {
             Cow::Borrowed(mesh) if own == weld.len() => Cow::Borrowed(mesh),

@@ -4,6 +4,8 @@
 //! [`Inspection::fair`] may be called any number of times. [`fill`], [`restore`] and [`fair`] do both steps in one call.
 
 mod base;
+#[cfg(feature = "io")]
+mod bodies;
 mod choose;
 mod control;
 mod counterpart;
@@ -29,6 +31,8 @@ use crate::fill::FillParams;
 use crate::flow::BendingEnergy;
 use crate::mesh::Mesh;
 
+#[cfg(feature = "io")]
+pub(crate) use bodies::{HolesByRim, Numbers};
 pub(crate) use control::Watch;
 pub use control::{Control, Event, Progress, Step};
 pub use crease_ends::CreaseEnd;

@@ -2,6 +2,7 @@
 
 mod adjacency;
 pub mod attributes;
+mod bodies;
 mod chains;
 pub mod cut;
 mod error;
@@ -29,6 +30,7 @@ use serde::{Deserialize, Serialize};
 
 pub use adjacency::{VertexFaces, face_normal, vertex_normal};
 pub use attributes::Attributes;
+pub use bodies::Bodies;
 pub use chains::{ChainReason, OpenChain};
 pub use error::MeshError;
 pub use fans::{fans, has_several_fans};
@@ -44,7 +46,7 @@ pub use topology::{Defects, Topology};
 pub use unit::Unit;
 #[cfg(feature = "io")]
 pub(crate) use weld::Welder;
-pub use weld::{weld_map, welded};
+pub use weld::{weld_map, weld_map_of_bodies, welded};
 
 /// Maximum absolute coordinate: squares of areas, which contain fourth powers of lengths up to three times as large, must not
 /// overflow.

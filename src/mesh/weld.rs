@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Mesh;
+use super::{Bodies, Mesh};
 
 /// For each vertex, the first vertex at exactly the same position.
 ///
@@ -20,6 +20,19 @@ pub fn weld_map(mesh: &Mesh) -> Vec<u32> {
         first[index as usize]
     };
     mesh.positions.iter().enumerate().map(of).collect()
+}
+
+/// The same within each body: vertices of different bodies at the same position stay apart.
+pub fn weld_map_of_bodies(mesh: &Mesh, bodies: &Bodies) -> Vec<u32> {
+    let mut map: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+    for own in &bodies.vertices {
+        let positions = own.iter().map(|v| mesh.positions[*v as usize]);
+        let part = Mesh::new(positions.collect(), Vec::new());
+        for (v, first) in own.iter().zip(weld_map(&part)) {
+            map[*v as usize] = own[first as usize];
+        }
+    }
+    map
 }
 
 /// The mesh with its faces on welded vertices, and the number of merged vertices.

@@ -3,6 +3,7 @@
 //! Faces that are not part of a defect are kept bit for bit and in order.
 
 mod bodies;
+mod bodies_report;
 mod caps;
 mod chains;
 mod choice;

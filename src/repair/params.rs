@@ -169,6 +169,9 @@ pub struct RepairReport {
     pub before: Option<Verdict>,
     /// The verdict on the result, or on the written file if there is one.
     pub after: Option<Verdict>,
+    /// The report on each object of a 3MF file, with its name, if the file has several: each is repaired by itself. Else empty.
+    #[serde(default)]
+    pub objects: Vec<(String, RepairReport)>,
     /// The report of the fills. Holes are numbered as they were when they were filled.
     pub fill: FillReport,
 }
@@ -176,6 +179,10 @@ pub struct RepairReport {
 impl RepairReport {
     /// Stores the verdict on the result and adds a defect for offset shells with too thin walls.
     pub(crate) fn judge(&mut self, mut verdict: Verdict) {
+        if !self.objects.is_empty() && !verdict.objects.is_empty() {
+            self.judge_bodies(verdict);
+            return;
+        }
         let mut faces = 0;
         for (number, limit) in &self.thin_offset_shells {
             let shell = self.offset_shells.iter().find(|(n, _)| n == number);

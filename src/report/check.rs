@@ -28,15 +28,7 @@ pub fn verdict_rows(
     size: f64,
     unit: Option<Unit>,
 ) -> Vec<(&'static str, String)> {
-    let mut rows = vec![(
-        "mesh",
-        format!(
-            "{}, {}, {}",
-            counted(verdict.vertices, "vertex"),
-            counted(verdict.faces, "face"),
-            counted(verdict.components.len(), "component")
-        ),
-    )];
+    let mut rows = counts(verdict);
     rows.extend(DefectKind::ALL.into_iter().filter_map(|kind| {
         let found = verdict.defects.iter().find(|d| d.kind == kind);
         let name = name(kind);
@@ -85,6 +77,22 @@ pub fn verdict_rows(
             false => (name, count.to_string()),
         }),
     );
+    rows
+}
+
+/// The rows of the numbers of elements and objects.
+fn counts(verdict: &Verdict) -> Vec<(&'static str, String)> {
+    let text = format!(
+        "{}, {}, {}",
+        counted(verdict.vertices, "vertex"),
+        counted(verdict.faces, "face"),
+        counted(verdict.components.len(), "component")
+    );
+    let mut rows = vec![("mesh", text)];
+    if !verdict.objects.is_empty() {
+        let count = verdict.objects.len();
+        rows.push(("objects", format!("{count}, each checked by itself")));
+    }
     rows
 }
 

@@ -82,7 +82,7 @@ pub(crate) fn paint(
     let faces = model.mesh.faces.iter().enumerate();
     let faces = faces.map(|(f, face)| if f < kept { *face } else { face.map(of_input) });
     let filled = Mesh::new(positions.clone(), faces.collect());
-    let patches = Patches::new(&input.mesh, &filled);
+    let patches = Patches::new(&input.mesh, &filled, input.bodies().as_ref());
     let across = across_seams(input, model, &patches);
     if across.is_empty() {
         return painted;

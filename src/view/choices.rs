@@ -55,8 +55,8 @@ impl From<HoleAction> for String {
 
 impl HoleAction {
     /// The default action for a hole, as on the command line.
-    fn default_for(hole: &Hole) -> Self {
-        match hole.outer_boundary {
+    fn default_for(hole: &Hole, state: &State) -> Self {
+        match state.stays_open(hole.id) {
             true => Self::Open,
             false => Self::Fill,
         }
@@ -156,7 +156,7 @@ impl Choices {
         let holes = state.holes.iter();
         let chosen = holes.filter_map(|hole| {
             let action = actions.get(&hole.id).copied()?;
-            (action != HoleAction::default_for(hole)).then(|| (rim_key(&hole.rim), action))
+            (action != HoleAction::default_for(hole, state)).then(|| (rim_key(&hole.rim), action))
         });
         self.holes = chosen.collect();
     }
@@ -179,7 +179,7 @@ impl Choices {
         let action = |hole: &Hole| chosen.get(&hole.id).copied();
         let kept: HashMap<Vec<u32>, HoleAction> = (old.holes.iter())
             .filter_map(|h| {
-                let action = action(h).unwrap_or(HoleAction::default_for(h));
+                let action = action(h).unwrap_or(HoleAction::default_for(h, old));
                 Some((renumbered(&h.rim)?, action))
             })
             .collect();

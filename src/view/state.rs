@@ -12,10 +12,13 @@ use super::runs::Runs;
 use super::texture::Textures;
 use super::words::Command;
 use crate::check::CheckParams;
+use crate::fill::LeftReason;
 use crate::io::Loaded;
-use crate::job::{Drawings, INTERMEDIATE, JobError, Mended, Place, Source, Work, inspect};
-use crate::mend::{CreaseEnd, FillReport};
-use crate::mesh::{Hole, Mesh};
+use crate::job::{
+    Drawings, INTERMEDIATE, JobError, Mended, Place, Source, Work, default_plan, inspect,
+};
+use crate::mend::{CreaseEnd, FillPlan, FillReport, HolePlan, PlannedHole};
+use crate::mesh::{Hole, HoleId, Mesh};
 use crate::report::counted;
 
 /// A mesh of the session.
@@ -34,6 +37,8 @@ pub struct State {
     pub bounds: [DVec3; 2],
     /// Its holes.
     pub holes: Vec<Hole>,
+    /// What a fill with default parameters would do.
+    pub plan: FillPlan,
     /// The ends of sharp edges at its rims.
     pub crease_ends: Vec<CreaseEnd>,
     /// The document of `isomend inspect`.
@@ -98,7 +103,12 @@ impl State {
     /// When the mesh cannot be inspected.
     pub fn first(source: &Source, loaded: Arc<Loaded>) -> Result<Self, JobError> {
         let faces = loaded.mesh.faces.len();
-        let (holes, crease_ends, inspected) = inspect_mesh(source, &loaded)?;
+        let Seen {
+            holes,
+            plan,
+            crease_ends,
+            inspected,
+        } = Seen::new(source, &loaded)?;
         Ok(Self {
             id: 0,
             parent: None,
@@ -106,6 +116,7 @@ impl State {
             step: None,
             bounds: loaded.mesh.bounds(),
             holes,
+            plan,
             crease_ends,
             inspected,
             errors: Errors::read(&loaded),
@@ -120,6 +131,26 @@ impl State {
         })
     }
 
+    /// The plan for a hole. Holes are numbered in order, from 1.
+    fn planned(&self, id: HoleId) -> Option<&PlannedHole> {
+        let planned = self.plan.holes.get(id.get().checked_sub(1)?)?;
+        (planned.hole.id == id).then_some(planned)
+    }
+
+    /// Whether a fill with default parameters leaves a hole open, as the outer border of a sheet that faces no other rim.
+    pub fn stays_open(&self, id: HoleId) -> bool {
+        let leaves = |plan: &HolePlan| matches!(plan, HolePlan::Leave(LeftReason::OuterBoundary));
+        self.planned(id).is_some_and(|hole| leaves(&hole.plan))
+    }
+
+    /// The other holes that a fill with default parameters fills together with this one.
+    pub fn joined(&self, id: HoleId) -> Vec<HoleId> {
+        let number = self.planned(id).map(|hole| hole.region);
+        let own = number.and_then(|number| self.plan.regions.get(number.checked_sub(1)?));
+        let others = own.into_iter().flat_map(|region| &region.holes);
+        others.filter(|other| **other != id).copied().collect()
+    }
+
     /// The state after a step. The mesh is read back from the bytes of `source`, as the next command would read it.
     ///
     /// # Errors
@@ -131,7 +162,12 @@ impl State {
         source: &Source,
     ) -> Result<Self, JobError> {
         let loaded = source.read()?;
-        let (holes, crease_ends, inspected) = inspect_mesh(source, &loaded)?;
+        let Seen {
+            holes,
+            plan,
+            crease_ends,
+            inspected,
+        } = Seen::new(source, &loaded)?;
         // Find the vertices and faces that the step kept in order.
         let [_, first] = step.mended.kept_size();
         let kept = step.mended.kept();
@@ -167,6 +203,7 @@ impl State {
             bounds: loaded.mesh.bounds(),
             loaded,
             holes,
+            plan,
             crease_ends,
             inspected,
             origin,
@@ -248,14 +285,25 @@ fn is_in_order(mesh: &Mesh, mended: &Mended) -> bool {
     mended.face_corners(faces).is_none() && (0..faces as u32).all(is_same)
 }
 
-/// The holes of a mesh, the crease ends at their rims, and the document of `isomend inspect`.
-fn inspect_mesh(
-    source: &Source,
-    loaded: &Loaded,
-) -> Result<(Vec<Hole>, Vec<CreaseEnd>, Value), JobError> {
-    let inspected = inspect(source, loaded, None, None, &Drawings::default())?;
-    let document = serde_json::to_value(inspected.document()).unwrap_or_default();
-    Ok((inspected.found.holes, inspected.crease_ends, document))
+/// What is found in a mesh.
+struct Seen {
+    holes: Vec<Hole>,
+    plan: FillPlan,
+    crease_ends: Vec<CreaseEnd>,
+    /// The document of `isomend inspect`.
+    inspected: Value,
+}
+
+impl Seen {
+    fn new(source: &Source, loaded: &Arc<Loaded>) -> Result<Self, JobError> {
+        let inspected = inspect(source, loaded, None, None, &Drawings::default())?;
+        Ok(Self {
+            plan: default_plan(loaded, &inspected.found)?,
+            inspected: serde_json::to_value(inspected.document()).unwrap_or_default(),
+            holes: inspected.found.holes,
+            crease_ends: inspected.crease_ends,
+        })
+    }
 }
 
 /// The location of the mesh after `depth` steps: in memory; files that it refers to are found in the folder of the input.

@@ -2,8 +2,9 @@
 
 use std::fs;
 
-use isomend::Role;
-use isomend::io::{Format, Loaded, read_path};
+use glam::DVec3;
+use isomend::io::{Contents, Format, Loaded, WriteOptions, model_to_bytes, read_path};
+use isomend::{Attribute, Attributes, Role, Scalar};
 
 use crate::desk::{Desk, assert_code, text};
 use crate::shapes::{cut, polar, sphere};
@@ -166,4 +167,78 @@ fn package(model: &str) -> Vec<u8> {
         package.write_all(content.as_bytes()).unwrap();
     }
     package.finish().unwrap().into_inner()
+}
+
+#[test]
+fn no_face_of_a_restoration_has_the_colour_of_the_mask() {
+    let desk = Desk::new();
+    let mesh = sphere(8);
+    // A region with a ragged rim, so that new faces lie between three vertices of it.
+    let is_red = |p: &DVec3| polar(*p) < 32.0 + 9.0 * (9.0 * p.y.atan2(p.x)).sin();
+    let mut colours = Attribute::new("colour", Role::Colour, Scalar::U8, 3);
+    for p in &mesh.positions {
+        let colour = if is_red(p) {
+            [255.0, 0.0, 0.0]
+        } else {
+            [0.0, 90.0, 200.0]
+        };
+        colours.push(Some(&colour));
+    }
+    let attributes = Attributes {
+        vertex: vec![colours],
+        ..Attributes::default()
+    };
+    let contents = Contents {
+        mesh: &mesh,
+        attributes: &attributes,
+        document: None,
+    };
+    let written = model_to_bytes(&contents, Format::Ply, &WriteOptions::default()).unwrap();
+    fs::write(desk.path("painted.ply"), written.bytes).unwrap();
+    let mask = ["--colour", "ff0000"];
+    let done = desk.run(
+        &[
+            &[
+                "restore",
+                "painted.ply",
+                "-o",
+                "whole.ply",
+                "--json",
+                "out.json",
+            ][..],
+            &mask,
+        ]
+        .concat(),
+    );
+    assert_code(&done, 0);
+    assert!(text(&done.stderr).contains("keep the colour of the mask"));
+    let whole = loaded(&desk, "whole.ply");
+    let colours = whole.attributes.vertex_role(Role::Colour).unwrap();
+    let red = |v: &u32| colours.get(*v as usize).unwrap()[..3] == [255.0, 0.0, 0.0];
+    let left = whole
+        .mesh
+        .faces
+        .iter()
+        .filter(|f| f.iter().all(red))
+        .count();
+    assert_eq!(left, 0);
+    assert!(!text(&done.stdout).contains("not known") && !text(&done.stderr).contains("not known"));
+    // The report has the numbers of the written patch.
+    let regions = desk.json("out.json")["regions"].clone();
+    let sum = |key: &str| -> usize {
+        let rows = regions.as_array().unwrap().iter();
+        rows.map(|row| row[key].as_u64().unwrap() as usize).sum()
+    };
+    let kept = mesh
+        .faces
+        .iter()
+        .filter(|f| !f.iter().all(|v| is_red(&mesh.positions[*v as usize])));
+    let kept: Vec<[DVec3; 3]> = kept
+        .map(|f| f.map(|v| mesh.positions[v as usize].as_vec3().as_dvec3()))
+        .collect();
+    let new = whole.mesh.faces.len() - sum("new_faces");
+    let corners = |f: usize| whole.mesh.corners(f as u32);
+    assert!((0..new).all(|f| kept.contains(&corners(f))));
+    assert!((new..whole.mesh.faces.len()).all(|f| whole.attributes.is_patch(f)));
+    assert_code(&desk.run(&["check", "whole.ply"]), 0);
 }

@@ -11,6 +11,7 @@ mod creases;
 mod deliver;
 mod handed_on;
 mod manual;
+mod objects;
 mod outputs;
 mod report;
 mod several;

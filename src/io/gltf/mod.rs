@@ -6,6 +6,7 @@ mod base_colour;
 mod buffers;
 mod build;
 mod document;
+mod instances;
 mod materials;
 mod morph;
 mod patch;
@@ -17,6 +18,7 @@ mod write;
 #[cfg(feature = "report")]
 pub(crate) use base_colour::{BaseImage, Wrapping};
 pub use document::{Document, Image};
+use instances::INSTANCING;
 
 use gltf_json::{Root, Value};
 
@@ -42,9 +44,17 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
     }
     check_extensions(&root, format)?;
     let mut buffers = buffers::Buffers::new(&root, format, binary, bytes.len(), resolve);
-    let scene = scene::read(&root, &mut buffers)?;
+    let instances = instances::expanded(json, &mut buffers)?;
+    let (json, root) = match &instances {
+        Some(expanded) => (&expanded.json[..], &expanded.root),
+        None => (json, &root),
+    };
+    let scene = scene::read(root, &mut buffers)?;
     let mut loaded = scene.surface.finish()?;
-    loaded.notes.extend(instancing(json));
+    if let Some(count) = instances.as_ref().map(|i| i.count).filter(|n| *n > 0) {
+        let note = format!("instances of {INSTANCING}, each of which is a node here: {count}");
+        loaded.notes.push(note);
+    }
     let names = root.materials.iter().enumerate();
     let materials = names
         .map(|(i, m)| m.name.clone().unwrap_or_else(|| format!("material_{i}")))
@@ -152,28 +162,8 @@ fn split_glb(bytes: &[u8]) -> Result<Chunks<'_>, IoError> {
     Ok(chunks)
 }
 
-/// The extension that draws a mesh once for each of several transforms.
-const INSTANCING: &str = "EXT_mesh_gpu_instancing";
-
-/// A note on nodes that draw their mesh several times by an extension: it is read once, where the node is.
-fn instancing(json: &[u8]) -> Option<String> {
-    text::find(json, INSTANCING.as_bytes())?;
-    let value: Value = serde_json::from_slice(json).ok()?;
-    let nodes = value.get("nodes")?.as_array()?.iter();
-    let count = nodes.filter(|n| {
-        n.pointer("/extensions")
-            .is_some_and(|e| e.get(INSTANCING).is_some())
-    });
-    match count.count() {
-        0 => None,
-        count => Some(format!(
-            "nodes that place their mesh several times by {INSTANCING}, which is read once: {count}"
-        )),
-    }
-}
-
-/// Prefixes of extensions that may be required without changing where the triangles are.
-const HARMLESS: [&str; 9] = [
+/// Prefixes of extensions that may be required: they do not change where the triangles are, or are read.
+const HARMLESS: [&str; 10] = [
     "KHR_mesh_quantization",
     "KHR_materials_",
     "KHR_texture_",
@@ -183,6 +173,7 @@ const HARMLESS: [&str; 9] = [
     "EXT_texture_",
     "EXT_lights_",
     "MSFT_texture_",
+    INSTANCING,
 ];
 
 fn check_extensions(root: &Root, format: Format) -> Result<(), IoError> {
@@ -214,5 +205,7 @@ fn unsupported_extension(format: Format, name: &str) -> IoError {
     }
 }
 
+#[cfg(test)]
+mod instance_tests;
 #[cfg(test)]
 mod tests;

@@ -25,7 +25,7 @@ fn buffer() -> Vec<u8> {
 }
 
 /// A file with the buffer of [`buffer`] and the given nodes and primitive.
-fn gltf(nodes: &str, primitive: &str) -> String {
+pub(super) fn gltf(nodes: &str, primitive: &str) -> String {
     use base64::Engine;
     let data = base64::engine::general_purpose::STANDARD.encode(buffer());
     format!(
@@ -47,7 +47,7 @@ fn gltf(nodes: &str, primitive: &str) -> String {
 }
 
 const NODE: &str = r#"{"mesh":0}"#;
-const STRIP: &str = r#"{"attributes":{"POSITION":0},"indices":1,"mode":5}"#;
+pub(super) const STRIP: &str = r#"{"attributes":{"POSITION":0},"indices":1,"mode":5}"#;
 
 fn faces(nodes: &str, primitive: &str) -> Vec<[u32; 3]> {
     read_alone(gltf(nodes, primitive).as_bytes(), Format::Gltf)
@@ -203,20 +203,6 @@ fn morph_targets_are_applied_with_their_default_weights() {
     let written = write(&model, Format::Gltf).unwrap().bytes;
     let again = read_alone(&written, Format::Gltf).unwrap();
     assert_eq!(again.mesh, loaded.mesh);
-}
-
-#[test]
-fn instances_by_an_extension_are_named() {
-    let node =
-        r#"{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":0}}}}"#;
-    let loaded = read_alone(gltf(node, STRIP).as_bytes(), Format::Gltf).unwrap();
-    assert!(loaded.notes[0].contains("EXT_mesh_gpu_instancing, which is read once: 1"));
-    let needed = gltf(node, STRIP).replacen(
-        '{',
-        r#"{"extensionsRequired":["EXT_mesh_gpu_instancing"],"#,
-        1,
-    );
-    assert!(refusal(needed.as_bytes(), Format::Gltf).contains("EXT_mesh_gpu_instancing"));
 }
 
 #[test]

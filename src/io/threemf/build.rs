@@ -38,9 +38,10 @@ pub(super) fn build(models: Models, file: usize) -> Result<Loaded, IoError> {
         uses: 0,
         colours: Colours::default(),
         objects: Names::new(LabelKind::Object),
-        names: BTreeSet::new(),
-        counts: BTreeMap::new(),
-        renamed: 0,
+        parts: Names::new(LabelKind::Part),
+        part_names: UniqueNames::default(),
+        has_names: false,
+        names: UniqueNames::default(),
         materials: Names::new(LabelKind::Material),
         appearances: BTreeMap::new(),
         patches: Vec::new(),
@@ -53,9 +54,12 @@ pub(super) fn build(models: Models, file: usize) -> Result<Loaded, IoError> {
         true => top_objects(main),
     };
     for item in &all {
+        build.has_names |= build.given_name(item).is_some();
         let name = build.name_of(item);
-        let name = build.own_name(name);
+        let name = build.names.own(name);
+        let first = build.surface.face_count();
         build.place(&models.main, item, DAffine3::IDENTITY, &name, 0)?;
+        build.end_item(first);
     }
     build.finish()
 }
@@ -83,12 +87,14 @@ struct Build<'a> {
     uses: usize,
     colours: Colours,
     objects: Names,
+    /// The meshes of items that consist of several.
+    parts: Names,
+    /// The names of the present item's meshes so far.
+    part_names: UniqueNames,
+    /// Whether an item has a name in the file.
+    has_names: bool,
     /// The names of the items so far.
-    names: BTreeSet<String>,
-    /// The last number appended to each name that several items have.
-    counts: BTreeMap<String, usize>,
-    /// Number of items that got a numbered name.
-    renamed: usize,
+    names: UniqueNames,
     materials: Names,
     appearances: BTreeMap<String, [u8; 4]>,
     patches: Vec<bool>,
@@ -124,6 +130,34 @@ impl Names {
     }
 }
 
+/// Names that occur once each.
+#[derive(Default)]
+struct UniqueNames {
+    taken: BTreeSet<String>,
+    /// The last number appended to each name that occurs several times.
+    counts: BTreeMap<String, usize>,
+    /// Number of names to which a number was appended.
+    numbered: usize,
+}
+
+impl UniqueNames {
+    /// The name, with a number appended if it is taken.
+    fn own(&mut self, name: String) -> String {
+        if self.taken.insert(name.clone()) {
+            return name;
+        }
+        self.numbered += 1;
+        let count = self.counts.entry(name.clone()).or_insert(1);
+        loop {
+            *count += 1;
+            let numbered = format!("{name}_{count}");
+            if self.taken.insert(numbered.clone()) {
+                return numbered;
+            }
+        }
+    }
+}
+
 /// The corner colours of the mesh.
 #[derive(Default)]
 struct Colours {
@@ -141,29 +175,26 @@ impl<'a> Build<'a> {
         Ok((part, part.objects.get(&id).ok_or_else(missing)?))
     }
 
-    /// The name of an item's object, or else a name with the object's number.
-    fn name_of(&self, item: &Use) -> String {
+    /// The name of an item's object, if it has one.
+    fn given_name(&self, item: &Use) -> Option<String> {
         let part = item.part.as_ref().unwrap_or(&self.models.main);
         let object = self.object(part, item.object).ok();
         let name = object.map(|(_, o)| o.name.trim().to_owned());
-        let name = name.filter(|name| !name.is_empty());
+        name.filter(|name| !name.is_empty())
+    }
+
+    /// The name of an item's object, or else a name with the object's number.
+    fn name_of(&self, item: &Use) -> String {
+        let name = self.given_name(item);
         name.unwrap_or_else(|| format!("object_{}", item.object))
     }
 
-    /// A unique name for an item: if several items have the same name, as when one object is placed several times, numbers are appended.
-    fn own_name(&mut self, name: String) -> String {
-        if self.names.insert(name.clone()) {
-            return name;
+    /// Ends an item, whose faces start at `first`: a single mesh is no part.
+    fn end_item(&mut self, first: usize) {
+        if self.part_names.taken.len() < 2 {
+            self.parts.labels.of_face[first..].fill(NONE);
         }
-        self.renamed += 1;
-        let count = self.counts.entry(name.clone()).or_insert(1);
-        loop {
-            *count += 1;
-            let numbered = format!("{name}_{count}");
-            if self.names.insert(numbered.clone()) {
-                return numbered;
-            }
-        }
+        self.part_names = UniqueNames::default();
     }
 
     /// Places an object that `part` refers to, and its components, under the transform `outer`.
@@ -200,13 +231,13 @@ impl<'a> Build<'a> {
             self.place(own, component, transform, name, depth + 1)?;
         }
         let scale = ratio(model.unit, self.unit);
-        self.add(model, object, transform, scale, name)
+        self.add(model, (object, used.object), transform, scale, name)
     }
 
     fn add(
         &mut self,
         model: &Part,
-        object: &Object,
+        (object, id): (&Object, u32),
         transform: DAffine3,
         scale: f64,
         name: &str,
@@ -236,6 +267,11 @@ impl<'a> Build<'a> {
             .extend(object.positions.iter().map(placed));
         let is_mirrored = transform.matrix3.determinant() < 0.0;
         let (label, _) = self.objects.place(name);
+        let part = match object.name.trim() {
+            "" => format!("object_{id}"),
+            name => name.to_owned(),
+        };
+        let (part, _) = self.parts.place(&self.part_names.own(part));
         let first = self.surface.face_count();
         // Append the triangles; a mirroring transform reverses their orientation.
         for triangle in &object.triangles {
@@ -248,6 +284,7 @@ impl<'a> Build<'a> {
             let turned = |[p, q, r]: [u32; 3]| if is_mirrored { [p, r, q] } else { [p, q, r] };
             self.surface.push_triangle(turned([a, b, c]));
             self.objects.labels.of_face.push(label);
+            self.parts.labels.of_face.push(part);
             let turned_places = turned(triangle.places);
             let group = model.groups.get(&triangle.group);
             self.unread_properties += usize::from(group.is_none() && triangle.group != NONE);
@@ -302,7 +339,7 @@ impl<'a> Build<'a> {
         let counts = [
             (beams, "beams of lattices, which are not read"),
             (
-                self.renamed,
+                self.names.numbered,
                 "objects that were numbered, since others have the same name",
             ),
             (
@@ -336,8 +373,12 @@ impl<'a> Build<'a> {
         let mut loaded = self.surface.finish()?;
         let all = &mut loaded.attributes;
         all.unit = Some(self.unit);
-        if self.objects.labels.names.len() > 1 {
+        all.separate = true;
+        if self.has_names || self.objects.labels.names.len() > 1 {
             all.labels.push(self.objects.labels);
+        }
+        if self.parts.labels.of_face.iter().any(|part| *part != NONE) {
+            all.labels.push(self.parts.labels);
         }
         if !self.materials.labels.names.is_empty() {
             let material = |(name, [r, g, b, a]): (String, [u8; 4])| Material {

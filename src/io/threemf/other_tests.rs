@@ -1,8 +1,10 @@
 //! Tests of 3MF packages of other programs: names of parts, older namespaces, beams.
 
 use super::super::samples::*;
+use super::super::{Contents, WriteOptions, model_to_bytes};
 use super::tests::{alone, model, package, triangle};
 use super::*;
+use crate::mesh::attributes::LabelKind;
 
 /// Relationships that name the main model.
 fn relationships(target: &str) -> String {
@@ -50,4 +52,46 @@ fn beams_are_named() {
     let none = both.replace("<triangle v1=\"0\" v2=\"1\" v3=\"2\"/>", "");
     let message = refusal(&alone(&none), Format::ThreeMf);
     assert!(message.contains("only 2 beams of lattices"), "{message}");
+}
+
+#[test]
+fn each_placed_mesh_of_an_object_is_a_part_with_a_name_of_its_own() {
+    let resources = triangle(1, "")
+        + &triangle(2, "")
+        + "<object id=\"3\" name=\"pair\"><components><component objectid=\"1\"/><component objectid=\"2\"/><component objectid=\"1\"/>\
+           </components></object>";
+    let build = "<item objectid=\"3\"/><item objectid=\"1\"/><item objectid=\"1\"/>";
+    let loaded = read_alone(
+        &alone(&model("millimeter", &resources, build)),
+        Format::ThreeMf,
+    )
+    .unwrap();
+    let bodies = loaded.bodies().unwrap();
+    let names = ["pair/o1", "pair/o2", "pair/o1_2", "o1", "o1_2"];
+    assert_eq!(bodies.names, names);
+    let contents = Contents {
+        mesh: &loaded.mesh,
+        attributes: &loaded.attributes,
+        document: None,
+    };
+    let written = model_to_bytes(&contents, Format::ThreeMf, &WriteOptions::default()).unwrap();
+    let again = read_alone(&written.bytes, Format::ThreeMf).unwrap();
+    assert_eq!(again.bodies().unwrap().names, names);
+    assert_eq!(again.mesh, loaded.mesh);
+    // The name of a single object stays too.
+    let single = alone(&model(
+        "millimeter",
+        &triangle(1, ""),
+        "<item objectid=\"1\"/>",
+    ));
+    let loaded = read_alone(&single, Format::ThreeMf).unwrap();
+    assert_eq!(
+        loaded
+            .attributes
+            .labels_of(LabelKind::Object)
+            .unwrap()
+            .names,
+        ["o1"]
+    );
+    assert!(loaded.bodies().is_none());
 }

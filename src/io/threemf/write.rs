@@ -44,7 +44,7 @@ pub(in super::super) fn write(model: &Contents<'_>) -> Result<Written, IoError> 
         );
     }
     let holds_label = |kind: LabelKind| match kind {
-        LabelKind::Object => true,
+        LabelKind::Object | LabelKind::Part => true,
         // A face has only one property: if there are colours, materials are left out.
         LabelKind::Material => !matches!(properties, Properties::Colours { .. }),
         _ => false,
@@ -90,38 +90,81 @@ fn markup(model: &Contents<'_>, unit: Unit, properties: &Properties) -> String {
     );
     properties.write(&mut out);
     let objects = objects(model);
+    let is_only = objects.len() == 1 && objects[0].1.len() == 1;
     let mut number_of = vec![NONE; mesh.positions.len()];
-    for (number, (name, faces)) in (GROUP + 1..).zip(&objects) {
-        object(
-            &mut out,
-            model,
-            properties,
-            (number, name),
-            faces,
-            (objects.len() == 1, &mut number_of),
-        );
+    let (mut number, mut items) = (GROUP, Vec::new());
+    for (name, parts) in &objects {
+        let first = number + 1;
+        for (part, faces) in parts {
+            number += 1;
+            // A mesh that is the whole object has the object's name.
+            let own = if parts.len() == 1 { name } else { part };
+            let scratch = (is_only, &mut number_of[..]);
+            object(&mut out, model, properties, (number, own), faces, scratch);
+        }
+        if parts.len() > 1 {
+            let components = first..=number;
+            number += 1;
+            assembly(&mut out, (number, name), components);
+        }
+        items.push(number);
     }
     out.push_str("</resources>\n<build>\n");
-    for number in (GROUP + 1..).take(objects.len()) {
+    for number in items {
         let _ = writeln!(out, "<item objectid=\"{number}\"/>");
     }
     out.push_str("</build>\n</model>\n");
     out
 }
 
-/// The objects: names and faces, in the order of their first faces.
-fn objects<'a>(model: &Contents<'a>) -> Vec<(&'a str, Vec<u32>)> {
-    let labels = model.attributes.labels_of(LabelKind::Object);
-    let mut all: Vec<(&str, Vec<u32>)> = Vec::new();
+/// Writes an object that consists of other objects.
+fn assembly(
+    out: &mut String,
+    (number, name): (u32, &str),
+    components: std::ops::RangeInclusive<u32>,
+) {
+    let _ = write!(out, "<object id=\"{number}\" type=\"model\"");
+    if !name.is_empty() {
+        let _ = write!(out, " name=\"{}\"", escape(name));
+    }
+    out.push_str(">\n<components>\n");
+    for component in components {
+        let _ = writeln!(out, "<component objectid=\"{component}\"/>");
+    }
+    out.push_str("</components>\n</object>\n");
+}
+
+/// A name and the faces that have it.
+type Named<'a, F> = (&'a str, Vec<F>);
+
+/// The objects with their parts: names and faces, in the order of their first faces.
+fn objects<'a>(model: &Contents<'a>) -> Vec<Named<'a, Named<'a, u32>>> {
+    let parts = model.attributes.labels_of(LabelKind::Part);
+    let objects = labelled(model, LabelKind::Object, 0..model.mesh.faces.len() as u32);
+    let with_parts = |(name, faces): Named<'a, u32>| match parts {
+        None => (name, vec![("", faces)]),
+        Some(_) => (name, labelled(model, LabelKind::Part, faces.into_iter())),
+    };
+    objects.into_iter().map(with_parts).collect()
+}
+
+/// Faces by their label of a kind, in the order of the first faces.
+fn labelled<'a>(
+    model: &Contents<'a>,
+    kind: LabelKind,
+    faces: impl Iterator<Item = u32>,
+) -> Vec<Named<'a, u32>> {
+    let labels = model.attributes.labels_of(kind);
+    let mut all: Vec<Named<'a, u32>> = Vec::new();
     let mut place: BTreeMap<u32, usize> = BTreeMap::new();
-    for f in 0..model.mesh.faces.len() {
-        let label = labels.map_or(NONE, |l| l.of_face[f]);
+    for f in faces {
+        let label = labels.map_or(NONE, |l| l.of_face[f as usize]);
         let own = *place.entry(label).or_insert_with(|| {
-            let name = labels.and_then(|l| l.get(f)).unwrap_or_default();
+            let name = labels.and_then(|l| l.get(f as usize)).unwrap_or_default();
             all.push((name, Vec::new()));
             all.len() - 1
         });
-        all[own].1.push(f as u32);
+        all[own].1.push(f);
     }
     all
 }

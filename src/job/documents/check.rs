@@ -40,6 +40,19 @@ pub(in crate::job) struct VerdictRow<'a> {
     walls: Option<WallRow>,
     /// After a repair: why the shape is doubtful; else null.
     doubt: Option<ShapeDoubt>,
+    /// The verdict on each object of a 3MF file, if there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    objects: Vec<ObjectRow<'a>>,
+}
+
+/// The verdict on an object.
+#[derive(Serialize)]
+struct ObjectRow<'a> {
+    name: &'a str,
+    sound: bool,
+    reasons: Vec<String>,
+    faces: usize,
+    components: usize,
 }
 
 /// Wall thickness of the closed components.
@@ -72,6 +85,18 @@ struct DefectRow<'a> {
     faces: &'a [u32],
     /// Its first positions.
     places: &'a [DVec3],
+}
+
+impl<'a> ObjectRow<'a> {
+    fn new((name, verdict): &'a (String, Verdict)) -> Self {
+        Self {
+            name,
+            sound: verdict.is_sound(),
+            reasons: verdict.reasons(),
+            faces: verdict.faces,
+            components: verdict.components.len(),
+        }
+    }
 }
 
 impl<'a> VerdictRow<'a> {
@@ -111,6 +136,7 @@ impl<'a> VerdictRow<'a> {
             thin: verdict.params.thin,
             min_wall: verdict.params.min_wall,
             doubt: verdict.doubt,
+            objects: verdict.objects.iter().map(ObjectRow::new).collect(),
             walls: verdict.walls().map(|(component, thinnest, mean)| WallRow {
                 least: thinnest.least_wall,
                 mean,

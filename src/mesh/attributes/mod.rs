@@ -182,6 +182,8 @@ impl CornerAttribute {
 pub enum LabelKind {
     /// An object.
     Object,
+    /// A part of an object: a mesh of its own, which shares no vertices with other parts.
+    Part,
     /// A group of faces, for example a part of an object.
     Group,
     /// A material.
@@ -256,6 +258,9 @@ pub struct Attributes {
     pub corner: Vec<CornerAttribute>,
     /// Labels of faces.
     pub labels: Vec<Labels>,
+    /// Whether objects and their parts are bodies of their own, as in 3MF: each is checked and mended by itself.
+    #[serde(default)]
+    pub separate: bool,
     /// Materials named by labels.
     pub materials: Vec<Material>,
     /// Names of material files as written in the mesh file.
@@ -332,6 +337,7 @@ impl Attributes {
             copies: self.copies.clone(),
             kept_of_file: Some(kept_of_file),
             unit: self.unit,
+            separate: self.separate,
         }
     }
 
@@ -395,6 +401,7 @@ impl Attributes {
                 .collect(),
             kept_of_file: self.with_faces(kept).kept_of_file,
             unit: self.unit,
+            separate: self.separate,
         }
     }
 
@@ -431,10 +438,14 @@ impl Attributes {
                 Role::Other => format!("'{}'", a.name),
             })
             .collect();
-        let kinds = self.labels.iter().map(|l| l.kind).filter(|k| labels(*k));
+        // The name of the only object tells nothing that the file's name does not.
+        let is_name = |l: &&Labels| l.kind == LabelKind::Object && l.names.len() == 1;
+        let kinds = self.labels.iter().filter(|l| !is_name(l));
+        let kinds = kinds.map(|l| l.kind).filter(|k| labels(*k));
         words.extend(kinds.map(|kind| {
             match kind {
                 LabelKind::Object => "objects",
+                LabelKind::Part => "parts of objects",
                 LabelKind::Group => "groups",
                 LabelKind::Material => "materials",
                 LabelKind::Smoothing => "smoothing groups",

@@ -197,7 +197,8 @@ fn is_other(hole: &Value) -> bool {
     hole["outcome"] == "left" && hole["reason"] == reason.as_str()
 }
 
-/// The holes; a hole that the last step was asked to fill and left open has the outcome and the reason. Holes are matched by centre and
+/// The holes, with what a fill with default parameters would do: whether each stays open, and with which others it is filled
+/// together. A hole that the last step was asked to fill and left open has the outcome and the reason. Holes are matched by centre and
 /// number of edges.
 fn hole_rows(state: &MeshState) -> Vec<Value> {
     let holes = state.inspected["holes"].as_array();
@@ -207,7 +208,9 @@ fn hole_rows(state: &MeshState) -> Vec<Value> {
     let reported = reported.and_then(Value::as_array).into_iter().flatten();
     let reported = reported.filter(|hole| !is_other(hole));
     let reported: HashMap<_, _> = reported.map(|hole| (key(hole), hole)).collect();
-    for hole in &mut holes {
+    for (hole, id) in holes.iter_mut().zip(state.holes.iter().map(|hole| hole.id)) {
+        hole["stays_open"] = state.stays_open(id).into();
+        hole["joined"] = json!(state.joined(id));
         if let Some(before) = reported.get(&key(hole)) {
             hole["outcome"] = before["outcome"].clone();
             hole["reason"] = before["reason"].clone();

@@ -64,7 +64,7 @@ export class Holes {
     const same = !fresh && holes.length === this.list.length;
     this.list = holes;
     if (same) return;
-    if (fresh) this.doings = new Map(holes.map((hole) => [hole.id, choices[hole.id] ?? (this.isBorder(hole) ? "open" : "fill")]));
+    if (fresh) this.doings = new Map(holes.map((hole) => [hole.id, choices[hole.id] ?? (hole.stays_open ? "open" : "fill")]));
     if (fresh || !holes.some((hole) => hole.id === this.chosen)) {
       this.chosen = null;
       this.picked.clear();
@@ -123,8 +123,10 @@ export class Holes {
     button.dataset.hole = hole.id;
     button.tabIndex = -1;
     button.append(part("name", hole.id), part("size", digits(hole.diameter)), part("edges", hole.edges));
+    if (hole.joined.length) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: ` + ${hole.joined.join(" + ")}` }));
     if (this.isBorder(hole)) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("border_short") }));
     button.title = hole.outcome ? `${name}: ${has("outcome_" + hole.outcome) ? tr("outcome_" + hole.outcome) : hole.outcome}${hole.reason ? ", " + hole.reason : ""}` : tr("row_title", { name, height: digits(hole.height, hole.diameter) + this.app.unit() });
+    if (hole.joined.length) button.title += " " + tr("row_joined", { ids: hole.joined.join(", ") });
     button.addEventListener("click", (event) => this.choose(hole.id, true, { adds: event.ctrlKey || event.metaKey, range: event.shiftKey }));
     select.setAttribute("aria-label", tr("what_with", { name }));
     select.tabIndex = -1;
@@ -220,15 +222,18 @@ export class Holes {
       const flat = only.filter((id) => this.doings.get(id) === "flat");
       return { holes: only, keep_open: [], flat, bridge: groups.filter((group) => group.length > 1 && group.every((id) => only.includes(id))), crease };
     }
-    const ids = (doing) => [...this.doings].filter(([, d]) => d === doing).map(([id]) => id), open = ids("open");
-    const border = new Set(this.list.filter((h) => this.isBorder(h)).map((h) => h.id));
+    const ids = (doing) => [...this.doings].filter(([, d]) => d === doing).map(([id]) => id), chosen = (test) => new Set(this.list.filter(test).map((h) => h.id));
+    const border = chosen((h) => this.isBorder(h)), stays = chosen((h) => h.stays_open);
+    // What stays open by itself is not named: a rim that is kept open joins no other.
+    const open = ids("open").filter((id) => !stays.has(id));
     const filled = [...this.doings].filter(([, d]) => d !== "open").map(([id]) => id);
     const alone = [...this.bridges()].find(([, group]) => group.length < 2);
     if (alone) throw new Error(tr("bridge_alone", { bridge: doingName(alone[0]), id: alone[1][0] }));
     if (!this.list.length) throw new Error(tr("nothing_to_fill"));
     if (!filled.length) throw new Error(tr("all_stay_open"));
-    // An outer border is filled only if it is named, so name all holes if one is to be filled; also if that list is the shorter one.
-    const named = filled.some((id) => border.has(id)) || filled.length <= open.length;
+    // The program leaves an outer border open unless it faces a rim that is filled. Name all holes if it would leave one that is to be
+    // filled, or may because another stays open; also if that list is the shorter one.
+    const named = filled.some((id) => stays.has(id) || open.length && border.has(id)) || filled.length <= open.length;
     return { holes: named ? filled : null, keep_open: named ? [] : open, flat: ids("flat"), bridge: groups, crease };
   }
 

@@ -134,6 +134,7 @@ const WORDS = {
   border_name: ["Border {id}", "Rand {id}"],
   border_short: ["border", "Rand"],
   row_title: ["{name}, {height} high. Ctrl or Shift chooses several.", "{name}, {height} hoch. Strg oder Umschalt wählt mehrere."],
+  row_joined: ["Filled together with {ids}.", "Wird zusammen mit {ids} gefüllt."],
   row_label: ["{name}, {diameter} across, {edges} edges, {doing}", "{name}, {diameter} Durchmesser, {edges} Kanten, {doing}"],
   what_with: ["Action for {name}", "Aktion für {name}"],
   hole_summary: ["Hole {id}: {diameter} across, {height} high, action: {doing}", "Loch {id}: {diameter} Durchmesser, {height} hoch, Aktion: {doing}"],

@@ -1,0 +1,47 @@
+//! Meshes of several bodies: the objects of a 3MF file and their parts. Each is checked by itself.
+
+use super::result::OperationReport;
+use crate::check::{CheckParams, Verdict};
+use crate::io::{Format, Loaded};
+use crate::mend::{FillError, Inspection};
+use crate::mesh::Bodies;
+
+/// Checks a mesh that has been inspected; its bodies by themselves, if there are several.
+pub(super) fn checked(
+    found: &Inspection,
+    bodies: Option<&Bodies>,
+    params: &CheckParams,
+) -> Result<Verdict, FillError> {
+    let Some(bodies) = bodies else {
+        return Ok(found.check(params));
+    };
+    let verdict = |body: usize| {
+        let mesh = bodies.mesh(&found.input, body);
+        let verdict = Inspection::new(&mesh)?.check(params);
+        let verdict = verdict.in_whole(&bodies.faces[body]);
+        Ok((bodies.names[body].clone(), verdict))
+    };
+    let all: Result<Vec<_>, FillError> = (0..bodies.count()).map(verdict).collect();
+    Ok(Verdict::of_bodies(all?))
+}
+
+/// The number of bodies that were mended as one mesh; none if there is one body, or each was mended by itself.
+pub(super) fn mended_as_one(extent: &OperationReport, input: &Loaded) -> Option<usize> {
+    let as_one = match extent {
+        OperationReport::Repaired(report) => report.objects.is_empty(),
+        OperationReport::Faired(_) => true,
+        _ => false,
+    };
+    as_one.then(|| input.bodies()).flatten().map(|b| b.count())
+}
+
+/// A remark on bodies that were mended as one mesh.
+pub(super) fn one_mesh_note(count: usize, extent: &OperationReport, format: Format) -> String {
+    let why = match extent {
+        OperationReport::Repaired(_) => {
+            format!(", because {format} holds no objects; write 3MF to repair each by itself")
+        }
+        _ => String::new(),
+    };
+    format!("the {count} objects were treated as one mesh{why}")
+}

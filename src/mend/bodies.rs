@@ -1,0 +1,199 @@
+//! Joins the reports and plans of several bodies into one for the mesh that contains them.
+
+use std::collections::HashMap;
+
+use super::report::{FillReport, RestoreReport};
+use super::{FillPlan, Inspection, RestorePlan};
+use crate::mesh::{Defects, Hole, HoleId};
+
+/// The numbers that the vertices and holes of a body have in the mesh that contains it.
+pub(crate) struct Numbers {
+    /// For each vertex of the body, its number in the whole.
+    pub(crate) vertices: Vec<u32>,
+    /// For each hole of the body, its number in the whole.
+    pub(crate) holes: HashMap<HoleId, HoleId>,
+}
+
+/// The holes of a mesh by their rims.
+pub(crate) struct HolesByRim(HashMap<Vec<u32>, HoleId>);
+
+impl HolesByRim {
+    pub(crate) fn new(whole: &Inspection) -> Self {
+        let known = whole.holes.iter();
+        Self(known.map(|h| (key(h.rim.iter().copied()), h.id)).collect())
+    }
+}
+
+/// The vertices of a rim in ascending order.
+fn key(rim: impl Iterator<Item = u32>) -> Vec<u32> {
+    let mut rim: Vec<u32> = rim.collect();
+    rim.sort_unstable();
+    rim
+}
+
+impl Numbers {
+    /// The numbers of a body: holes with the same rim vertices are the same.
+    pub(crate) fn new(whole: &HolesByRim, body: &Inspection, vertices: &[u32]) -> Self {
+        let in_whole = |hole: &Hole| {
+            let rim = hole.rim.iter().map(|v| vertices[*v as usize]);
+            Some((hole.id, *whole.0.get(&key(rim))?))
+        };
+        Self {
+            vertices: vertices.to_vec(),
+            holes: body.holes.iter().filter_map(in_whole).collect(),
+        }
+    }
+}
+
+/// Renumbers the holes and regions of one body after the other.
+struct Joining {
+    numbers: Numbers,
+    /// The number of the next hole that only a body's report has.
+    next: usize,
+    /// The largest number of a region of the bodies before.
+    regions: usize,
+    /// Number of components of the bodies before.
+    components: usize,
+}
+
+impl Joining {
+    fn number(&mut self, id: &mut HoleId) {
+        let next = &mut self.next;
+        *id = *self.numbers.holes.entry(*id).or_insert_with(|| {
+            *next += 1;
+            HoleId(*next - 1)
+        });
+    }
+
+    fn hole(&mut self, hole: &mut Hole, region: &mut usize) {
+        self.number(&mut hole.id);
+        let vertices = &self.numbers.vertices;
+        let rim = hole.rim.iter_mut();
+        rim.for_each(|v| *v = vertices.get(*v as usize).copied().unwrap_or(*v));
+        hole.component += self.components as u32;
+        if *region > 0 {
+            *region += self.regions;
+        }
+    }
+
+    fn region(&mut self, id: &mut usize, holes: &mut [HoleId]) {
+        *id += self.regions;
+        holes.iter_mut().for_each(|id| self.number(id));
+    }
+}
+
+fn add_defects(sum: &mut Defects, own: &Defects) {
+    sum.degenerate_faces += own.degenerate_faces;
+    sum.non_manifold_edges += own.non_manifold_edges;
+    sum.misoriented_edges += own.misoriented_edges;
+    sum.non_manifold_boundary_vertices += own.non_manifold_boundary_vertices;
+    sum.duplicate_vertices += own.duplicate_vertices;
+    sum.small_components += own.small_components;
+    sum.reoriented_faces += own.reoriented_faces;
+}
+
+impl FillReport {
+    /// Joins the reports on bodies. Holes that are not in the whole mesh are numbered from `next`.
+    pub(crate) fn of_bodies(parts: Vec<(Self, Numbers)>, mut next: usize) -> Self {
+        let mut all = Self {
+            all_holes: parts.iter().all(|(r, _)| r.all_holes),
+            ..Self::default()
+        };
+        let mut regions = 0;
+        for (mut own, numbers) in parts {
+            let mut joining = Joining {
+                numbers,
+                next,
+                regions,
+                components: all.components,
+            };
+            let holes = own.holes.iter_mut();
+            holes.for_each(|h| joining.hole(&mut h.hole, &mut h.region));
+            let own_regions = own.regions.iter_mut();
+            own_regions.for_each(|r| joining.region(&mut r.id, &mut r.holes));
+            next = joining.next;
+            regions = own.regions.iter().map(|r| r.id).fold(regions, usize::max);
+            all.holes.extend(own.holes);
+            all.regions.extend(own.regions);
+            all.vertices += own.vertices;
+            all.faces += own.faces;
+            all.components += own.components;
+            add_defects(&mut all.defects, &own.defects);
+            all.open_chains.extend(own.open_chains);
+            all.seconds += own.seconds;
+        }
+        all.holes.sort_by_key(|h| h.hole.id);
+        all
+    }
+}
+
+impl RestoreReport {
+    /// Joins the reports of bodies, without the reports of the fills.
+    pub(crate) fn of_bodies(reports: Vec<Self>) -> Self {
+        let mut all = Self::default();
+        for own in reports {
+            all.marked_faces += own.marked_faces;
+            all.removed_faces += own.removed_faces;
+            all.removed_vertices += own.removed_vertices;
+            all.keep_shape = own.keep_shape;
+        }
+        all
+    }
+}
+
+impl FillPlan {
+    /// The plan for a mesh that is left as it is.
+    pub(crate) fn nothing(found: &Inspection) -> Self {
+        Self {
+            vertices: found.input.positions.len(),
+            faces: found.input.faces.len(),
+            components: found.topology.component_faces.len(),
+            defects: found.topology.defects,
+            open_chains: found.open_chains.clone(),
+            ..Self::default()
+        }
+    }
+
+    /// Joins the plans for bodies. Holes that are not in the whole mesh are numbered from `next`.
+    pub(crate) fn of_bodies(parts: Vec<(Self, Numbers)>, mut next: usize) -> Self {
+        let mut all = Self::default();
+        let mut regions = 0;
+        for (mut own, numbers) in parts {
+            let mut joining = Joining {
+                numbers,
+                next,
+                regions,
+                components: all.components,
+            };
+            let holes = own.holes.iter_mut();
+            holes.for_each(|h| joining.hole(&mut h.hole, &mut h.region));
+            let own_regions = own.regions.iter_mut();
+            own_regions.for_each(|r| joining.region(&mut r.id, &mut r.holes));
+            next = joining.next;
+            regions = own.regions.iter().map(|r| r.id).fold(regions, usize::max);
+            all.holes.extend(own.holes);
+            all.regions.extend(own.regions);
+            all.vertices += own.vertices;
+            all.faces += own.faces;
+            all.components += own.components;
+            add_defects(&mut all.defects, &own.defects);
+            all.open_chains.extend(own.open_chains);
+        }
+        all.holes.sort_by_key(|h| h.hole.id);
+        all
+    }
+}
+
+impl RestorePlan {
+    /// Joins the plans for bodies, with the joined plan of the fill.
+    pub(crate) fn of_bodies(plans: &[Self], fill: FillPlan) -> Self {
+        let sum = |count: fn(&Self) -> usize| plans.iter().map(count).sum();
+        Self {
+            marked_faces: sum(|p| p.marked_faces),
+            removed_faces: sum(|p| p.removed_faces),
+            removed_vertices: sum(|p| p.removed_vertices),
+            keep_shape: plans.first().map_or(0.0, |p| p.keep_shape),
+            fill,
+        }
+    }
+}
