@@ -12,7 +12,7 @@ use crate::mesh::cut::{Remainder, settled, without_spikes};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{HoleId, VertexFaces};
 
-/// Marked components of at most this many faces are removed without a replacement.
+/// Marked components of at most this many faces are removed without a replacement; their holes are not filled.
 const SMALL_FACES: usize = 2;
 
 /// Cuts that are tried, each wider than the one before by the faces around the ends of its rim. A face given twice, or a fin, needs
@@ -45,7 +45,7 @@ impl<'a> CutResult<'a> {
     /// inside. A cut whose rim does not close, because it meets an edge of more than two faces, is widened.
     ///
     /// # Errors
-    /// If nothing of a component would remain, if the cut reaches an outer border, or if its rim does not close after
+    /// If nothing of a component would remain, or one or two faces, if the cut reaches an outer border, or if its rim does not close after
     /// [`WIDENINGS`] cuts.
     pub(super) fn new(
         before: &'a Inspection<'a>,
@@ -64,6 +64,12 @@ impl<'a> CutResult<'a> {
             let origin = before.weld.iter().zip(&kept.vertices);
             let origin: Vec<u32> = origin.filter(|(_, kept)| **kept).map(|(w, _)| *w).collect();
             let rims: Vec<Vec<Edge>> = found.holes.iter().map(|h| edges(&h.rim, &origin)).collect();
+            let scraps = scraps(before, &found, &rims, &removed);
+            if !scraps.is_empty() {
+                marked = removed;
+                scraps.into_iter().for_each(|f| marked[f] = true);
+                continue;
+            }
             let ends = open_ends(before, &found, &rims, &origin);
             if ends.is_empty() {
                 return Self::with_rims(before, removed, kept.vertices, found, &rims);
@@ -230,6 +236,32 @@ fn refuse_whole_components(before: &Inspection, removed: &[bool]) -> Result<(), 
         }),
         None => Ok(()),
     }
+}
+
+/// The remaining faces of components that the cut leaves with so few faces that no hole of them is filled.
+fn scraps(
+    before: &Inspection,
+    found: &Inspection,
+    rims: &[Vec<Edge>],
+    removed: &[bool],
+) -> Vec<usize> {
+    let size = |component: u32| found.topology.component_faces[component as usize];
+    let small = found.holes.iter().zip(rims);
+    let small: Vec<_> = small
+        .filter(|(hole, _)| size(hole.component) <= SMALL_FACES)
+        .collect();
+    if small.is_empty() {
+        return Vec::new();
+    }
+    let old = boundary_edges(before);
+    let is_cut = |rim: &[Edge]| rim.iter().any(|edge| !old.contains(edge));
+    let cut = small.into_iter().filter(|(_, rim)| is_cut(rim));
+    let components: BTreeSet<u32> = cut.map(|(hole, _)| hole.component).collect();
+    let kept = (0..removed.len()).filter(|&f| !removed[f]);
+    let kept = kept.zip(&found.topology.component);
+    kept.filter(|(_, component)| components.contains(component))
+        .map(|(f, _)| f)
+        .collect()
 }
 
 /// The vertices at which parts of a cut's rim end that do not close, as vertices of the mesh before the cut. A closed rim enters

@@ -123,10 +123,10 @@ pub enum RestoreError {
     /// No face is marked.
     #[error("the mask marks no face")]
     NothingMarked,
-    /// Nothing of a component remains to be continued.
+    /// At most two faces of a component remain, which is nothing to be continued.
     #[error(
-        "the mask covers a whole component of {faces} faces, so that nothing is left to continue; mark fewer faces, or remove \
-         the component"
+        "the mask covers a whole component of {faces} faces, or all but one or two of them, so that nothing is left to continue; \
+         mark fewer faces, or remove the component"
     )]
     WholeComponent {
         /// Its number of faces.

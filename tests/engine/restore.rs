@@ -271,6 +271,41 @@ fn holes_in_the_marked_region_are_closed_and_others_stay_open() {
 }
 
 #[test]
+fn one_or_two_faces_of_a_component_are_not_left_with_an_open_rim() {
+    // An octahedron: two neighbouring faces, or two single faces, would remain.
+    let mesh = shapes::sphere(1);
+    let octahedron = Mesh::new(
+        [1.0, -1.0]
+            .map(|s| [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| s * axis))
+            .concat(),
+        vec![
+            [0, 1, 2],
+            [1, 3, 2],
+            [3, 4, 2],
+            [4, 0, 2],
+            [1, 0, 5],
+            [3, 1, 5],
+            [4, 3, 5],
+            [0, 4, 5],
+        ],
+    );
+    for left in [[0, 1], [0, 6]] {
+        let marked: Vec<bool> = (0..8).map(|f| !left.contains(&f)).collect();
+        let error = restore(&octahedron, &marked, &RestoreParams::default()).unwrap_err();
+        let is_refused = matches!(error, RestoreError::WholeComponent { faces: 8 });
+        assert!(is_refused, "{error}");
+    }
+    // The rest of another body is kept.
+    let mut both = shapes::joined(&mesh, &octahedron);
+    both.positions[mesh.positions.len()..]
+        .iter_mut()
+        .for_each(|p| *p += DVec3::splat(5.0));
+    let first = mesh.faces.len();
+    let marked: Vec<bool> = (0..both.faces.len()).map(|f| f > first + 1).collect();
+    assert!(restore(&both, &marked, &RestoreParams::default()).is_err());
+}
+
+#[test]
 fn masks_that_cannot_be_restored_are_refused() {
     let mesh = shapes::sphere(6);
     let count = mesh.faces.len();
