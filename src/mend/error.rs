@@ -62,17 +62,15 @@ pub enum FillError {
         /// A voxel that fits.
         fits: f64,
     },
-    /// The voxel exceeds the model.
+    /// The voxel exceeds the widest hole: no grid of it holds a surface across a hole.
     #[error(
-        "a voxel of {} is larger than the model, whose longest side is {longest:.4e}; leave the voxel out, or take a fraction of the \
-         widest hole's diameter, {widest:.4e}",
+        "a voxel of {} is larger than the widest hole, whose diameter is {widest:.4e}; leave the voxel out, or take a fraction of \
+         that diameter",
         length(*voxel)
     )]
     TooCoarse {
         /// The voxel asked for.
         voxel: f64,
-        /// The longest side of the model's bounding box.
-        longest: f64,
         /// The diameter of the widest hole that needs a grid.
         widest: f64,
     },

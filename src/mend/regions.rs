@@ -25,7 +25,7 @@ use crate::fill::{
     RegionProblem, RegionReport, TriangulatedReason, first_region, has_few_edges,
 };
 use crate::flow::{BendingEnergy, Energy};
-use crate::mesh::{Hole, HoleId, Mesh, bounds};
+use crate::mesh::{Hole, HoleId, Mesh};
 use crate::region::{Region, VoxelSize};
 use crate::stitch::count_intersecting_faces;
 use crate::tuning::tuning;
@@ -379,8 +379,8 @@ impl<'a> Regions<'a> {
         RegionSources::new(self.found, &self.groups, &asked, in_boxes)
     }
 
-    /// Refuses a voxel that is too small for the widest region, or larger than the model. For a fairing the limit depends on the area, and is checked
-    /// there.
+    /// Refuses a voxel that is too small for the widest region, or larger than it. For a fairing the limit depends on the area, and is
+    /// checked there.
     fn check_voxel(&self) -> Result<(), FillError> {
         let VoxelSize::Length(voxel) = self.params.voxel else {
             return Ok(());
@@ -405,21 +405,8 @@ impl<'a> Regions<'a> {
         if voxel < fits {
             return Err(FillError::TooFine { voxel, fits });
         }
-        let (low, high) = bounds(
-            self.found
-                .mesh
-                .faces
-                .iter()
-                .flatten()
-                .map(|&v| self.found.mesh.positions[v as usize]),
-        );
-        let longest = (high - low).max_element();
-        if widest > 0.0 && voxel > longest {
-            return Err(FillError::TooCoarse {
-                voxel,
-                longest,
-                widest,
-            });
+        if widest > 0.0 && voxel > widest {
+            return Err(FillError::TooCoarse { voxel, widest });
         }
         Ok(())
     }

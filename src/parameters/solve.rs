@@ -17,7 +17,8 @@ pub const VOXEL: Parameter = Parameter {
     details: "`auto` takes 16 voxels across the hole, 10 if its rim has at most 25 edges, or at most 60 where the surface bends \
               little, more if the hole is a slot, and up to 96 in a region with a small loop. If patches are not finished, it takes \
               32, up to 64 if the rim is finer or the hole is a slot; with curvature-variation 2.5 times as many, at most 128. A \
-              length below 1/1024 of the hole is refused.",
+              length below 1/1024 of the widest hole, or larger than it, is refused; narrower holes than the length get an automatic \
+              voxel.",
     ..Parameter::PLAIN
 };
 

@@ -19,7 +19,8 @@ pub enum VoxelSize {
     /// voxels, up to 64 where the rim is finer or the hole is a slot. With the curvature-variation energy 2.5 times as many, at most 128.
     #[default]
     Auto,
-    /// A length in the mesh's units; at least 1/1024 of the widest hole.
+    /// A length in the mesh's units; at least 1/1024 of the widest hole, at most its diameter. Holes narrower than the length get an
+    /// automatic voxel.
     Length(f64),
 }
 
@@ -304,8 +305,9 @@ impl Region {
             .map(|h| h.diameter)
             .fold(diameter, f64::min);
         let voxel = match voxel {
-            VoxelSize::Length(v) => v.max(Self::finest(diameter)),
-            VoxelSize::Auto => Self::automatic(holes, diameter, smallest, size),
+            // No grid of wider voxels holds a surface across the hole.
+            VoxelSize::Length(v) if v <= diameter => v.max(Self::finest(diameter)),
+            _ => Self::automatic(holes, diameter, smallest, size),
         };
         // The voxel is doubled from level to level while about 16 voxels remain across the hole, for slots more.
         let across = diameter / voxel;

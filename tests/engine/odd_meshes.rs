@@ -218,13 +218,35 @@ fn patches_that_meet_each_other_are_counted_in_full_precision() {
 }
 
 #[test]
-fn a_voxel_larger_than_the_model_is_refused() {
+fn a_voxel_larger_than_the_widest_hole_is_refused() {
     let mesh = shapes::cut(&shapes::sphere(16), |p| p.z > 0.6);
     let found = Inspection::new(&mesh).unwrap();
     let mut params = FillParams::default();
-    params.voxel = VoxelSize::Length(100.0);
-    let error = found.fill(&params, &Control::new()).unwrap_err();
-    assert!(matches!(error, FillError::TooCoarse { .. }), "{error}");
+    // The second is smaller than the model.
+    for length in [100.0, 1.75] {
+        params.voxel = VoxelSize::Length(length);
+        let error = found.fill(&params, &Control::new()).unwrap_err();
+        assert!(matches!(error, FillError::TooCoarse { .. }), "{error}");
+    }
     params.voxel = VoxelSize::Length(0.25);
     assert!(found.fill(&params, &Control::new()).is_ok());
+}
+
+#[test]
+fn a_hole_narrower_than_the_voxel_gets_an_automatic_one() {
+    let holes = |p: DVec3| p.z > 0.6 || p.z < -0.95;
+    let mesh = shapes::cut(&shapes::sphere(16), holes);
+    let mut params = FillParams::default();
+    params.voxel = VoxelSize::Length(0.8);
+    let filled = isomend::fill(&mesh, &params).unwrap();
+    let [wide, narrow] = &filled.report.regions[..] else {
+        panic!("two regions");
+    };
+    assert!(wide.diameter > 0.8 && (wide.voxel.unwrap() / 0.8 - 1.0).abs() < 1e-9);
+    assert!(narrow.diameter < 0.8);
+    assert!(
+        narrow
+            .voxel
+            .is_none_or(|voxel| voxel < 0.2 * narrow.diameter)
+    );
 }
