@@ -28,7 +28,6 @@ mod invariants;
 mod job;
 mod masks;
 mod odd_meshes;
-mod order;
 mod outcomes;
 mod regions;
 mod repair;
