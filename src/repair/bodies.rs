@@ -55,6 +55,9 @@ impl Run<'_> {
         if self.params.orient {
             self.report.reoriented_faces += orient::orient(&mut self.draft)?;
         }
+        if !self.are_closed()? {
+            return Ok(false);
+        }
         let succeeds = self.unite_capped(carried)?;
         if succeeds {
             self.clean(carried)?;
@@ -62,19 +65,21 @@ impl Run<'_> {
         Ok(succeeds)
     }
 
+    /// Whether all intersecting faces belong to closed bodies.
+    fn are_closed(&mut self) -> Result<bool, FillError> {
+        let crossing = self.draft.self_intersections()?;
+        Ok(union::are_closed(&*self.draft.inspect()?, &crossing))
+    }
+
     /// Unites bodies with their chosen holes closed by triangles, which are removed again. Returns whether all that intersect were
     /// closed then and most intersections are gone.
     pub(super) fn unite_capped(&mut self, carried: &Carried) -> Result<bool, FillError> {
-        let are_closed = |draft: &mut Draft| -> Result<bool, FillError> {
-            let crossing = draft.self_intersections()?;
-            Ok(union::are_closed(&*draft.inspect()?, &crossing))
-        };
-        if are_closed(&mut self.draft)? {
+        if self.are_closed()? {
             self.meant = Some(self.draft.clone());
         } else {
             self.cap()?;
             self.report.closing_faces += chains::close(&mut self.draft)?;
-            if !are_closed(&mut self.draft)? {
+            if !self.are_closed()? {
                 return Ok(false);
             }
         }

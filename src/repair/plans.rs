@@ -14,10 +14,9 @@ use crate::tuning::tuning;
 /// An order of steps after the mesh is cleaned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Plan {
-    /// Bodies of the mesh as given are united, before it is cleaned. Their holes are closed by triangles meanwhile, and filled
-    /// afterwards.
+    /// Bodies of the mesh as given are united, before it is cleaned, if all that intersect are closed.
     UniteGiven,
-    /// The same after it was cleaned.
+    /// Bodies are united, with their holes closed by triangles meanwhile, which are filled afterwards.
     UniteCleaned,
     /// Holes with one obvious closure are closed and closed bodies united. Only if nothing intersects then, the other holes are
     /// filled.
@@ -175,7 +174,7 @@ impl Run<'_> {
             Plan::Keep => self.fill_then_unite(plan, given, carried),
             _ if self.is_united => Ok(false),
             Plan::UniteCleaned => self.unite_then_fill(false, carried),
-            _ if self.is_hopeless() => Ok(false),
+            _ if self.leaves_many() => Ok(false),
             Plan::FillThenClean if !self.joins => Ok(false),
             _ => self.fill_then_unite(plan, given, carried),
         }
@@ -219,7 +218,7 @@ impl Run<'_> {
         if matches!(
             plan,
             Plan::FillThenCut | Plan::FillThenClean | Plan::CutThenFill
-        ) && self.is_hopeless()
+        ) && self.leaves_many()
         {
             return Ok(false);
         }
@@ -232,11 +231,11 @@ impl Run<'_> {
         Ok(true)
     }
 
-    /// Whether cutting out what intersects would leave holes only, since the unions that were tried left so many intersecting faces.
-    fn is_hopeless(&self) -> bool {
+    /// Whether each union that was tried left many intersecting faces: cutting these out would leave little of the mesh.
+    fn leaves_many(&self) -> bool {
         let (rules, faces) = (&tuning().repair, self.input.faces.len());
         let many =
-            |left: usize| left > rules.hopeless && left as f64 > rules.hopeless_part * faces as f64;
+            |left: usize| left > rules.left_faces && left as f64 > rules.left_part * faces as f64;
         self.left.is_some_and(many)
     }
 

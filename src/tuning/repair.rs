@@ -23,8 +23,8 @@ thresholds! {
         /// Edges. Longer rims are not closed while bodies are united.
         capped_edges: usize = 300,
         /// Intersecting faces left by all unions, and their fraction of all faces, above which none are cut out.
-        hopeless: usize = 200,
-        hopeless_part: f64 = 0.1,
+        left_faces: usize = 200,
+        left_part: f64 = 0.1,
         /// A union of the mesh as given is gone on with if at most one of this many intersecting faces is left.
         few_left: usize = 20,
         /// Edges. Where more faces run one way than the other along more edges than this, no faces are added there.

@@ -78,7 +78,9 @@ thresholds! {
         most_faces: f64 = 1e6,
         /// Faces of a patch per square of a rim's number of edges, at most, approximately. A disc with equal edges around it gets
         /// 0.3; rims of which a part is finer by orders of magnitude would otherwise reach [`Self::most_faces`].
-        most_faces_of_rim: f64 = 2.0,
+        most_faces_of_rim: f64 = 16.0,
+        /// Faces of a patch per equilateral triangle of its area whose edges have the rim's mean length, at most, approximately.
+        most_faces_of_area: f64 = 8.0,
         /// Faces of a patch in addition to these, at most, approximately.
         most_faces_besides: f64 = 5000.0,
         /// Exponent of the distance in the interpolation of target lengths from the rim.

@@ -10,7 +10,7 @@ use crate::mesh::DisjointSets;
 
 /// What is left of a list of faces without those whose corners are collinear.
 pub(super) struct Proper {
-    /// The faces to divide: those of the list that are not collinear, then neighbours of the collinear ones that were not in it.
+    /// The faces to divide: the proper ones of the list, then neighbours of the collinear ones that were not in it.
     pub(super) divided: Vec<u32>,
     /// The collinear faces.
     pub(super) collinear: Vec<u32>,

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::Remesher;
 use crate::elementary::powi;
 use crate::stitch::StitchParams;
+use crate::stitch::half_edge::NONE;
 use crate::tuning::tuning;
 
 /// Area of an equilateral triangle over the square of its edge.
@@ -55,8 +56,32 @@ impl Remesher<'_> {
         if squares == 0.0 {
             return f64::INFINITY;
         }
-        (tuning().stitch.most_faces_besides + tuning().stitch.most_faces_of_rim * squares)
-            / params.edge_factor.powi(2).min(1.0)
+        let rules = &tuning().stitch;
+        let of_rim = rules.most_faces_of_rim * squares;
+        let of_area = rules.most_faces_of_area * self.faces_of_mean_edge();
+        (rules.most_faces_besides + of_rim.min(of_area)) / params.edge_factor.powi(2).min(1.0)
+    }
+
+    /// The number of equilateral faces of the patch's area whose edges have the mean length of those at the rims; infinite
+    /// without these.
+    fn faces_of_mean_edge(&self) -> f64 {
+        let mesh = &*self.mesh;
+        let there = mesh.faces.iter().filter(|f| f[0] != NONE);
+        let area: f64 = there.map(|f| 0.5 * mesh.area_vector(*f).length()).sum();
+        let (mut length, mut edges) = (0.0, 0.0);
+        for rim in &self.rims.loops {
+            let known = |v: &&u32| self.rims.length.contains_key(v);
+            length += (rim.iter().filter(known))
+                .map(|v| self.rims.length[v])
+                .sum::<f64>();
+            edges += rim.iter().filter(known).count() as f64;
+        }
+        let faces = area / (EQUILATERAL * (length / edges).powi(2));
+        if faces.is_finite() {
+            faces
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// Raises the smallest targets until the patch would have at most `most` faces.
