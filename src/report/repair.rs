@@ -73,13 +73,7 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
                 counted(r.inner_faces, "inner face")
             ),
         ),
-        (
-            r.moved_vertices,
-            format!(
-                "vertices of touching faces moved by up to {}, so that the bodies could be united",
-                Unit::text(unit, r.largest_move)
-            ),
-        ),
+        (r.moved_vertices, moves(r, unit)),
         (crossing, cut_out(r)),
         (
             r.left_self_intersecting,
@@ -90,6 +84,11 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
     let mut lines: Vec<String> = some.map(|(count, what)| counted_as(count, &what)).collect();
     lines.extend(shell_lines(r, unit));
     lines
+}
+
+fn moves(r: &RepairReport, unit: Option<Unit>) -> String {
+    let most = Unit::text(unit, r.largest_move);
+    format!("vertices of touching faces moved by up to {most}, so that the bodies could be united")
 }
 
 /// The components with offset shells, largest area first.
