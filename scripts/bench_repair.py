@@ -10,7 +10,7 @@ Without files the meshes are made here: sound meshes with added defects, and mes
 table has: whether the result is watertight (trimesh's definition, after merging vertices at the same position), the number of faces that
 intersect others (MeshLab's selection), the faces of the input that are not kept bit for bit in either orientation, the components of the
 input that have lost all faces, the largest distance from the input's faces without defects to the result over the diagonal of the bounding
-box, and seconds. A program that fails, or does not end within its time, has a dash. --docs writes a short table into docs/repair.md."""
+box, and seconds. A program that fails, or does not end within its time, has a dash. --docs writes a short table into docs/accuracy.md."""
 
 import argparse
 import itertools
@@ -287,7 +287,7 @@ def main():
     parser.add_argument("--json", type=Path)
     parser.add_argument("--seconds", type=float, default=900, help="time limit of a program for a file")
     parser.add_argument("--only", action="append", choices=METHODS, help="program to run [default: all]; may be given several times")
-    parser.add_argument("--docs", action="store_true", help="write a short table into docs/repair.md")
+    parser.add_argument("--docs", action="store_true", help="write a short table into docs/accuracy.md")
     parser.add_argument("--one", nargs=3, metavar=("METHOD", "IN", "OUT"), help=argparse.SUPPRESS)
     parser.add_argument("files", nargs="*", type=Path)
     args = parser.parse_args()

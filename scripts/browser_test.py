@@ -142,6 +142,11 @@ class Browser:
             raise RuntimeError(f"{script[:60]}: {done['exceptionDetails']}")
         return done["result"].get("value")
 
+    def leave(self, script):
+        """Runs a script that makes the browser go to another page, which may happen before or after the script's answer."""
+        with contextlib.suppress(Navigated):
+            self.run(f"void ({script})")
+
     def until(self, script, what):
         def true():
             # While the browser goes to another page, no script runs.

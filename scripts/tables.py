@@ -20,7 +20,7 @@ PAGES = {
     "patches": "docs/experiments.md",
     "patches-curvature-variation": "docs/experiments.md",
     "fleet": "docs/fleets.md",
-    "repair": "docs/repair.md",
+    "repair": "docs/accuracy.md",
 }
 
 

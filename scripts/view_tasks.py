@@ -322,14 +322,14 @@ def handing_over(page, program, folder):
 def opening(page, folder):
     """A dropped mesh is sent and opened on a new page; going back shows the first mesh."""
     text = (folder / "scan.ply").read_bytes()
-    page.run(f"isomend.save.sendFile(new File([Uint8Array.from(atob('{base64.b64encode(text).decode()}'), (c) => c.charCodeAt(0))], 'sent.ply'))")
+    page.leave(f"isomend.save.sendFile(new File([Uint8Array.from(atob('{base64.b64encode(text).decode()}'), (c) => c.charCodeAt(0))], 'sent.ply'))")
     page.until_open("sent.ply", "what was dropped is opened")
     page.until("!!isomend.mask()", "the surface is prepared")
     page.expect((folder / "sent.ply").read_bytes() == text and page.state()["current"] == 0, "the opened mesh is not the dropped one")
     page.tab("save")
     page.until("document.querySelectorAll('#files option').length > 1", "the files of the folder are offered")
     page.shot("files")
-    page.run("history.back()")
+    page.leave("history.back()")
     page.until_open("scan.ply", "back leads to the first file")
     page.expect(page.state()["current"] > 0, "the first session is lost")
 

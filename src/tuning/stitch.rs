@@ -80,7 +80,7 @@ thresholds! {
         /// 0.3; rims of which a part is finer by orders of magnitude would otherwise reach [`Self::most_faces`].
         most_faces_of_rim: f64 = 16.0,
         /// Faces of a patch per equilateral triangle of its area whose edges have the rim's mean length, at most, approximately.
-        most_faces_of_area: f64 = 8.0,
+        most_faces_of_area: f64 = 16.0,
         /// Faces of a patch in addition to these, at most, approximately.
         most_faces_besides: f64 = 5000.0,
         /// Exponent of the distance in the interpolation of target lengths from the rim.

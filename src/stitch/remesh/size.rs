@@ -42,7 +42,11 @@ impl Remesher<'_> {
             .map(|s| if s >= floor { s } else { floor })
             .collect();
         self.limit_growth();
-        self.limit_faces(0.5 * self.most_faces(params));
+        let rules = &tuning().stitch;
+        let of_area =
+            rules.most_faces_besides + rules.most_faces_of_area * self.faces_of_mean_edge();
+        let most = self.most_faces(params);
+        self.limit_faces(0.5 * most.min(of_area / params.edge_factor.powi(2).min(1.0)));
     }
 
     /// The maximum number of faces plausible for the rims; infinite without rims.
@@ -56,10 +60,8 @@ impl Remesher<'_> {
         if squares == 0.0 {
             return f64::INFINITY;
         }
-        let rules = &tuning().stitch;
-        let of_rim = rules.most_faces_of_rim * squares;
-        let of_area = rules.most_faces_of_area * self.faces_of_mean_edge();
-        (rules.most_faces_besides + of_rim.min(of_area)) / params.edge_factor.powi(2).min(1.0)
+        (tuning().stitch.most_faces_besides + tuning().stitch.most_faces_of_rim * squares)
+            / params.edge_factor.powi(2).min(1.0)
     }
 
     /// The number of equilateral faces of the patch's area whose edges have the mean length of those at the rims; infinite
