@@ -57,6 +57,38 @@ struct Joining {
 }
 
 impl Joining {
+    /// Holes that are not in the whole mesh are numbered from `next`.
+    fn new(next: usize) -> Self {
+        Self {
+            numbers: Numbers {
+                vertices: Vec::new(),
+                holes: HashMap::new(),
+            },
+            next,
+            regions: 0,
+            components: 0,
+        }
+    }
+
+    /// Renumbers the holes, each with its region, and the regions of the next body, which has this many components.
+    fn body<'a>(
+        &mut self,
+        numbers: Numbers,
+        components: usize,
+        holes: impl Iterator<Item = (&'a mut Hole, &'a mut usize)>,
+        regions: impl Iterator<Item = (&'a mut usize, &'a mut Vec<HoleId>)>,
+    ) {
+        self.numbers = numbers;
+        holes.for_each(|(hole, region)| self.hole(hole, region));
+        let mut last = self.regions;
+        for (id, holes) in regions {
+            self.region(id, holes);
+            last = last.max(*id);
+        }
+        self.regions = last;
+        self.components += components;
+    }
+
     fn number(&mut self, id: &mut HoleId) {
         let next = &mut self.next;
         *id = *self.numbers.holes.entry(*id).or_insert_with(|| {
@@ -94,25 +126,16 @@ fn add_defects(sum: &mut Defects, own: &Defects) {
 
 impl FillReport {
     /// Joins the reports on bodies. Holes that are not in the whole mesh are numbered from `next`.
-    pub(crate) fn of_bodies(parts: Vec<(Self, Numbers)>, mut next: usize) -> Self {
+    pub(crate) fn of_bodies(parts: Vec<(Self, Numbers)>, next: usize) -> Self {
         let mut all = Self {
             all_holes: parts.iter().all(|(r, _)| r.all_holes),
             ..Self::default()
         };
-        let mut regions = 0;
+        let mut joining = Joining::new(next);
         for (mut own, numbers) in parts {
-            let mut joining = Joining {
-                numbers,
-                next,
-                regions,
-                components: all.components,
-            };
-            let holes = own.holes.iter_mut();
-            holes.for_each(|h| joining.hole(&mut h.hole, &mut h.region));
-            let own_regions = own.regions.iter_mut();
-            own_regions.for_each(|r| joining.region(&mut r.id, &mut r.holes));
-            next = joining.next;
-            regions = own.regions.iter().map(|r| r.id).fold(regions, usize::max);
+            let holes = own.holes.iter_mut().map(|h| (&mut h.hole, &mut h.region));
+            let regions = own.regions.iter_mut().map(|r| (&mut r.id, &mut r.holes));
+            joining.body(numbers, own.components, holes, regions);
             all.holes.extend(own.holes);
             all.regions.extend(own.regions);
             all.vertices += own.vertices;
@@ -155,22 +178,13 @@ impl FillPlan {
     }
 
     /// Joins the plans for bodies. Holes that are not in the whole mesh are numbered from `next`.
-    pub(crate) fn of_bodies(parts: Vec<(Self, Numbers)>, mut next: usize) -> Self {
+    pub(crate) fn of_bodies(parts: Vec<(Self, Numbers)>, next: usize) -> Self {
         let mut all = Self::default();
-        let mut regions = 0;
+        let mut joining = Joining::new(next);
         for (mut own, numbers) in parts {
-            let mut joining = Joining {
-                numbers,
-                next,
-                regions,
-                components: all.components,
-            };
-            let holes = own.holes.iter_mut();
-            holes.for_each(|h| joining.hole(&mut h.hole, &mut h.region));
-            let own_regions = own.regions.iter_mut();
-            own_regions.for_each(|r| joining.region(&mut r.id, &mut r.holes));
-            next = joining.next;
-            regions = own.regions.iter().map(|r| r.id).fold(regions, usize::max);
+            let holes = own.holes.iter_mut().map(|h| (&mut h.hole, &mut h.region));
+            let regions = own.regions.iter_mut().map(|r| (&mut r.id, &mut r.holes));
+            joining.body(numbers, own.components, holes, regions);
             all.holes.extend(own.holes);
             all.regions.extend(own.regions);
             all.vertices += own.vertices;

@@ -55,10 +55,7 @@ impl Run<'_> {
         if self.params.orient {
             self.report.reoriented_faces += orient::orient(&mut self.draft)?;
         }
-        if !self.are_closed()? {
-            return Ok(false);
-        }
-        let succeeds = self.unite_capped(carried)?;
+        let succeeds = self.are_closed()? && self.unite_closed(carried)?;
         if succeeds {
             self.clean(carried)?;
         }
@@ -75,19 +72,32 @@ impl Run<'_> {
     /// closed then and most intersections are gone.
     pub(super) fn unite_capped(&mut self, carried: &Carried) -> Result<bool, FillError> {
         if self.are_closed()? {
-            self.meant = Some(self.draft.clone());
-        } else {
-            self.cap()?;
-            self.report.closing_faces += chains::close(&mut self.draft)?;
-            if !self.are_closed()? {
-                return Ok(false);
-            }
+            return self.unite_closed(carried);
+        }
+        self.cap()?;
+        self.report.closing_faces += chains::close(&mut self.draft)?;
+        if !self.are_closed()? {
+            return Ok(false);
         }
         let crossing = self.draft.self_intersections()?.len();
-        let state = (self.draft.clone(), self.report.clone());
-        self.unite(&state, carried)?;
+        let given = (self.draft.clone(), self.report.clone());
+        self.unite(&given, carried)?;
         let is_cap: Vec<bool> = self.draft.region.iter().map(|r| *r == CAP).collect();
         self.draft.remove(&is_cap);
+        self.has_few_left(crossing)
+    }
+
+    /// Unites bodies that are closed, and so tell the solid that is meant. Returns whether most intersections are gone.
+    fn unite_closed(&mut self, carried: &Carried) -> Result<bool, FillError> {
+        self.meant = Some(self.draft.clone());
+        let crossing = self.draft.self_intersections()?.len();
+        let given = (self.draft.clone(), self.report.clone());
+        self.unite(&given, carried)?;
+        self.has_few_left(crossing)
+    }
+
+    /// Whether few of this many intersecting faces are left.
+    fn has_few_left(&mut self, crossing: usize) -> Result<bool, FillError> {
         let left = self.draft.self_intersections()?.len();
         Ok(left * tuning().repair.few_left <= crossing)
     }

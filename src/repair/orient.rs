@@ -58,7 +58,8 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
         border[hole.component as usize] += length;
     }
     let (mesh, topology) = (&found.mesh, &found.topology);
-    for h in topology.non_manifold_edges(mesh).into_iter().flatten() {
+    let crowded = topology.non_manifold_edges(mesh);
+    for &h in crowded.iter().flatten() {
         let at = |v: u32| mesh.positions[v as usize];
         border[topology.component[h as usize / 3] as usize] +=
             at(start(mesh, h)).distance(at(end(mesh, h)));
@@ -83,7 +84,7 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
         })
         .collect();
     turned_with_body.into_iter().for_each(|i| wrong[i] = true);
-    let groups = groups(found);
+    let groups = groups(found, &crowded);
     let is_cavity = cavities(found, &groups);
     for (group, is_cavity) in groups.into_iter().zip(is_cavity) {
         for c in group.components {
@@ -134,9 +135,8 @@ struct Group {
 
 /// The bodies of which the mesh consists where components share edges: components joined where a body lies between two of their
 /// faces, as far as they are closed; else all that share edges, if these are closed together.
-fn groups(found: &Inspection) -> Vec<Group> {
+fn groups(found: &Inspection, crowded: &[Vec<u32>]) -> Vec<Group> {
     let (mesh, topology) = (&found.mesh, &found.topology);
-    let crowded = topology.non_manifold_edges(mesh);
     if crowded.is_empty() {
         return Vec::new();
     }
@@ -147,7 +147,7 @@ fn groups(found: &Inspection) -> Vec<Group> {
         open[component(h) as usize] = true;
     }
     let mut joined = DisjointSets::new(count);
-    for edge in &crowded {
+    for edge in crowded {
         edge.iter()
             .for_each(|h| _ = joined.join(component(edge[0]), component(*h)));
     }
@@ -159,7 +159,7 @@ fn groups(found: &Inspection) -> Vec<Group> {
         for (c, _) in open.iter().enumerate().filter(|(_, open)| **open) {
             is_open[sets.find(c as u32) as usize] = true;
         }
-        for edge in &crowded {
+        for edge in crowded {
             let mut sums: BTreeMap<u32, i32> = BTreeMap::new();
             for &h in edge {
                 let up = start(mesh, h) < end(mesh, h);

@@ -7,6 +7,7 @@ use glam::DVec3;
 use robust::{Coord, orient2d};
 
 use crate::mesh::DisjointSets;
+use crate::repair::{Edge, edges};
 
 /// What is left of a list of faces without those whose corners are collinear.
 pub(super) struct Proper {
@@ -37,10 +38,11 @@ impl Proper {
 
     /// Divides each edge of a collinear face at all corners of the collinear faces that are connected with it by edges.
     fn divide_neighbours(&mut self, positions: &[DVec3], faces: &[[u32; 3]], own: &[u32]) {
+        let at = |v: u32| positions[v as usize];
         let mut sets = DisjointSets::new(self.collinear.len());
-        let mut first: HashMap<[u32; 2], u32> = HashMap::new();
+        let mut first: HashMap<Edge, u32> = HashMap::new();
         for (i, &f) in (0..).zip(&self.collinear) {
-            for e in edges(faces[f as usize]) {
+            for e in edges(&faces[f as usize]) {
                 let known = *first.entry(e).or_insert(i);
                 sets.join(known, i);
             }
@@ -53,12 +55,11 @@ impl Proper {
         let gone: BTreeSet<u32> = self.collinear.iter().copied().collect();
         let mut place: HashMap<u32, u32> = (0..).zip(&self.divided).map(|(i, f)| (*f, i)).collect();
         for &f in own.iter().filter(|f| !gone.contains(f)) {
-            for e in edges(faces[f as usize]) {
+            for e in edges(&faces[f as usize]) {
                 let Some(&line) = first.get(&e) else {
                     continue;
                 };
-                let is_between =
-                    |v: &&u32| between(e.map(|w| positions[w as usize]), positions[**v as usize]);
+                let is_between = |v: &&u32| between([e.0, e.1].map(at), at(**v));
                 let found: Vec<u32> = on_line[&sets.find(line)]
                     .iter()
                     .filter(is_between)
@@ -75,10 +76,6 @@ impl Proper {
             }
         }
     }
-}
-
-fn edges([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
-    [[a, b], [b, c], [c, a]].map(|[v, w]| [v.min(w), v.max(w)])
 }
 
 /// Whether the corners lie exactly on a line.

@@ -164,10 +164,8 @@ fn united(draft: &Draft, found: &Inspection, crossing: &[u32]) -> Option<Union> 
         clusters,
     };
     let solved = task.solve();
-    if solved.is_err() {
-        log::debug!("union: the arrangement failed");
-    }
-    let mut union = solved.ok()?;
+    let failed = |_: &ArrangementError| log::debug!("union: the arrangement failed");
+    let mut union = solved.inspect_err(failed).ok()?;
     union.weld.clone_from(&found.weld);
     Some(union)
 }

@@ -13,6 +13,11 @@ use crate::tuning::tuning;
 /// Area of an equilateral triangle over the square of its edge.
 const EQUILATERAL: f64 = 0.433_012_701_892_219_3;
 
+/// The faces that a patch may have if this many are plausible.
+fn with_besides(faces: f64, params: &StitchParams) -> f64 {
+    (tuning().stitch.most_faces_besides + faces) / params.edge_factor.powi(2).min(1.0)
+}
+
 impl Remesher<'_> {
     /// Sets the targets from the mesh's edges at the rim, shortened where a chord would be too far from the surface.
     pub(super) fn set_sizes(&mut self, params: &StitchParams, voxel: f64) {
@@ -42,11 +47,9 @@ impl Remesher<'_> {
             .map(|s| if s >= floor { s } else { floor })
             .collect();
         self.limit_growth();
-        let rules = &tuning().stitch;
-        let of_area =
-            rules.most_faces_besides + rules.most_faces_of_area * self.faces_of_mean_edge();
-        let most = self.most_faces(params);
-        self.limit_faces(0.5 * most.min(of_area / params.edge_factor.powi(2).min(1.0)));
+        let of_area = tuning().stitch.most_faces_of_area * self.faces_of_mean_edge();
+        let most = self.most_faces(params).min(with_besides(of_area, params));
+        self.limit_faces(0.5 * most);
     }
 
     /// The maximum number of faces plausible for the rims; infinite without rims.
@@ -60,8 +63,7 @@ impl Remesher<'_> {
         if squares == 0.0 {
             return f64::INFINITY;
         }
-        (tuning().stitch.most_faces_besides + tuning().stitch.most_faces_of_rim * squares)
-            / params.edge_factor.powi(2).min(1.0)
+        with_besides(tuning().stitch.most_faces_of_rim * squares, params)
     }
 
     /// The number of equilateral faces of the patch's area whose edges have the mean length of those at the rims; infinite
@@ -79,11 +81,7 @@ impl Remesher<'_> {
             edges += rim.iter().filter(known).count() as f64;
         }
         let faces = area / (EQUILATERAL * (length / edges).powi(2));
-        if faces.is_finite() {
-            faces
-        } else {
-            f64::INFINITY
-        }
+        if faces.is_nan() { f64::INFINITY } else { faces }
     }
 
     /// Raises the smallest targets until the patch would have at most `most` faces.
