@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use glam::{DVec3, IVec3, UVec3};
+use rayon::prelude::*;
 
 use super::Inspection;
 use super::sources::{PATCH_MARGIN, grown_box};
@@ -53,8 +54,8 @@ pub(super) fn faces_of(
     let boxes: Vec<[Bounds; 2]> = regions.iter().map(boxes).collect();
     let patched: Vec<Bounds> = boxes.iter().map(|b| b[1]).collect();
     let reaches: Vec<Reach> = regions
-        .iter()
-        .zip(boxes.iter().zip(&at(&patched)))
+        .par_iter()
+        .zip(boxes.par_iter().zip(&at(&patched)))
         .map(|(region, (boxes, faces))| Reach::new(found, region, *boxes, faces))
         .collect();
     let outer: Vec<Bounds> = reaches.iter().map(|r| r.whole).collect();
@@ -62,7 +63,7 @@ pub(super) fn faces_of(
         let all: Vec<u32> = faces.iter().chain(degenerate).copied().collect();
         reach.held(&found.mesh, &all)
     };
-    reaches.iter().zip(&at(&outer)).map(of).collect()
+    reaches.par_iter().zip(&at(&outer)).map(of).collect()
 }
 
 /// The box in which a region samples distances.

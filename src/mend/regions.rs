@@ -49,18 +49,18 @@ const AT_A_TIME: usize = 16;
 /// # Ok::<(), isomend::FillError>(())
 /// ```
 pub struct Regions<'a> {
-    found: &'a Inspection<'a>,
-    params: FillParams,
+    pub(super) found: &'a Inspection<'a>,
+    pub(super) params: FillParams,
     /// The caller's energy, if the flow minimises it.
-    own: Option<&'a dyn BendingEnergy>,
+    pub(super) own: Option<&'a dyn BendingEnergy>,
     /// The surface before a cut whose shape is partly kept, if any.
-    reference: Option<&'a ReferenceSurface<'a>>,
+    pub(super) reference: Option<&'a ReferenceSurface<'a>>,
     /// Outcomes of the holes that belong to no region.
     outcomes: Vec<HoleOutcome>,
     /// The holes of each region, as indices.
     groups: Vec<Vec<usize>>,
     /// The kind of closure of each region.
-    plans: Vec<RegionPlan>,
+    pub(super) plans: Vec<RegionPlan>,
     /// For each region the pairs of vertices between which the caller wants sharp edges.
     joined: Vec<Vec<[u32; 2]>>,
     /// For each region the plane of its flat base, if it gets one.
@@ -168,14 +168,7 @@ impl<'a> Regions<'a> {
         let mut counterparts = self
             .counterparts(regions.clone(), &Cancel::new())
             .into_iter();
-        let query = |i: usize| ReachQuery {
-            counterparts: counterparts.next().flatten(),
-            holes: self.holes(&self.groups[i]),
-            known: sources.known_components(i),
-            joined: &self.joined[i],
-            base: self.bases[i],
-            growth,
-        };
+        let query = |i: usize| self.query(i, &sources, counterparts.next().flatten(), growth);
         let query: Vec<ReachQuery> = regions.clone().map(query).collect();
         let degenerate = sources.degenerate();
         let faces = faces_of(self.found, degenerate, &query, self.params.voxel);
@@ -261,7 +254,14 @@ impl<'a> Regions<'a> {
         let in_boxes = self.reference.is_none().then_some(self.params.voxel);
         let sources = self.sources(in_boxes);
         let counterparts = self.counterparts(regions.iter().copied(), watch.token());
-        let fill = |(&i, counterparts): (&usize, &Option<Vec<PlacedPart>>)| {
+        let framed = self.framed(regions, &sources, &counterparts, watch);
+        let fill = |((&i, counterparts), framed): (
+            (&usize, &Option<Vec<PlacedPart>>),
+            Option<RegionPatch>,
+        )| {
+            if let Some(patch) = framed {
+                return patch;
+            }
             let group = &self.groups[i];
             let ids: Vec<HoleId> = group.iter().map(|&h| self.found.holes[h].id).collect();
             watch.begin(&ids);
@@ -288,7 +288,30 @@ impl<'a> Regions<'a> {
             watch.end(i, &patch.report);
             patch
         };
-        regions.par_iter().zip(&counterparts).map(fill).collect()
+        regions
+            .par_iter()
+            .zip(&counterparts)
+            .zip(framed)
+            .map(fill)
+            .collect()
+    }
+
+    /// The query for the faces of a region whose box's margin may grow by a factor.
+    pub(super) fn query(
+        &self,
+        region: usize,
+        sources: &RegionSources<'a>,
+        counterparts: Option<Vec<PlacedPart>>,
+        growth: f64,
+    ) -> ReachQuery<'_> {
+        ReachQuery {
+            counterparts,
+            holes: self.holes(&self.groups[region]),
+            known: sources.known_components(region),
+            joined: &self.joined[region],
+            base: self.bases[region],
+            growth,
+        }
     }
 
     /// Appends the patches of all regions, in order, to the mesh. Regions that need more of the mesh than their tasks hold are

@@ -139,21 +139,25 @@ pub(super) fn places(
     voxel: VoxelSize,
     most: usize,
 ) -> Option<Vec<SearchArea>> {
-    let boxes = |holes: &Vec<&Hole>| {
-        let of = |voxel, growth| grown_box(mesh, holes, voxel, false, growth);
-        let both = |growth| of(VoxelSize::Auto, growth).join(&of(voxel, growth));
-        let (first, last) = (both(1.0), both(tuning().fill.widest()));
-        let size = (first.high - first.low).max_element();
-        // The rims are in the region: no nearest point is farther away than the region's diagonal.
-        let diagonal = last.low.distance(last.high);
-        let [usual, wide] = [USUAL_MARGIN, WIDE_MARGIN].map(|margin| first.widened(margin * size));
-        [usual, wide, last.widened(diagonal)]
-    };
+    let boxes = |holes: &Vec<&Hole>| search_boxes(mesh, holes, voxel);
     let boxes: Vec<[Bounds; 3]> = groups.iter().map(boxes).collect();
     let usual: Vec<Bounds> = boxes.iter().map(|boxes| boxes[0]).collect();
     let faces = faces_at(mesh, topology, &usual, most)?;
     let place = |(boxes, faces)| SearchArea { boxes, faces };
     Some(boxes.into_iter().zip(faces).map(place).collect())
+}
+
+/// The boxes in which a region with these holes searches for nearest points, in order; the last has the nearest points of all points of
+/// the region.
+pub(super) fn search_boxes(mesh: &Mesh, holes: &[&Hole], voxel: VoxelSize) -> [Bounds; 3] {
+    let of = |voxel, growth| grown_box(mesh, holes, voxel, false, growth);
+    let both = |growth| of(VoxelSize::Auto, growth).join(&of(voxel, growth));
+    let (first, last) = (both(1.0), both(tuning().fill.widest()));
+    let size = (first.high - first.low).max_element();
+    // The rims are in the region: no nearest point is farther away than the region's diagonal.
+    let diagonal = last.low.distance(last.high);
+    let [usual, wide] = [USUAL_MARGIN, WIDE_MARGIN].map(|margin| first.widened(margin * size));
+    [usual, wide, last.widened(diagonal)]
 }
 
 /// Components that share vertices, merged into bodies: non-manifold edges divide one surface into several components.

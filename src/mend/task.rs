@@ -6,6 +6,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::control::{Control, Watch};
+use super::framed::Framed;
 use super::reach::ReachQuery;
 use super::sources::places;
 use super::{FillError, Inspection};
@@ -102,18 +103,86 @@ impl RegionTask {
     }
 
     fn patch(&self, watch: &Watch) -> Result<RegionPatch, FillError> {
-        let mesh = &self.part.mesh;
         self.check()?;
-        let topology = Topology::without_orienting(mesh);
-        let mut holes = self.holes.clone();
-        for hole in &mut holes {
-            hole.component = component_at(mesh, &topology, hole).ok_or(FillError::Task)?;
+        let patch = self.placed_patch(0, watch)?;
+        watch.finish()?;
+        Ok(patch)
+    }
+
+    /// The patch of the region, which is at `place` in the watch's list; solved in the region's own frame where it has one.
+    pub(super) fn placed_patch(
+        &self,
+        place: usize,
+        watch: &Watch,
+    ) -> Result<RegionPatch, FillError> {
+        let part = &self.part.mesh;
+        let holes: Vec<&Hole> = self.holes.iter().collect();
+        let plan = RegionPlan::new(part, &holes, &self.params);
+        let in_frame = || Framed::new(part, &self.holes, &self.params);
+        let framed = is_framed(plan).then(in_frame).flatten();
+        let ids: Vec<HoleId> = self.holes.iter().map(|h| h.id).collect();
+        watch.begin(&ids);
+        let mut patch = match &framed {
+            Some(framed) => {
+                let joined = framed.pairs(&self.joined);
+                let known = self.known.as_ref().map(|known| framed.by_face(known));
+                let counterparts = self.counterparts.as_ref();
+                let counterparts = counterparts.map(|parts| framed.counterparts(parts));
+                let patch = self.solved(
+                    &Solved {
+                        mesh: &framed.mesh,
+                        topology: &framed.topology,
+                        holes: &framed.holes,
+                        joined: &joined,
+                        known: known.as_deref(),
+                        counterparts: counterparts.as_deref(),
+                        centres: [DVec3::ZERO; 2],
+                        params: &framed.params,
+                        plan,
+                    },
+                    watch,
+                );
+                framed.returned(patch?)
+            }
+            None => {
+                let topology = Topology::without_orienting(part);
+                let mut holes = self.holes.clone();
+                for hole in &mut holes {
+                    hole.component = component_at(part, &topology, hole).ok_or(FillError::Task)?;
+                }
+                let solved = Solved {
+                    mesh: part,
+                    topology: &topology,
+                    holes: &holes,
+                    joined: &self.joined,
+                    known: self.known.as_deref(),
+                    counterparts: self.counterparts.as_deref(),
+                    centres: self.centres,
+                    params: &self.params,
+                    plan,
+                };
+                self.solved(&solved, watch)?
+            }
+        };
+        watch.end(place, &patch.report);
+        for face in &mut patch.mesh.faces {
+            *face = face.map(|v| self.part.original(v, self.count));
         }
-        let holes: Vec<&Hole> = holes.iter().collect();
-        let [of_known, of_all] = self.centres;
-        let all = Sampler::new(mesh, &topology).about(of_all);
-        let known = match &self.known {
-            None => all.about(of_known),
+        Ok(patch)
+    }
+
+    /// Computes the patch on some mesh, in its numbers and coordinates.
+    fn solved(&self, on: &Solved, watch: &Watch) -> Result<RegionPatch, FillError> {
+        let (mesh, topology) = (on.mesh, on.topology);
+        let holes: Vec<&Hole> = on.holes.iter().collect();
+        let [of_known, of_all] = on.centres;
+        let groups = slice::from_ref(&holes);
+        let place = places(mesh, topology, groups, on.params.voxel, usize::MAX);
+        let place = place.and_then(|mut all| all.pop()).ok_or(FillError::Task)?;
+        let all = Sampler::new(mesh, topology).about(of_all);
+        let known = match on.known {
+            None if of_known == of_all => None,
+            None => Some(all.about(of_known)),
             Some(known) => {
                 let mut components = vec![false; topology.component_faces.len()];
                 for (&component, _) in topology.component.iter().zip(known).filter(|(_, k)| **k) {
@@ -122,40 +191,31 @@ impl RegionTask {
                     }
                 }
                 let known = all.restricted(&|component| components[component as usize]);
-                known.about(of_known)
+                Some(known.about(of_known))
             }
         };
-        let groups = slice::from_ref(&holes);
-        let place = places(mesh, &topology, groups, self.params.voxel, usize::MAX);
-        let place = place.and_then(|mut all| all.pop()).ok_or(FillError::Task)?;
-        let [known, all] = [known, all].map(|sampler| sampler.at(place.clone()));
-        let ids: Vec<HoleId> = holes.iter().map(|h| h.id).collect();
-        watch.begin(&ids);
+        // Samplers of the same faces share their hierarchies.
+        let all = all.at(place.clone());
+        let known = known.map_or_else(|| all.clone(), |known| known.at(place));
         let work = RegionProblem {
             id: self.id,
             mesh,
             holes: &holes,
-            plan: RegionPlan::new(mesh, &holes, &self.params),
+            plan: on.plan,
             known: &known,
             all: &all,
-            joined: &self.joined,
+            joined: on.joined,
             base: self.base,
-            counterparts: self.counterparts.as_deref(),
+            counterparts: on.counterparts,
             most_growth: self.growth,
-            params: &self.params,
+            params: on.params,
             own: None,
             reference: None,
             extent: None,
             keep_going: &|| watch.keep_going(),
             cancel: watch.token(),
         };
-        let mut patch = work.fill();
-        watch.end(0, &patch.report);
-        watch.finish()?;
-        for face in &mut patch.mesh.faces {
-            *face = face.map(|v| self.part.original(v, self.count));
-        }
-        Ok(patch)
+        Ok(work.fill())
     }
 
     /// Returns an error if this is not a valid region task: damaged, or of another version.
@@ -178,6 +238,26 @@ impl RegionTask {
         }
         Ok(mesh.validate()?)
     }
+}
+
+/// The mesh, holes and parameters with which a task is computed: its own, or the same in the region's frame.
+struct Solved<'a> {
+    mesh: &'a Mesh,
+    topology: &'a Topology,
+    holes: &'a [Hole],
+    joined: &'a [[u32; 2]],
+    known: Option<&'a [bool]>,
+    counterparts: Option<&'a [PlacedPart]>,
+    /// Points relative to which distances are computed: for the known faces, and for all.
+    centres: [DVec3; 2],
+    params: &'a FillParams,
+    plan: RegionPlan,
+}
+
+/// Whether a region with this plan is solved in a frame of its own. Other plans add triangles between existing vertices, or flat caps,
+/// whose planes are exact in the mesh's coordinates only.
+pub(super) fn is_framed(plan: RegionPlan) -> bool {
+    plan == RegionPlan::Solve
 }
 
 /// The component that a hole bounds.

@@ -58,7 +58,7 @@ pub fn find_holes(mesh: &Mesh, topology: &mut Topology) -> (Vec<Hole>, Vec<OpenC
     let open_chains = describe_chains(mesh, topology, &chains);
     let mut holes: Vec<Hole> = loops
         .into_iter()
-        .map(|half_edges| describe(mesh, topology, &half_edges))
+        .map(|half_edges| described(mesh, topology, &half_edges))
         .collect();
     holes.sort_by(|a, b| {
         b.length
@@ -138,7 +138,8 @@ fn count_repeats(sorted: &[(u32, u32)]) -> usize {
     count
 }
 
-fn describe(mesh: &Mesh, topology: &Topology, half_edges: &[u32]) -> Hole {
+/// The hole whose rim is a loop of boundary half-edges, in the direction of a patch; without a number, and not classified.
+pub fn described(mesh: &Mesh, topology: &Topology, half_edges: &[u32]) -> Hole {
     let rim: Vec<u32> = half_edges.iter().map(|&h| end(mesh, h)).collect();
     let point = |v: u32| mesh.positions[v as usize];
     let (mut length, mut centre) = (0.0, DVec3::ZERO);

@@ -35,7 +35,7 @@ pub use chains::{ChainReason, OpenChain};
 pub use error::MeshError;
 pub use fans::{fans, has_several_fans};
 pub use hole_id::HoleId;
-pub use holes::{Hole, find_holes};
+pub use holes::{Hole, described, find_holes};
 pub use lengths::{at_least, beside, length, length_beside, number, point, significant};
 pub use measures::area_vector;
 pub use model::Model;

@@ -120,6 +120,32 @@ impl StitchError {
         }
     }
 
+    /// The same error for a mesh in which `point` maps positions, `unit` is the length of a unit, and `rim` maps the indices of loops.
+    pub(crate) fn placed(
+        self,
+        unit: f64,
+        point: &dyn Fn(DVec3) -> DVec3,
+        rim: &dyn Fn(usize) -> usize,
+    ) -> Self {
+        match self {
+            Self::NotOnBoundary { rim: of, from, to } => Self::NotOnBoundary {
+                rim: rim(of),
+                from,
+                to,
+            },
+            Self::RimNotReached { rim: of } => Self::RimNotReached { rim: rim(of) },
+            Self::Orientation { rim: of } => Self::Orientation { rim: rim(of) },
+            Self::OpenBoundary { position, distance } => Self::OpenBoundary {
+                position: point(position),
+                distance: unit * distance,
+            },
+            Self::NotManifold { position } => Self::NotManifold {
+                position: point(position),
+            },
+            other => other,
+        }
+    }
+
     /// Whether another error is of the same kind, at the same rim or within `reach` of the same position.
     pub(crate) fn is_like(&self, other: &Self, reach: f64) -> bool {
         match (self, other) {

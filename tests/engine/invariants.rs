@@ -252,7 +252,7 @@ fn patches_of_holes_that_touch_twice_share_no_edge() {
     }
     // The voxel is too coarse for a level set to reach the rims, so they are triangulated.
     let mut params = FillParams::default();
-    params.voxel = VoxelSize::Length(0.69);
+    params.voxel = VoxelSize::Length(1.2);
     let filled = fill(&mesh, &params).unwrap();
     let triangulated = |h: &HoleReport| matches!(h.outcome, HoleOutcome::Triangulated(_));
     assert!(filled.report.holes.len() == 2 && filled.report.holes.iter().all(triangulated));

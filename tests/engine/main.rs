@@ -28,6 +28,7 @@ mod invariants;
 mod job;
 mod masks;
 mod odd_meshes;
+mod order;
 mod outcomes;
 mod regions;
 mod repair;

@@ -46,6 +46,18 @@ impl PlacedPart {
         let is_whole = self.mesh.faces.is_empty() || self.mesh.validate().is_ok();
         is_whole && self.border.len() == count && self.own_rim.len() == count
     }
+
+    /// The part with other coordinates; `turned` where these have the other handedness.
+    pub(crate) fn moved(&self, to: impl Fn(DVec3) -> DVec3, turned: bool) -> Self {
+        let mut new = self.clone();
+        for p in &mut new.mesh.positions {
+            *p = to(*p);
+        }
+        for face in new.mesh.faces.iter_mut().filter(|_| turned) {
+            face.swap(1, 2);
+        }
+        new
+    }
 }
 
 impl<'a> Counterpart<'a> {
