@@ -17,6 +17,11 @@ const LEVEL: f64 = 0.01;
 /// Lower bound of the distance of the rims from a line, and of a vertex from their plane, in their radii.
 const COLLINEAR: f64 = 1e-6;
 
+/// Fraction of their length by which vectors that are as long differ at most.
+const EQUAL: f64 = 1e-9;
+/// A direction along which no two vertices of common shapes are equally far.
+const TIES: DVec3 = DVec3::new(0.619, 0.267, 0.739);
+
 /// The frame of a region.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
@@ -25,7 +30,8 @@ pub(super) struct Frame {
     axes: DMat3,
     /// The length of a unit: twice the largest distance of a rim's vertex from the origin.
     unit: f64,
-    /// Whether it turns faces over, because its axes have the other handedness.
+    /// Whether it turns faces over, so that the rims' normal is along the third axis: a mesh, its mirror image and its inside-out copy
+    /// become the same mesh.
     turns: bool,
 }
 
@@ -63,8 +69,12 @@ impl Frame {
         let second = (second - second.dot(first) * first).normalize_or_zero();
         let upright = normal.unwrap_or_else(|| first.cross(second));
         let third = upright * side(upright, radius, holes, points());
+        // The direction to the farthest vertex is a diagonal of the voxels.
+        let [first, second] = [first + second, second - first].map(DVec3::normalize_or_zero);
         let axes = DMat3::from_cols(first, second, third);
-        let turns = axes.determinant() < 0.0;
+        // The normal of the rims in the frame, before faces are turned, is along `axes.determinant() · axesᵀ normal`.
+        let upwards = normal.map_or(1.0, |normal| normal.dot(third));
+        let turns = axes.determinant() * upwards < 0.0;
         let new = Self {
             origin,
             axes,
@@ -108,10 +118,13 @@ fn side(upright: DVec3, radius: f64, holes: &[&Hole], points: impl Iterator<Item
     }
 }
 
-/// The longest of some vectors, the first of equal ones.
+/// The longest of some vectors. Of vectors that are as long, as symmetric rims have them, the one that is farthest along a direction:
+/// then the frame does not depend on the order of vertices, only on the position of the rims.
 fn farthest(vectors: impl Iterator<Item = DVec3>) -> Option<DVec3> {
-    vectors.reduce(|best, v| match v.length_squared() > best.length_squared() {
-        true => v,
-        false => best,
-    })
+    let all: Vec<DVec3> = vectors.collect();
+    let longest = all.iter().map(|v| v.length()).fold(0.0, f64::max);
+    let is_long = |v: &&DVec3| v.length() >= (1.0 - EQUAL) * longest;
+    let along = |v: &DVec3| v.dot(TIES);
+    let last = |a: &&DVec3, b: &&DVec3| along(a).total_cmp(&along(b));
+    all.iter().filter(is_long).max_by(last).copied()
 }
