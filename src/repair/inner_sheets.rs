@@ -7,6 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::RepairReport;
+use super::balance::{open_sets, runs_up};
 use super::draft::Draft;
 use super::intersection_cache::sorted;
 use crate::mend::{FillError, Inspection};
@@ -55,12 +56,9 @@ pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), F
 fn sheets(found: &Inspection) -> Vec<Vec<u32>> {
     let topology = &found.topology;
     let count = topology.component_faces.len();
-    // Edges with one face or with more than two end a component.
-    let mut open = vec![false; count];
-    for f in topology.faces() {
-        let own = 3 * f as usize..3 * f as usize + 3;
-        open[topology.component[f as usize] as usize] |= topology.opposite[own].contains(&NONE);
-    }
+    // A component may be closed although others share its edges.
+    let crowded = topology.non_manifold_edges(&found.mesh);
+    let open = open_sets(topology, &crowded, |c| c, |h| runs_up(&found.mesh, h));
     let mut faces: Vec<Vec<u32>> = vec![Vec::new(); count];
     if count < 2 || !open.contains(&true) {
         return faces;
@@ -82,7 +80,7 @@ fn sheets(found: &Inspection) -> Vec<Vec<u32>> {
         }
     }
     // What is left at each edge must stay in pairs: the sides of bodies that touch inside others are no sheets.
-    for edge in topology.non_manifold_edges(&found.mesh) {
+    for edge in &crowded {
         let component = |h: &u32| topology.component[*h as usize / 3];
         for own in edge.iter().map(component) {
             let others = edge.iter().filter(|h| component(h) != own).count();

@@ -2,6 +2,7 @@
 //!
 //! Faces that are not part of a defect are kept bit for bit and in order.
 
+mod balance;
 mod bodies;
 mod bodies_report;
 mod caps;

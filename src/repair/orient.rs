@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
+use super::balance::{open_sets, runs_up};
 use super::draft::Draft;
 use super::{inner_sheets, union};
 use crate::check::{Component, components};
@@ -142,10 +143,6 @@ fn groups(found: &Inspection, crowded: &[Vec<u32>]) -> Vec<Group> {
     }
     let count = topology.component_faces.len();
     let component = |h: u32| topology.component[h as usize / 3];
-    let mut open = vec![false; count];
-    for h in (0..topology.boundary.len() as u32).filter(|h| topology.boundary[*h as usize]) {
-        open[component(h) as usize] = true;
-    }
     let mut joined = DisjointSets::new(count);
     for edge in crowded {
         edge.iter()
@@ -155,19 +152,7 @@ fn groups(found: &Inspection, crowded: &[Vec<u32>]) -> Vec<Group> {
     let mut groups = Vec::new();
     let mut done = vec![false; count];
     for sets in [&mut bodies, &mut joined] {
-        let mut is_open = open.clone();
-        for (c, _) in open.iter().enumerate().filter(|(_, open)| **open) {
-            is_open[sets.find(c as u32) as usize] = true;
-        }
-        for edge in crowded {
-            let mut sums: BTreeMap<u32, i32> = BTreeMap::new();
-            for &h in edge {
-                let up = start(mesh, h) < end(mesh, h);
-                *sums.entry(sets.find(component(h))).or_default() += if up { 1 } else { -1 };
-            }
-            (sums.iter().filter(|(_, sum)| **sum != 0))
-                .for_each(|(set, _)| is_open[*set as usize] = true);
-        }
+        let is_open = open_sets(topology, crowded, |c| sets.find(c), |h| runs_up(mesh, h));
         let mut members: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         let crowd: BTreeSet<u32> = crowded.iter().flatten().map(|h| component(*h)).collect();
         for c in crowd {

@@ -1,5 +1,5 @@
-//! The witness of a repair: the solid that the input means, which is where its winding number exceeds one half, and how much of it
-//! a result loses.
+//! The witness of a repair: the solid that the input means, which is where the magnitude of its winding number exceeds one half, and
+//! how much of it a result loses.
 //!
 //! The generalized winding number (Jacobson, Kavan, Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding
 //! numbers", 2013) tells the inside of a mesh with holes, with intersecting parts and with bodies inside others. Points where it is
@@ -31,8 +31,9 @@ impl Solid {
         Self { bvh, tree }
     }
 
+    /// The magnitude of the winding number: parts that are inside out are solid too.
     fn winding(&self, p: DVec3) -> f64 {
-        self.tree.winding_number(&self.bvh, p)
+        self.tree.winding_number(&self.bvh, p).abs()
     }
 }
 
@@ -178,17 +179,23 @@ impl Witness {
         }
     }
 
-    /// Whether a face of the input bounds nothing of the solid: the point in front of it is inside other bodies, or inside a part that
-    /// is inside out.
+    /// Whether a face of the input bounds nothing of the solid: the point in front of it is inside other bodies, or it is one side
+    /// of a sheet without thickness.
     fn is_inner(&self, corners: [DVec3; 3]) -> bool {
         let rules = &tuning().repair;
         let normal = area_vector(corners);
         let step = rules.before * (0.5 * normal.length()).sqrt();
         let centre = corners.iter().sum::<DVec3>() / 3.0;
-        let before = self
-            .solid
-            .winding(centre + step * normal.normalize_or_zero());
-        before > 0.5 + rules.undecided || before < -0.5
+        let before = |step: f64| {
+            self.solid
+                .winding(centre + step * normal.normalize_or_zero())
+        };
+        let touching = rules.touching * step;
+        before(step) > 0.5 + rules.undecided
+            || [touching, -touching]
+                .map(before)
+                .iter()
+                .all(|w| *w < 0.5 - rules.undecided)
     }
 
     /// The common volume of both solids over the volume of both together, and a point in only one of them.

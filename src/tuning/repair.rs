@@ -32,7 +32,7 @@ thresholds! {
         /// Edges. Longer loops of such edges are left to the fill.
         chain_loop: usize = 60,
         /// Fraction of the area. Larger loops of more than three edges are left to the fill.
-        chain_area: f64 = 5e-3,
+        chain_area: f64 = 0.01,
         /// Fraction of the input's area. A plan without faults that loses less ends the search in meshes of any size.
         little_lost: f64 = 2e-3,
         /// Faces. In larger meshes a plan without faults whose solid agrees ends the search, even if it loses more than
@@ -153,6 +153,8 @@ thresholds! {
         destroyed: f64 = 0.1,
         /// Diagonals of the bounding box. A face that was cut out is not lost if the result's surface is this near to its centre.
         replaced: f64 = 1e-3,
+        /// Of [`Self::before`]. A sheet that has nothing of the solid within this distance of both sides has no thickness.
+        touching: f64 = 1e-4,
         /// Points at which the solids are compared, before those that decide nothing are left out.
         witness_points: usize = 8192,
         /// Distance of a winding number from one half. Points nearer to it decide nothing: they lie near large holes.

@@ -110,7 +110,8 @@ impl Union {
             let is_whole = |f: &u32| self.key(draft, *f) == sorted(piece.nodes);
             if let Some(whole) = own().map(|(f, _)| face(*f)).find(is_whole) {
                 kept.push(whole);
-            } else if let Some((f, _)) = own().next() {
+            // Around parts that are inside out a face is kept with its other side.
+            } else if let Some((f, _)) = own().chain(&piece.faces).next() {
                 let Piece {
                     nodes: [a, b, c], ..
                 } = *piece;

@@ -1,8 +1,11 @@
 //! Inside/outside classification of the triangles of an arrangement by exact winding numbers.
 //!
 //! Triangles are joined across edges with two of them; the winding number on either side is constant over such a patch. It is
-//! computed exactly once per patch, along a ray from a point of it. A point is inside if the winding number is positive. A
-//! triangle is kept if exactly one of its sides is inside, so the result is closed for any arrangement.
+//! computed exactly once per patch, along a ray from a point of it. A point is inside if the winding number is positive; in a cluster
+//! with much volume of negative winding numbers, parts of whose bodies are inside out, if it is not 0. A triangle is kept if exactly
+//! one of its sides is inside, so the result is closed for any arrangement.
+
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,6 +15,7 @@ use super::exact::{Point, Points, Unit, rounded_turn, side, turn};
 use super::planar::ArrangementError;
 use crate::mesh::DisjointSets;
 use crate::spatial::{Bounds, BoxTree};
+use crate::tuning::tuning;
 
 /// Barycentric weights of a ray's origin in a triangle; the next ones are used if the ray passes through an edge.
 const WEIGHTS: [[u32; 3]; 8] = [
@@ -55,6 +59,45 @@ pub(super) fn multiplicity(piece: &Piece) -> i32 {
 impl ClosedSurface<'_> {
     /// The fate of each triangle.
     pub(super) fn fates(&self) -> Result<Vec<Fate>, ArrangementError> {
+        let windings = self.windings()?;
+        let reversed = self.reversed(&windings);
+        let fate = |t: usize| {
+            let Some([front, back]) = windings[t] else {
+                return Fate::Goes;
+            };
+            let counts_negative = reversed.contains(&self.cluster[t]);
+            let is_inside = |winding: i32| winding > 0 || counts_negative && winding < 0;
+            match (is_inside(front), is_inside(back)) {
+                (false, true) => Fate::Stays,
+                (true, false) => Fate::Turned,
+                _ => Fate::Goes,
+            }
+        };
+        Ok((0..windings.len()).into_par_iter().map(fate).collect())
+    }
+
+    /// The clusters in which the volume with negative winding numbers is too large for the pockets of a surface that intersects
+    /// itself.
+    fn reversed(&self, windings: &[Option<[i32; 2]>]) -> HashSet<u32> {
+        let origin = self.positions.first().copied().unwrap_or_default();
+        let mut volumes: HashMap<u32, [f64; 2]> = HashMap::new();
+        for (t, sides) in windings.iter().enumerate() {
+            let Some(sides) = sides else { continue };
+            let [a, b, c] = self.triangles[t].0.map(|v| self.nearest(v) - origin);
+            let cone = a.dot(b.cross(c)) / 6.0;
+            let own = volumes.entry(self.cluster[t]).or_default();
+            for (volume, sign) in own.iter_mut().zip([-1, 1]) {
+                let [front, back] = sides.map(|w| f64::from(u8::from(w.signum() == sign)));
+                *volume += (back - front) * cone;
+            }
+        }
+        let least = tuning().repair.doubtful_difference;
+        let large = volumes.into_iter().filter(|(_, [n, p])| *n > least * p);
+        large.map(|(cluster, _)| cluster).collect()
+    }
+
+    /// The winding numbers in front of each triangle and behind it; none for triangles that cancel out.
+    fn windings(&self) -> Result<Vec<Option<[i32; 2]>>, ArrangementError> {
         let (mut patches, turned) = self.patches()?;
         let label: Vec<u32> = (0..self.triangles.len() as u32)
             .map(|t| patches.find(t))
@@ -83,24 +126,18 @@ impl ClosedSurface<'_> {
             })
             .collect();
         let fronts = fronts?;
-        let fate = |t: usize| {
+        let of = |t: usize| {
             let patch = label[t] as usize;
-            let (Some(front), Some((_, sample))) = (fronts[patch], sample[patch]) else {
-                return Fate::Goes;
-            };
+            let (front, (_, sample)) = fronts[patch].zip(sample[patch])?;
             let own = self.triangles[t].1;
             // If the triangle is reversed relative to the sample, its front is the sample's back.
             let front = match turned[t] == turned[sample as usize] {
                 true => front,
                 false => front + self.triangles[sample as usize].1,
             };
-            match (front > 0, front + own > 0) {
-                (false, true) => Fate::Stays,
-                (true, false) => Fate::Turned,
-                _ => Fate::Goes,
-            }
+            Some([front, front + own])
         };
-        Ok((0..label.len()).into_par_iter().map(fate).collect())
+        Ok((0..label.len()).into_par_iter().map(of).collect())
     }
 
     /// Twice the area of a triangle, in floating-point arithmetic.

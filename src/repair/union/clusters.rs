@@ -8,6 +8,7 @@ use crate::elementary::atan2;
 use crate::mend::Inspection;
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{DisjointSets, Mesh, Topology};
+use crate::repair::balance::{open_sets, ran_up};
 
 /// Radians. Faces at an edge whose angles differ by less count as lying on each other. Rounding to 32-bit floats tilts faces of a
 /// hundredth of the size of the coordinates by this angle.
@@ -41,10 +42,8 @@ impl Bodies {
             edge.iter()
                 .for_each(|h| _ = sets.join(component(edge[0]), component(*h)));
         }
-        let mut open = vec![false; count];
-        for p in open_components(mesh, topology, &crowded) {
-            open[sets.find(p) as usize] = true;
-        }
+        let runs_up = |h: u32| ran_up(mesh, topology, h);
+        let open = open_sets(topology, &crowded, |p| sets.find(p), runs_up);
         Self { sets, open }
     }
 
@@ -74,14 +73,17 @@ pub(super) fn clusters(
         mut sets,
         open: own_open,
     } = bodies;
+    let closed: Vec<bool> = (0..count)
+        .map(|p| !own_open[sets.find(p) as usize])
+        .collect();
     for pair in pairs {
         let [f, g] = pair.map(|i| crossing[i as usize]);
         sets.join(component(f), component(g));
     }
     let all = components(mesh, topology, 0.0);
-    for (i, c) in (0..).zip(&all) {
+    for ((i, c), closed) in (0..).zip(&all).zip(closed) {
         // A cavity belongs to the body that encloses it.
-        if let Some(outer) = c.inside.filter(|_| c.closed && c.volume < 0.0) {
+        if let Some(outer) = c.inside.filter(|_| closed && c.volume < 0.0) {
             sets.join(i, outer as u32);
         }
     }
@@ -170,7 +172,7 @@ pub(in crate::repair) fn walls(found: &Inspection, duplicates: &[u32]) -> Vec<u3
     for h in duplicates.iter().flat_map(|f| 3 * f..3 * f + 3) {
         let (a, b) = (start(mesh, h), end(mesh, h));
         let sum = sums.entry((a.min(b), a.max(b))).or_insert((0, h));
-        sum.0 += if runs_up(mesh, topology, h) { 1 } else { -1 };
+        sum.0 += if ran_up(mesh, topology, h) { 1 } else { -1 };
     }
     let mut body = |f: u32| bodies.sets.find(topology.component[f as usize]) as usize;
     let mut opens = vec![false; topology.component_faces.len()];
@@ -183,31 +185,4 @@ pub(in crate::repair) fn walls(found: &Inspection, duplicates: &[u32]) -> Vec<u3
         .filter(|(_, body)| opens[*body] && !bodies.open[*body])
         .map(|(f, _)| *f)
         .collect()
-}
-
-/// Whether a half-edge, in the orientation of the input, runs from the smaller to the larger vertex number.
-fn runs_up(mesh: &Mesh, topology: &Topology, h: u32) -> bool {
-    (start(mesh, h) < end(mesh, h)) != topology.turned[h as usize / 3]
-}
-
-/// Components with unbalanced edges, in the orientation of the input.
-fn open_components(mesh: &Mesh, topology: &Topology, crowded: &[Vec<u32>]) -> Vec<u32> {
-    let runs_up = |h: u32| runs_up(mesh, topology, h);
-    let mut open = Vec::new();
-    for h in 0..topology.opposite.len() as u32 {
-        let o = topology.opposite[h as usize];
-        if topology.boundary[h as usize] || (o != NONE && runs_up(h) == runs_up(o)) {
-            open.push(topology.component[h as usize / 3]);
-        }
-    }
-    for edge in crowded {
-        let up = edge.iter().filter(|h| runs_up(**h)).count();
-        if 2 * up != edge.len() {
-            open.push(topology.component[edge[0] as usize / 3]);
-        }
-    }
-    open.retain(|p| *p != NONE);
-    open.sort_unstable();
-    open.dedup();
-    open
 }
