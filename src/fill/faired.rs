@@ -55,6 +55,14 @@ fn fill(local: &mut Local, patch: &mut Patch, linear: LinearFill) {
     local.set_patch(&patch.positions, &patch.faces);
 }
 
+/// Adds a patch to another one; both number new vertices from `count` on.
+fn join(all: &mut Patch, one: &Patch, count: u32) {
+    let base = all.positions.len() as u32;
+    let moved = |v: u32| if v < count { v } else { v + base };
+    all.positions.extend(&one.positions);
+    all.faces.extend(one.faces.iter().map(|f| f.map(moved)));
+}
+
 impl RegionProblem<'_> {
     /// The faired and finished triangulation of the only rim; none where the region has several rims, or the triangulation fails.
     pub(super) fn faired(&self) -> Option<FinishedPatch> {
@@ -65,7 +73,35 @@ impl RegionProblem<'_> {
             return None;
         }
         let (local, patch) = self.spanned(hole, biharmonic)?;
-        Some(self.finished(local.to_whole(patch), PatchInitialisation::Triangulation))
+        Some(self.finished_triangulation(local, patch))
+    }
+
+    fn finished_triangulation(&self, local: Local, patch: Patch) -> FinishedPatch {
+        self.finished(local.to_whole(patch), PatchInitialisation::Triangulation)
+    }
+
+    /// The faired triangulation of each rim; none where one fails, or where so much of them intersects that finishing them, which
+    /// moves them little, is in vain.
+    fn spanned_each(&self) -> Option<Vec<(Local, Patch)>> {
+        if self.cancel.is_cancelled() || !self.is_finished() {
+            return None;
+        }
+        let mut all = Patch::default();
+        let mut spanned = Vec::new();
+        let count = self.mesh.positions.len() as u32;
+        for hole in self.holes {
+            let (local, patch) = self.spanned(hole, biharmonic)?;
+            join(&mut all, &local.to_whole(patch.clone()), count);
+            spanned.push((local, patch));
+        }
+        let most = tuning().fill.most_crossing * all.faces.len() as f64;
+        (self.count_intersecting(&all) as f64 <= most).then_some(spanned)
+    }
+
+    /// The faces of a patch of the whole mesh that intersect others.
+    fn count_intersecting(&self, patch: &Patch) -> usize {
+        let (count, part) = (self.mesh.positions.len(), self.wide_part(patch));
+        Local::new(part, count, patch, self.cancel).count_intersecting(&patch.positions)
     }
 
     /// A refined triangulation of a rim, alternately faired and flipped. Its vertices are numbered as in the returned part of the
@@ -110,25 +146,20 @@ impl RegionProblem<'_> {
         let mut all = FinishedPatch::unfinished(Patch::default());
         let mut components = Vec::new();
         let (mut angles, mut shapes) = (0.0, 0.0);
-        for hole in self.holes {
+        // If one hole fails, the whole region is left to other candidates.
+        for (hole, (local, patch)) in self.holes.iter().zip(self.spanned_each()?) {
             let one = RegionProblem {
-                holes: &[hole],
+                holes: &[*hole],
                 ..*self
             };
-            // If one hole fails, the whole region is left to other candidates.
-            let finished = one.faired()?;
-            let base = all.patch.positions.len() as u32;
-            let moved = |v: u32| if v < count { v } else { v + base };
+            let finished = one.finished_triangulation(local, patch);
             // Mean seam angles are weighted by rim edges, mean triangle quality by faces.
             let (own, sum) = (&finished.patch.report, &mut all.patch.report);
             sum.components += own.components;
             sum.seam_angle_max = sum.seam_angle_max.max(own.seam_angle_max);
             angles += own.seam_angle_mean * hole.edges as f64;
             shapes += own.quality_mean * finished.patch.faces.len() as f64;
-            all.patch.positions.extend(&finished.patch.positions);
-            all.patch
-                .faces
-                .extend(finished.patch.faces.iter().map(|f| f.map(moved)));
+            join(&mut all.patch, &finished.patch, count);
             all.expected_error.extend(finished.expected_error);
             components.extend(finished.report.into_iter().flat_map(|r| r.components));
         }
@@ -140,13 +171,7 @@ impl RegionProblem<'_> {
             components,
         });
         // Self-intersections are counted for all patches together: they may intersect one another.
-        let local = Local::new(
-            self.wide_part(&all.patch),
-            count as usize,
-            &all.patch,
-            self.cancel,
-        );
-        all.patch.report.intersecting_faces = local.count_intersecting(&all.patch.positions);
+        all.patch.report.intersecting_faces = self.count_intersecting(&all.patch);
         Some(self.closed_by_fairing(all, Some(why), report))
     }
 

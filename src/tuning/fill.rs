@@ -74,6 +74,9 @@ thresholds! {
         /// Voxels. A level set that is followed by a finish counts as converged when its update is below this; the finish
         /// continues from there. On 143 holes of scans a tenth of it gave no better patches and took two steps more.
         before_finish: f64 = 0.2,
+        /// Fraction of the faces. Faired triangulations of several rims of which more intersect are not finished, since the finish
+        /// moves vertices little.
+        most_crossing: f64 = 0.02,
         /// Edges. Rims of at most this many edges are closed by triangles between their own vertices.
         few_edges: usize = 4,
         /// Diameters. A patch that rises higher than this above its rim balloons. Hemispheres rise by 0.5, caps of cut necks and

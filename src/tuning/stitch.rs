@@ -41,6 +41,8 @@ thresholds! {
         large_patch: usize = 3000,
         /// Fraction of the faces of a large patch that may be tilted. On patches of scans it is below a hundredth.
         most_tilted: f64 = 0.25,
+        /// The same before untangling, which costs hundreds of times as much for a tilted face as all else for another.
+        most_tangled: f64 = 0.4,
         /// Rounds of flips and smoothing at the end.
         polish: usize = 8,
         /// Target lengths, root mean square. The rounds of a large patch end when smoothing moves its vertices by less. Together

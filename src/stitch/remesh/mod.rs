@@ -43,8 +43,9 @@ pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) -> Result<(), S
         }
         work.collapse_short();
         work.flip_by_valence();
+        work.refuse_folded(tuning().stitch.most_tangled)?;
         work.untangle();
-        work.refuse_folded()?;
+        work.refuse_folded(tuning().stitch.most_tilted)?;
         if work.smooth_by_area() < tuning().stitch.settled && work.is_large() {
             break;
         }
@@ -101,18 +102,22 @@ impl<'a> Remesher<'a> {
 
     /// Whether the patch has many faces, not counting removed ones.
     fn is_large(&self) -> bool {
-        let is_there = |f: &&[u32; 3]| f[0] != NONE;
-        self.mesh.faces.iter().filter(is_there).count() >= tuning().stitch.large_patch
+        self.living() >= tuning().stitch.large_patch
     }
 
-    /// Fails if much of a large patch is folded: each tilted face costs as much time as a hundred others.
-    fn refuse_folded(&self) -> Result<(), StitchError> {
-        let faces = self.mesh.faces.len();
-        if faces < tuning().stitch.large_patch {
+    /// The number of faces, without removed ones.
+    fn living(&self) -> usize {
+        let is_there = |f: &&[u32; 3]| f[0] != NONE;
+        self.mesh.faces.iter().filter(is_there).count()
+    }
+
+    /// Fails if more than a part of a large patch is folded: each tilted face costs as much time as a hundred others.
+    fn refuse_folded(&self, most: f64) -> Result<(), StitchError> {
+        if !self.is_large() {
             return Ok(());
         }
-        let tilted = self.tilted().len();
-        if tilted as f64 > tuning().stitch.most_tilted * faces as f64 {
+        let (tilted, faces) = (self.tilted().len(), self.living());
+        if tilted as f64 > most * faces as f64 {
             return Err(StitchError::Folded { tilted, faces });
         }
         Ok(())
