@@ -33,6 +33,7 @@ mod outcomes;
 mod regions;
 mod repair;
 mod repair_bytes;
+mod repair_inside_out;
 mod repair_plans;
 mod repair_seams;
 mod repair_union;
