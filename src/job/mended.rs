@@ -342,9 +342,8 @@ impl<'s> Mended<'s> {
                     cancel: &self.cancel,
                 };
                 let mut saved = output.write_mended(own, &saving, regions, &mut staging)?;
-                saved
-                    .notes
-                    .extend(self.notes_on_work(&saved.mesh, output.format));
+                let notes = self.notes_on_work(&saved.mesh, output.format);
+                saved.notes.extend(notes);
                 self.deliver(&saved, &components, &mut delivered, &mut staging)?;
                 self.extent.judge(&saved.mesh, saved.verdict)?;
                 (Some(saved.mesh), saved.notes, saved.bytes, saved.sha256)

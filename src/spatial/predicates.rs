@@ -250,6 +250,27 @@ mod tests {
     }
 
     #[test]
+    fn coplanar_faces_intersect_in_any_plane_alike() {
+        let mut noise = crate::mesh::shapes::noise(11);
+        let mut whole = || (7.0 * noise()).floor();
+        let mut counts = [0; 2];
+        for k in 0..4000 {
+            let corners: Vec<DVec2> = (0..6).map(|_| DVec2::new(whole(), whole())).collect();
+            // No, one or two common vertices.
+            let (f, g) = ([0, 1, 2], [[3, 4, 5], [0, 4, 5], [1, 0, 5]][k % 3]);
+            let flat: Vec<DVec3> = corners.iter().map(|q| q.extend(0.0)).collect();
+            // The same points in an inclined plane, exactly.
+            let lifted = |q: &DVec2| DVec3::new(q.x, q.y, 3.0 * q.x - 2.0 * q.y);
+            let lifted: Vec<DVec3> = corners.iter().map(lifted).collect();
+            let hit = faces_intersect(&flat, f, g);
+            assert_eq!(faces_intersect(&lifted, f, g), hit, "{corners:?}");
+            assert_eq!(faces_intersect(&lifted, g, f), hit, "{corners:?}");
+            counts[usize::from(hit)] += 1;
+        }
+        assert!(counts[0] > 500 && counts[1] > 500, "{counts:?}");
+    }
+
+    #[test]
     fn faces_with_common_vertices() {
         let positions = [
             T[0],

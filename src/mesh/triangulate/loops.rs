@@ -381,6 +381,42 @@ mod tests {
     }
 
     #[test]
+    fn ears_are_cut_in_the_order_of_their_cost() {
+        let n = MOST_EDGES + 150;
+        let at = |i: usize| {
+            let t = i as f64 * std::f64::consts::TAU / n as f64;
+            let r = 1.0 + 0.2 * (9.0 * t).cos();
+            DVec3::new(r * t.cos(), r * t.sin(), 0.3 * (5.0 * t).sin())
+        };
+        let position: Vec<DVec3> = (0..n).map(at).collect();
+        let beyond: Vec<_> = (0..n).map(|i| (i % 7 > 0).then_some(DVec3::Z)).collect();
+        let blocked = |i: usize, j: usize| (i + j).is_multiple_of(11);
+        let polygon = Polygon {
+            position: &position,
+            beyond: &beyond,
+            blocked: &blocked,
+        };
+        let mut faces = Vec::new();
+        let (corners, _) = reduce(&polygon, &mut faces);
+        assert_eq!((corners.len(), faces.len()), (MOST_EDGES, 150));
+        // Each face is the cheapest ear of what is left of the polygon, the first of equal ones.
+        let mut ring = Ring {
+            polygon: &polygon,
+            previous: (0..n).map(|k| (k + n - 1) % n).collect(),
+            next: (0..n).map(|k| (k + 1) % n).collect(),
+            beyond: beyond.clone(),
+        };
+        let mut left: Vec<usize> = (0..n).collect();
+        for face in faces {
+            let best = left.iter().min_by_key(|k| (ring.cost(**k), **k));
+            assert_eq!(best, Some(&face[1]));
+            ring.cut(face[1]);
+            left.retain(|k| *k != face[1]);
+        }
+        assert_eq!(corners, left);
+    }
+
+    #[test]
     fn loops_that_touch_twice_share_no_diagonal() {
         // Two arrowheads in perpendicular planes, both with tip 2 and concave corner 0.
         let p = [
