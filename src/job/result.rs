@@ -103,8 +103,8 @@ pub(super) struct ReplacedBody {
     pub(super) labels: Vec<(LabelKind, u32)>,
 }
 
-/// Labels the faces of bodies that were replaced. `input` has the labels of the mesh that was read, `attributes` those of the mended
-/// mesh, which has this number of faces.
+/// Labels the faces of bodies that were replaced. `input` has the names of the mesh that was read, `attributes` belong to the mended mesh,
+/// which has this number of faces.
 pub(super) fn label_replaced(
     replaced: &[ReplacedBody],
     input: &Attributes,
