@@ -380,7 +380,7 @@ def main():
     parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "fuzz/corpus")
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
     arguments = parser.parse_args()
-    seeds = {name: [] for name in "obj ply stl gltf vtk vtk_xml off threemf rewrite fill mask toml".split()}
+    seeds = {name: [] for name in "obj ply stl gltf vtk vtk_xml off threemf rewrite fill work mask toml".split()}
     target_of = {"glb": "gltf", "3mf": "threemf", "vtp": "vtk_xml", "vti": "vtk_xml"}
     with tempfile.TemporaryDirectory() as folder:
         meshes, volumes = files(arguments.isomend.resolve(), Path(folder))
@@ -390,7 +390,7 @@ def main():
     seeds["threemf"] += [MODEL.encode()]
     seeds["toml"] = [text.encode() for text in OPTIONS]
     chance = random.Random(1)
-    for name in ("fill", "mask"):
+    for name in ("fill", "work", "mask"):
         # These targets decode any bytes to a mesh and options.
         seeds[name] = [chance.randbytes(size) for size in (8, 16, 32, 64, 64, 128, 128, 256, 256, 512)]
     for name, entries in seeds.items():

@@ -7,17 +7,19 @@ mod fill;
 mod mask;
 mod options;
 mod shapes;
+mod work;
 
 pub use files::{gltf, obj, off, ply, rewrite, stl, threemf, vtk, vtk_xml};
 pub use fill::{as_obj, fill};
 pub use mask::mask;
 pub use options::toml;
+pub use work::work;
 
 /// A function that takes any bytes.
 pub type Target = fn(&[u8]);
 
 /// The functions by the names of their targets.
-pub const TARGETS: [(&str, Target); 12] = [
+pub const TARGETS: [(&str, Target); 13] = [
     ("obj", obj),
     ("ply", ply),
     ("stl", stl),
@@ -28,6 +30,7 @@ pub const TARGETS: [(&str, Target); 12] = [
     ("threemf", threemf),
     ("rewrite", rewrite),
     ("fill", fill),
+    ("work", work),
     ("mask", mask),
     ("toml", toml),
 ];

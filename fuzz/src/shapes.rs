@@ -28,7 +28,7 @@ pub fn mesh(input: &mut Unstructured) -> Result<Mesh> {
 }
 
 fn base(input: &mut Unstructured) -> Result<Mesh> {
-    let mut mesh = match input.int_in_range(0..=5)? {
+    let mut mesh = match input.int_in_range(0..=8)? {
         0 => bowl(input)?,
         1 => sheet(input)?,
         2 => tube(input)?,
@@ -43,6 +43,9 @@ fn base(input: &mut Unstructured) -> Result<Mesh> {
             append(&mut mesh, &other);
             mesh
         }
+        5 => octahedron(),
+        6 => glued(input, false)?,
+        7 => glued(input, true)?,
         _ => soup(input)?,
     };
     // Edits need a face and a vertex.
@@ -62,6 +65,54 @@ fn append(mesh: &mut Mesh, other: &Mesh) {
 fn tetrahedron() -> Mesh {
     let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
     Mesh::new(positions, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3]])
+}
+
+fn octahedron() -> Mesh {
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+    let positions = axes.into_iter().flat_map(|p| [p, -p]).collect();
+    let face = |i: u32| {
+        let [x, y, z] = [i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2 & 1)];
+        match i.count_ones() % 2 {
+            0 => [x, y, z],
+            _ => [x, z, y],
+        }
+    };
+    Mesh::new(positions, (0..8).map(face).collect())
+}
+
+/// A one-sided surface: a grid with one pair of sides glued in reverse, a Möbius band; or the other pair too, a Klein bottle.
+fn glued(input: &mut Unstructured, closed: bool) -> Result<Mesh> {
+    let (n, m) = (input.int_in_range(3..=9u32)?, input.int_in_range(3..=7u32)?);
+    let rows = if closed { m } else { m + 1 };
+    let turn = |i: u32, count: u32| 2.0 * PI * f64::from(i) / f64::from(count);
+    let mut mesh = Mesh::default();
+    for i in 0..n {
+        for j in 0..rows {
+            let u = turn(i, n);
+            let (along, across) = match closed {
+                true => (turn(j, m).sin(), (2.0 * turn(j, m)).sin()),
+                false => (f64::from(j) / f64::from(m) - 0.5, 0.0),
+            };
+            let (s, c) = (0.5 * u).sin_cos();
+            let reach = 3.0 + c * along - s * across;
+            let height = s * along + c * across;
+            mesh.positions
+                .push(DVec3::new(reach * u.cos(), reach * u.sin(), height));
+        }
+    }
+    let vertex = |i: u32, j: u32| match (i < n, closed) {
+        (true, _) => i * rows + j % rows,
+        (false, true) => (m - j % m) % m,
+        (false, false) => m - j,
+    };
+    for i in 0..n {
+        for j in 0..m {
+            let [a, b] = [vertex(i, j), vertex(i + 1, j)];
+            let [c, d] = [vertex(i, j + 1), vertex(i + 1, j + 1)];
+            mesh.faces.extend([[a, b, d], [a, d, c]]);
+        }
+    }
+    Ok(mesh)
 }
 
 /// A ball without its top.

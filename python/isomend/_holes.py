@@ -26,6 +26,7 @@ class Hole:
         normal: Unit normal of the rim's best plane, pointing out of the surface.
         component: The connected component of the mesh that it bounds, from 0.
         is_outer_boundary: Whether it is probably the outer boundary of an open sheet, which is filled only if ``holes`` names it.
+        object: The object of a 3MF file that it belongs to, and its part; None if the file has one object.
     """
 
     id: int
@@ -40,6 +41,7 @@ class Hole:
     normal: tuple[float, float, float]
     component: int
     is_outer_boundary: bool
+    object: str | None = None
 
 
 @dataclass(frozen=True)
@@ -68,5 +70,6 @@ def crease_end_of(row: dict[str, Any]) -> CreaseEnd:
 def hole_of(row: dict[str, Any], rim: NDArray[Any]) -> Hole:
     names = ("id", "edges", "length", "diameter", "width", "planarity", "height", "component")
     own = {name: row[name] for name in names}
+    own["object"] = row.get("object")
     centre, normal = tuple(row["centre"]), tuple(row["normal"])
     return Hole(rim=rim, centre=centre, normal=normal, is_outer_boundary=row["outer_boundary"], **own)

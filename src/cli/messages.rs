@@ -218,12 +218,20 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
         let text = length_beside(x, report.strength);
         unit.map_or(text.clone(), |unit| format!("{text} {unit}"))
     };
-    console.say(&format!(
-        "features narrower than {} were removed, time {}, voxel {}",
-        Unit::text(unit, report.strength),
-        number(report.time),
-        Unit::text(unit, report.voxel)
-    ));
+    let measures = |own: &FairReport| {
+        format!(
+            "features narrower than {} were removed, time {}, voxel {}",
+            Unit::text(unit, own.strength),
+            number(own.time),
+            Unit::text(unit, own.voxel)
+        )
+    };
+    match &report.objects[..] {
+        [] => console.say(&measures(report)),
+        objects => objects
+            .iter()
+            .for_each(|(name, own)| console.say(&format!("{name}: {}", measures(own)))),
+    }
     if !report.whole {
         console.say(&format!(
             "{} marked, {} cut out",

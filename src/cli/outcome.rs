@@ -138,6 +138,8 @@ struct Row<'a> {
     region: &'a RegionReport,
     edges: usize,
     remark: Option<Remark>,
+    /// The object of a 3MF file that the holes belong to, if there are several.
+    object: Option<&'a str>,
 }
 
 impl Row<'_> {
@@ -152,8 +154,29 @@ impl Row<'_> {
             error: &error.map_or("-".to_owned(), |e| significant(e, 2)),
             remark: self.remark.map(Remark::short).unwrap_or_default(),
         };
-        cells.line(width)
+        let line = cells.line(width);
+        match self.object {
+            None => line,
+            Some(object) => with_object(line, object, width.unwrap_or(WIDE)),
+        }
     }
+}
+
+/// A row with the name of its object in the column of remarks. Names that do not fit in the width are cut off.
+fn with_object(line: String, object: &str, width: usize) -> String {
+    let start = HEADING.line(Some(width)).len() - HEADING.remark.len();
+    let (mut line, mark) = match line.chars().count() > start {
+        true => (line, ", in "),
+        false => (format!("{line:<start$}"), "in "),
+    };
+    let room = width.saturating_sub(line.chars().count() + mark.len());
+    let name: String = match object.chars().count() > room {
+        true if room < 4 => return line.trim_end().to_owned(),
+        true => object.chars().take(room - 3).chain("...".chars()).collect(),
+        false => object.to_owned(),
+    };
+    line += mark;
+    line + &name
 }
 
 /// The cells of a row.
@@ -305,11 +328,13 @@ fn rows(report: &FillReport) -> Vec<Row<'_>> {
         let own = || region.holes.iter().filter_map(|id| holes.get(id));
         let edges = own().map(|h| h.hole.edges).sum();
         let remark = Remark::of(region, own().next().map(|h| &h.outcome));
+        let object = own().next().and_then(|h| h.hole.object.as_deref());
         if region.has_surface() || remark.is_some() {
             rows.push(Row {
                 region,
                 edges,
                 remark,
+                object,
             });
         }
     }
@@ -388,6 +413,28 @@ fn left(report: &FillReport, work: &Work) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rows_name_objects_where_they_fit() {
+        let row = |remark: &str, object: &str, width: usize| {
+            let cells = Cells {
+                hole: "3",
+                diameter: "1.2",
+                edges: "14",
+                closed_by: "level set",
+                error: "0.1",
+                remark,
+            };
+            with_object(cells.line(Some(width)), object, width)
+        };
+        for width in [60, 80] {
+            assert!(row("", "lid", width).ends_with("in lid"));
+            assert!(row("bulges", "lid", width).ends_with("bulges, in lid"));
+            let long = row("bulges", "the lid of the box, left half", width);
+            assert!(long.ends_with("...") && long.len() == width, "{long}");
+            assert!(row("edge not continued", "lid", width).len() <= width);
+        }
+    }
 
     #[test]
     fn rows_fit_eighty_columns() {

@@ -55,6 +55,7 @@ impl RegionProblem<'_> {
             voxel,
             params: StitchParams {
                 edge_factor: self.params.edge_ratio(),
+                may_coarsen: self.params.edge_ratio.is_none() && self.reference.is_none(),
                 ..params
             },
         })

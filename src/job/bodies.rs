@@ -29,19 +29,14 @@ pub(super) fn checked(
 pub(super) fn mended_as_one(extent: &OperationReport, input: &Loaded) -> Option<usize> {
     let as_one = match extent {
         OperationReport::Repaired(report) => report.objects.is_empty(),
-        OperationReport::Faired(_) => true,
         _ => false,
     };
     as_one.then(|| input.bodies()).flatten().map(|b| b.count())
 }
 
-/// A remark on bodies that were mended as one mesh.
-pub(super) fn one_mesh_note(count: usize, extent: &OperationReport, format: Format) -> String {
-    let why = match extent {
-        OperationReport::Repaired(_) => {
-            format!(", because {format} holds no objects; write 3MF to repair each by itself")
-        }
-        _ => String::new(),
-    };
-    format!("the {count} objects were treated as one mesh{why}")
+/// A remark on bodies that were repaired as one mesh, because the format holds no objects.
+pub(super) fn one_mesh_note(count: usize, format: Format) -> String {
+    format!(
+        "the {count} objects were treated as one mesh, because {format} holds no objects; write 3MF to repair each by itself"
+    )
 }

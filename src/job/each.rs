@@ -13,8 +13,8 @@ use super::{JobError, JobSpec, Place, Source, Work, WorkPlan};
 use crate::fill::FillParams;
 use crate::io::{Format, Loaded};
 use crate::mend::{
-    Control, Event, FillError, FillPlan, FillReport, HolesByRim, Inspection, Numbers, RestorePlan,
-    RestoreReport, Step,
+    Control, Event, FairPlan, FillError, FillPlan, FillReport, HolesByRim, Inspection, Numbers,
+    RestorePlan, RestoreReport, Step,
 };
 use crate::mesh::{Bodies, HoleId};
 
@@ -44,13 +44,13 @@ impl Read<'_> {
     /// if the output cannot hold objects: then the written file is one mesh, and is checked as such.
     pub(super) fn bodies(&self) -> Option<Bodies> {
         match &self.spec.work {
-            Work::Fill(_) | Work::Restore(..) => self.loaded.bodies(),
+            Work::Fill(_) | Work::Restore(..) | Work::Fair(..) => self.loaded.bodies(),
             Work::Repair(_) => {
                 let output = self.spec.output.as_ref();
                 let holds = output.is_none_or(|o| o.format == Format::ThreeMf);
                 holds.then(|| self.loaded.bodies()).flatten()
             }
-            Work::Fair(..) | Work::Copy => None,
+            Work::Copy => None,
         }
     }
 
@@ -68,7 +68,7 @@ impl Read<'_> {
             let mesh = bodies.mesh(&self.loaded.mesh, k);
             let marked = marks_of(task.marked.as_deref(), &bodies.faces[k]);
             let found = self.spec.work.inspect(&mesh, None)?;
-            let numbers = Numbers::new(&known, &found, &bodies.vertices[k]);
+            let numbers = Numbers::new(&known, &found, &bodies.vertices[k], &bodies.names[k]);
             let progress = |step: &Step| in_whole(step, &numbers, [k, bodies.count()], control);
             let control = control.progress(&progress);
             let made = match &task.work {
@@ -78,6 +78,10 @@ impl Read<'_> {
                 }
                 Work::Restore(_, params) if marked.contains(&true) => {
                     found.restore(&marked, params, &control)?.into()
+                }
+                Work::Fair(_, params) if task.takes(&marked) => {
+                    let marked = task.marked.is_some().then_some(&marked[..]);
+                    found.fair(marked, params, &control)?.into()
                 }
                 Work::Repair(params) => {
                     let mut params = params.clone();
@@ -103,12 +107,12 @@ impl Read<'_> {
     ) -> Result<WorkPlan, JobError> {
         let task = Task::new(&self.spec.work, &self.loaded, whole, &Control::new())?;
         let known = HolesByRim::new(whole);
-        let (mut fills, mut restores) = (Vec::new(), Vec::new());
+        let (mut fills, mut restores, mut fairs) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..bodies.count() {
             let mesh = bodies.mesh(&self.loaded.mesh, k);
             let marked = marks_of(task.marked.as_deref(), &bodies.faces[k]);
             let found = self.spec.work.inspect(&mesh, None)?;
-            let mut numbers = Numbers::new(&known, &found, &bodies.vertices[k]);
+            let mut numbers = Numbers::new(&known, &found, &bodies.vertices[k], &bodies.names[k]);
             let fill = match &task.work {
                 Work::Fill(params) => found.plan(&task.local(params, &numbers, &found)?)?,
                 Work::Repair(params) => {
@@ -121,6 +125,11 @@ impl Read<'_> {
                     let fill = std::mem::take(&mut plan.fill);
                     restores.push(plan);
                     fill
+                }
+                Work::Fair(_, params) if task.takes(&marked) => {
+                    let marked = task.marked.is_some().then_some(&marked[..]);
+                    fairs.push(found.plan_fair(marked, params)?);
+                    FillPlan::nothing(&found)
                 }
                 _ => FillPlan::nothing(&found),
             };
@@ -139,12 +148,13 @@ impl Read<'_> {
                 fill,
             },
             Work::Restore(..) => WorkPlan::Restore(RestorePlan::of_bodies(&restores, fill)),
+            Work::Fair(..) => WorkPlan::Fair(FairPlan::of_bodies(&fairs)),
             _ => WorkPlan::Fill(fill),
         })
     }
 }
 
-/// The result of a restoration for a body without marked faces.
+/// The result of a restoration or a fairing for a body without marked faces.
 fn unchanged(found: &Inspection) -> Made {
     Made {
         mesh: found.input.clone().into_owned(),
@@ -152,6 +162,7 @@ fn unchanged(found: &Inspection) -> Made {
         kept_input: KeptInput::All,
         extent: OperationReport::Region(RestoreReport::default()),
         report: FillReport::of(found),
+        replaced: Vec::new(),
     }
 }
 
@@ -214,7 +225,11 @@ impl Task {
                 *params = repair_template(params)?;
                 Some(&params.fill)
             }
-            Work::Fair(..) | Work::Copy => None,
+            Work::Fair(mask, _) => {
+                marked = mask.as_ref().map(|mask| marks(mask, loaded)).transpose()?;
+                None
+            }
+            Work::Copy => None,
         };
         let mut creases = Vec::new();
         if let Some(params) = fill {
@@ -228,6 +243,11 @@ impl Task {
             marked,
             creases,
         })
+    }
+
+    /// Whether a body with these marks is worked on: without a mask each is.
+    fn takes(&self, marked: &[bool]) -> bool {
+        self.marked.is_none() || marked.contains(&true)
     }
 
     /// The parameters of a fill for a body: hole numbers and numbers of sharp edges are the body's.

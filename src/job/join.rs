@@ -1,10 +1,10 @@
 //! Joins what was made of the bodies of a mesh: meshes, origins and reports.
 
 use super::JobError;
-use super::result::{KeptInput, Made, OperationReport};
+use super::result::{KeptInput, Made, OperationReport, ReplacedBody};
 use crate::io::Loaded;
-use crate::mend::{FillReport, HolesByRim, Inspection, Numbers, RestoreReport};
-use crate::mesh::attributes::NONE;
+use crate::mend::{FairReport, FillReport, HolesByRim, Inspection, Numbers, RestoreReport};
+use crate::mesh::attributes::{LabelKind, NONE};
 use crate::mesh::cut::Remainder;
 use crate::mesh::{Bodies, FaceOrigin, Mesh, Origins};
 use crate::repair::RepairReport;
@@ -27,9 +27,11 @@ pub(super) fn joined(
     let kept_input = mesh.kept_input(input, &parts);
     let mut next = whole.holes.len() + 1;
     if matches!(kept_input, KeptInput::Cut(_)) {
-        next = renumber_after_cut(input, &kept_input, &mesh, &mut parts)?;
+        next = renumber_after_cut(input, &kept_input, &mesh, (bodies, &mut parts))?;
     }
-    let (mut fills, mut repairs, mut restores) = (Vec::new(), Vec::new(), Vec::new());
+    let replaced = mesh.replaced(input, bodies, &parts);
+    let (mut fills, mut repairs) = (Vec::new(), Vec::new());
+    let (mut fairs, mut restores) = (Vec::new(), Vec::new());
     let (mut errors, mut components) = (Vec::new(), Vec::new());
     let mut extent = OperationReport::Holes;
     for (k, Part { made, mut numbers }) in parts.into_iter().enumerate() {
@@ -42,6 +44,7 @@ pub(super) fn joined(
                 let found = Inspection::new(&made.mesh)?;
                 components.push(found.topology.component_faces.len());
             }
+            OperationReport::Faired(report) => fairs.push((bodies.names[k].clone(), report)),
             OperationReport::Region(report) => restores.push(report),
             _ => {}
         }
@@ -49,6 +52,8 @@ pub(super) fn joined(
     if !repairs.is_empty() {
         let report = RepairReport::of_bodies(repairs, &components);
         extent = OperationReport::Repaired(Box::new(report));
+    } else if !fairs.is_empty() {
+        extent = OperationReport::Faired(FairReport::of_bodies(fairs));
     } else if !restores.is_empty() {
         extent = OperationReport::Region(RestoreReport::of_bodies(restores));
     }
@@ -58,6 +63,7 @@ pub(super) fn joined(
         kept_input,
         extent,
         report: FillReport::of_bodies(fills, next),
+        replaced,
     })
 }
 
@@ -116,9 +122,33 @@ impl Joined {
         }
     }
 
+    /// The bodies that were replaced as a whole.
+    fn replaced(&self, input: &Loaded, bodies: &Bodies, parts: &[Part]) -> Vec<ReplacedBody> {
+        let mut end = self.origins.faces.len();
+        let mut replaced = Vec::new();
+        for (k, part) in parts.iter().enumerate() {
+            let start = end;
+            let kept = in_input(&part.made, [&bodies.vertices[k], &bodies.faces[k]]);
+            end += part.made.mesh.faces.len() - kept.faces.len();
+            if let KeptInput::Nothing = part.made.kept_input {
+                let kinds = [LabelKind::Object, LabelKind::Part];
+                let of_first = |kind| Some((kind, input.attributes.labels_of(kind)?));
+                let labels = kinds.into_iter().filter_map(of_first);
+                let first = bodies.faces[k][0] as usize;
+                replaced.push(ReplacedBody {
+                    faces: start..end,
+                    labels: labels.map(|(kind, l)| (kind, l.of_face[first])).collect(),
+                });
+            }
+        }
+        replaced
+    }
+
     /// The kept part of the input.
     fn kept_input(&self, input: &Loaded, parts: &[Part]) -> KeptInput {
-        let is_cut = |part: &Part| matches!(part.made.kept_input, KeptInput::Cut(_));
+        let is_gone = |part: &Part| matches!(part.made.kept_input, KeptInput::Nothing);
+        let is_cut =
+            |part: &Part| matches!(part.made.kept_input, KeptInput::Cut(_) | KeptInput::Nothing);
         let is_repaired = |part: &Part| matches!(part.made.kept_input, KeptInput::Repaired { .. });
         let kept = Mesh::new(
             self.mesh.positions[..self.origins.vertices.len()].to_vec(),
@@ -129,6 +159,9 @@ impl Joined {
                 mesh: kept,
                 origins: self.origins.clone(),
             };
+        }
+        if parts.iter().all(is_gone) {
+            return KeptInput::Nothing;
         }
         if !parts.iter().any(is_cut) {
             return KeptInput::All;
@@ -166,6 +199,7 @@ fn in_input(made: &Made, [vertices, faces]: [&[u32]; 2]) -> Origins {
                 .map(FaceOrigin::same)
                 .collect(),
         },
+        KeptInput::Nothing => Origins::default(),
         KeptInput::Repaired { origins, .. } => origins.clone(),
     };
     let old = |origin: &FaceOrigin| FaceOrigin {
@@ -197,7 +231,7 @@ fn renumber_after_cut(
     input: &Loaded,
     kept: &KeptInput,
     mesh: &Joined,
-    parts: &mut [Part],
+    (bodies, parts): (&Bodies, &mut [Part]),
 ) -> Result<usize, JobError> {
     let KeptInput::Cut(kept) = kept else {
         return Ok(1);
@@ -205,10 +239,10 @@ fn renumber_after_cut(
     let remaining = input.restricted(kept.mesh.clone(), [&kept.vertices, &kept.faces]);
     let whole = Inspection::of_bodies(&remaining.mesh, remaining.bodies().as_ref())?;
     let known = HolesByRim::new(&whole);
-    for (part, vertices) in parts.iter_mut().zip(&mesh.vertices) {
+    for (k, part) in parts.iter_mut().enumerate() {
         if let KeptInput::Cut(own) = &part.made.kept_input {
             let found = Inspection::new(&own.mesh)?;
-            part.numbers = Numbers::new(&known, &found, vertices);
+            part.numbers = Numbers::new(&known, &found, &mesh.vertices[k], &bodies.names[k]);
         }
     }
     Ok(whole.holes.len() + 1)

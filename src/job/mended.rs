@@ -12,7 +12,7 @@ use super::draw::{Before, Drawings, Drawn};
 use super::outcome::JobResult;
 use super::output::Saving;
 use super::painted;
-use super::result::{Kept, OperationReport};
+use super::result::{Kept, OperationReport, ReplacedBody, label_replaced};
 use super::staging::Staging;
 use super::unchanged::Unchanged;
 use super::{JobError, JobSpec, Output, Place};
@@ -48,6 +48,9 @@ pub struct Mended<'s> {
     /// The number of objects of the input, if they were mended as one mesh.
     #[serde(default)]
     pub(super) bodies_as_one: Option<usize>,
+    /// The bodies of the input that were replaced as a whole, each by itself.
+    #[serde(default)]
+    pub(super) replaced: Vec<ReplacedBody>,
     /// SHA-256 of the file or the bytes that were read; `None` if the mesh was given in memory.
     #[serde(default)]
     pub(super) sha256: Option<String>,
@@ -118,6 +121,7 @@ impl<'s> Mended<'s> {
             kept: self.kept,
             face_origins: self.face_origins,
             bodies_as_one: self.bodies_as_one,
+            replaced: self.replaced,
             sha256: self.sha256,
             cancel: self.cancel,
             extent: self.extent,
@@ -156,15 +160,16 @@ impl<'s> Mended<'s> {
 
     /// The mesh with its attributes, in full precision.
     pub fn model(&self) -> Model {
-        match (self.whole, &self.extent) {
-            (true, _) => Mesh::clone(&self.made).into(),
+        let (mesh, attributes) = (&self.kept_input.mesh, &self.kept_input.attributes);
+        let made = || Mesh::clone(&self.made);
+        let mut model: Model = match (self.whole, &self.extent) {
+            (true, _) => made().into(),
             (false, OperationReport::Copied) => Loaded::clone(&self.kept_input).into(),
-            (false, _) => {
-                let made = Mesh::clone(&self.made);
-                let (mesh, attributes) = (&self.kept_input.mesh, &self.kept_input.attributes);
-                transfer_without(mesh, attributes, made, &self.spec.work.painted())
-            }
-        }
+            (false, _) => transfer_without(mesh, attributes, made(), &self.spec.work.painted()),
+        };
+        let faces = model.mesh.faces.len();
+        label_replaced(&self.replaced, attributes, &mut model.attributes, faces);
+        model
     }
 
     /// Numbers of vertices and faces that are the input's; they are the first of the mesh.
@@ -325,6 +330,7 @@ impl<'s> Mended<'s> {
                 let saving = Saving {
                     input: &self.kept_input,
                     whole: self.whole,
+                    replaced: &self.replaced,
                     expected_error: &self.expected_error,
                     judges: self.extent.judged_by(),
                     components: &components,
@@ -336,9 +342,8 @@ impl<'s> Mended<'s> {
                     cancel: &self.cancel,
                 };
                 let mut saved = output.write_mended(own, &saving, regions, &mut staging)?;
-                saved
-                    .notes
-                    .extend(self.notes_on_work(&saved.mesh, output.format));
+                let notes = self.notes_on_work(&saved.mesh, output.format);
+                saved.notes.extend(notes);
                 self.deliver(&saved, &components, &mut delivered, &mut staging)?;
                 self.extent.judge(&saved.mesh, saved.verdict)?;
                 (Some(saved.mesh), saved.notes, saved.bytes, saved.sha256)
@@ -368,7 +373,7 @@ impl<'s> Mended<'s> {
 impl Mended<'_> {
     /// Remarks on the work: objects that were mended as one mesh, and vertices that keep the colour of the mask.
     fn notes_on_work(&self, mesh: &Mesh, format: Format) -> Vec<String> {
-        let one_mesh = |count| one_mesh_note(count, &self.extent, format);
+        let one_mesh = |count| one_mesh_note(count, format);
         let painted = match self.whole {
             true => None,
             false => painted::note(mesh, &self.kept_input, &self.spec.work.painted()),

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::bodies::checked;
 use super::deliver::{Component, Mark};
 use super::hash::sha256;
+use super::result::{ReplacedBody, label_replaced};
 use super::rounding::collapse_note;
 use super::staging::{Staging, make_folder};
 use super::texels::{Texels, add_material, refer_to_material};
@@ -63,6 +64,8 @@ pub(super) struct Saving<'a> {
     pub(super) input: &'a Loaded,
     /// Whether nothing of the input is kept.
     pub(super) whole: bool,
+    /// The bodies that were replaced as a whole, each by itself.
+    pub(super) replaced: &'a [ReplacedBody],
     /// The expected error of each new vertex.
     pub(super) expected_error: &'a [Option<f64>],
     /// Parameters with which the written bytes are read back and checked; `None` for no check.
@@ -235,6 +238,13 @@ impl Output {
     ) -> Result<Model, JobError> {
         let input = saving.input;
         let mut done = transfer_without(&input.mesh, &input.attributes, mesh, saving.unwanted);
+        let faces = done.mesh.faces.len();
+        label_replaced(
+            saving.replaced,
+            &input.attributes,
+            &mut done.attributes,
+            faces,
+        );
         if !saving.plain_patches {
             let texels = Texels {
                 place: &self.place,
@@ -292,16 +302,19 @@ impl Output {
         saving: &Saving,
         staging: &mut Staging,
     ) -> Result<Saved, JobError> {
-        let attributes = Attributes {
+        let mut attributes = Attributes {
             unit: saving.unit.or(saving.input.attributes.unit),
             ..Attributes::default()
         };
+        let (before, faces) = (&saving.input.attributes, mesh.faces.len());
+        label_replaced(saving.replaced, before, &mut attributes, faces);
+        let is_lost = |kind| attributes.labels_of(kind).is_none();
+        let listed = before.listed_where(|_| true, is_lost);
         let mut saved = self.write_model(mesh, attributes, None, saving, staging)?;
         let own = saving.input.attributes.unit;
         saved
             .notes
             .extend(unit_notes(own, saving.unit, self.format));
-        let listed = saving.input.attributes.listed();
         if !listed.is_empty() {
             let what = format!("left out, because a whole level set has no attributes: {listed}");
             saved.notes.push(what);

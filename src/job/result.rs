@@ -1,5 +1,6 @@
 //! The mesh and reports that the work of a job makes, before attributes are transferred: fill, restoration, fairing, repair or copy.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::DMat4;
@@ -11,8 +12,9 @@ use crate::io::Loaded;
 use crate::mend::{
     Control, FairReport, Faired, FillReport, Filled, Inspection, RestoreReport, Restored,
 };
+use crate::mesh::attributes::{LabelKind, Labels, NONE};
 use crate::mesh::cut::Remainder;
-use crate::mesh::{FaceOrigin, Mesh, Origins};
+use crate::mesh::{Attributes, FaceOrigin, Mesh, Origins};
 use crate::repair::{Carried, RepairParams, RepairReport, repair};
 
 /// The vertices and faces of a mesh that are kept.
@@ -89,6 +91,42 @@ pub(super) struct Made {
     pub(super) kept_input: KeptInput,
     pub(super) extent: OperationReport,
     pub(super) report: FillReport,
+    pub(super) replaced: Vec<ReplacedBody>,
+}
+
+/// The faces of a body that was replaced as a whole, by one surface. They keep the names of its object and part.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct ReplacedBody {
+    /// The range of its faces in the mended mesh.
+    pub(super) faces: Range<usize>,
+    /// Its labels by kind, as indices of the input's names.
+    pub(super) labels: Vec<(LabelKind, u32)>,
+}
+
+/// Labels the faces of bodies that were replaced. `input` has the names of the mesh that was read, `attributes` belong to the mended mesh,
+/// which has this number of faces.
+pub(super) fn label_replaced(
+    replaced: &[ReplacedBody],
+    input: &Attributes,
+    attributes: &mut Attributes,
+    faces: usize,
+) {
+    for body in replaced {
+        for (kind, label) in &body.labels {
+            let known = attributes.labels.iter().position(|l| l.kind == *kind);
+            let at = known.unwrap_or_else(|| {
+                let names = input.labels_of(*kind).map(|l| l.names.clone());
+                attributes.labels.push(Labels {
+                    names: names.unwrap_or_default(),
+                    of_face: vec![NONE; faces],
+                    kind: *kind,
+                });
+                attributes.labels.len() - 1
+            });
+            attributes.labels[at].of_face[body.faces.clone()].fill(*label);
+        }
+    }
+    attributes.separate |= !replaced.is_empty();
 }
 
 impl From<Filled> for Made {
@@ -99,6 +137,7 @@ impl From<Filled> for Made {
             kept_input: KeptInput::All,
             extent: OperationReport::Holes,
             report: filled.report,
+            replaced: Vec::new(),
         }
     }
 }
@@ -110,6 +149,7 @@ impl From<Restored> for Made {
             expected_error: restored.expected_error,
             kept_input: KeptInput::Cut(restored.kept),
             report: std::mem::take(&mut restored.report.fill),
+            replaced: Vec::new(),
             extent: OperationReport::Region(restored.report),
         }
     }
@@ -120,8 +160,9 @@ impl From<Faired> for Made {
         Self {
             mesh: faired.mesh,
             expected_error: Vec::new(),
-            kept_input: faired.kept.map_or(KeptInput::All, KeptInput::Cut),
+            kept_input: faired.kept.map_or(KeptInput::Nothing, KeptInput::Cut),
             report: std::mem::take(&mut faired.report.fill),
+            replaced: Vec::new(),
             extent: OperationReport::Faired(faired.report),
         }
     }
@@ -140,6 +181,7 @@ impl Made {
                 faces: mesh.faces.len(),
                 ..FillReport::default()
             },
+            replaced: Vec::new(),
         }
     }
 }
@@ -148,6 +190,8 @@ impl Made {
 pub(super) enum KeptInput {
     /// The whole input.
     All,
+    /// Nothing: one surface replaces all of the input.
+    Nothing,
     /// The faces that remain after a cut.
     Cut(Remainder),
     /// The repaired input, with the origins of its vertices and faces.
@@ -158,7 +202,7 @@ impl KeptInput {
     /// The kept part with its attributes, and which vertices and faces of the input are kept; `None` if all are.
     pub(super) fn of(self, loaded: Arc<Loaded>) -> (Arc<Loaded>, Option<Kept>) {
         match self {
-            Self::All => (loaded, None),
+            Self::All | Self::Nothing => (loaded, None),
             Self::Cut(kept) => {
                 let kept_input = loaded.restricted(kept.mesh, [&kept.vertices, &kept.faces]);
                 let (vertices, faces) = (kept.vertices, kept.faces);
@@ -187,7 +231,7 @@ impl KeptInput {
     pub(super) fn face_origins(&self, faces: usize) -> Vec<u32> {
         let all = 0..faces as u32;
         match self {
-            Self::All => all.collect(),
+            Self::All | Self::Nothing => all.collect(),
             Self::Cut(kept) => all.filter(|f| kept.faces[*f as usize]).collect(),
             Self::Repaired { origins, .. } => origins.faces.iter().map(|o| o.face).collect(),
         }
@@ -196,7 +240,7 @@ impl KeptInput {
     /// For each face of the input, whether it was removed; `None` if the whole input is kept.
     pub(super) fn gone(&self, faces: usize) -> Option<Vec<bool>> {
         let kept = match self {
-            Self::All => return None,
+            Self::All | Self::Nothing => return None,
             Self::Cut(kept) => kept.faces.clone(),
             Self::Repaired { origins, .. } => origins.living(faces),
         };
@@ -233,6 +277,7 @@ pub(super) fn repaired(
             origins: done.origins,
         },
         report: std::mem::take(&mut done.report.fill),
+        replaced: Vec::new(),
         extent: OperationReport::Repaired(Box::new(done.report)),
     })
 }

@@ -11,7 +11,7 @@ use super::draw::Before;
 use super::mended::Mended;
 use super::outcome::{JobPlan, JobResult, WorkPlan};
 use super::painted;
-use super::result::{KeptInput, Made, OperationReport, repaired};
+use super::result::{KeptInput, Made, repaired};
 use super::template::with_template;
 use super::{JobError, JobSpec, MaskSpec, PaintedColour, Work};
 use crate::attributes::UnwantedColour;
@@ -209,10 +209,7 @@ impl<'s> Read<'s> {
         if spec.deliverables.is_filed() {
             clear_run_times(&mut made.report);
         }
-        let whole = matches!(
-            (&made.extent, &made.kept_input),
-            (OperationReport::Faired(_), KeptInput::All)
-        );
+        let whole = matches!(made.kept_input, KeptInput::Nothing);
         let size = [loaded.mesh.positions.len(), loaded.mesh.faces.len()];
         let drawn = spec.drawings.is_wanted() || spec.drawings.may_follow;
         let wanted = drawn || spec.deliverables.piece.is_some();
@@ -248,6 +245,7 @@ impl<'s> Read<'s> {
             kept,
             face_origins,
             bodies_as_one,
+            replaced: made.replaced,
             sha256,
             cancel: Cancel::default(),
             extent: made.extent,

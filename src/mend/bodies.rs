@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::report::{FillReport, RestoreReport};
-use super::{FillPlan, Inspection, RestorePlan};
+use super::report::{FairReport, FillReport, RestoreReport};
+use super::{FairPlan, FillPlan, Inspection, RestorePlan};
 use crate::mesh::{Defects, Hole, HoleId};
 
 /// The numbers that the vertices and holes of a body have in the mesh that contains it.
@@ -12,6 +12,8 @@ pub(crate) struct Numbers {
     pub(crate) vertices: Vec<u32>,
     /// For each hole of the body, its number in the whole.
     pub(crate) holes: HashMap<HoleId, HoleId>,
+    /// The name of the body.
+    name: String,
 }
 
 /// The holes of a mesh by their rims.
@@ -32,8 +34,8 @@ fn key(rim: impl Iterator<Item = u32>) -> Vec<u32> {
 }
 
 impl Numbers {
-    /// The numbers of a body: holes with the same rim vertices are the same.
-    pub(crate) fn new(whole: &HolesByRim, body: &Inspection, vertices: &[u32]) -> Self {
+    /// The numbers of a body with this name: holes with the same rim vertices are the same.
+    pub(crate) fn new(whole: &HolesByRim, body: &Inspection, vertices: &[u32], name: &str) -> Self {
         let in_whole = |hole: &Hole| {
             let rim = hole.rim.iter().map(|v| vertices[*v as usize]);
             Some((hole.id, *whole.0.get(&key(rim))?))
@@ -41,6 +43,7 @@ impl Numbers {
         Self {
             vertices: vertices.to_vec(),
             holes: body.holes.iter().filter_map(in_whole).collect(),
+            name: name.to_owned(),
         }
     }
 }
@@ -63,6 +66,7 @@ impl Joining {
             numbers: Numbers {
                 vertices: Vec::new(),
                 holes: HashMap::new(),
+                name: String::new(),
             },
             next,
             regions: 0,
@@ -103,6 +107,7 @@ impl Joining {
         let rim = hole.rim.iter_mut();
         rim.for_each(|v| *v = vertices.get(*v as usize).copied().unwrap_or(*v));
         hole.component += self.components as u32;
+        hole.object = Some(self.numbers.name.clone());
         if *region > 0 {
             *region += self.regions;
         }
@@ -161,6 +166,57 @@ impl RestoreReport {
             all.keep_shape = own.keep_shape;
         }
         all
+    }
+}
+
+impl FairReport {
+    /// Joins the reports of bodies, which have names, without the reports of their regions.
+    pub(crate) fn of_bodies(objects: Vec<(String, Self)>) -> Self {
+        let mut all = Self {
+            whole: objects.iter().all(|(_, own)| own.whole),
+            volume_before: Some(0.0),
+            volume_after: Some(0.0),
+            ..Self::default()
+        };
+        let sum = |a: Option<f64>, b: Option<f64>| Some(a? + b?);
+        let (mut squares, mut points) = (0.0, 0);
+        for (_, own) in &objects {
+            // Strength, time and voxel are the largest of a body.
+            all.strength = all.strength.max(own.strength);
+            all.time = all.time.max(own.time);
+            all.voxel = all.voxel.max(own.voxel);
+            all.marked_faces += own.marked_faces;
+            all.removed_faces += own.removed_faces;
+            all.removed_vertices += own.removed_vertices;
+            all.components_left += own.components_left;
+            all.volume_before = sum(all.volume_before, own.volume_before);
+            all.volume_after = sum(all.volume_after, own.volume_after);
+            all.moved_max = all.moved_max.max(own.moved_max);
+            squares += own.moved_rms.powi(2) * own.moved_points as f64;
+            points += own.moved_points;
+        }
+        all.moved_rms = (squares / points.max(1) as f64).sqrt();
+        all.moved_points = points;
+        all.objects = objects;
+        all
+    }
+}
+
+impl FairPlan {
+    /// Joins the plans for bodies. Strength, time and voxel are the largest of a body.
+    pub(crate) fn of_bodies(plans: &[Self]) -> Self {
+        let sum = |count: fn(&Self) -> usize| plans.iter().map(count).sum();
+        let largest = |of: fn(&Self) -> f64| plans.iter().map(of).fold(0.0, f64::max);
+        Self {
+            strength: largest(|p| p.strength),
+            time: largest(|p| p.time),
+            voxel: largest(|p| p.voxel),
+            whole: plans.iter().all(|p| p.whole),
+            marked_faces: sum(|p| p.marked_faces),
+            removed_faces: sum(|p| p.removed_faces),
+            removed_vertices: sum(|p| p.removed_vertices),
+            components_left: sum(|p| p.components_left),
+        }
     }
 }
 

@@ -61,7 +61,14 @@ impl<'m> Inspection<'m> {
             topology.orient(mesh.to_mut());
         }
         topology.defects.duplicate_vertices = weld.len() - own;
-        let (holes, open_chains) = find_holes(&mesh, &mut topology);
+        let (mut holes, open_chains) = find_holes(&mesh, &mut topology);
+        if let Some(bodies) = bodies {
+            let body =
+                |v| (0..bodies.count()).find(|b| bodies.vertices[*b].binary_search(&v).is_ok());
+            for hole in &mut holes {
+                hole.object = body(hole.rim[0]).map(|b| bodies.names[b].clone());
+            }
+        }
         Ok(Self {
             input,
             weld,

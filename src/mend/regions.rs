@@ -86,7 +86,7 @@ impl<'a> Regions<'a> {
         reference: Option<&'a ReferenceSurface<'a>>,
     ) -> Result<Self, FillError> {
         params.check()?;
-        counterpart::check(&params)?;
+        counterpart::check(&params, &found.input)?;
         let bridges = bridges(found, &params)?;
         let (mut outcomes, chosen) = choose(found, &params, &bridges)?;
         let caps = match reference {

@@ -154,6 +154,13 @@ pub struct FairReport {
     pub moved_max: f64,
     /// Root mean square of these distances.
     pub moved_rms: f64,
+    /// Number of these distances.
+    #[serde(default)]
+    pub(crate) moved_points: usize,
+    /// The reports of the objects of a 3MF file with their names, if there are several: each is faired by itself. Strength, time and
+    /// voxel are then the largest of an object.
+    #[serde(default)]
+    pub objects: Vec<(String, FairReport)>,
     /// The report of the regions. Holes are numbered as after the cut.
     pub fill: FillReport,
 }

@@ -47,6 +47,9 @@ pub struct Hole {
     pub component: u32,
     /// Whether it is classified as the outer border of an open sheet.
     pub outer_boundary: bool,
+    /// The object of a 3MF file that it belongs to, and its part; none if the file has one body.
+    #[serde(default)]
+    pub object: Option<String>,
 }
 
 /// All holes of a mesh, longest first, and the boundary chains that do not close.
@@ -189,6 +192,7 @@ pub fn described(mesh: &Mesh, topology: &Topology, half_edges: &[u32]) -> Hole {
         normal,
         component: topology.component[half_edges[0] as usize / 3],
         outer_boundary: false,
+        object: None,
     }
 }
 

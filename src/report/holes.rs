@@ -29,6 +29,8 @@ const LESS_NEEDED: [&str; 7] = [
 ];
 /// The column with the number of crease ends, after the edges; only if a rim has any.
 const CREASE_COLUMN: (&str, isize) = ("creases", 7);
+/// The column with the object of a 3MF file, the last one; only if there are several.
+const OBJECT_COLUMN: (&str, isize) = ("object", -6);
 /// Columns of a table of crease ends, as [`HOLE_COLUMNS`].
 const END_COLUMNS: [(&str, isize); 4] =
     [("crease end", 10), ("hole", 5), ("angle", 6), ("at", -22)];
@@ -43,6 +45,12 @@ pub(crate) fn hole_table(holes: &[Hole], ends: &[CreaseEnd], width: Option<usize
         for (row, hole) in rows.iter_mut().zip(holes) {
             let own = ends.iter().filter(|end| end.hole == hole.id).count();
             row.insert(2, own.to_string());
+        }
+    }
+    if holes.iter().any(|hole| hole.object.is_some()) {
+        columns.push(OBJECT_COLUMN);
+        for (row, hole) in rows.iter_mut().zip(holes) {
+            row.push(hole.object.clone().unwrap_or_default());
         }
     }
     let mut lines = table(&columns, rows.clone());

@@ -1,6 +1,6 @@
 //! Exact tests of whether two triangles, or two faces of a mesh, have points in common.
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3Swizzles};
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
 /// The positions of the corners of a face.
@@ -46,10 +46,40 @@ fn corner_sharers_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bo
             (first > 0.0 && second > 0.0) || (first < 0.0 && second < 0.0)
         }
     };
-    if beside(&p, &q) || beside(&q, &p) {
+    let is_flat = || quick_side(q[0], q[1], q[2], p[1]).is_none();
+    if (is_flat() && apart_at_corner(p, q)) || beside(&p, &q) || beside(&q, &p) {
         return false;
     }
     segment_meets_triangle(p[1], p[2], q) || segment_meets_triangle(q[1], q[2], p)
+}
+
+/// Whether the projections of two triangles with a common first corner lie on different sides of a line through that corner.
+/// Exact tests in a plane are many times cheaper than those in space, which nearly coplanar triangles need.
+fn apart_at_corner(p: [DVec3; 3], q: [DVec3; 3]) -> bool {
+    let flat = Flat::new(p);
+    let (p, q) = (p.map(|v| flat.project(v)), q.map(|v| flat.project(v)));
+    let splits = |a: DVec2, own: DVec2, [b, c]: [DVec2; 2]| {
+        let [own, b, c] = [own, b, c].map(|v| turn(p[0], a, v));
+        (own > 0.0 && b < 0.0 && c < 0.0) || (own < 0.0 && b > 0.0 && c > 0.0)
+    };
+    splits(p[1], p[2], [q[1], q[2]])
+        || splits(p[2], p[1], [q[1], q[2]])
+        || splits(q[1], q[2], [p[1], p[2]])
+        || splits(q[2], q[1], [p[1], p[2]])
+}
+
+/// Whether the projections of two triangles lie on different sides of one of their sides.
+fn apart_in_plane(p: [DVec3; 3], q: [DVec3; 3]) -> bool {
+    let flat = Flat::new(p);
+    let (p, q) = (p.map(|v| flat.project(v)), q.map(|v| flat.project(v)));
+    let splits = |t: [DVec2; 3], u: [DVec2; 3], k: usize| {
+        let of = |v: DVec2| turn(t[k], t[(k + 1) % 3], v);
+        let own = of(t[(k + 2) % 3]);
+        own != 0.0
+            && u.into_iter()
+                .all(|v| (own > 0.0 && of(v) < 0.0) || (own < 0.0 && of(v) > 0.0))
+    };
+    (0..3).any(|k| splits(p, q, k) || splits(q, p, k))
 }
 
 /// Whether two faces that share the edge (`f[0]`, `f[1]`) are folded onto each other.
@@ -63,12 +93,12 @@ fn neighbours_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bool {
 
 /// Whether the triangles (a, b, c) and (a, b, d) are coplanar and on the same side of (a, b).
 fn folded(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> bool {
-    if side(a, b, c, d) != 0.0 {
+    if quick_side(a, b, c, d).is_some() {
         return false;
     }
     let flat = Flat::new([a, b, c]);
     let [p, q, r, s] = [a, b, c, d].map(|v| flat.project(v));
-    turn(p, q, r) * turn(p, q, s) > 0.0
+    turn(p, q, r) * turn(p, q, s) > 0.0 && side(a, b, c, d) == 0.0
 }
 
 /// Whether two triangles without a common vertex have a point in common.
@@ -79,7 +109,8 @@ fn triangles_intersect(p: [DVec3; 3], q: [DVec3; 3]) -> bool {
         (first > 0.0 && own(1) > 0.0 && own(2) > 0.0)
             || (first < 0.0 && own(1) < 0.0 && own(2) < 0.0)
     };
-    if apart(&p, &q) || apart(&q, &p) {
+    let is_flat = || quick_side(q[0], q[1], q[2], p[0]).is_none();
+    if (is_flat() && apart_in_plane(p, q)) || apart(&p, &q) || apart(&q, &p) {
         return false;
     }
     (0..3).any(|k| {
@@ -148,6 +179,18 @@ impl Flat {
     }
 }
 
+/// The sign of [`side`], as any number of that sign, if rounding cannot change it; none for points that are nearly coplanar.
+#[inline]
+fn quick_side(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Option<f64> {
+    /// Bound of the rounding error, relative to the sum of the products' magnitudes: Shewchuk's (7 + 56 ε) ε, doubled.
+    const ERROR: f64 = 16.0 * 0.5 * f64::EPSILON;
+    let [p, q, r] = [a - d, b - d, c - d];
+    let (first, second) = (q.yzx() * r.zxy(), q.zxy() * r.yzx());
+    let bound = ERROR * p.abs().dot(first.abs() + second.abs());
+    let volume = p.dot(first - second);
+    (volume.abs() > bound).then_some(volume)
+}
+
 #[inline]
 fn side(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
     let of = |p: DVec3| Coord3D {
@@ -204,6 +247,27 @@ mod tests {
             T,
             [p(0.6, 0.6, -1.0), p(0.6, 0.6, 1.0), p(5.0, 5.0, 0.0)]
         ));
+    }
+
+    #[test]
+    fn coplanar_faces_intersect_in_any_plane_alike() {
+        let mut noise = crate::mesh::shapes::noise(11);
+        let mut whole = || (7.0 * noise()).floor();
+        let mut counts = [0; 2];
+        for k in 0..4000 {
+            let corners: Vec<DVec2> = (0..6).map(|_| DVec2::new(whole(), whole())).collect();
+            // No, one or two common vertices.
+            let (f, g) = ([0, 1, 2], [[3, 4, 5], [0, 4, 5], [1, 0, 5]][k % 3]);
+            let flat: Vec<DVec3> = corners.iter().map(|q| q.extend(0.0)).collect();
+            // The same points in an inclined plane, exactly.
+            let lifted = |q: &DVec2| DVec3::new(q.x, q.y, 3.0 * q.x - 2.0 * q.y);
+            let lifted: Vec<DVec3> = corners.iter().map(lifted).collect();
+            let hit = faces_intersect(&flat, f, g);
+            assert_eq!(faces_intersect(&lifted, f, g), hit, "{corners:?}");
+            assert_eq!(faces_intersect(&lifted, g, f), hit, "{corners:?}");
+            counts[usize::from(hit)] += 1;
+        }
+        assert!(counts[0] > 500 && counts[1] > 500, "{counts:?}");
     }
 
     #[test]

@@ -73,6 +73,9 @@ pub struct StitchParams {
     /// 0 leaves the vertices on the smooth surface; 1 moves them along its normal until the faces around each vertex are on
     /// average neither above nor below it. Fades in over two rings from the rim.
     pub facet_compensation: f64,
+    /// Whether edges may get longer with the distance from the rim, where a patch with edges as short as the rim's would have too many
+    /// faces.
+    pub may_coarsen: bool,
 }
 
 impl StitchInput<'_> {
@@ -93,6 +96,7 @@ impl Default for StitchParams {
             chord_error: 0.1,
             iterations: 10,
             facet_compensation: 0.5,
+            may_coarsen: false,
         }
     }
 }

@@ -293,3 +293,24 @@ fn parameters_that_do_not_go_together_are_refused() {
         assert!(found(&filled).refused.is_some());
     }
 }
+
+#[test]
+fn sizes_beyond_fast_distances_are_refused_with_the_reason() {
+    let whole = sphere(6);
+    let open = cut(&whole, |p| p.distance(DVec3::Z) < 0.5);
+    let scaled = |factor: f64| {
+        let positions = open.positions.iter().map(|p| factor * *p).collect();
+        Mesh::new(positions, open.faces.clone())
+    };
+    let refused = |mesh: &Mesh, like: Like| match fill(mesh, &FillParams::default().with_like(like))
+    {
+        Err(error @ FillError::Parameter { .. }) => error.to_string().contains("1e18"),
+        _ => false,
+    };
+    for far in [1e30, 1e65, 1e-30] {
+        assert!(refused(&scaled(far), Like::Mirror(None)), "{far}");
+        let template = Like::template("template", scaled(far));
+        assert!(refused(&open, template), "{far}");
+    }
+    assert!(!refused(&open, Like::Mirror(None)));
+}

@@ -54,6 +54,57 @@ fn fans_of_ten_thousand_faces_are_checked_and_filled_in_seconds() {
     assert!(fill < 12.0, "filled in {fill} s");
 }
 
+/// A ring of faces round a hole of radius 1 with `n` edges of equal length.
+fn ring(n: u32) -> Mesh {
+    let row = |j: u32| {
+        let point = move |i: u32| {
+            let t = (f64::from(i) + 0.5 * f64::from(j % 2)) * TAU / f64::from(n);
+            let r = 1.0 + f64::from(j) * TAU / f64::from(n);
+            DVec3::new(r * t.cos(), r * t.sin(), 0.1 * r * (3.0 * t).cos())
+        };
+        (0..n).map(point)
+    };
+    let faces = (0..29).flat_map(|j| {
+        (0..n).flat_map(move |i| {
+            let (a, b) = (j * n + i, j * n + (i + 1) % n);
+            let (c, d) = (a + n, b + n);
+            match j % 2 {
+                0 => [[a, b, c], [b, d, c]],
+                _ => [[a, b, d], [a, d, c]],
+            }
+        })
+    });
+    Mesh::new((0..30).flat_map(row).collect(), faces.collect())
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_hole_of_two_thousand_edges_takes_seconds_and_few_faces() {
+    let mesh = ring(2000);
+    let found = Inspection::new(&mesh).unwrap();
+    let inner = found.holes.iter().find(|h| h.diameter < 2.1).unwrap();
+    let params = FillParams::default().with_holes([inner.id]);
+    let (filled, time) = seconds(|| found.fill(&params, &Control::new()));
+    let filled = filled.unwrap();
+    assert!(matches!(
+        filled.report.holes[inner.id.get() - 1].outcome,
+        HoleOutcome::Filled
+    ));
+    // Faces as small as those at the rim would be 0.3 n², a million.
+    let new = filled.mesh.faces.len() - mesh.faces.len();
+    assert!(new < 60_000, "{new} faces");
+    assert!(time < 20.0, "filled in {time} s");
+    // An edge ratio that is asked for is kept.
+    let small = ring(700);
+    let found = Inspection::new(&small).unwrap();
+    let inner = found.holes.iter().find(|h| h.diameter < 2.1).unwrap();
+    let params = FillParams::default()
+        .with_holes([inner.id])
+        .with_edge_ratio(1.0);
+    let even = found.fill(&params, &Control::new()).unwrap();
+    assert!(even.mesh.faces.len() - small.faces.len() > 60_000);
+}
+
 #[test]
 fn faces_that_run_through_a_fan_are_found() {
     let mut mesh = bipyramid(2000);

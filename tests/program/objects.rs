@@ -239,3 +239,70 @@ fn holes_have_one_numbering_and_a_restoration_changes_its_object_alone() {
     assert_ne!(after[0], before[0]);
     assert_eq!(after[0].0, "left");
 }
+
+#[test]
+fn rows_of_a_fill_name_the_object_of_their_hole() {
+    let desk = Desk::new();
+    let up = DVec3::new(0.0, 0.0, 0.5);
+    let items = [
+        ("lid", "", holed(DVec3::ZERO, &[up])),
+        ("box", "", holed(3.0 * RIGHT, &[3.0 * RIGHT + up])),
+    ];
+    save(&desk, "in.3mf", &items);
+    let done = desk.run(&["fill", "in.3mf", "-o", "out.3mf", "--json", "fill.json"]);
+    assert_code(&done, 0);
+    let table = [text(&done.stdout), text(&done.stderr)].concat();
+    for name in ["in lid", "in box"] {
+        assert!(table.lines().any(|l| l.ends_with(name)), "{table}");
+    }
+    let names = |document: &serde_json::Value| -> Vec<String> {
+        let rows = document["holes"].as_array().unwrap().iter();
+        let mut all: Vec<String> = rows
+            .map(|row| row["object"].as_str().unwrap_or("none").to_owned())
+            .collect();
+        all.sort();
+        all
+    };
+    assert_eq!(names(&desk.json("fill.json")), ["box", "lid"]);
+    assert_code(&desk.run(&["inspect", "in.3mf", "--json", "found.json"]), 0);
+    assert_eq!(names(&desk.json("found.json")), ["box", "lid"]);
+    // A file with one body names no object.
+    save(&desk, "one.3mf", &items[..1]);
+    let done = desk.run(&["fill", "one.3mf", "-o", "out.3mf", "--json", "one.json"]);
+    assert_code(&done, 0);
+    assert_eq!(names(&desk.json("one.json")), ["none"]);
+}
+
+#[test]
+fn objects_are_faired_apart_and_keep_their_names() {
+    let desk = Desk::new();
+    // Boxes that overlap: as one mesh their level set would be one surface.
+    let near = DVec3::new(1.9, 0.0, 0.0);
+    let closed = [("left", "", slab(4)), ("right", "", moved(slab(4), near))];
+    let place = near + DVec3::new(0.0, 0.0, 0.5);
+    let open = [("left", "", slab(4)), ("right", "", holed(near, &[place]))];
+    for (name, items) in [("closed.3mf", closed), ("open.3mf", open)] {
+        save(&desk, name, &items);
+        let done = desk.run(&[
+            "fair",
+            name,
+            "-o",
+            "out.3mf",
+            "--strength",
+            "0.45",
+            "--json",
+            "fair.json",
+        ]);
+        assert_code(&done, 0);
+        let after = bodies(&loaded(&desk, "out.3mf"));
+        let names: Vec<&str> = after.iter().map(|(name, _)| &name[..]).collect();
+        assert_eq!(names, ["left", "right"], "{name}");
+        for ((_, _, before), (_, after)) in items.iter().zip(&after) {
+            let ([a, b], [c, d]) = (before.bounds(), after.bounds());
+            assert!(a.distance(c) < 0.6 && b.distance(d) < 0.6, "{name}");
+        }
+        let rows = desk.json("fair.json")["objects"].clone();
+        assert_eq!(rows.as_array().unwrap().len(), 2);
+        assert_eq!(rows[1]["name"], "right");
+    }
+}

@@ -309,6 +309,16 @@ struct FairRow {
     volume_after: Option<f64>,
     moved_max: f64,
     moved_rms: f64,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    objects: Vec<FairObjectRow>,
+}
+
+/// An object of a 3MF file that was faired by itself.
+#[derive(Serialize)]
+struct FairObjectRow {
+    name: String,
+    #[serde(flatten)]
+    row: FairRow,
 }
 
 impl FairRow {
@@ -326,6 +336,16 @@ impl FairRow {
             volume_after: report.volume_after,
             moved_max: report.moved_max,
             moved_rms: report.moved_rms,
+            objects: report.objects.iter().map(FairObjectRow::new).collect(),
+        }
+    }
+}
+
+impl FairObjectRow {
+    fn new((name, report): &(String, FairReport)) -> Self {
+        Self {
+            name: name.clone(),
+            row: FairRow::new(report),
         }
     }
 }

@@ -28,6 +28,8 @@ pub(in crate::job) struct HoleRow {
     normal: DVec3,
     component: u32,
     outer_boundary: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    object: Option<String>,
 }
 
 impl HoleRow {
@@ -44,6 +46,7 @@ impl HoleRow {
             normal: hole.normal,
             component: hole.component,
             outer_boundary: hole.outer_boundary,
+            object: hole.object.clone(),
         }
     }
 }

@@ -210,7 +210,11 @@ impl Inspection<'_> {
             let after = inspect(&faired.mesh)?;
             report.volume_after = volume(&after);
             refuse_collapse(report)?;
-            (report.moved_max, report.moved_rms) = moved(self, &after, faired.kept.as_ref());
+            let distances = moved(self, &after, faired.kept.as_ref());
+            report.moved_points = distances.len();
+            report.moved_max = distances.iter().copied().fold(0.0, f64::max);
+            let square: f64 = distances.iter().map(|d| d * d).sum();
+            report.moved_rms = (square / distances.len().max(1) as f64).sqrt();
             report.fill.seconds = clock.elapsed().as_secs_f64();
             Ok(faired)
         })
@@ -313,9 +317,9 @@ fn refuse_collapse(report: &FairReport) -> Result<(), FairError> {
     }
 }
 
-/// Largest and root mean square distance between the surfaces before and after a fairing, measured from the new vertices to the
-/// input and from the removed vertices of the input to the result. `kept` marks the faces that are not removed; none if all are.
-fn moved(before: &Inspection, after: &Inspection, kept: Option<&Remainder>) -> (f64, f64) {
+/// Distances between the surfaces before and after a fairing, from the new vertices to the input and from the removed vertices of the
+/// input to the result. `kept` marks the faces that are not removed; none if all are.
+fn moved(before: &Inspection, after: &Inspection, kept: Option<&Remainder>) -> Vec<f64> {
     let distances = |points: Vec<DVec3>, surface: &Inspection| -> Vec<f64> {
         let bvh = Bvh::new(&surface.mesh, surface.topology.faces());
         let distance = |p: DVec3| bvh.closest(p, f64::INFINITY).map_or(0.0, |c| c.distance);
@@ -334,10 +338,5 @@ fn moved(before: &Inspection, after: &Inspection, kept: Option<&Remainder>) -> (
     }
     let gone = (0..is_gone.len()).filter(|v| is_gone[*v]);
     let gone: Vec<DVec3> = gone.map(|v| before.mesh.positions[v]).collect();
-    let all = [distances(new, before), distances(gone, after)].concat();
-    let square: f64 = all.iter().map(|d| d * d).sum();
-    (
-        all.iter().copied().fold(0.0, f64::max),
-        (square / all.len().max(1) as f64).sqrt(),
-    )
+    [distances(new, before), distances(gone, after)].concat()
 }

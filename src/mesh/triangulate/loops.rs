@@ -1,6 +1,7 @@
 //! Triangulation of a boundary loop in space: smallest dihedral angles, then least area (Liepa).
 
-use std::collections::HashMap;
+use std::cmp::{Ordering, Reverse};
+use std::collections::{BinaryHeap, HashMap};
 
 use glam::DVec3;
 
@@ -145,42 +146,99 @@ fn cut_flat(position: &[DVec3], blocked: &dyn Fn(usize, usize) -> bool) -> Optio
 }
 
 /// Cuts ears with short diagonals and small bends until [`MOST_EDGES`] edges remain; returns the remaining corners and the faces
-/// next to their edges.
+/// next to their edges. Among ears of equal cost the first is cut. The ears wait in a heap, which takes n log n steps.
 fn reduce(polygon: &Polygon, faces: &mut Vec<[usize; 3]>) -> (Vec<usize>, Vec<Option<DVec3>>) {
-    let mut ring: Vec<usize> = (0..polygon.position.len()).collect();
-    let mut beyond = polygon.beyond.to_vec();
-    while ring.len() > MOST_EDGES {
-        let n = ring.len();
-        let ear = |k: usize| [ring[(k + n - 1) % n], ring[k], ring[(k + 1) % n]];
-        let cost = |k: usize| {
-            let [a, b, c] = ear(k);
-            let normal = normal(polygon, a, b, c);
-            let bend: f64 = [beyond[(k + n - 1) % n], beyond[k]]
-                .iter()
-                .flatten()
-                .map(|m| (1.0 - m.dot(normal)).powi(2))
-                .sum();
-            let diagonal = polygon.position[a].distance(polygon.position[c]);
-            if (polygon.blocked)(a, c) {
-                f64::INFINITY
-            } else {
-                diagonal * (1.0 + 20.0 * bend)
-            }
-        };
-        let best = (0..n)
-            .map(|k| (cost(k), k))
-            .min_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-        let Some((c, k)) = best else { break };
-        if !c.is_finite() {
+    let n = polygon.position.len();
+    if n <= MOST_EDGES {
+        return ((0..n).collect(), polygon.beyond.to_vec());
+    }
+    let mut ring = Ring {
+        polygon,
+        previous: (0..n).map(|k| (k + n - 1) % n).collect(),
+        next: (0..n).map(|k| (k + 1) % n).collect(),
+        beyond: polygon.beyond.to_vec(),
+    };
+    // The number of times that the ear at a corner was rated; entries of the heap from before are stale.
+    let mut rated = vec![0u32; n];
+    let mut heap: BinaryHeap<_> = (0..n).map(|k| Reverse((ring.cost(k), k, 0))).collect();
+    let mut is_cut = vec![false; n];
+    let mut left = n;
+    while left > MOST_EDGES
+        && let Some(Reverse((Cost(cost), k, when))) = heap.pop()
+    {
+        if is_cut[k] || when != rated[k] {
+            continue;
+        }
+        if !cost.is_finite() {
             break;
         }
-        let [a, b, c] = ear(k);
-        faces.push([a, b, c]);
-        beyond[(k + n - 1) % n] = Some(normal(polygon, a, b, c));
-        beyond.remove(k);
-        ring.remove(k);
+        is_cut[k] = true;
+        left -= 1;
+        let [a, c] = ring.cut(k);
+        faces.push([a, k, c]);
+        for corner in [a, c] {
+            rated[corner] += 1;
+            heap.push(Reverse((ring.cost(corner), corner, rated[corner])));
+        }
     }
-    (ring, beyond)
+    let corners: Vec<usize> = (0..n).filter(|&k| !is_cut[k]).collect();
+    let beyond = corners.iter().map(|&k| ring.beyond[k]).collect();
+    (corners, beyond)
+}
+
+/// The corners of a polygon that are not cut yet, as a circular list.
+struct Ring<'a> {
+    polygon: &'a Polygon<'a>,
+    previous: Vec<usize>,
+    next: Vec<usize>,
+    /// Unit normal of the face on the other side of the edge from a corner to the next.
+    beyond: Vec<Option<DVec3>>,
+}
+
+impl Ring<'_> {
+    /// The cost of cutting the ear at a corner: the length of its diagonal, increased by its bend against the faces at its sides.
+    /// Infinite if the diagonal is forbidden.
+    fn cost(&self, k: usize) -> Cost {
+        let [a, c] = [self.previous[k], self.next[k]];
+        if (self.polygon.blocked)(a, c) {
+            return Cost(f64::INFINITY);
+        }
+        let normal = normal(self.polygon, a, k, c);
+        let bend: f64 = [self.beyond[a], self.beyond[k]]
+            .iter()
+            .flatten()
+            .map(|m| (1.0 - m.dot(normal)).powi(2))
+            .sum();
+        let diagonal = self.polygon.position[a].distance(self.polygon.position[c]);
+        Cost(diagonal * (1.0 + 20.0 * bend))
+    }
+
+    /// Cuts the ear at a corner and returns the ends of its diagonal.
+    fn cut(&mut self, k: usize) -> [usize; 2] {
+        let [a, c] = [self.previous[k], self.next[k]];
+        self.beyond[a] = Some(normal(self.polygon, a, k, c));
+        self.next[a] = c;
+        self.previous[c] = a;
+        [a, c]
+    }
+}
+
+/// A cost in the total order of floating-point numbers.
+#[derive(PartialEq)]
+struct Cost(f64);
+
+impl Eq for Cost {}
+
+impl PartialOrd for Cost {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Cost {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.0.total_cmp(&other.0)
+    }
 }
 
 fn normal(polygon: &Polygon, a: usize, b: usize, c: usize) -> DVec3 {
@@ -320,6 +378,42 @@ mod tests {
         let blocked = Mesh::new(p.to_vec(), vec![[0, 2, 1], [1, 3, 0]]);
         let faces = triangulate_loop(&blocked, &[0, 2, 1, 3]).expect("a triangulation");
         assert!(faces.iter().all(|f| !(f.contains(&0) && f.contains(&1))));
+    }
+
+    #[test]
+    fn ears_are_cut_in_the_order_of_their_cost() {
+        let n = MOST_EDGES + 150;
+        let at = |i: usize| {
+            let t = i as f64 * std::f64::consts::TAU / n as f64;
+            let r = 1.0 + 0.2 * (9.0 * t).cos();
+            DVec3::new(r * t.cos(), r * t.sin(), 0.3 * (5.0 * t).sin())
+        };
+        let position: Vec<DVec3> = (0..n).map(at).collect();
+        let beyond: Vec<_> = (0..n).map(|i| (i % 7 > 0).then_some(DVec3::Z)).collect();
+        let blocked = |i: usize, j: usize| (i + j).is_multiple_of(11);
+        let polygon = Polygon {
+            position: &position,
+            beyond: &beyond,
+            blocked: &blocked,
+        };
+        let mut faces = Vec::new();
+        let (corners, _) = reduce(&polygon, &mut faces);
+        assert_eq!((corners.len(), faces.len()), (MOST_EDGES, 150));
+        // Each face is the cheapest ear of what is left of the polygon, the first of equal ones.
+        let mut ring = Ring {
+            polygon: &polygon,
+            previous: (0..n).map(|k| (k + n - 1) % n).collect(),
+            next: (0..n).map(|k| (k + 1) % n).collect(),
+            beyond: beyond.clone(),
+        };
+        let mut left: Vec<usize> = (0..n).collect();
+        for face in faces {
+            let best = left.iter().min_by_key(|k| (ring.cost(**k), **k));
+            assert_eq!(best, Some(&face[1]));
+            ring.cut(face[1]);
+            left.retain(|k| *k != face[1]);
+        }
+        assert_eq!(corners, left);
     }
 
     #[test]
