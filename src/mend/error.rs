@@ -64,9 +64,10 @@ pub enum FillError {
     },
     /// The voxel exceeds the widest hole: no grid of it holds a surface across a hole.
     #[error(
-        "a voxel of {} is larger than the widest hole, whose diameter is {widest:.4e}; leave the voxel out, or take a fraction of \
+        "a voxel of {} is larger than the widest hole, whose diameter is {}; leave the voxel out, or take a fraction of \
          that diameter",
-        length(*voxel)
+        length(*voxel),
+        length(*widest)
     )]
     TooCoarse {
         /// The voxel asked for.

@@ -294,7 +294,9 @@ fn objects_are_faired_apart_and_keep_their_names() {
             "fair.json",
         ]);
         assert_code(&done, 0);
-        let after = bodies(&loaded(&desk, "out.3mf"));
+        // An object that is replaced as a whole comes after those that keep faces.
+        let mut after = bodies(&loaded(&desk, "out.3mf"));
+        after.sort_by(|a, b| a.0.cmp(&b.0));
         let names: Vec<&str> = after.iter().map(|(name, _)| &name[..]).collect();
         assert_eq!(names, ["left", "right"], "{name}");
         for ((_, _, before), (_, after)) in items.iter().zip(&after) {
