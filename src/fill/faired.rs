@@ -80,8 +80,8 @@ impl RegionProblem<'_> {
         self.finished(local.to_whole(patch), PatchInitialisation::Triangulation)
     }
 
-    /// The faired triangulation of each rim; none where one fails, or where so much of them intersects that finishing them, which
-    /// moves them little, is in vain.
+    /// The faired triangulation of each rim; none where one fails, or where many of their faces intersect: finishing them, which
+    /// moves them little, would be in vain.
     fn spanned_each(&self) -> Option<Vec<(Local, Patch)>> {
         if self.cancel.is_cancelled() || !self.is_finished() {
             return None;
