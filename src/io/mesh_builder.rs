@@ -17,6 +17,8 @@ pub(super) struct MeshBuilder {
     polygon_corners: Vec<u32>,
     /// Remarks for the user.
     pub(super) notes: Vec<String>,
+    /// Faces of one or two corners, which are left out.
+    pub(super) omitted: usize,
 }
 
 /// For each triangle of a surface, the face and corners of the file that it comes from.
@@ -64,6 +66,7 @@ impl MeshBuilder {
             polygons: Vec::new(),
             polygon_corners: Vec::new(),
             notes: Vec::new(),
+            omitted: 0,
         }
     }
 
@@ -169,6 +172,10 @@ impl MeshBuilder {
             self.notes.push(format!(
                 "degenerate triangles (they repeat a corner or have no area): {degenerate} of {all}"
             ));
+        }
+        if self.omitted > 0 {
+            let note = format!("faces of one or two corners, left out: {}", self.omitted);
+            self.notes.push(note);
         }
         let f32_exact = self.positions.iter().all(|p| p.as_vec3().as_dvec3() == *p);
         Ok(Loaded {

@@ -132,6 +132,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
         let line = lines.wanted("a face")?;
         let mut tokens = text::Tokens::new(line, 0);
         read_corners(&lines, &mut tokens, &mut corners)?;
+        if (1..3).contains(&corners.len()) {
+            surface.omitted += 1;
+            continue;
+        }
         surface.push_face(&corners)?;
         colours.push(&tokens.take(5).collect::<Vec<_>>());
     }
@@ -210,9 +214,7 @@ fn read_corners(
         );
     }
     match count {
-        0..3 => Err(lines.fault(format!(
-            "a face of {count} corners, where at least 3 are needed"
-        ))),
+        0 => Err(lines.fault("a face of 0 corners, where at least 3 are needed".to_owned())),
         _ => Ok(()),
     }
 }

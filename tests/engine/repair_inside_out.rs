@@ -69,3 +69,13 @@ fn a_body_that_is_partly_inside_out_keeps_its_parts() {
     );
     assert_eq!(repaired.report.doubt, None);
 }
+
+#[test]
+fn a_sheet_of_two_equal_sides_stays() {
+    let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+    let positions = corners.map(|(x, y)| DVec3::new(x, y, 0.0)).to_vec();
+    let mesh = Mesh::new(positions, vec![[0, 1, 2], [0, 2, 3], [0, 2, 1], [0, 3, 2]]);
+    let repaired = repaired(&mesh);
+    assert!(!repaired.mesh.faces.is_empty());
+    assert!(!verdict(&repaired.mesh).is_sound());
+}

@@ -159,21 +159,23 @@ impl Reader {
     }
 
     fn face(&mut self, line: usize, rest: &[u8]) -> Result<(), IoError> {
+        let tokens = || text::Tokens::new(rest, 0).take_while(|token| !token.starts_with(b"#"));
+        match tokens().take(3).count() {
+            0 => {
+                let what = "a face of 0 corners, where at least 3 are needed".to_owned();
+                return Err(fault(line, what));
+            }
+            1 | 2 => {
+                self.surface.omitted += 1;
+                return Ok(());
+            }
+            _ => {}
+        }
         let mut corners = std::mem::take(&mut self.corners);
         corners.clear();
-        for token in text::Tokens::new(rest, 0) {
-            if token.starts_with(b"#") {
-                break;
-            }
+        for token in tokens() {
             let place = corners.len();
             corners.push(self.corner(line, token, place)?);
-        }
-        if corners.len() < 3 {
-            let what = format!(
-                "a face of {} corners, where at least 3 are needed",
-                corners.len()
-            );
-            return Err(fault(line, what));
         }
         self.surface.push_face(&corners)?;
         self.extras.face_done(corners.len());
@@ -305,12 +307,27 @@ mod tests {
     }
 
     #[test]
+    fn faces_of_two_corners_are_left_out() {
+        for (format, text) in [
+            (Format::Obj, format!("{SQUARE}f 1 2 3\nf 1/1 2/2\nf 3")),
+            (
+                Format::Off,
+                "OFF\n3 3 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n1 0\n3 0 1 2".to_owned(),
+            ),
+        ] {
+            let loaded = read_alone(text.as_bytes(), format).unwrap();
+            assert!(!loaded.mesh.faces.is_empty());
+            let note = "faces of one or two corners, left out: 2";
+            assert!(loaded.notes.iter().any(|n| n == note), "{:?}", loaded.notes);
+        }
+    }
+
+    #[test]
     fn faults_are_named_with_their_line() {
         let cases = [
             ("f 1 2 5", "line 5: a face uses vertex 5"),
             ("f 1 2 0", "line 5: vertex index 0"),
             ("f 1 2 -5", "line 5: index -5"),
-            ("f 1 2", "line 5: a face of 2 corners"),
             ("f", "line 5: a face of 0 corners"),
             ("f 1 2 x", "line 5: 'x' is not a vertex index"),
             ("f 1 2 99999999999999999999", "line 5"),

@@ -38,6 +38,12 @@ struct Part {
 }
 
 impl Union {
+    /// Whether anything of the clusters stays.
+    pub(super) fn keeps_any(&self) -> bool {
+        let whole = self.whole.iter().map(|(_, fate)| fate);
+        whole.chain(&self.fates).any(|fate| *fate != Fate::Goes)
+    }
+
     /// Applies the union to the draft.
     pub(super) fn apply(&self, draft: &mut Draft) -> United {
         let mut removed = vec![false; draft.mesh.faces.len()];

@@ -166,6 +166,10 @@ fn united(draft: &Draft, found: &Inspection, crossing: &[u32]) -> Option<Union> 
     let solved = task.solve();
     let failed = |_: &ArrangementError| log::debug!("union: the arrangement failed");
     let mut union = solved.inspect_err(failed).ok()?;
+    // Sheets without thickness enclose nothing; a mesh of nothing else stays.
+    if !union.keeps_any() && union.clusters.len() == found.topology.faces().count() {
+        return None;
+    }
     union.weld.clone_from(&found.weld);
     Some(union)
 }
