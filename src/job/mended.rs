@@ -9,13 +9,14 @@ use serde::{Deserialize, Serialize};
 use super::bodies::{checked, one_mesh_note};
 use super::deliver::{Deliverables, Delivered, clear_run_times};
 use super::draw::{Before, Drawings, Drawn};
+use super::inside_out;
 use super::outcome::JobResult;
 use super::output::Saving;
 use super::painted;
 use super::result::{Kept, OperationReport, ReplacedBody, label_replaced};
 use super::staging::Staging;
 use super::unchanged::Unchanged;
-use super::{JobError, JobSpec, Output, Place};
+use super::{JobError, JobSpec, Output, Place, Work};
 use crate::attributes::transfer_without;
 use crate::cancel::Cancel;
 use crate::check::Verdict;
@@ -371,16 +372,24 @@ impl<'s> Mended<'s> {
 }
 
 impl Mended<'_> {
-    /// Remarks on the work: objects that were mended as one mesh, and vertices that keep the colour of the mask.
+    /// Remarks on the work: objects that were mended as one mesh, components that are inside out, and vertices that keep the colour of the
+    /// mask.
     fn notes_on_work(&self, mesh: &Mesh, format: Format) -> Vec<String> {
         let one_mesh = |count| one_mesh_note(count, format);
         let painted = match self.whole {
             true => None,
             false => painted::note(mesh, &self.kept_input, &self.spec.work.painted()),
         };
+        let inside_out = match self.spec.work {
+            Work::Fill(_) if !self.whole => {
+                inside_out::note(mesh, self.kept_input.mesh.faces.len())
+            }
+            _ => None,
+        };
         self.bodies_as_one
             .map(one_mesh)
             .into_iter()
+            .chain(inside_out)
             .chain(painted)
             .collect()
     }

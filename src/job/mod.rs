@@ -29,6 +29,7 @@ mod draw;
 mod each;
 mod error;
 mod hash;
+mod inside_out;
 mod inspection;
 mod join;
 mod marks;
