@@ -483,7 +483,7 @@ mod tests {
             (b"OFF\n3 1 0\n0 0 0\n1 0 x\n", "line 4: 'x' is not a number"),
             (b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n", "vertex 7"),
             (b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1\n", "has only 2"),
-            (b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n", "at least 3"),
+            (b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n0\n", "at least 3"),
             (
                 b"OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
                 "the file ends",

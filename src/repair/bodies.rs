@@ -21,8 +21,8 @@ impl Run<'_> {
         self.report.closing_faces += closing;
         let crossing = self.draft.self_intersections()?;
         let before = (self.draft.clone(), self.report.clone());
-        let count = crossing.len();
-        let left = union::unite(&mut self.draft, &mut self.report, crossing, 0.0)?;
+        let (count, turns) = (crossing.len(), self.params.orient);
+        let left = union::unite(&mut self.draft, &mut self.report, crossing, (0.0, turns))?;
         let left = self.left_wrong(left)?.filter(|left| *left < count);
         if left.is_none() {
             (self.draft, self.report) = before;
@@ -136,7 +136,12 @@ impl Run<'_> {
         self.clean(carried)?;
         let crossing = self.draft.self_intersections()?;
         let reach = moved.reach();
-        let left = union::unite(&mut self.draft, &mut self.report, crossing, reach)?;
+        let left = union::unite(
+            &mut self.draft,
+            &mut self.report,
+            crossing,
+            (reach, self.params.orient),
+        )?;
         let left = self.left_wrong(left)?;
         log::debug!(
             "union with grown bodies: {} vertices moved by up to {:e}; {left:?} defects afterwards, {most} without growth",

@@ -125,7 +125,7 @@ impl Run<'_> {
             }
             // The solid of closed bodies is decided everywhere.
             if let Some(meant) = self.meant.take() {
-                witness = Some(Witness::new(&meant, self.input)?);
+                witness = Some(Witness::new(&meant, self.input, self.params.orient)?);
             }
             let shape = self.shape(&cleaned.draft, intersects, &mut witness)?;
             let quality = self.quality(&shape)?;
@@ -267,7 +267,7 @@ impl Run<'_> {
         }
         let witness = match witness {
             Some(witness) => witness,
-            None => witness.insert(Witness::new(cleaned, self.input)?),
+            None => witness.insert(Witness::new(cleaned, self.input, self.params.orient)?),
         };
         witness.shape(&self.draft, &self.asked)
     }

@@ -22,18 +22,21 @@ use crate::tuning::tuning;
 struct Solid {
     bvh: Bvh,
     tree: WindingTree,
+    /// Whether parts that are inside out are solid too.
+    turns: bool,
 }
 
 impl Solid {
-    fn new(mesh: &Mesh, faces: impl Iterator<Item = u32>) -> Self {
+    fn new(mesh: &Mesh, faces: impl Iterator<Item = u32>, turns: bool) -> Self {
         let bvh = Bvh::new(mesh, faces);
         let tree = WindingTree::new(&bvh);
-        Self { bvh, tree }
+        Self { bvh, tree, turns }
     }
 
-    /// The magnitude of the winding number: parts that are inside out are solid too.
+    /// The winding number; its magnitude if parts that are inside out are solid too.
     fn winding(&self, p: DVec3) -> f64 {
-        self.tree.winding_number(&self.bvh, p).abs()
+        let winding = self.tree.winding_number(&self.bvh, p);
+        if self.turns { winding.abs() } else { winding }
     }
 }
 
@@ -87,10 +90,10 @@ pub(super) struct Witness {
 }
 
 impl Witness {
-    /// The witness of a cleaned and oriented draft.
-    pub(super) fn new(draft: &Draft, input: &Mesh) -> Result<Self, FillError> {
+    /// The witness of a cleaned and oriented draft. Parts that are inside out are solid if `turns`.
+    pub(super) fn new(draft: &Draft, input: &Mesh, turns: bool) -> Result<Self, FillError> {
         let found = draft.inspect()?;
-        let solid = Solid::new(&draft.mesh, found.topology.faces());
+        let solid = Solid::new(&draft.mesh, found.topology.faces(), turns);
         let rules = &tuning().repair;
         let (low, high) =
             crate::mesh::bounds((found.topology.faces()).flat_map(|f| draft.mesh.corners(f)));
@@ -129,7 +132,7 @@ impl Witness {
     /// What a draft says of the solid. `asked` are input faces that were removed on request.
     pub(super) fn shape(&self, draft: &Draft, asked: &HashSet<u32>) -> Result<Shape, FillError> {
         let found = draft.inspect()?;
-        let result = Solid::new(&draft.mesh, found.topology.faces());
+        let result = Solid::new(&draft.mesh, found.topology.faces(), self.solid.turns);
         let (lost, lost_at) = self.lost(draft, &result, asked);
         let (agreement, differs_at) = self.agreement(&result);
         Ok(Shape {

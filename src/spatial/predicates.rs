@@ -254,10 +254,18 @@ mod tests {
         let mut noise = crate::mesh::shapes::noise(11);
         let mut whole = || (7.0 * noise()).floor();
         let mut counts = [0; 2];
-        for k in 0..4000 {
+        for k in 0..4000_usize {
             let corners: Vec<DVec2> = (0..6).map(|_| DVec2::new(whole(), whole())).collect();
             // No, one or two common vertices.
             let (f, g) = ([0, 1, 2], [[3, 4, 5], [0, 4, 5], [1, 0, 5]][k % 3]);
+            let has_area = |f: [usize; 3]| {
+                let [a, b, c] = f.map(|i| corners[i]);
+                (b - a).perp_dot(c - a) != 0.0
+            };
+            if !has_area(f) || !has_area(g) {
+                continue;
+            }
+            let [f, g] = [f, g].map(|f| f.map(|i| i as u32));
             let flat: Vec<DVec3> = corners.iter().map(|q| q.extend(0.0)).collect();
             // The same points in an inclined plane, exactly.
             let lifted = |q: &DVec2| DVec3::new(q.x, q.y, 3.0 * q.x - 2.0 * q.y);

@@ -58,7 +58,8 @@ pub(in crate::job) fn piece(
         stored,
         ..Carried::default()
     };
-    let params = RepairParams::default();
+    // Where the patch is below, the volume is negative and goes.
+    let params = RepairParams::default().with_orient(false);
     let repaired =
         repair(&between, &params, &carried, control).map_err(|error| error.to_string())?;
     let mut notes = Vec::new();

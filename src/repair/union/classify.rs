@@ -40,6 +40,8 @@ pub(super) enum Fate {
 
 /// The triangles of a closed surface, whole and divided, and the faces it was made of.
 pub(super) struct ClosedSurface<'a> {
+    /// Whether parts that are inside out may stay.
+    pub(super) turns: bool,
     pub(super) points: &'a Points,
     pub(super) positions: &'a [DVec3],
     /// The corners of all triangles, and the multiplicity of each: occurrences minus reversed occurrences.
@@ -60,7 +62,10 @@ impl ClosedSurface<'_> {
     /// The fate of each triangle.
     pub(super) fn fates(&self) -> Result<Vec<Fate>, ArrangementError> {
         let windings = self.windings()?;
-        let reversed = self.reversed(&windings);
+        let reversed = match self.turns {
+            true => self.reversed(&windings),
+            false => HashSet::new(),
+        };
         let fate = |t: usize| {
             let Some([front, back]) = windings[t] else {
                 return Fate::Goes;

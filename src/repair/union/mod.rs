@@ -64,12 +64,13 @@ struct United {
 }
 
 /// Unites closed components that touch or intersect; `crossing` are the intersecting faces. New edges shorter than `reach` are
-/// collapsed. Returns the number of faces that still intersect others; none if nothing was united.
+/// collapsed. Parts that are inside out stay only if `turns`. Returns the number of faces that still intersect others; none if nothing was
+/// united.
 pub(super) fn unite(
     draft: &mut Draft,
     report: &mut RepairReport,
     mut crossing: Vec<u32>,
-    reach: f64,
+    (reach, turns): (f64, bool),
 ) -> Result<Option<usize>, FillError> {
     let mut first: Option<United> = None;
     let known = draft.mesh.positions.len();
@@ -77,7 +78,7 @@ pub(super) fn unite(
     let mut best: Option<(Draft, usize)> = None;
     let mut vain = 0;
     for _ in 0..tuning().repair.union_rounds {
-        let union = united(draft, &*draft.inspect()?, &crossing);
+        let union = united(draft, &*draft.inspect()?, &crossing, turns);
         let Some(union) = union else {
             break;
         };
@@ -127,7 +128,7 @@ pub(super) fn unite(
 }
 
 /// Computes the union of the clusters with intersecting faces; none if there are none, or the arrangement fails.
-fn united(draft: &Draft, found: &Inspection, crossing: &[u32]) -> Option<Union> {
+fn united(draft: &Draft, found: &Inspection, crossing: &[u32], turns: bool) -> Option<Union> {
     let mut bodies = Bodies::new(found);
     if !bodies.any_closed(&found.topology, crossing) {
         log::debug!("union: no intersecting faces belong to closed bodies");
@@ -162,6 +163,7 @@ fn united(draft: &Draft, found: &Inspection, crossing: &[u32]) -> Option<Union> 
         proper,
         pairs,
         clusters,
+        turns,
     };
     let solved = task.solve();
     let failed = |_: &ArrangementError| log::debug!("union: the arrangement failed");
@@ -199,6 +201,8 @@ struct Task<'a> {
     proper: Proper,
     pairs: Vec<[u32; 2]>,
     clusters: Clusters,
+    /// Whether parts that are inside out may stay.
+    turns: bool,
 }
 
 impl Task<'_> {
@@ -221,6 +225,7 @@ impl Task<'_> {
         let cluster = |f: u32| self.clusters.of_face[f as usize];
         let pieces = arrangement.pieces.iter();
         let surface = ClosedSurface {
+            turns: self.turns,
             points: &arrangement.points,
             positions,
             triangles: (whole().map(|f| (self.faces[*f as usize], 1)))
