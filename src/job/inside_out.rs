@@ -69,7 +69,7 @@ fn sums(mesh: &Mesh, kept: usize) -> Vec<Sums> {
     for (f, face) in mesh.faces.iter().enumerate() {
         let own = &mut place[sets.find(face[0]) as usize];
         let corners = face.map(|v| mesh.positions[v as usize]);
-        let (low, high) = bounds(corners.into_iter());
+        let (low, high) = bounds(corners);
         if *own == usize::MAX {
             *own = all.len();
             all.push(Sums {
