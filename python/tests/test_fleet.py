@@ -143,7 +143,7 @@ def test_a_bad_mesh_does_not_affect_others(local, scans, tmp_path):
 
     stopper = threading.Thread(target=stop)
     stopper.start()
-    state = fleet.run([scans], output, timeout=6, memory=0.1)
+    state = fleet.run([scans], output, timeout=15, memory=0.1)
     done.set()
     stopper.join()
     outcomes = {row["output"]: row["outcome"] for row in manifest(output)}
