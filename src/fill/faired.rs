@@ -90,7 +90,11 @@ impl RegionProblem<'_> {
         let mut spanned = Vec::new();
         let count = self.mesh.positions.len() as u32;
         for hole in self.holes {
-            let (local, patch) = self.spanned(hole, biharmonic)?;
+            let one = RegionProblem {
+                holes: &[*hole],
+                ..*self
+            };
+            let (local, patch) = one.spanned(hole, biharmonic)?;
             join(&mut all, &local.to_whole(patch.clone()), count);
             spanned.push((local, patch));
         }
