@@ -197,6 +197,13 @@ impl Extras {
         }
     }
 
+    /// Drops what was noted of the corners of a face that is left out.
+    pub(super) fn face_left_out(&mut self) {
+        for pool in [&mut self.uv, &mut self.normals] {
+            pool.corners.truncate(self.corners);
+        }
+    }
+
     /// Finishes the surface and sets its attributes.
     pub(super) fn finish(mut self, surface: MeshBuilder) -> Result<Loaded, IoError> {
         let with_corners = !self.uv.corners.is_empty() || !self.normals.corners.is_empty();

@@ -159,26 +159,29 @@ impl Reader {
     }
 
     fn face(&mut self, line: usize, rest: &[u8]) -> Result<(), IoError> {
-        let tokens = || text::Tokens::new(rest, 0).take_while(|token| !token.starts_with(b"#"));
-        match tokens().take(3).count() {
+        let mut corners = std::mem::take(&mut self.corners);
+        corners.clear();
+        for token in text::Tokens::new(rest, 0) {
+            if token.starts_with(b"#") {
+                break;
+            }
+            let place = corners.len();
+            corners.push(self.corner(line, token, place)?);
+        }
+        match corners.len() {
             0 => {
                 let what = "a face of 0 corners, where at least 3 are needed".to_owned();
                 return Err(fault(line, what));
             }
             1 | 2 => {
                 self.surface.omitted += 1;
-                return Ok(());
+                self.extras.face_left_out();
             }
-            _ => {}
+            _ => {
+                self.surface.push_face(&corners)?;
+                self.extras.face_done(corners.len());
+            }
         }
-        let mut corners = std::mem::take(&mut self.corners);
-        corners.clear();
-        for token in tokens() {
-            let place = corners.len();
-            corners.push(self.corner(line, token, place)?);
-        }
-        self.surface.push_face(&corners)?;
-        self.extras.face_done(corners.len());
         self.corners = corners;
         Ok(())
     }
@@ -309,14 +312,24 @@ mod tests {
     #[test]
     fn faces_of_two_corners_are_left_out() {
         for (format, text) in [
-            (Format::Obj, format!("{SQUARE}f 1 2 3\nf 1/1 2/2\nf 3")),
+            (
+                Format::Obj,
+                format!("{SQUARE}vt 1 0\nf 1/1 2/1\nf 3\nf 1 2 3"),
+            ),
             (
                 Format::Off,
                 "OFF\n3 3 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n1 0\n3 0 1 2".to_owned(),
             ),
         ] {
             let loaded = read_alone(text.as_bytes(), format).unwrap();
-            assert!(!loaded.mesh.faces.is_empty());
+            assert_eq!(loaded.mesh.faces, [[0, 1, 2]]);
+            // Nor do their texture coordinates stay.
+            let corners = loaded.attributes.corner.iter().flat_map(|a| &a.corners);
+            assert!(
+                corners
+                    .flatten()
+                    .all(|place| *place == crate::mesh::attributes::NONE)
+            );
             let note = "faces of one or two corners, left out: 2";
             assert!(loaded.notes.iter().any(|n| n == note), "{:?}", loaded.notes);
         }
