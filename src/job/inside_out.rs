@@ -7,7 +7,8 @@ use crate::mesh::{DisjointSets, Mesh, area_vector, bounds};
 
 /// Fraction of its area by which a closed component's area vectors may fail to cancel: its other holes.
 const OPEN: f64 = 0.05;
-/// Area to the power of 3/2. A component with less volume is no body.
+
+/// Area to the power of 3/2. A closed component with less volume is no body.
 const LEAST_VOLUME: f64 = 1e-3;
 
 /// Sums over a component.
@@ -46,15 +47,11 @@ pub(super) fn note(mesh: &Mesh, kept: usize) -> Option<String> {
     let is_inner = |i: usize| (all.iter().enumerate()).any(|(k, c)| k != i && c.holds(&all[i]));
     let wrong = |i: &usize| all[*i].is_inside_out() && !is_inner(*i);
     let count = (0..all.len()).filter(wrong).count();
-    let what = match count {
-        0 => return None,
-        1 => "1 component with new faces is inside out, as in the input: its faces show the inside"
-            .to_owned(),
-        n => format!(
-            "{n} components with new faces are inside out, as in the input: their faces show the inside"
-        ),
-    };
-    Some(format!("{what}; isomend repair reverses them"))
+    match count {
+        0 => None,
+        1 => Some("1 component with new faces is inside out, as in the input: its faces show the inside; isomend repair reverses it".to_owned()),
+        n => Some(format!("{n} components with new faces are inside out, as in the input: their faces show the inside; isomend repair reverses them")),
+    }
 }
 
 fn sums(mesh: &Mesh, kept: usize) -> Vec<Sums> {

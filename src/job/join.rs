@@ -1,5 +1,7 @@
 //! Joins what was made of the bodies of a mesh: meshes, origins and reports.
 
+use std::ops::Range;
+
 use super::JobError;
 use super::result::{KeptInput, Made, OperationReport, ReplacedBody};
 use crate::io::Loaded;
@@ -74,6 +76,8 @@ struct Joined {
     origins: Origins,
     /// For each vertex of each body's mesh, its number here.
     vertices: Vec<Vec<u32>>,
+    /// For each body the range of its new faces.
+    new_faces: Vec<Range<usize>>,
 }
 
 impl Joined {
@@ -111,32 +115,32 @@ impl Joined {
             mesh.faces.push(corners(k, i));
             origins.faces.push(own[k].faces[i]);
         }
+        let mut new_faces = Vec::new();
         for (k, part) in parts.iter().enumerate() {
             let new = own[k].faces.len()..part.made.mesh.faces.len();
+            let start = mesh.faces.len();
             mesh.faces.extend(new.map(|i| corners(k, i)));
+            new_faces.push(start..mesh.faces.len());
         }
         Self {
             mesh,
             origins,
             vertices,
+            new_faces,
         }
     }
 
     /// The bodies that were replaced as a whole.
     fn replaced(&self, input: &Loaded, bodies: &Bodies, parts: &[Part]) -> Vec<ReplacedBody> {
-        let mut end = self.origins.faces.len();
         let mut replaced = Vec::new();
         for (k, part) in parts.iter().enumerate() {
-            let start = end;
-            let kept = in_input(&part.made, [&bodies.vertices[k], &bodies.faces[k]]);
-            end += part.made.mesh.faces.len() - kept.faces.len();
             if let KeptInput::Nothing = part.made.kept_input {
                 let kinds = [LabelKind::Object, LabelKind::Part];
                 let of_first = |kind| Some((kind, input.attributes.labels_of(kind)?));
                 let labels = kinds.into_iter().filter_map(of_first);
                 let first = bodies.faces[k][0] as usize;
                 replaced.push(ReplacedBody {
-                    faces: start..end,
+                    faces: self.new_faces[k].clone(),
                     labels: labels.map(|(kind, l)| (kind, l.of_face[first])).collect(),
                 });
             }

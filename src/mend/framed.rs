@@ -17,6 +17,8 @@ pub(super) struct Framed {
     pub(super) topology: Topology,
     /// The number that each vertex had before.
     vertices: Vec<u32>,
+    /// The number of each vertex of the part.
+    new_of: Vec<u32>,
     /// The number that each face had before.
     faces: Vec<u32>,
     /// The holes, in the order of their vertices.
@@ -31,11 +33,7 @@ impl Framed {
     /// A part with its holes; none where the rims have no frame, or are no rims after rounding.
     pub(super) fn new(part: &Mesh, given: &[Hole], params: &FillParams) -> Option<Self> {
         let frame = Frame::new(part, &given.iter().collect::<Vec<_>>())?;
-        let (mesh, vertices, faces) = placed(part, &frame);
-        let mut new_of = vec![0; vertices.len()];
-        for (new, &old) in vertices.iter().enumerate() {
-            new_of[old as usize] = new as u32;
-        }
+        let (mesh, [vertices, new_of, faces]) = placed(part, &frame);
         let topology = Topology::without_orienting(&mesh);
         let rim = |hole: &Hole| {
             let mut rim: Vec<u32> = hole.rim.iter().map(|&v| new_of[v as usize]).collect();
@@ -69,6 +67,7 @@ impl Framed {
             mesh,
             topology,
             vertices,
+            new_of,
             faces,
             holes,
             places: rims.into_iter().map(|(_, place)| place).collect(),
@@ -86,8 +85,7 @@ impl Framed {
 
     /// Pairs of vertices, in their new numbers and order.
     pub(super) fn pairs(&self, pairs: &[[u32; 2]]) -> Vec<[u32; 2]> {
-        let new = |v: u32| self.vertices.iter().position(|&old| old == v);
-        let new = |v: u32| new(v).map_or(u32::MAX, |new| new as u32);
+        let new = |v: u32| self.new_of.get(v as usize).copied().unwrap_or(u32::MAX);
         let mut pairs: Vec<[u32; 2]> = pairs.iter().map(|pair| pair.map(new)).collect();
         pairs.iter_mut().for_each(|pair| pair.sort_unstable());
         pairs.sort_unstable();
@@ -122,8 +120,9 @@ impl Framed {
     }
 }
 
-/// A part of the mesh in a frame, and the number that each vertex and each face had before.
-fn placed(part: &Mesh, frame: &Frame) -> (Mesh, Vec<u32>, Vec<u32>) {
+/// A part of the mesh in a frame, the number that each vertex had before and the one that it has now, and the number that each face had
+/// before.
+fn placed(part: &Mesh, frame: &Frame) -> (Mesh, [Vec<u32>; 3]) {
     let points: Vec<_> = part.positions.iter().map(|p| frame.of_world(*p)).collect();
     let key = |v: u32| points[v as usize].to_array();
     let mut vertices: Vec<u32> = (0..points.len() as u32).collect();
@@ -151,7 +150,7 @@ fn placed(part: &Mesh, frame: &Frame) -> (Mesh, Vec<u32>, Vec<u32>) {
     faces.sort_unstable_by_key(|&([a, b, c], number)| ([a, b.min(c), b.max(c)], number));
     let (corners, numbers) = faces.into_iter().unzip();
     let positions = vertices.iter().map(|&v| points[v as usize]).collect();
-    (Mesh::new(positions, corners), vertices, numbers)
+    (Mesh::new(positions, corners), [vertices, new_of, numbers])
 }
 
 /// The boundary half-edges of a rim, in its order; none where an edge of it is no boundary.

@@ -152,12 +152,7 @@ fn reduce(polygon: &Polygon, faces: &mut Vec<[usize; 3]>) -> (Vec<usize>, Vec<Op
     if n <= MOST_EDGES {
         return ((0..n).collect(), polygon.beyond.to_vec());
     }
-    let mut ring = Ring {
-        polygon,
-        previous: (0..n).map(|k| (k + n - 1) % n).collect(),
-        next: (0..n).map(|k| (k + 1) % n).collect(),
-        beyond: polygon.beyond.to_vec(),
-    };
+    let mut ring = Ring::new(polygon);
     // The number of times that the ear at a corner was rated; entries of the heap from before are stale.
     let mut rated = vec![0u32; n];
     let mut heap: BinaryHeap<_> = (0..n).map(|k| Reverse((ring.cost(k), k, 0))).collect();
@@ -195,7 +190,17 @@ struct Ring<'a> {
     beyond: Vec<Option<DVec3>>,
 }
 
-impl Ring<'_> {
+impl<'a> Ring<'a> {
+    fn new(polygon: &'a Polygon<'a>) -> Self {
+        let n = polygon.position.len();
+        Self {
+            polygon,
+            previous: (0..n).map(|k| (k + n - 1) % n).collect(),
+            next: (0..n).map(|k| (k + 1) % n).collect(),
+            beyond: polygon.beyond.to_vec(),
+        }
+    }
+
     /// The cost of cutting the ear at a corner: the length of its diagonal, increased by its bend against the faces at its sides.
     /// Infinite if the diagonal is forbidden.
     fn cost(&self, k: usize) -> Cost {
@@ -399,13 +404,8 @@ mod tests {
         let mut faces = Vec::new();
         let (corners, _) = reduce(&polygon, &mut faces);
         assert_eq!((corners.len(), faces.len()), (MOST_EDGES, 150));
-        // Each face is the cheapest ear of what is left of the polygon, the first of equal ones.
-        let mut ring = Ring {
-            polygon: &polygon,
-            previous: (0..n).map(|k| (k + n - 1) % n).collect(),
-            next: (0..n).map(|k| (k + 1) % n).collect(),
-            beyond: beyond.clone(),
-        };
+        // Each face is the cheapest ear of the rest of the polygon; among ears of equal cost the first.
+        let mut ring = Ring::new(&polygon);
         let mut left: Vec<usize> = (0..n).collect();
         for face in faces {
             let best = left.iter().min_by_key(|k| (ring.cost(**k), **k));
