@@ -8,8 +8,8 @@ use isomend::glam::DVec3;
 use isomend::internals::mesh::weld_map;
 use isomend::io::{Format, WriteOptions, to_bytes};
 use isomend::{
-    Control, FailedReason, FillParams, FillReport, Finish, HoleId, HoleOutcome, Inspection, Mesh,
-    VoxelSize,
+    Control, FailedReason, FillError, FillParams, FillReport, Finish, HoleId, HoleOutcome,
+    Inspection, Mesh, VoxelSize,
 };
 
 use crate::shapes;
@@ -25,9 +25,11 @@ pub fn fill(data: &[u8]) {
     let Ok(params) = params(&found, &mut input) else {
         return;
     };
-    let plan = found
-        .plan(&params)
-        .expect("what can be inspected can be planned");
+    let plan = match found.plan(&params) {
+        // The widest hole of all may be kept open, or closed without a grid.
+        Err(FillError::TooCoarse { .. }) => return,
+        plan => plan.expect("what can be inspected can be planned"),
+    };
     assert_eq!(plan.holes.len(), found.holes.len());
     let filled = found.fill(&params, &Control::new());
     let filled = filled.expect("what can be inspected can be filled");
