@@ -199,6 +199,41 @@ impl Bvh {
     }
 }
 
+impl Bvh {
+    /// Calls `visit` with the corners of every triangle that a ray along an axis may pass through, up or down from a point relative to
+    /// the centre: all whose boxes it meets.
+    pub(super) fn for_each_along(
+        &self,
+        axis: usize,
+        q: DVec3,
+        is_up: bool,
+        mut visit: impl FnMut([DVec3; 3]),
+    ) {
+        let around = Around::new(q);
+        let (right, up) = ((axis + 1) % 3, (axis + 2) % 3);
+        let beside = |node: &Node, k: usize| {
+            node.low[k].cmpgt(around.above[k]) | node.high[k].cmplt(around.below[k])
+        };
+        let mut stack: Vec<u32> = Vec::with_capacity(WAITING);
+        stack.extend((!self.nodes.is_empty()).then_some(0));
+        while let Some(index) = stack.pop() {
+            let node = &self.nodes[index as usize];
+            let behind = match is_up {
+                true => node.high[axis].cmplt(around.below[axis]),
+                false => node.low[axis].cmpgt(around.above[axis]),
+            };
+            let apart = (behind | beside(node, right) | beside(node, up)).bitmask();
+            for (i, child) in node.children().enumerate() {
+                match child {
+                    _ if apart >> i & 1 == 1 => {}
+                    Child::Node(child) => stack.push(child),
+                    Child::Leaf(leaf) => self.places(leaf).for_each(|at| visit(self.corners(at))),
+                }
+            }
+        }
+    }
+}
+
 impl Node {
     pub(super) const EMPTY: Self = Self {
         low: [Vec4::INFINITY; 3],

@@ -4,6 +4,7 @@
 mod boxes;
 mod build;
 mod bvh;
+mod crossings;
 mod intersect;
 mod oriented;
 mod ploc;
@@ -17,6 +18,7 @@ mod winding;
 pub use boxes::{Bounds, BoxTree};
 pub use build::middle;
 pub use bvh::{Bvh, Closest};
+pub(crate) use crossings::{coord3, turns};
 pub use intersect::intersecting;
 pub(crate) use intersect::{intersecting_pairs, partners};
 pub(crate) use triangle::meets;

@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 
 use super::bvh::{Bvh, Child, WIDTH};
+use super::crossings::Crossings;
 use crate::elementary::atan2;
 use crate::mesh::area_vector;
 
@@ -30,7 +31,7 @@ struct Moments {
     area: f64,
 }
 
-/// Moments as stored, in single precision. The relative error of a cluster's contribution is about 1e-7.
+/// Moments in single precision, while the tree is made. The relative error of a cluster's contribution is about 1e-7.
 #[derive(Clone, Copy, Default)]
 struct Cluster {
     centre: [f32; 3],
@@ -42,14 +43,101 @@ struct Cluster {
     octupole: [[f32; 6]; 3],
 }
 
-/// Moments of the nodes of a [`Bvh`], for evaluating the winding number.
-pub struct WindingTree {
-    clusters: Vec<Cluster>,
+/// What the expansion of a cluster needs, as a polynomial of r, the vector from the point to the centre: the solid angle is
+/// (d·r + t + (q(r) + m·r + c(r) / r²) / r²) / |r|³, with the factors of the Taylor series in q, m and c.
+#[derive(Clone, Copy, Default)]
+struct Far {
+    centre: [f32; 3],
+    radius: f32,
+    /// d: the dipole.
+    dipole: [f32; 3],
+    /// t: the trace of the quadrupole.
+    trace: f32,
+    /// q: xx, yy, zz, xy, xz, yz.
+    square: [f32; 6],
+    /// m: the contracted octupole.
+    linear: [f32; 3],
+    /// c: xxx, yyy, zzz, xxy, xxz, xyy, yyz, xzz, yzz, xyz.
+    cubic: [f32; 10],
+}
+
+/// What the winding number of the faces of a [`Bvh`] is evaluated from.
+pub struct WindingTree(Source);
+
+enum Source {
+    /// Rays and boundary edges, where these are few: exact up to rounding.
+    Crossings(Crossings),
+    Clusters(Clusters),
+}
+
+/// Moments of the nodes of a [`Bvh`].
+struct Clusters(Vec<Far>);
+
+/// A sum of angles in (−π, π], as the product of complex numbers with these arguments and the number of turns: one arctangent for all.
+pub(super) struct Angles {
+    real: f64,
+    imaginary: f64,
+    turns: f64,
+}
+
+impl Angles {
+    pub(super) fn new() -> Self {
+        Self {
+            real: 1.0,
+            imaginary: 0.0,
+            turns: 0.0,
+        }
+    }
+
+    /// Adds the angle of which these are the multiples of sine and cosine.
+    #[inline]
+    pub(super) fn add(&mut self, sine: f64, cosine: f64) {
+        let scale = 1.0 / (sine.abs() + cosine.abs());
+        // A point in a corner or on an edge sees no angle.
+        if !scale.is_normal() {
+            return;
+        }
+        let (x, y) = (cosine * scale, sine * scale);
+        let real = self.real * x - self.imaginary * y;
+        let imaginary = self.real * y + self.imaginary * x;
+        let [before, with, after] =
+            [self.imaginary, y, imaginary].map(|part| part.is_sign_negative());
+        if before == with && after != with {
+            self.turns += if after { 1.0 } else { -1.0 };
+        }
+        // Each factor is between 0.7 and 1.
+        let size = real.abs() + imaginary.abs();
+        let rescale = if size < 1e-100 { 1e100 } else { 1.0 };
+        (self.real, self.imaginary) = (real * rescale, imaginary * rescale);
+    }
+
+    pub(super) fn sum(&self) -> f64 {
+        atan2(self.imaginary, self.real) + 2.0 * PI * self.turns
+    }
 }
 
 impl WindingTree {
-    /// Computes the moments bottom-up.
+    /// Finds the boundary or, if it has many edges, computes moments.
     pub fn new(bvh: &Bvh) -> Self {
+        Self(match Crossings::new(bvh) {
+            Some(crossings) => Source::Crossings(crossings),
+            None => Source::Clusters(Clusters::new(bvh)),
+        })
+    }
+
+    /// The winding number at `p`: about 1 inside, 0 outside, and in between near the holes of an open mesh.
+    pub fn winding_number(&self, bvh: &Bvh, p: DVec3) -> f64 {
+        let q = p - bvh.centre;
+        match &self.0 {
+            Source::Crossings(crossings) => crossings.winding_number(bvh, q),
+            Source::Clusters(clusters) => clusters.winding_number(bvh, q),
+        }
+    }
+}
+
+impl Clusters {
+    /// Computes the moments bottom-up.
+    fn new(bvh: &Bvh) -> Self {
         let mut clusters = vec![Cluster::default(); bvh.nodes.len()];
         // Children come after their parents, so go backwards.
         for (index, node) in bvh.nodes.iter().enumerate().rev() {
@@ -62,22 +150,23 @@ impl WindingTree {
             };
             clusters[index] = Moments::joined(node.children().map(of)).stored();
         }
-        Self { clusters }
+        Self(clusters.iter().map(Cluster::far).collect())
     }
 
-    /// The winding number at `p`: about 1 inside, 0 outside, and in between near the holes of an open mesh.
-    pub fn winding_number(&self, bvh: &Bvh, p: DVec3) -> f64 {
-        let q = p - bvh.centre;
-        let mut sum = 0.0;
+    /// The winding number at a point relative to the hierarchy's centre.
+    fn winding_number(&self, bvh: &Bvh, q: DVec3) -> f64 {
+        let mut far = 0.0;
+        let mut near = Angles::new();
         let mut stack: Vec<u32> = Vec::with_capacity(64);
         if !bvh.nodes.is_empty() {
             stack.push(0);
         }
         while let Some(index) = stack.pop() {
-            let cluster = &self.clusters[index as usize];
+            let cluster = &self.0[index as usize];
+            let r = vector(cluster.centre) - q;
             let reach = FAR_RADII * f64::from(cluster.radius);
-            if (vector(cluster.centre) - q).length_squared() > reach * reach {
-                sum += cluster.moments().far_field(q);
+            if r.length_squared() > reach * reach {
+                far += cluster.solid_angle(r);
                 continue;
             }
             for child in bvh.nodes[index as usize].children() {
@@ -86,18 +175,76 @@ impl WindingTree {
                     Child::Leaf(leaf) => {
                         for place in bvh.places(leaf) {
                             let [a, b, c] = bvh.corners(place);
-                            sum += solid_angle(a - q, b - q, c - q);
+                            let (sine, cosine) = half_solid_angle(a - q, b - q, c - q);
+                            near.add(sine, cosine);
                         }
                     }
                 }
             }
         }
-        sum / (4.0 * PI)
+        (far + 2.0 * near.sum()) / (4.0 * PI)
+    }
+}
+
+impl Far {
+    /// The solid angle of the cluster seen from the point from which `r` leads to its centre: the Taylor expansion about the centre,
+    /// up to the octupole (Barill et al. 2018).
+    #[inline]
+    fn solid_angle(&self, r: DVec3) -> f64 {
+        let [x, y, z] = r.to_array();
+        let of = |v: f32| f64::from(v);
+        let [xx, yy, zz, xy, xz, yz] = &self.square;
+        let square = x * (of(*xx) * x + of(*xy) * y + of(*xz) * z)
+            + y * (of(*yy) * y + of(*yz) * z)
+            + of(*zz) * z * z;
+        let [xxx, yyy, zzz, xxy, xxz, xyy, yyz, xzz, yzz, xyz] = &self.cubic;
+        let cubic = x * x * (of(*xxx) * x + of(*xxy) * y + of(*xxz) * z)
+            + y * y * (of(*xyy) * x + of(*yyy) * y + of(*yyz) * z)
+            + z * z * (of(*xzz) * x + of(*yzz) * y + of(*zzz) * z)
+            + of(*xyz) * x * y * z;
+        let near = 1.0 / r.length_squared();
+        let first = vector(self.dipole).dot(r) + of(self.trace);
+        let second = square + vector(self.linear).dot(r) + near * cubic;
+        (first + near * second) * near * near.sqrt()
     }
 }
 
 impl Cluster {
-    #[inline]
+    fn far(&self) -> Far {
+        let q = &self.quadrupole;
+        let [x, y, z] = &self.octupole;
+        let mut linear = [0.0; 3];
+        // Upper triangles: xx 0, xy 1, xz 2, yy 3, yz 4, zz 5.
+        const ROWS: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
+        for (i, side) in self.octupole.iter().enumerate() {
+            for (m, row) in linear.iter_mut().zip(ROWS) {
+                *m -= 3.0 * side[row[i]];
+            }
+            linear[i] -= 1.5 * (side[0] + side[3] + side[5]);
+        }
+        let cubic = [
+            x[0],
+            y[3],
+            z[5],
+            2.0 * x[1] + y[0],
+            2.0 * x[2] + z[0],
+            2.0 * y[1] + x[3],
+            2.0 * y[4] + z[3],
+            2.0 * z[2] + x[5],
+            2.0 * z[4] + y[5],
+            2.0 * (x[4] + y[2] + z[1]),
+        ];
+        Far {
+            centre: self.centre,
+            radius: self.radius,
+            dipole: self.dipole,
+            trace: q[0] + q[4] + q[8],
+            square: [q[0], q[4], q[8], q[1] + q[3], q[2] + q[6], q[5] + q[7]].map(|v| -3.0 * v),
+            linear,
+            cubic: cubic.map(|v| 7.5 * v),
+        }
+    }
+
     fn moments(&self) -> Moments {
         let q = self.quadrupole.map(f64::from);
         Moments {
@@ -192,21 +339,6 @@ impl Moments {
         }
         sum
     }
-
-    fn far_field(&self, q: DVec3) -> f64 {
-        // Taylor expansion of the solid angle about the centre, up to the octupole (Barill et al. 2018).
-        let r = self.centre - q;
-        let r2 = r.length_squared();
-        let r3 = r2 * r2.sqrt();
-        let trace = self.quadrupole.x_axis.x + self.quadrupole.y_axis.y + self.quadrupole.z_axis.z;
-        let (mut mixed, mut cubic) = (0.0, 0.0);
-        for (i, s) in self.octupole.iter().enumerate() {
-            mixed += 2.0 * s.col(i).dot(r) + (s.x_axis.x + s.y_axis.y + s.z_axis.z) * r[i];
-            cubic += r[i] * r.dot(*s * r);
-        }
-        let first = self.dipole.dot(r) + trace - 3.0 * r.dot(self.quadrupole * r) / r2;
-        (first - 1.5 * mixed / r2 + 7.5 * cubic / (r2 * r2)) / r3
-    }
 }
 
 fn outer(a: DVec3, b: DVec3) -> DMat3 {
@@ -215,10 +347,17 @@ fn outer(a: DVec3, b: DVec3) -> DMat3 {
 
 /// Signed solid angle of a triangle seen from the origin (van Oosterom and Strackee, 1983).
 pub(crate) fn solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let (numerator, denominator) = half_solid_angle(a, b, c);
+    2.0 * atan2(numerator, denominator)
+}
+
+/// Numerator and denominator of the tangent of half the solid angle.
+#[inline]
+fn half_solid_angle(a: DVec3, b: DVec3, c: DVec3) -> (f64, f64) {
     let (la, lb, lc) = (a.length(), b.length(), c.length());
     let numerator = a.dot(b.cross(c));
     let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    2.0 * atan2(numerator, denominator)
+    (numerator, denominator)
 }
 
 #[cfg(test)]
@@ -261,7 +400,7 @@ mod tests {
             Bvh::new(&mesh, 0..mesh.faces.len() as u32),
             Bvh::for_few(&mesh, faces, DVec3::ZERO),
         ]
-        .map(|bvh| (WindingTree::new(&bvh), bvh));
+        .map(|bvh| (Clusters::new(&bvh), bvh));
         for i in 0..300 {
             let t = f64::from(i);
             let p = 1.5 * DVec3::new((t * 0.37).sin(), (t * 0.73).cos(), (t * 0.11).sin());
@@ -275,8 +414,59 @@ mod tests {
                 .sum::<f64>()
                 / (4.0 * PI);
             for (tree, bvh) in [&one, &several] {
-                let fast = tree.winding_number(bvh, p);
+                let fast = tree.winding_number(bvh, p - bvh.centre);
                 assert!((fast - exact).abs() < 0.005, "{p}: {fast} against {exact}");
+                let all = WindingTree::new(bvh).winding_number(bvh, p);
+                assert!((all - exact).abs() < 1e-9, "{p}: {all} against {exact}");
+            }
+        }
+    }
+
+    #[test]
+    fn points_below_and_on_the_lines_of_edges_see_each_face_once() {
+        // The surface of a cube of 3 × 3 × 3 unit cubes, each triangle with corners of its own.
+        let mut whole = Mesh::default();
+        for (axis, is_high) in [0, 1, 2].into_iter().flat_map(|k| [(k, false), (k, true)]) {
+            for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+                let corner = |u: i32, v: i32| {
+                    let mut p = DVec3::ZERO;
+                    p[axis] = if is_high { 3.0 } else { 0.0 };
+                    (p[(axis + 1) % 3], p[(axis + 2) % 3]) = (u.into(), v.into());
+                    p
+                };
+                let [a, b] = [corner(i, j), corner(i + 1, j)];
+                let [c, d] = [corner(i + 1, j + 1), corner(i, j + 1)];
+                for t in [[a, b, c], [a, c, d]] {
+                    let first = whole.positions.len() as u32;
+                    whole.positions.extend(t);
+                    let [b, c] = if is_high { [1, 2] } else { [2, 1] };
+                    whole.faces.push([first, first + b, first + c]);
+                }
+            }
+        }
+        for open in [0, 1, 5, 40] {
+            let mut mesh = whole.clone();
+            let every = whole.faces.len().checked_div(open).unwrap_or(usize::MAX);
+            let left = whole.faces.iter().enumerate();
+            let left = left.filter(|(f, _)| (f + 1) % every != 0);
+            mesh.faces = left.map(|(_, face)| *face).collect();
+            let bvh = Bvh::new(&mesh, 0..mesh.faces.len() as u32);
+            let tree = WindingTree::new(&bvh);
+            for i in 0..7 * 7 * 7 {
+                let p = 0.5 * DVec3::new((i % 7).into(), (i / 7 % 7).into(), (i / 49).into());
+                let is_on = p.to_array().iter().any(|x| *x == 0.0 || *x == 3.0);
+                if is_on {
+                    continue;
+                }
+                let exact: f64 = (0..mesh.faces.len() as u32)
+                    .map(|f| {
+                        let [a, b, c] = mesh.corners(f).map(|v| v - p);
+                        solid_angle(a, b, c)
+                    })
+                    .sum::<f64>()
+                    / (4.0 * PI);
+                let found = tree.winding_number(&bvh, p);
+                assert!((found - exact).abs() < 1e-9, "{p}: {found} against {exact}");
             }
         }
     }

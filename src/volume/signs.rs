@@ -8,10 +8,10 @@ use std::collections::HashMap;
 use std::sync::OnceLock;
 
 use glam::DVec3;
-use robust::{Coord, Coord3D, orient2d, orient3d};
+use robust::orient3d;
 
 use crate::mesh::{Mesh, Topology};
-use crate::spatial::{Bvh, WindingTree};
+use crate::spatial::{Bvh, WindingTree, coord3, turns};
 
 /// Error of the computed winding number, which sums distant faces with an expansion.
 pub(super) const WINDING_ERROR: f64 = 0.02;
@@ -89,7 +89,7 @@ impl<'a> Signs<'a> {
         let end = self.node(start, count);
         self.bvh.for_each_in_box(start, end, |face| {
             let corners = self.mesh.corners(face);
-            let around = winding_2d(corners, start);
+            let around = turns(corners, start, 0);
             if around != 0 {
                 jumps.push((
                     self.first_behind(corners, around, start, count),
@@ -122,36 +122,6 @@ impl<'a> Signs<'a> {
             i += 1;
         }
         i
-    }
-}
-
-/// Winding number of a triangle's boundary around a point, seen along the x axis from its far end: −1, 0 or 1.
-///
-/// Exact. An edge belongs to only one of the two triangles beside it, so that no passage through a surface is missed or
-/// counted twice (Hormann and Agathos, "The point in polygon problem for arbitrary polygons", 2001).
-fn winding_2d(corners: [DVec3; 3], p: DVec3) -> i32 {
-    let mut turns = 0;
-    for k in 0..3 {
-        let (u, v) = (corners[k], corners[(k + 1) % 3]);
-        let side = || orient2d(coord2(u), coord2(v), coord2(p));
-        if u.z <= p.z && v.z > p.z && side() > 0.0 {
-            turns += 1;
-        } else if v.z <= p.z && u.z > p.z && side() < 0.0 {
-            turns -= 1;
-        }
-    }
-    turns
-}
-
-fn coord2(p: DVec3) -> Coord<f64> {
-    Coord { x: p.y, y: p.z }
-}
-
-fn coord3(p: DVec3) -> Coord3D<f64> {
-    Coord3D {
-        x: p.x,
-        y: p.y,
-        z: p.z,
     }
 }
 
