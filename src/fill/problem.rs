@@ -57,6 +57,8 @@ pub(crate) struct RegionProblem<'a> {
     pub(crate) counterparts: Option<&'a [PlacedPart]>,
     /// Upper bound of the factor of its box's margin: beyond it the mesh at hand ends.
     pub(crate) most_growth: f64,
+    /// Upper bound of the cost of its level-set retries, in unknowns times steps.
+    pub(crate) budget: u64,
     /// The surface before a cut whose shape is partly kept, if any.
     pub(crate) reference: Option<&'a ReferenceSurface<'a>>,
     /// The bounding box of the faces that were cut out there.

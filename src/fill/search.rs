@@ -52,7 +52,7 @@ impl RegionProblem<'_> {
             one_rim: self.holes.len() == 1,
             few_edges: self.reference.is_none() && has_few_edges(self.holes, self.params),
             faired_cost: faired::cost(self),
-            budget: tuning().fill.budget,
+            budget: self.budget,
             spent: 0,
         }
     }

@@ -65,6 +65,8 @@ pub struct Regions<'a> {
     joined: Vec<Vec<[u32; 2]>>,
     /// For each region the plane of its flat base, if it gets one.
     bases: Vec<Option<BasePlane>>,
+    /// Upper bound of the cost of a region's level-set retries, in unknowns times steps.
+    pub(super) budget: u64,
     /// The counterpart after which holes are filled, found when it is first asked for.
     counterpart: LazyCounterpart<'a>,
 }
@@ -111,6 +113,7 @@ impl<'a> Regions<'a> {
             reference,
             outcomes,
             groups,
+            budget: tuning().fill.budget,
             counterpart: LazyCounterpart::new(found),
         };
         new.check_voxel()?;
@@ -121,6 +124,12 @@ impl<'a> Regions<'a> {
     pub(super) fn by(mut self, energy: &'a dyn BendingEnergy) -> Self {
         self.params.energy = Energy::Own;
         self.own = Some(energy);
+        self
+    }
+
+    /// The same regions with at most one level set for each, where others than level sets come next.
+    pub(crate) fn without_retries(mut self) -> Self {
+        self.budget = 0;
         self
     }
 
@@ -277,6 +286,7 @@ impl<'a> Regions<'a> {
                 base: self.bases[i],
                 counterparts: counterparts.as_deref(),
                 most_growth: f64::INFINITY,
+                budget: self.budget,
                 params: &self.params,
                 own: self.own,
                 reference: self.reference,

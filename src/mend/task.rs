@@ -14,6 +14,7 @@ use crate::fill::{BasePlane, FillParams, PlacedPart, RegionPatch, RegionPlan, Re
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, HoleId, Mesh, Part, Topology};
 use crate::sdf::Sampler;
+use crate::tuning::tuning;
 
 /// The task of one region of a fill: the part of the mesh that it needs, its holes, the parameters.
 ///
@@ -34,6 +35,8 @@ pub struct RegionTask {
     centres: [DVec3; 2],
     /// Upper bound of the factor of its box's margin.
     growth: f64,
+    /// Upper bound of the cost of its level-set retries, in unknowns times steps.
+    pub(super) budget: u64,
     /// The holes, in the part's vertex numbers.
     holes: Vec<Hole>,
     /// Pairs of vertices between which the caller wants sharp edges, in the part's vertex numbers.
@@ -84,6 +87,7 @@ impl RegionTask {
             base: query.base,
             counterparts: query.counterparts.clone(),
             growth: query.growth,
+            budget: tuning().fill.budget,
             holes,
             params: params.clone(),
         }
@@ -208,6 +212,7 @@ impl RegionTask {
             base: self.base,
             counterparts: on.counterparts,
             most_growth: self.growth,
+            budget: self.budget,
             params: on.params,
             own: None,
             reference: None,

@@ -51,7 +51,10 @@ impl Run<'_> {
             }
             let mut params = self.filling(&found, made, which)?;
             let mut caps = caps::of_sheets(&found, sheets, &mut params)?;
-            let regions = found.regions(&params)?;
+            let mut regions = found.regions(&params)?;
+            if self.compares {
+                regions = regions.without_retries();
+            }
             let watch = Watch::new(*self.control, regions.expected_work());
             let mut filled = regions.fill(&watch)?;
             if first && self.params.borders {

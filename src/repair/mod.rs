@@ -126,6 +126,7 @@ pub fn repair(
             left: None,
             is_united: false,
             joins: false,
+            compares: false,
             early: Vec::new(),
             asked: HashSet::new(),
             border: HashSet::new(),
@@ -163,6 +164,8 @@ struct Run<'a> {
     is_united: bool,
     /// Whether cleaning joined boundaries.
     joins: bool,
+    /// Whether several plans are compared: a fill that fails is one of many.
+    compares: bool,
     /// Holes closed before the fill of the chosen ones.
     early: Vec<HoleReport>,
     /// Input faces removed because the caller asked for it.

@@ -113,6 +113,7 @@ impl Run<'_> {
                 Plan::Keep,
             ],
         };
+        self.compares = plans.len() > 1;
         let mut best: Option<(Quality, State)> = None;
         for &plan in plans {
             let is_last_resort = plan == Plan::Keep;
