@@ -52,7 +52,7 @@ impl Run<'_> {
             let mut params = self.filling(&found, made, which)?;
             let mut caps = caps::of_sheets(&found, sheets, &mut params)?;
             let mut regions = found.regions(&params)?;
-            if self.compares {
+            if self.compares || which == Filling::Made {
                 regions = regions.without_retries();
             }
             let watch = Watch::new(*self.control, regions.expected_work());
