@@ -21,6 +21,17 @@ thresholds! {
         /// Edges. Rims with more edges get no faired triangulation: its time grows with the cube of their number, and the rim
         /// alone seldom determines the shape of so wide a hole.
         most_faired_edges: usize = 400,
+        /// Edges. Regions with longer rims are solved with fewer vertices of these, and fans of faces to those between. A flat plate whose
+        /// hole has 20,000 edges took 10 to 100 s with all of them, and 25,000 to 600,000 faces.
+        dense_rim: usize = 2000,
+        /// Edges of such a rim in the solve, where its shape allows so few; otherwise two, four or more times as many. A disc with this
+        /// many takes about a second.
+        coarse_rim: usize = 256,
+        /// Lengths of an edge of the coarse rim. The vertices between its ends are at most this far from it. On a circle of 256 edges
+        /// they are at 0.003.
+        coarse_rim_error: f64 = 0.02,
+        /// Cosine. The faces at the rim turn by less when its vertices move to those that stay (3°): their normals are data of the fill.
+        coarse_rim_turn: f64 = 0.9986,
         /// Rounds. A triangulation is faired and its edges are flipped this many times before it is faired for the last time.
         fairings: usize = 2,
         /// Attempts. Upper bound of the level-set solves of a region with one energy, and again with the fallback energy.
