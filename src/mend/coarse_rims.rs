@@ -25,12 +25,11 @@ pub(super) struct CoarseRims {
 }
 
 impl CoarseRims {
-    /// A part with coarse rims; none where no rim is long, or its shape needs its vertices. The vertices `fixed` stay.
+    /// A part with coarse rims; none where no rim is long and much finer than the faces around it, or its shape needs its vertices. The
+    /// vertices `fixed` stay.
     pub(super) fn new(part: &Mesh, holes: &[Hole], fixed: &[[u32; 2]]) -> Option<Self> {
-        let edges = holes.iter().map(|hole| hole.edges).max()?;
-        if edges <= tuning().fill.dense_rim {
-            return None;
-        }
+        let wanted = wanted_edges(part, holes);
+        wanted.iter().flatten().next()?;
         let topology = Topology::without_orienting(part);
         let mut pinned: HashSet<u32> = fixed.iter().flatten().copied().collect();
         // Vertices that the boundary passes more than once.
@@ -42,33 +41,37 @@ impl CoarseRims {
                 .map(|h| start(part, h))
                 .filter(|v| !seen.insert(*v)),
         );
-        let mut wanted = tuning().fill.coarse_rim;
-        while 4 * wanted <= edges {
-            if let Some(coarse) = Self::with(part, &topology, holes, &pinned, wanted) {
+        for factor in [1, 2, 4, 8] {
+            let more = |(wanted, hole): (&Option<usize>, &Hole)| {
+                let more = wanted.map(|count| factor * count);
+                more.filter(|count| is_worthwhile(*count, hole))
+            };
+            let wanted: Vec<Option<usize>> = wanted.iter().zip(holes).map(more).collect();
+            wanted.iter().flatten().next()?;
+            if let Some(coarse) = Self::with(part, &topology, holes, &pinned, &wanted) {
                 return Some(coarse);
             }
-            wanted *= 2;
         }
         None
     }
 
-    /// A part whose long rims have about this many edges.
+    /// A part whose rims have about these numbers of edges; none: all of theirs.
     fn with(
         part: &Mesh,
         topology: &Topology,
         holes: &[Hole],
         pinned: &HashSet<u32>,
-        wanted: usize,
+        wanted: &[Option<usize>],
     ) -> Option<Self> {
         let mut chains = HashMap::new();
         let mut new_of: Vec<u32> = (0..part.positions.len() as u32).collect();
         let mut rims = Vec::new();
-        for hole in holes {
+        for (hole, wanted) in holes.iter().zip(wanted) {
             let rim = &hole.rim;
-            if hole.edges <= tuning().fill.dense_rim {
+            let Some(wanted) = *wanted else {
                 rims.push(rim.clone());
                 continue;
-            }
+            };
             let kept = kept_vertices(part, rim, pinned, wanted)?;
             rims.push(kept.iter().map(|&i| rim[i]).collect());
             // The vertices between move to the nearer end, counted in edges.
@@ -168,6 +171,44 @@ impl CoarseRims {
         patch.mesh = Mesh::new(whole.positions, whole.faces);
         Some(patch)
     }
+}
+
+/// Whether a coarse rim with this many edges has much fewer than the hole.
+fn is_worthwhile(count: usize, hole: &Hole) -> bool {
+    hole.edges > tuning().fill.dense_rim && 4 * count <= hole.edges
+}
+
+/// For each hole the number of edges of its coarse rim: as long as the edges that leave the rim. None where the rim stays.
+fn wanted_edges(part: &Mesh, holes: &[Hole]) -> Vec<Option<usize>> {
+    let is_dense = |hole: &Hole| is_worthwhile(tuning().fill.coarse_rim, hole);
+    if !holes.iter().any(is_dense) {
+        return vec![None; holes.len()];
+    }
+    let rims = holes.iter().zip(0..);
+    let hole_of: HashMap<u32, usize> = rims
+        .flat_map(|(hole, i)| hole.rim.iter().map(move |&v| (v, i)))
+        .collect();
+    // The sum and number of the lengths of edges between a rim and other vertices.
+    let mut sums = vec![(0.0, 0.0); holes.len()];
+    for face in &part.faces {
+        let own = face.map(|v| hole_of.get(&v).copied());
+        for k in 0..3 {
+            let (a, b) = (k, (k + 1) % 3);
+            if own[a] != own[b] {
+                let [p, q] = [a, b].map(|k| part.positions[face[k] as usize]);
+                for i in [own[a], own[b]].into_iter().flatten() {
+                    sums[i].0 += p.distance(q);
+                    sums[i].1 += 1.0;
+                }
+            }
+        }
+    }
+    let wanted = |(hole, (sum, count)): (&Hole, &(f64, f64))| {
+        let edges = (hole.length * count / sum) as usize;
+        let edges = edges.max(tuning().fill.coarse_rim);
+        is_worthwhile(edges, hole).then_some(edges)
+    };
+    holes.iter().zip(&sums).map(wanted).collect()
 }
 
 /// The indices of the vertices of a rim that stay, in rising order: about `wanted`, at equal distances along the rim, more where it

@@ -137,8 +137,8 @@ fn assembly(
 /// A name and the faces that have it.
 type Named<'a, F> = (&'a str, Vec<F>);
 
-/// The objects with their parts: names and faces, in the order of their labels: that of the input, also where an object's faces were
-/// replaced and now come last.
+/// The objects with their parts: names and faces, in the order of their labels. This is the order of the input, also where an object's
+/// faces were replaced and come last in the mesh.
 fn objects<'a>(model: &Contents<'a>) -> Vec<Named<'a, Named<'a, u32>>> {
     let parts = model.attributes.labels_of(LabelKind::Part);
     let objects = labelled(model, LabelKind::Object, 0..model.mesh.faces.len() as u32);
