@@ -177,7 +177,7 @@ impl From<JobError> for Failure {
             | JobError::Inspect { error, .. }
             | JobError::MaskMesh { error, .. } => fill_exception(error),
             JobError::Restore(error) => restore_exception(error),
-            JobError::Fair(error) => fair_exception(error),
+            JobError::Fair(error) | JobError::FairObject { error, .. } => fair_exception(error),
             JobError::Measure { error, .. } => volume_exception(error),
             JobError::Compare { error, .. } => compare_exception(error),
             JobError::NothingMarked { .. } | JobError::NoMask | JobError::EmptyMask => {

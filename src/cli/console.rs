@@ -89,14 +89,25 @@ pub fn heading(line: &str) -> String {
 }
 
 /// Prints a line to standard error, in colour on a terminal unless `NO_COLOR`, `CLICOLOR`, `CLICOLOR_FORCE` or `TERM=dumb` say otherwise.
+/// Lines wider than the terminal are wrapped.
 fn say(line: &str) {
     // A closed standard error must not make the program fail.
-    let _ = writeln!(anstream::stderr(), "{line}");
+    let _ = writeln!(anstream::stderr(), "{}", fitted(line, error_width()));
 }
 
-/// Writes text to standard output, coloured by the same rules as standard error.
+/// Writes text to standard output, coloured and wrapped by the same rules as standard error.
 pub fn print(text: &str) -> std::io::Result<()> {
+    let text = fitted(text, width());
     written(anstream::stdout().lock(), text.as_bytes())
+}
+
+/// Wraps each line of a text at a width; further lines are indented by two blanks more than the line.
+fn fitted(text: &str, width: Option<usize>) -> String {
+    let fitted = |line: &str| {
+        let indent = line.len() - line.trim_start_matches(' ').len();
+        wrapped(line, width, indent + 2)
+    };
+    text.split('\n').map(fitted).collect::<Vec<_>>().join("\n")
 }
 
 /// As [`print`], with a message in the error.
@@ -139,15 +150,17 @@ fn terminal_width<S>(_: &S) -> Option<usize> {
     None
 }
 
-/// Wraps lines at the width of standard output: further lines begin with `indent` blanks.
+/// Wraps a line at `width` characters, of which styles have none: further lines begin with `indent` blanks. Only blanks become breaks,
+/// so a longer word exceeds the width.
 pub fn wrapped(line: &str, width: Option<usize>, indent: usize) -> String {
-    let Some(width) = width.filter(|width| line.chars().count() > *width) else {
+    let Some(width) = width.filter(|width| characters(line) > *width) else {
         return line.to_owned();
     };
     let (mut out, mut column) = (String::new(), 0);
     for (number, word) in line.split(' ').enumerate() {
-        let length = word.chars().count();
+        let length = characters(word);
         if number > 0 && column + 1 + length > width && column > indent {
+            out.truncate(out.trim_end_matches(' ').len());
             out += "\n";
             out += &" ".repeat(indent);
             column = indent;
@@ -159,6 +172,17 @@ pub fn wrapped(line: &str, width: Option<usize>, indent: usize) -> String {
         column += length;
     }
     out
+}
+
+/// The number of characters of a text without its styles, which are escape sequences that end with `m`.
+pub fn characters(text: &str) -> usize {
+    let mut parts = text.split('\u{1b}');
+    let first = parts.next().map_or(0, |part| part.chars().count());
+    let styled = parts.map(|part| {
+        part.split_once('m')
+            .map_or(0, |(_, rest)| rest.chars().count())
+    });
+    first + styled.sum::<usize>()
 }
 
 /// Writes text to standard output without changing colours.
@@ -223,4 +247,25 @@ impl Log for StderrLog {
     }
 
     fn flush(&self) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_wrapped_at_the_width_without_their_styles() {
+        let line = format!("{NOTE}note:{NOTE:#} five words and more");
+        assert_eq!(characters(&line), 26);
+        assert_eq!(wrapped(&line, Some(26), 2), line);
+        let narrow = wrapped(&line, Some(12), 2);
+        let lines: Vec<&str> = narrow.lines().collect();
+        assert!(lines[0].ends_with(" five"), "{narrow:?}");
+        assert_eq!(lines[1..], ["  words and", "  more"]);
+        assert_eq!(
+            fitted("  a b c d\ne\n", Some(6)),
+            "  a b\n    c\n    d\ne\n"
+        );
+        assert_eq!(fitted("any line", None), "any line");
+    }
 }

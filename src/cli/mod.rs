@@ -250,7 +250,11 @@ fn cli_error(error: JobError) -> anyhow::Error {
         JobError::Fill(FillError::NoSuchHole { .. }) => {
             anyhow!("{error} (`isomend inspect` lists them)")
         }
-        JobError::Fair(FairError::OnlyBorder { .. }) => {
+        JobError::Fair(FairError::OnlyBorder { .. })
+        | JobError::FairObject {
+            error: FairError::OnlyBorder { .. },
+            ..
+        } => {
             let error = anyhow::Error::from(error);
             anyhow!("{error:#}; use a smaller --strength")
         }

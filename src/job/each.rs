@@ -13,8 +13,8 @@ use super::{JobError, JobSpec, Place, Source, Work, WorkPlan};
 use crate::fill::FillParams;
 use crate::io::{Format, Loaded};
 use crate::mend::{
-    Control, Event, FairPlan, FillError, FillPlan, FillReport, HolesByRim, Inspection, Numbers,
-    RestorePlan, RestoreReport, Step,
+    Control, Event, FairError, FairPlan, FillError, FillPlan, FillReport, HolesByRim, Inspection,
+    Numbers, RestorePlan, RestoreReport, Step,
 };
 use crate::mesh::{Bodies, HoleId};
 
@@ -31,6 +31,12 @@ pub(crate) fn default_plan(loaded: &Arc<Loaded>, found: &Inspection) -> Result<F
         WorkPlan::Fill(plan) => Ok(plan),
         _ => Ok(FillPlan::nothing(found)),
     }
+}
+
+/// The error of an object that cannot be faired.
+fn of_object(name: &str) -> impl FnOnce(FairError) -> JobError {
+    let name = name.to_owned();
+    move |error| JobError::FairObject { name, error }
 }
 
 /// The marks of a body's faces, from the marks of all faces; empty without a mask.
@@ -81,7 +87,8 @@ impl Read<'_> {
                 }
                 Work::Fair(_, params) if task.takes(&marked) => {
                     let marked = task.marked.is_some().then_some(&marked[..]);
-                    found.fair(marked, params, &control)?.into()
+                    let faired = found.fair(marked, params, &control);
+                    faired.map_err(of_object(&bodies.names[k]))?.into()
                 }
                 Work::Repair(params) => {
                     let mut params = params.clone();
@@ -128,7 +135,8 @@ impl Read<'_> {
                 }
                 Work::Fair(_, params) if task.takes(&marked) => {
                     let marked = task.marked.is_some().then_some(&marked[..]);
-                    fairs.push(found.plan_fair(marked, params)?);
+                    let plan = found.plan_fair(marked, params);
+                    fairs.push(plan.map_err(of_object(&bodies.names[k]))?);
                     FillPlan::nothing(&found)
                 }
                 _ => FillPlan::nothing(&found),

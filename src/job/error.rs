@@ -49,6 +49,15 @@ pub enum JobError {
     /// Nothing could be faired.
     #[error("cannot fair the mesh")]
     Fair(#[from] FairError),
+    /// An object of a file with several could not be faired.
+    #[error("cannot fair the object {name}")]
+    FairObject {
+        /// The name of the object.
+        name: String,
+        /// Why.
+        #[source]
+        error: FairError,
+    },
     /// A mesh could not be inspected.
     #[error("cannot inspect {name}")]
     Inspect {

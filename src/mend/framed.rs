@@ -154,7 +154,7 @@ fn placed(part: &Mesh, frame: &Frame) -> (Mesh, [Vec<u32>; 3]) {
 }
 
 /// The boundary half-edges of a rim, in its order; none where an edge of it is no boundary.
-fn half_edges(mesh: &Mesh, topology: &Topology, rim: &[u32]) -> Option<Vec<u32>> {
+pub(super) fn half_edges(mesh: &Mesh, topology: &Topology, rim: &[u32]) -> Option<Vec<u32>> {
     let boundary = (0..topology.boundary.len() as u32).filter(|&h| topology.boundary[h as usize]);
     // In the direction of a patch.
     let mut by_ends: Vec<([u32; 2], u32)> = boundary

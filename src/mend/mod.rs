@@ -7,6 +7,7 @@ mod base;
 #[cfg(feature = "io")]
 mod bodies;
 mod choose;
+mod coarse_rims;
 mod control;
 mod counterpart;
 mod crease_ends;

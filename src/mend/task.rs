@@ -5,6 +5,7 @@ use std::slice;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::coarse_rims::CoarseRims;
 use super::control::{Control, Watch};
 use super::framed::Framed;
 use super::reach::ReachQuery;
@@ -113,66 +114,95 @@ impl RegionTask {
         Ok(patch)
     }
 
-    /// The patch of the region, which is at `place` in the watch's list; solved in the region's own frame where it has one.
+    /// The patch of the region, which is at `place` in the watch's list.
     pub(super) fn placed_patch(
         &self,
         place: usize,
         watch: &Watch,
     ) -> Result<RegionPatch, FillError> {
         let part = &self.part.mesh;
-        let holes: Vec<&Hole> = self.holes.iter().collect();
-        let plan = RegionPlan::new(part, &holes, &self.params);
-        let in_frame = || Framed::new(part, &self.holes, &self.params);
-        let framed = is_framed(plan).then(in_frame).flatten();
         let ids: Vec<HoleId> = self.holes.iter().map(|h| h.id).collect();
         watch.begin(&ids);
-        let mut patch = match &framed {
-            Some(framed) => {
-                let joined = framed.pairs(&self.joined);
-                let known = self.known.as_ref().map(|known| framed.by_face(known));
-                let counterparts = self.counterparts.as_ref();
-                let counterparts = counterparts.map(|parts| framed.counterparts(parts));
-                let patch = self.solved(
-                    &Solved {
-                        mesh: &framed.mesh,
-                        topology: &framed.topology,
-                        holes: &framed.holes,
-                        joined: &joined,
-                        known: known.as_deref(),
-                        counterparts: counterparts.as_deref(),
-                        centres: [DVec3::ZERO; 2],
-                        params: &framed.params,
-                        plan,
-                    },
-                    watch,
-                );
-                framed.returned(patch?)
-            }
-            None => {
-                let topology = Topology::without_orienting(part);
-                let mut holes = self.holes.clone();
-                for hole in &mut holes {
-                    hole.component = component_at(part, &topology, hole).ok_or(FillError::Task)?;
-                }
-                let solved = Solved {
-                    mesh: part,
-                    topology: &topology,
-                    holes: &holes,
-                    joined: &self.joined,
-                    known: self.known.as_deref(),
-                    counterparts: self.counterparts.as_deref(),
-                    centres: self.centres,
-                    params: &self.params,
-                    plan,
-                };
-                self.solved(&solved, watch)?
-            }
+        let mut patch = match self.with_coarse_rims(watch)? {
+            Some(patch) => patch,
+            None => self.on_part(part, &self.holes, self.known.as_deref(), watch)?,
         };
         watch.end(place, &patch.report);
         for face in &mut patch.mesh.faces {
             *face = face.map(|v| self.part.original(v, self.count));
         }
         Ok(patch)
+    }
+
+    /// The patch of a region with a rim of thousands of edges, solved with fewer of them; none where that gives no sound patch.
+    fn with_coarse_rims(&self, watch: &Watch) -> Result<Option<RegionPatch>, FillError> {
+        let part = &self.part.mesh;
+        let holes: Vec<&Hole> = self.holes.iter().collect();
+        let plan = RegionPlan::new(part, &holes, &self.params);
+        if !is_framed(plan) || self.params.edge_ratio.is_some() || self.counterparts.is_some() {
+            return Ok(None);
+        }
+        let Some(coarse) = CoarseRims::new(part, &self.holes, &self.joined) else {
+            return Ok(None);
+        };
+        let of_face = |known: &Vec<bool>| coarse.faces.iter().map(|&f| known[f as usize]).collect();
+        let known: Option<Vec<bool>> = self.known.as_ref().map(of_face);
+        let patch = self.on_part(&coarse.mesh, &coarse.holes, known.as_deref(), watch)?;
+        Ok(match patch.is_cramped() {
+            true => Some(patch),
+            false => coarse.fanned(part, patch),
+        })
+    }
+
+    /// The patch on a part of the mesh, in its numbers; solved in the region's own frame where it has one.
+    fn on_part(
+        &self,
+        part: &Mesh,
+        holes: &[Hole],
+        known: Option<&[bool]>,
+        watch: &Watch,
+    ) -> Result<RegionPatch, FillError> {
+        let plan = RegionPlan::new(part, &holes.iter().collect::<Vec<_>>(), &self.params);
+        let in_frame = || Framed::new(part, holes, &self.params);
+        let framed = is_framed(plan).then(in_frame).flatten();
+        let Some(framed) = framed else {
+            let topology = Topology::without_orienting(part);
+            let mut holes = holes.to_vec();
+            for hole in &mut holes {
+                hole.component = component_at(part, &topology, hole).ok_or(FillError::Task)?;
+            }
+            let solved = Solved {
+                mesh: part,
+                topology: &topology,
+                holes: &holes,
+                joined: &self.joined,
+                known,
+                counterparts: self.counterparts.as_deref(),
+                centres: self.centres,
+                params: &self.params,
+                plan,
+            };
+            return self.solved(&solved, watch);
+        };
+        let joined = framed.pairs(&self.joined);
+        let known = known.map(|known| framed.by_face(known));
+        let counterparts = self.counterparts.as_ref();
+        let counterparts = counterparts.map(|parts| framed.counterparts(parts));
+        let patch = self.solved(
+            &Solved {
+                mesh: &framed.mesh,
+                topology: &framed.topology,
+                holes: &framed.holes,
+                joined: &joined,
+                known: known.as_deref(),
+                counterparts: counterparts.as_deref(),
+                centres: [DVec3::ZERO; 2],
+                params: &framed.params,
+                plan,
+            },
+            watch,
+        );
+        Ok(framed.returned(patch?))
     }
 
     /// Computes the patch on some mesh, in its numbers and coordinates.

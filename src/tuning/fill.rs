@@ -21,6 +21,18 @@ thresholds! {
         /// Edges. Rims with more edges get no faired triangulation: its time grows with the cube of their number, and the rim
         /// alone seldom determines the shape of so wide a hole.
         most_faired_edges: usize = 400,
+        /// Edges. Regions with longer rims are solved with fewer vertices of these, and fans of faces to those between, if the faces around
+        /// them are much larger. A flat plate whose hole has 20,000 edges took 10 to 100 s with all of them. Where the faces around are as
+        /// small as the rim's edges, a coarse patch in fine surroundings takes five times as long as a fine one.
+        dense_rim: usize = 2000,
+        /// Edges of such a rim in the solve, at least: they are as long as the edges that leave the rim. Where its shape needs more, two to
+        /// eight times as many. A disc with this many takes about a second.
+        coarse_rim: usize = 256,
+        /// Lengths of an edge of the coarse rim. The vertices between its ends are at most this far from it. On a circle of 256 edges
+        /// they are at 0.003.
+        coarse_rim_error: f64 = 0.02,
+        /// Cosine. The faces at the rim turn by less when its vertices move to those that stay (3°): their normals are data of the fill.
+        coarse_rim_turn: f64 = 0.9986,
         /// Rounds. A triangulation is faired and its edges are flipped this many times before it is faired for the last time.
         fairings: usize = 2,
         /// Attempts. Upper bound of the level-set solves of a region with one energy, and again with the fallback energy.

@@ -105,6 +105,49 @@ fn a_hole_of_two_thousand_edges_takes_seconds_and_few_faces() {
     assert!(even.mesh.faces.len() - small.faces.len() > 60_000);
 }
 
+/// A ring of long faces between a circle of `n` edges round a hole and a wider one of `n / 100`, on a surface that undulates by `rise`.
+fn needles(n: u32, rise: f64) -> Mesh {
+    let outer = n / 100;
+    let point = |r: f64, t: f64| DVec3::new(r * t.cos(), r * t.sin(), rise * r * (3.0 * t).cos());
+    let circle = |r: f64, count: u32| {
+        (0..count).map(move |i| point(r, f64::from(i) * TAU / f64::from(count)))
+    };
+    let positions = circle(1.0, n)
+        .chain(circle(1.2, outer))
+        .chain(circle(1.5, outer));
+    let at = |row: u32, j: u32| n + row * outer + j % outer;
+    let faces = (0..outer).flat_map(|j| {
+        let fan = (100 * j..100 * (j + 1)).map(move |i| [i, at(0, j), (i + 1) % n]);
+        let (a, b) = (at(0, j), at(0, j + 1));
+        let (c, d) = (at(1, j), at(1, j + 1));
+        fan.chain([[(100 * (j + 1)) % n, a, b], [b, a, c], [b, c, d]])
+    });
+    shapes::turned(Mesh::new(positions.collect(), faces.collect()))
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_fine_rim_of_coarse_faces_takes_few_new_vertices() {
+    for rise in [0.0, 0.05] {
+        let mesh = needles(12_000, rise);
+        let found = Inspection::new(&mesh).unwrap();
+        let inner = found.holes.iter().find(|h| h.edges == 12_000).unwrap();
+        let params = FillParams::default().with_holes([inner.id]);
+        let (filled, time) = seconds(|| found.fill(&params, &Control::new()));
+        let filled = filled.unwrap();
+        let outcome = &filled.report.holes[inner.id.get() - 1].outcome;
+        assert!(matches!(outcome, HoleOutcome::Filled), "{outcome:?}");
+        assert_eq!(filled.report.regions[0].intersecting_faces, 0);
+        let new = filled.mesh.faces.len() - mesh.faces.len();
+        let vertices = filled.mesh.positions.len() - mesh.positions.len();
+        assert!(new < 60_000 && vertices < 24_000, "{new} {vertices}");
+        assert!(time < 8.0, "filled in {time} s");
+        // Every edge of the rim is used.
+        let after = Inspection::new(&filled.mesh).unwrap();
+        assert_eq!(after.holes.len(), found.holes.len() - 1);
+    }
+}
+
 #[test]
 fn faces_that_run_through_a_fan_are_found() {
     let mut mesh = bipyramid(2000);

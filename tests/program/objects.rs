@@ -294,9 +294,8 @@ fn objects_are_faired_apart_and_keep_their_names() {
             "fair.json",
         ]);
         assert_code(&done, 0);
-        // An object that is replaced as a whole comes after those that keep faces.
-        let mut after = bodies(&loaded(&desk, "out.3mf"));
-        after.sort_by(|a, b| a.0.cmp(&b.0));
+        // The order stays, also where an object is replaced as a whole.
+        let after = bodies(&loaded(&desk, "out.3mf"));
         let names: Vec<&str> = after.iter().map(|(name, _)| &name[..]).collect();
         assert_eq!(names, ["left", "right"], "{name}");
         for ((_, _, before), (_, after)) in items.iter().zip(&after) {
@@ -307,4 +306,50 @@ fn objects_are_faired_apart_and_keep_their_names() {
         assert_eq!(rows.as_array().unwrap().len(), 2);
         assert_eq!(rows[1]["name"], "right");
     }
+}
+
+#[test]
+fn objects_keep_their_order_and_reports_and_errors_name_them() {
+    let desk = Desk::new();
+    // The first object is closed and replaced as a whole; of the other one a part is faired, which keeps its faces.
+    let near = DVec3::new(1.9, 0.0, 0.0);
+    let place = near + DVec3::new(0.0, 0.0, 0.5);
+    let items = [
+        ("first", "", slab(4)),
+        ("second", "", holed(near, &[place])),
+    ];
+    save(&desk, "in.3mf", &items);
+    let done = desk.run(&["fair", "in.3mf", "-o", "out.3mf", "--strength", "0.45"]);
+    assert_code(&done, 0);
+    let after = bodies(&loaded(&desk, "out.3mf")).into_iter();
+    let names: Vec<String> = after.map(|(name, _)| name).collect();
+    assert_eq!(names, ["first", "second"]);
+    let done = desk.run(&[
+        "fair",
+        "in.3mf",
+        "-o",
+        "no.3mf",
+        "--strength",
+        "1e-4",
+        "--voxel",
+        "1e-5",
+    ]);
+    assert_code(&done, 1);
+    let said = text(&done.stderr);
+    assert!(said.contains("cannot fair the object first: "), "{said}");
+    assert_code(
+        &desk.run(&["inspect", "in.3mf", "--report", "holes.html"]),
+        0,
+    );
+    let page = fs::read_to_string(desk.path("holes.html")).unwrap();
+    assert!(page.contains("<th class=\"text\">object</th>"));
+    assert!(page.contains("<td class=\"text\">second</td>"));
+    assert!(page.contains(">in second</span>"));
+    desk.save("one.ply", &items[1].2, Format::Ply);
+    assert_code(
+        &desk.run(&["inspect", "one.ply", "--report", "one.html"]),
+        0,
+    );
+    let page = fs::read_to_string(desk.path("one.html")).unwrap();
+    assert!(!page.contains(">object</th>"));
 }

@@ -137,7 +137,8 @@ fn assembly(
 /// A name and the faces that have it.
 type Named<'a, F> = (&'a str, Vec<F>);
 
-/// The objects with their parts: names and faces, in the order of their first faces.
+/// The objects with their parts: names and faces, in the order of their labels. This is the order of the input, also where an object's
+/// faces were replaced and come last in the mesh.
 fn objects<'a>(model: &Contents<'a>) -> Vec<Named<'a, Named<'a, u32>>> {
     let parts = model.attributes.labels_of(LabelKind::Part);
     let objects = labelled(model, LabelKind::Object, 0..model.mesh.faces.len() as u32);
@@ -148,25 +149,21 @@ fn objects<'a>(model: &Contents<'a>) -> Vec<Named<'a, Named<'a, u32>>> {
     objects.into_iter().map(with_parts).collect()
 }
 
-/// Faces by their label of a kind, in the order of the first faces.
+/// Faces by their label of a kind, in the order of the labels; those without one come last.
 fn labelled<'a>(
     model: &Contents<'a>,
     kind: LabelKind,
     faces: impl Iterator<Item = u32>,
 ) -> Vec<Named<'a, u32>> {
     let labels = model.attributes.labels_of(kind);
-    let mut all: Vec<Named<'a, u32>> = Vec::new();
-    let mut place: BTreeMap<u32, usize> = BTreeMap::new();
+    let mut all: BTreeMap<u32, Named<'a, u32>> = BTreeMap::new();
     for f in faces {
         let label = labels.map_or(NONE, |l| l.of_face[f as usize]);
-        let own = *place.entry(label).or_insert_with(|| {
-            let name = labels.and_then(|l| l.get(f as usize)).unwrap_or_default();
-            all.push((name, Vec::new()));
-            all.len() - 1
-        });
-        all[own].1.push(f);
+        let name = || labels.and_then(|l| l.get(f as usize)).unwrap_or_default();
+        let own = all.entry(label).or_insert_with(|| (name(), Vec::new()));
+        own.1.push(f);
     }
-    all
+    all.into_values().collect()
 }
 
 /// Writes an object. `number_of` is scratch space: `NONE` for each vertex before and after, within the function the

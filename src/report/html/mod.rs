@@ -91,6 +91,7 @@ pub fn page(page: &Page) -> String {
         "facts" => tables::facts(page.facts),
         "notes" => tables::notes(page.notes, scene),
         "hole-list" => labels.hole_list(page.holes),
+        "hole-object" => tables::object_heading(page.holes).to_owned(),
         "hole-table" => labels.hole_table(page.holes),
         "regions" => tables::region_table(page.regions),
         "plots" => plot::plots(page.regions),

@@ -80,6 +80,9 @@ impl OutcomeLabels {
                     "Hole"
                 },
             );
+            if let Some(object) = &h.hole.object {
+                add!(out, "<span class=\"why\">in {}</span>", escaped(object));
+            }
             if !why.is_empty() {
                 add!(out, "<span class=\"why\">{}</span>", why);
             }
@@ -96,9 +99,16 @@ impl OutcomeLabels {
             let [x, y, z] = h.hole.centre.to_array().map(number);
             let normal = h.hole.normal.to_array().map(|x| format!("{x:.3}"));
             let normal = normal.join(", ").replace('-', "−");
+            let object = match names_objects(holes) {
+                true => format!(
+                    "<td class=\"text\">{}</td>",
+                    escaped(h.hole.object.as_deref().unwrap_or_default())
+                ),
+                false => String::new(),
+            };
             add!(
                 out,
-                "<tr><th scope=\"row\"><a href=\"#hole-{id}\" data-hole=\"{id}\">{id}</a></th><td>{}</td><td>{}</td><td>{}</td>\
+                "<tr><th scope=\"row\"><a href=\"#hole-{id}\" data-hole=\"{id}\">{id}</a></th>{object}<td>{}</td><td>{}</td><td>{}</td>\
              <td>{}</td><td>{}</td><td>{:.4}</td><td>{x}, {y}, {z}</td><td>{normal}</td><td>{}</td><td class=\"text\"><span class=\"tag {class}\">{}\
              </span> {}</td></tr>",
                 h.hole.edges,
@@ -118,6 +128,19 @@ impl OutcomeLabels {
             );
         }
         out
+    }
+}
+
+/// Whether the holes belong to several objects of a 3MF file, which the table and the list then name.
+fn names_objects(holes: &[HoleReport]) -> bool {
+    holes.iter().any(|h| h.hole.object.is_some())
+}
+
+/// The heading of the column of objects in the table of holes; empty where there is one object.
+pub fn object_heading(holes: &[HoleReport]) -> &'static str {
+    match names_objects(holes) {
+        true => "<th class=\"text\">object</th>",
+        false => "",
     }
 }
 
