@@ -256,7 +256,7 @@ mod tests {
     #[test]
     fn lines_are_wrapped_at_the_width_without_their_styles() {
         let line = format!("{NOTE}note:{NOTE:#} five words and more");
-        assert_eq!(characters(&line), 26);
+        assert_eq!(characters(&line), 25);
         assert_eq!(wrapped(&line, Some(26), 2), line);
         let narrow = wrapped(&line, Some(12), 2);
         let lines: Vec<&str> = narrow.lines().collect();
