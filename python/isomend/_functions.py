@@ -83,6 +83,7 @@ def fill(
     like: str | os.PathLike[str] | None = None,
     like_scale: bool = False,
     grain: bool = False,
+    apart: bool = False,
     edge_ratio: float | None = None,
     threads: int | None = None,
     point_data: Mapping[str, ArrayLike] | None = None,
@@ -115,6 +116,7 @@ def fill(
             object. By default none.
         like_scale: Scale the mesh that ``like`` names to fit.
         grain: Give patches the roughness of their surroundings, so that they do not look like plastic.
+        apart: Close each rim by itself: join only rims that ``bridge`` names.
         edge_ratio: Length of the patch's edges relative to the edges round the hole. By default 0.7, 0.8 with ``finish`` none,
             0.45 with ``energy`` curvature-variation.
         threads: Number of threads, one per core by default. The result does not depend on it.
@@ -146,7 +148,7 @@ def fill(
     return model.fill(
         holes=holes, max_diameter=max_diameter, keep_open=keep_open, bridge=bridge, flat=flat, crease=crease,
         flat_base=flat_base, base_offset=base_offset, repair=repair, voxel=voxel, energy=energy, finish=finish, sharp=sharp,
-        like=like, like_scale=like_scale, grain=grain, edge_ratio=edge_ratio,
+        like=like, like_scale=like_scale, grain=grain, apart=apart, edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 
@@ -178,6 +180,7 @@ def repair(
     like: str | os.PathLike[str] | None = None,
     like_scale: bool = False,
     grain: bool = False,
+    apart: bool = False,
     edge_ratio: float | None = None,
     threads: int | None = None,
     point_data: Mapping[str, ArrayLike] | None = None,
@@ -217,7 +220,7 @@ def repair(
             the repair makes; other walls are only reported.
         max_diameter: Leave holes open that are wider than this, in the mesh's units.
         flat: Numbers of holes to close by nearly flat caps instead of continuing the surface: necks, bases, mouths of vessels.
-        voxel, energy, finish, sharp, like, like_scale, grain, edge_ratio: How holes are filled, as for :func:`fill`.
+        voxel, energy, finish, sharp, like, like_scale, grain, apart, edge_ratio: How holes are filled, as for :func:`fill`.
         threads, point_data, cell_data, progress: As for :func:`fill`.
         strict: Raise :class:`isomend.StrictError` unless the result is sound and the surface of every patch converged.
 
@@ -240,7 +243,7 @@ def repair(
         keep_duplicates=keep_duplicates, keep_orientation=keep_orientation, keep_non_manifold=keep_non_manifold,
         keep_crossings=keep_crossings, drop_unused=drop_unused, keep_holes=keep_holes, close_borders=close_borders, wall=wall,
         min_wall=min_wall, max_diameter=max_diameter, flat=flat, voxel=voxel, energy=energy, finish=finish, sharp=sharp,
-        like=like, like_scale=like_scale, grain=grain, edge_ratio=edge_ratio,
+        like=like, like_scale=like_scale, grain=grain, apart=apart, edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 

@@ -19,6 +19,7 @@ class SolveOptions(RunOptions, total=False):
     like: str | os.PathLike[str] | None
     like_scale: bool
     grain: bool
+    apart: bool
     edge_ratio: float | None
 
 

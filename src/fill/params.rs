@@ -53,6 +53,9 @@ pub struct FillParams {
     /// Numbers of the holes to close by nearly flat caps, surfaces of least area, instead of a continued surface: necks, bases,
     /// mouths of vessels.
     pub flat: Vec<HoleId>,
+    /// Whether only rims that `bridge` names are joined, so that each side of a wall gets a patch of its own instead of the edge of an
+    /// opening. Borders of islands stay open.
+    pub apart: bool,
     /// Pairs of crease ends, by the numbers of [`Inspection::crease_ends`](crate::Inspection::crease_ends). A sharp edge is
     /// continued between the two ends across their hole, whatever the surrounding faces predict.
     pub crease: Vec<[usize; 2]>,

@@ -43,6 +43,8 @@ setters! { FillParams:
     with_bridges(groups: impl IntoIterator<Item = impl IntoIterator<Item = impl Into<HoleId>>>) => bridge = groups.into_iter().map(ids).collect();
     /// Closes these holes by nearly flat caps; see [`FillParams::flat`].
     with_flat(holes: impl IntoIterator<Item = impl Into<HoleId>>) => flat = ids(holes);
+    /// Sets [`FillParams::apart`].
+    with_apart(apart: bool) => apart = apart;
     /// Continues sharp edges between these pairs of crease ends; see [`FillParams::crease`].
     ///
     /// ```

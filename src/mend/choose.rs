@@ -3,7 +3,7 @@
 use super::{FillError, Inspection};
 use crate::fill::{FailedReason, FillParams, HoleOutcome, LeftReason};
 use crate::mesh::HoleId;
-use crate::region::group_holes;
+use crate::region::{group_holes, group_named};
 use crate::tuning::tuning;
 
 fn lookup(found: &Inspection, ids: &[HoleId]) -> Result<Vec<usize>, FillError> {
@@ -53,7 +53,10 @@ pub(super) fn choose(
     let open: Vec<usize> = (0..found.holes.len())
         .filter(|&i| left_by_caller(i).is_none())
         .collect();
-    let facing = facing_borders(found, &open);
+    let facing = match params.apart {
+        true => vec![false; found.holes.len()],
+        false => facing_borders(found, &open),
+    };
     let (mut outcomes, mut chosen) = (Vec::new(), Vec::new());
     for (i, hole) in found.holes.iter().enumerate() {
         let small = || found.bounds_small_component(i);
@@ -98,7 +101,10 @@ pub(super) fn groups(
         .iter()
         .filter(|h| !several.iter().any(|cap| cap.contains(h)));
     let (alone, others): (Vec<usize>, Vec<usize>) = free.partition(|&&h| is_alone(h));
-    let mut groups = group_holes(&found.mesh, &found.holes, &others, bridges, &is_small);
+    let mut groups = match params.apart {
+        true => group_named(&found.holes, &others, bridges),
+        false => group_holes(&found.mesh, &found.holes, &others, bridges, &is_small),
+    };
     groups.retain(|group| {
         let only_small = group.iter().all(|&h| is_small(h));
         if only_small {

@@ -120,7 +120,10 @@ impl<'a> CutResult<'a> {
             holes: Some(self.made.clone()),
             max_diameter: None,
             keep_open: Vec::new(),
-            bridge: self.bridges(),
+            bridge: match fill.apart {
+                true => Vec::new(),
+                false => self.bridges(),
+            },
             crease: Vec::new(),
             flat_base: false,
             base_offset: None,

@@ -98,6 +98,7 @@ impl Default for FillParams {
             like: None,
             like_scale: false,
             grain: false,
+            apart: false,
             finish: Finish::Auto,
             sharp: Sharp::Auto,
             energy: Energy::Willmore,

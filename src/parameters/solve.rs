@@ -151,9 +151,19 @@ pub const GRAIN: Parameter = Parameter {
     ..Parameter::PLAIN
 };
 
+/// Whether each rim is closed by itself.
+pub const APART: Parameter = Parameter {
+    name: "apart",
+    field: "apart",
+    sentence: "Close each rim by itself: join only rims that `bridge` names.",
+    details: "Without it an island and its hole are joined, and so are the rims on the two sides of a wall, by the edge of an opening. \
+              For an implant each side is wanted by itself. Borders of islands stay open.",
+    ..Parameter::PLAIN
+};
+
 /// The parameters that all hole-filling commands share.
 pub const SOLVE: &[Parameter] = &[
-    VOXEL, ENERGY, FINISH, SHARP, LIKE, LIKE_SCALE, GRAIN, EDGE_RATIO,
+    VOXEL, ENERGY, FINISH, SHARP, LIKE, LIKE_SCALE, GRAIN, APART, EDGE_RATIO,
 ];
 
 /// Diameter above which holes stay open.

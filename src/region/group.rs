@@ -84,7 +84,21 @@ pub fn group_holes(
             }
         }
     }
-    // Loops that share a vertex belong together whatever their shape, and so do loops that the caller names.
+    in_sets(holes, chosen, forced, sets)
+}
+
+/// Groups only the holes that share a vertex, and those that the caller names.
+pub fn group_named(holes: &[Hole], chosen: &[usize], forced: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    in_sets(holes, chosen, forced, DisjointSets::new(holes.len()))
+}
+
+/// The groups of holes of the same set, after loops that share a vertex and those that the caller names are joined.
+fn in_sets(
+    holes: &[Hole],
+    chosen: &[usize],
+    forced: &[Vec<usize>],
+    mut sets: DisjointSets,
+) -> Vec<Vec<usize>> {
     join_touching(holes, chosen, &mut sets);
     for group in forced {
         for pair in group.windows(2) {

@@ -15,7 +15,7 @@ mod zero_set;
 pub use cap::CappedRims;
 pub use data::{KeptShape, LevelSurface, MeshData};
 pub use distance::{DistanceData, NodeData, Wanted};
-pub use group::{BoxSize, Region, VoxelSize, group_holes};
+pub use group::{BoxSize, Region, VoxelSize, group_holes, group_named};
 pub use level::Level;
 pub use nested::{LevelReport, NestedSettings, Solved, Start, TimeSpan, solve_nested};
 pub use sphere::Sphere;

@@ -79,7 +79,7 @@ impl Shape {
 /// The solid that the input means, with points at which results are compared with it.
 pub(super) struct Witness {
     solid: Solid,
-    /// Points in the input's bounding box that decide.
+    /// Points in the input's bounding box, wider where it is flat, that decide.
     points: Vec<DVec3>,
     /// Whether each is inside.
     inside: Vec<bool>,
@@ -97,13 +97,16 @@ impl Witness {
         let rules = &tuning().repair;
         let (low, high) =
             crate::mesh::bounds((found.topology.faces()).flat_map(|f| draft.mesh.corners(f)));
+        // Also beside a flat mesh.
+        let size = (high - low).max(DVec3::splat(rules.least_side * low.distance(high)));
+        let from = 0.5 * (low + high - size);
         let balls: Vec<(DVec3, f64)> = (found.holes.iter())
             .map(|h| (h.centre, rules.near_hole * h.diameter))
             .collect();
         let is_near_hole = |p: &DVec3| balls.iter().any(|(c, r)| p.distance_squared(*c) < r * r);
         let decided: Vec<(DVec3, bool)> = (1..=rules.witness_points as u32)
             .into_par_iter()
-            .map(|i| low + halton(i) * (high - low))
+            .map(|i| from + halton(i) * size)
             .filter(|p| !is_near_hole(p))
             .filter_map(|p| {
                 let winding = solid.winding(p);

@@ -1,8 +1,8 @@
 //! The winding number by the faces that one ray passes through, and by the boundary.
 //!
 //! Martens, Trettner, Bessmeltsev, "The antipodal method: fast, accurate, and robust 3D generalized winding numbers", 2026: a surface
-//! together with the cone from its boundary to the point at infinity behind a ray is closed, and the ray never meets that cone. So the
-//! winding number is that of the closed surface, the sum of the faces ahead with the signs of their sides, less that of the cone, a sum
+//! together with the cone from its boundary to the point at infinity behind a ray is closed, and the ray never meets that cone. The
+//! winding number is the closed surface's, the sum of the faces ahead with the signs of their sides, less the cone's, a sum
 //! of solid angles over the boundary edges. The predicates are exact: where the ray passes an edge, only one of its faces is met, and
 //! the solid angle of a boundary edge has the same side.
 
@@ -11,16 +11,16 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
+use super::angles::Angles;
 use super::bvh::Bvh;
-use super::winding::Angles;
 use crate::mesh::Welder;
 
-/// Boundary edges up to which the sum over them is faster than that over clusters.
+/// Boundary edges up to which the sum over them is faster than the sum over clusters.
 const MOST_EDGES: usize = 512;
 
 /// What rays need beside the hierarchy: an axis, and the boundary.
 pub(super) struct Crossings {
-    /// The axis of the rays: that of the shortest side of the bounding box.
+    /// The axis of the rays, along the shortest side of the bounding box.
     axis: usize,
     /// The middle of the bounding box along it. Rays leave the box on the nearer side.
     middle: f64,

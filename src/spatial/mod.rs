@@ -1,6 +1,7 @@
 //! Spatial queries on triangle meshes: bounding volume hierarchy, closest point, ray casting, exact intersection tests,
 //! generalized winding number.
 
+mod angles;
 mod boxes;
 mod build;
 mod bvh;

@@ -157,6 +157,8 @@ thresholds! {
         touching: f64 = 1e-4,
         /// Points at which the solids are compared, before those that decide nothing are left out.
         witness_points: usize = 8192,
+        /// Diagonals of the bounding box. The box of these points is at least this wide: a flat mesh is compared beside it too.
+        least_side: f64 = 0.1,
         /// Distance of a winding number from one half. Points nearer to it decide nothing: they lie near large holes.
         undecided: f64 = 0.1,
         /// Diameters of a hole. Points nearer to its centre decide nothing: the patch there is not the input's.

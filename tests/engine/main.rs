@@ -10,6 +10,7 @@ mod desk;
 mod shapes;
 
 mod accuracy;
+mod apart;
 mod attributes;
 mod base;
 mod check;

@@ -1,0 +1,114 @@
+//! Rims that are closed each by itself.
+
+use std::collections::HashSet;
+
+use isomend::check::CheckParams;
+use isomend::glam::DVec3;
+use isomend::{Control, FillParams, HoleOutcome, LeftReason, Mesh, RestoreParams, fill, inspect};
+
+use crate::shapes::{cut, joined, moved, sheet, slab, topology, volume};
+
+/// A plate with a hole through it, and the whole plate; bent into a bowl.
+fn plate(bend: f64) -> [Mesh; 2] {
+    let mut whole = slab(16);
+    for p in &mut whole.positions {
+        p.z = 0.2 * p.z + bend * (p.x * p.x + p.y * p.y);
+    }
+    [cut(&whole, |c| c.x.hypot(c.y) < 0.5), whole]
+}
+
+/// A plate with a hole whose rims are joined by straight faces.
+fn with_edge(open: &Mesh) -> Mesh {
+    let key = |v: u32| {
+        let p = open.positions[v as usize];
+        [p.x, p.y].map(|x| (x * 1e6).round() as i64)
+    };
+    let sides = open
+        .faces
+        .iter()
+        .flat_map(|f| (0..3).map(|k| (f[k], f[(k + 1) % 3])));
+    let sides: HashSet<(u32, u32)> = sides.collect();
+    let mut rim: Vec<(u32, u32)> = sides
+        .iter()
+        .filter(|(a, b)| !sides.contains(&(*b, *a)))
+        .copied()
+        .collect();
+    rim.sort_unstable();
+    let is_upper = |(a, b): &(u32, u32)| {
+        rim.iter().all(|(c, d)| {
+            key(*c) != key(*b) || key(*d) != key(*a) || height(open, *c) <= height(open, *b)
+        })
+    };
+    let mut window = open.clone();
+    for (a, b) in rim.iter().filter(|e| is_upper(e)) {
+        let below = rim
+            .iter()
+            .find(|(c, d)| key(*c) == key(*b) && key(*d) == key(*a))
+            .unwrap();
+        window
+            .faces
+            .extend([[*b, *a, below.1], [*b, below.1, below.0]]);
+    }
+    window
+}
+
+fn height(mesh: &Mesh, v: u32) -> f64 {
+    mesh.positions[v as usize].z
+}
+
+#[test]
+fn each_side_of_a_wall_gets_a_patch_of_its_own() {
+    for bend in [0.2, 0.5] {
+        let [open, whole] = plate(bend);
+        let window = with_edge(&open);
+        // The edge of the window is marked: it is made again, or closed on both sides.
+        let centre = |f: &[u32; 3]| {
+            f.iter()
+                .map(|v| window.positions[*v as usize] / 3.0)
+                .sum::<DVec3>()
+        };
+        let marked: Vec<bool> = (window.faces.iter())
+            .map(|f| centre(f).truncate().length() < 0.6)
+            .collect();
+        let restored = |apart: bool| {
+            let mut params = RestoreParams::default();
+            params.fill.apart = apart;
+            let found = inspect(&window).unwrap();
+            found.restore(&marked, &params, &Control::new()).unwrap()
+        };
+        let again = restored(false);
+        assert_eq!(again.report.fill.regions.len(), 1, "{bend}");
+        assert!(volume(&again.mesh) < 0.9 * volume(&whole));
+        let closed = restored(true);
+        assert_eq!(closed.report.fill.regions.len(), 2, "{bend}");
+        let verdict = inspect(&closed.mesh)
+            .unwrap()
+            .check(&CheckParams::default());
+        assert!(verdict.is_sound(), "{bend}: {}", verdict.line());
+        let relative = volume(&closed.mesh) / volume(&whole);
+        assert!((relative - 1.0).abs() < 5e-3, "{bend}: {relative}");
+        assert_eq!(topology(&closed.mesh), topology(&whole));
+    }
+}
+
+#[test]
+fn rims_that_the_caller_joins_are_joined() {
+    let [open, _] = plate(0.2);
+    let params = FillParams::new().with_apart(true).with_bridges([[1, 2]]);
+    let filled = fill(&open, &params).unwrap();
+    assert_eq!(filled.report.regions.len(), 1);
+}
+
+#[test]
+fn the_border_of_an_island_stays_open() {
+    let plane = cut(&sheet(24), |c| c.truncate().length() < 0.6);
+    let island = moved(&sheet(8), 0.2, DVec3::ZERO);
+    let mesh = joined(&plane, &island);
+    let open = |apart: bool| {
+        let filled = fill(&mesh, &FillParams::new().with_apart(apart)).unwrap();
+        let outcomes = filled.report.holes.iter().map(|h| h.outcome.clone());
+        let left = HoleOutcome::Left(LeftReason::OuterBoundary);
+        outcomes.filter(|o| *o == left).count()
+    };
+    assert_eq!([open(false), open(true)], [1, 2]);
+}
