@@ -44,7 +44,6 @@ pub use part::Part;
 pub use sets::DisjointSets;
 pub use topology::{Defects, Topology};
 pub use unit::Unit;
-#[cfg(feature = "io")]
 pub(crate) use weld::Welder;
 pub use weld::{weld_map, weld_map_of_bodies, welded};
 
