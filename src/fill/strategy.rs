@@ -204,9 +204,7 @@ fn finished_or_faired(finished: usize, made: &[Ending], region: &RetryContext) -
     let own = made[finished].quality.filter(|_| region.finishes);
     let (own, factor) = match own {
         Some(own) if !own.is_sound() => (own, tuning().fill.clearly_higher),
-        Some(own)
-            if own.energy > tuning().fill.bent && region.faired_cost <= tuning().fill.cheap =>
-        {
+        Some(own) if own.energy > tuning().fill.bent && may_be_faired(&own, region) => {
             (own, tuning().fill.much_higher)
         }
         _ => return Step::Take(finished),
@@ -220,6 +218,12 @@ fn finished_or_faired(finished: usize, made: &[Ending], region: &RetryContext) -
         true => Step::Take(faired),
         false => Step::Take(finished),
     }
+}
+
+/// Whether a faired triangulation is worth its time beside a finished patch: it is cheap, or the patch of the only rim has not converged.
+fn may_be_faired(own: &Quality, region: &RetryContext) -> bool {
+    region.faired_cost <= tuning().fill.cheap
+        || own.is_unconverged && region.one_rim && region.faired_cost.is_finite()
 }
 
 /// The next step where only one candidate is possible.

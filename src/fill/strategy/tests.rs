@@ -137,6 +137,37 @@ fn a_bent_patch_gives_way_to_a_sound_one_of_much_lower_energy_only() {
 }
 
 #[test]
+fn a_wide_bent_patch_that_has_not_converged_is_compared_with_a_faired_triangulation() {
+    let wide = |one_rim| RetryContext {
+        faired_cost: 10.0 * tuning().fill.cheap,
+        one_rim,
+        ..region()
+    };
+    let bent = Quality {
+        energy: 2.0 * tuning().fill.bent,
+        ..SOUND
+    };
+    let taken = |region: RetryContext, is_unconverged: bool, faired: Quality| {
+        let end = |candidate: Candidate, _: usize| {
+            let quality = match candidate {
+                Candidate::Faired => faired,
+                Candidate::Finished => Quality {
+                    is_unconverged,
+                    ..bent
+                },
+                _ => SOUND,
+            };
+            (Some(quality), None, false)
+        };
+        searched(RegionPlan::Solve, &region, end).0
+    };
+    assert_eq!(taken(wide(true), true, SOUND), Candidate::Faired);
+    assert_eq!(taken(wide(true), false, SOUND), Candidate::Finished);
+    assert_eq!(taken(wide(false), true, SOUND), Candidate::Finished);
+    assert_eq!(taken(wide(true), true, INTERSECTING), Candidate::Finished);
+}
+
+#[test]
 fn a_faired_triangulation_at_its_minimum_saves_further_level_sets() {
     let taken = |is_at_minimum: bool, failure: AttemptFailure, is_wide: bool| {
         let end = |candidate: Candidate, made: usize| match candidate {
