@@ -45,9 +45,7 @@ impl<'a> Regions<'a> {
                 let i = regions[*at];
                 let faces = sources.with_rings(&faces);
                 let centres = sources.centres(i);
-                let mut task =
-                    RegionTask::new(i + 1, self.found, query, &faces, centres, &self.params);
-                task.budget = self.budget;
+                let task = RegionTask::new(i + 1, self.found, query, &faces, centres, &self.params);
                 task.placed_patch(i, watch).ok()
             };
             let some_patches: Vec<Option<RegionPatch>> = some

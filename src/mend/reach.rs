@@ -35,6 +35,8 @@ pub(super) struct ReachQuery<'a> {
     pub(super) counterparts: Option<Vec<PlacedPart>>,
     /// Upper bound of the factor of its box's margin.
     pub(super) growth: f64,
+    /// Upper bound of the cost of its level-set retries, in unknowns times steps.
+    pub(super) budget: u64,
 }
 
 /// For each region the faces that its computation may read. `degenerate` are the mesh's degenerate faces.

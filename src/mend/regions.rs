@@ -66,7 +66,7 @@ pub struct Regions<'a> {
     /// For each region the plane of its flat base, if it gets one.
     bases: Vec<Option<BasePlane>>,
     /// Upper bound of the cost of a region's level-set retries, in unknowns times steps.
-    pub(super) budget: u64,
+    budget: u64,
     /// The counterpart after which holes are filled, found when it is first asked for.
     counterpart: LazyCounterpart<'a>,
 }
@@ -321,6 +321,7 @@ impl<'a> Regions<'a> {
             joined: &self.joined[region],
             base: self.bases[region],
             growth,
+            budget: self.budget,
         }
     }
 

@@ -15,7 +15,6 @@ use crate::fill::{BasePlane, FillParams, PlacedPart, RegionPatch, RegionPlan, Re
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, HoleId, Mesh, Part, Topology};
 use crate::sdf::Sampler;
-use crate::tuning::tuning;
 
 /// The task of one region of a fill: the part of the mesh that it needs, its holes, the parameters.
 ///
@@ -37,7 +36,7 @@ pub struct RegionTask {
     /// Upper bound of the factor of its box's margin.
     growth: f64,
     /// Upper bound of the cost of its level-set retries, in unknowns times steps.
-    pub(super) budget: u64,
+    budget: u64,
     /// The holes, in the part's vertex numbers.
     holes: Vec<Hole>,
     /// Pairs of vertices between which the caller wants sharp edges, in the part's vertex numbers.
@@ -88,7 +87,7 @@ impl RegionTask {
             base: query.base,
             counterparts: query.counterparts.clone(),
             growth: query.growth,
-            budget: tuning().fill.budget,
+            budget: query.budget,
             holes,
             params: params.clone(),
         }
@@ -121,11 +120,13 @@ impl RegionTask {
         watch: &Watch,
     ) -> Result<RegionPatch, FillError> {
         let part = &self.part.mesh;
+        let holes: Vec<&Hole> = self.holes.iter().collect();
+        let plan = RegionPlan::new(part, &holes, &self.params);
         let ids: Vec<HoleId> = self.holes.iter().map(|h| h.id).collect();
         watch.begin(&ids);
-        let mut patch = match self.with_coarse_rims(watch)? {
+        let mut patch = match self.with_coarse_rims(plan, watch)? {
             Some(patch) => patch,
-            None => self.on_part(part, &self.holes, self.known.as_deref(), watch)?,
+            None => self.on_part(plan, part, &self.holes, self.known.as_deref(), watch)?,
         };
         watch.end(place, &patch.report);
         for face in &mut patch.mesh.faces {
@@ -135,10 +136,12 @@ impl RegionTask {
     }
 
     /// The patch of a region with a rim of thousands of edges, solved with fewer of them; none where that gives no sound patch.
-    fn with_coarse_rims(&self, watch: &Watch) -> Result<Option<RegionPatch>, FillError> {
+    fn with_coarse_rims(
+        &self,
+        plan: RegionPlan,
+        watch: &Watch,
+    ) -> Result<Option<RegionPatch>, FillError> {
         let part = &self.part.mesh;
-        let holes: Vec<&Hole> = self.holes.iter().collect();
-        let plan = RegionPlan::new(part, &holes, &self.params);
         if !is_framed(plan) || self.params.edge_ratio.is_some() || self.counterparts.is_some() {
             return Ok(None);
         }
@@ -147,7 +150,9 @@ impl RegionTask {
         };
         let of_face = |known: &Vec<bool>| coarse.faces.iter().map(|&f| known[f as usize]).collect();
         let known: Option<Vec<bool>> = self.known.as_ref().map(of_face);
-        let patch = self.on_part(&coarse.mesh, &coarse.holes, known.as_deref(), watch)?;
+        let holes: Vec<&Hole> = coarse.holes.iter().collect();
+        let plan = RegionPlan::new(&coarse.mesh, &holes, &self.params);
+        let patch = self.on_part(plan, &coarse.mesh, &coarse.holes, known.as_deref(), watch)?;
         Ok(match patch.is_cramped() {
             true => Some(patch),
             false => coarse.fanned(part, patch),
@@ -157,12 +162,12 @@ impl RegionTask {
     /// The patch on a part of the mesh, in its numbers; solved in the region's own frame where it has one.
     fn on_part(
         &self,
+        plan: RegionPlan,
         part: &Mesh,
         holes: &[Hole],
         known: Option<&[bool]>,
         watch: &Watch,
     ) -> Result<RegionPatch, FillError> {
-        let plan = RegionPlan::new(part, &holes.iter().collect::<Vec<_>>(), &self.params);
         let in_frame = || Framed::new(part, holes, &self.params);
         let framed = is_framed(plan).then(in_frame).flatten();
         let Some(framed) = framed else {

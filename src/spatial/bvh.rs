@@ -171,9 +171,34 @@ impl Bvh {
 
     /// Calls `visit` with every face whose bounding box intersects the box from `low` to `high`.
     pub fn for_each_in_box(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(u32)) {
-        let (low, high) = (low - self.centre, high - self.centre);
+        self.for_each_place(low - self.centre, high - self.centre, |place, _| {
+            visit(self.faces[place]);
+        });
+    }
+
+    /// Calls `visit` with the corners of every triangle whose bounding box a ray along an axis meets, up or down from a point relative to
+    /// the centre.
+    pub(super) fn for_each_along(
+        &self,
+        axis: usize,
+        q: DVec3,
+        is_up: bool,
+        mut visit: impl FnMut([DVec3; 3]),
+    ) {
+        let (mut low, mut high) = (q, q);
+        match is_up {
+            true => high[axis] = f64::INFINITY,
+            false => low[axis] = f64::NEG_INFINITY,
+        }
+        self.for_each_place(low, high, |_, corners| visit(corners));
+    }
+
+    /// Calls `visit` with the place and the corners of every triangle whose bounding box intersects a box relative to the centre.
+    #[inline]
+    fn for_each_place(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(usize, [DVec3; 3])) {
         let (from, to) = (Around::new(low), Around::new(high));
-        let mut stack: Vec<u32> = (!self.nodes.is_empty()).then_some(0).into_iter().collect();
+        let mut stack: Vec<u32> = Vec::with_capacity(WAITING);
+        stack.extend((!self.nodes.is_empty()).then_some(0));
         while let Some(index) = stack.pop() {
             let node = &self.nodes[index as usize];
             let apart = (0..3)
@@ -186,48 +211,14 @@ impl Bvh {
                     Child::Node(child) => stack.push(child),
                     Child::Leaf(leaf) => {
                         for place in self.places(leaf) {
-                            let [a, b, c] = self.corners(place);
+                            let corners = self.corners(place);
+                            let [a, b, c] = corners;
                             let (first, last) = (a.min(b).min(c), a.max(b).max(c));
                             if first.cmple(high).all() && last.cmpge(low).all() {
-                                visit(self.faces[place]);
+                                visit(place, corners);
                             }
                         }
                     }
-                }
-            }
-        }
-    }
-}
-
-impl Bvh {
-    /// Calls `visit` with the corners of every triangle that a ray along an axis may pass through, up or down from a point relative to
-    /// the centre: all whose boxes it meets.
-    pub(super) fn for_each_along(
-        &self,
-        axis: usize,
-        q: DVec3,
-        is_up: bool,
-        mut visit: impl FnMut([DVec3; 3]),
-    ) {
-        let around = Around::new(q);
-        let (right, up) = ((axis + 1) % 3, (axis + 2) % 3);
-        let beside = |node: &Node, k: usize| {
-            node.low[k].cmpgt(around.above[k]) | node.high[k].cmplt(around.below[k])
-        };
-        let mut stack: Vec<u32> = Vec::with_capacity(WAITING);
-        stack.extend((!self.nodes.is_empty()).then_some(0));
-        while let Some(index) = stack.pop() {
-            let node = &self.nodes[index as usize];
-            let behind = match is_up {
-                true => node.high[axis].cmplt(around.below[axis]),
-                false => node.low[axis].cmpgt(around.above[axis]),
-            };
-            let apart = (behind | beside(node, right) | beside(node, up)).bitmask();
-            for (i, child) in node.children().enumerate() {
-                match child {
-                    _ if apart >> i & 1 == 1 => {}
-                    Child::Node(child) => stack.push(child),
-                    Child::Leaf(leaf) => self.places(leaf).for_each(|at| visit(self.corners(at))),
                 }
             }
         }

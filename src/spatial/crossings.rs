@@ -13,7 +13,7 @@ use robust::{Coord, Coord3D, orient2d, orient3d};
 
 use super::angles::Angles;
 use super::bvh::Bvh;
-use crate::mesh::Welder;
+use crate::mesh::{Welder, bounds};
 
 /// Boundary edges up to which the sum over them is faster than the sum over clusters.
 const MOST_EDGES: usize = 512;
@@ -67,16 +67,7 @@ impl Crossings {
                 return None;
             }
         }
-        let low = points
-            .iter()
-            .copied()
-            .reduce(DVec3::min)
-            .unwrap_or_default();
-        let high = points
-            .iter()
-            .copied()
-            .reduce(DVec3::max)
-            .unwrap_or_default();
+        let (low, high) = bounds(points.iter().copied());
         let size = high - low;
         let axis = (0..3).fold(0, |best, k| if size[k] < size[best] { k } else { best });
         Some(Self {

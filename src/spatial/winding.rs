@@ -1,4 +1,4 @@
-//! The generalized winding number, evaluated hierarchically.
+//! The generalized winding number, by rays and boundary edges where these are few, else hierarchically.
 //!
 //! Jacobson, Kavan, Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding numbers", 2013. Distant
 //! clusters of triangles are replaced by a dipole, a quadrupole and an octupole as in Barill, Dickson, Schmidt, Levin, Jacobson,

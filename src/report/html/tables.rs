@@ -94,12 +94,13 @@ impl OutcomeLabels {
     /// The rows of the table of holes.
     pub fn hole_table(self, holes: &[HoleReport]) -> String {
         let mut out = String::new();
+        let names = names_objects(holes);
         for h in holes {
             let (class, why) = (class_of(&h.outcome), self.why(h));
             let [x, y, z] = h.hole.centre.to_array().map(number);
             let normal = h.hole.normal.to_array().map(|x| format!("{x:.3}"));
             let normal = normal.join(", ").replace('-', "−");
-            let object = match names_objects(holes) {
+            let object = match names {
                 true => format!(
                     "<td class=\"text\">{}</td>",
                     escaped(h.hole.object.as_deref().unwrap_or_default())
