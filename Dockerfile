@@ -7,6 +7,7 @@ RUN apt-get update && apt-get install -y --no-install-recommends gcc libc6-dev &
 WORKDIR /source
 COPY Cargo.toml Cargo.lock README.md ./
 COPY src src
+COPY crates crates
 COPY benches benches
 COPY fuzz fuzz
 COPY python python

@@ -9,11 +9,11 @@ mod common;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isomend::glam::DVec3;
-use isomend::internals::grid::SparseGrid;
-use isomend::internals::sdf::redistance;
-use isomend::internals::spatial::{Bvh, WindingTree};
 use isomend::volume::{VolumeParams, signed_distance_volume};
 use isomend::{Mesh, VoxelSize};
+use isomend_core::grid::SparseGrid;
+use isomend_core::sdf::redistance;
+use isomend_core::spatial::{Bvh, WindingTree};
 
 /// A torus of 200 000 triangles.
 fn torus() -> Mesh {

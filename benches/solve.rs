@@ -9,9 +9,9 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use isomend::internals::flow::FlowSettings;
-use isomend::internals::grid::Lattice;
-use isomend::internals::region::{DistanceData, NestedSettings, NodeData, Start, solve_nested};
+use isomend_core::flow::FlowSettings;
+use isomend_core::grid::Lattice;
+use isomend_core::region::{DistanceData, NestedSettings, NodeData, Start, solve_nested};
 
 struct Shape {
     distance: fn(DVec3) -> f64,

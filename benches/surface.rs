@@ -9,11 +9,11 @@ mod common;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isomend::Volume;
 use isomend::glam::DVec3;
-use isomend::internals::sdf::Surface;
-use isomend::internals::sdf::{RimSet, Sampler};
-use isomend::internals::stitch::{StitchInput, StitchParams, stitch};
 use isomend::level_surface;
 use isomend::{Inspection, Mesh};
+use isomend_core::sdf::Surface;
+use isomend_core::sdf::{RimSet, Sampler};
+use isomend_core::stitch::{StitchInput, StitchParams, stitch};
 
 /// The values of a function on `nodes`³ nodes of the cube from −`half` to `half`.
 fn volume(nodes: usize, half: f64, value: impl Fn(DVec3) -> f64) -> Volume {

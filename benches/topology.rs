@@ -7,7 +7,7 @@ mod common;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use isomend::inspect;
-use isomend::internals::mesh::{Topology, find_holes, welded};
+use isomend_core::mesh::{Topology, find_holes, welded};
 
 fn topology(criterion: &mut Criterion) {
     let mesh = common::million();

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Sensitivity analysis: varies the thresholds of src/tuning one by one, and prints how results and errors change.
+"""Sensitivity analysis: varies the thresholds of crates/core/src/tuning one by one, and prints how results and errors change.
 
 usage: sweep.py [--only REGEX] [--factors 0.7,1.4] [--binary PROGRAM] [--folder FOLDER [--score COMMAND]] [--cases REGEX] [--most-holes N] [--json FILE]
 
@@ -33,7 +33,7 @@ FIELD = re.compile(r"^        (\w+): (f64|usize|i32|u32|u64) = ([^,]+),$")
 def thresholds():
     """The thresholds in the sources: names such as fill.bent, with type and value."""
     found = {}
-    for path in sorted((ROOT / "src/tuning").glob("*.rs")):
+    for path in sorted((ROOT / "crates/core/src/tuning").glob("*.rs")):
         for line in path.read_text().splitlines():
             if match := FIELD.match(line):
                 name, kind, text = match.groups()

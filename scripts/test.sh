@@ -69,9 +69,9 @@ trap finish EXIT
 
 # The Python module is not linked with Python: it finds Python's functions in the process that loads it.
 export PYO3_BUILD_EXTENSION_MODULE=1
-# The same packages and targets for building and testing; with others, the library would be built again with other features of its
+# The same packages and targets for building and testing; with others, the packages would be built again with other features of their
 # dependencies.
-selection=(--profile ci --package isomend --package isomend-python)
+selection=(--profile ci --workspace --exclude isomend-fuzz --exclude isomend-wasm)
 targets=(--lib --bin isomend --test engine --test house --test page --test program)
 export ISOMEND=$PWD/target/ci/isomend
 python=.venv/bin/python
@@ -118,7 +118,7 @@ python_tests() {
 # Whether each compiles without warnings; clippy has seen the same code with all features.
 parts_of_the_library() {
     local features said
-    for features in '' io report study view; do
+    for features in '' io study view; do
         said=$(cargo check --quiet --color never --lib --no-default-features --features "$features" 2>&1) || said+=$'\nit does not compile'
         [ -z "$said" ] || { printf "with the features '%s':\n%s\n" "$features" "$said"; return 1; }
     done

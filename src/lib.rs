@@ -59,116 +59,82 @@
 //! - [`Inspection`] analyses a mesh once; plans and runs use it, with a [`Control`] of threads, progress and cancelling.
 //!   [`Inspection::regions`] returns the work on each region as a value that can be processed anywhere.
 //! - [`Model::inspect`] and [`Model::mended`] carry colours, normals, texture coordinates and materials along.
-//! - `job` (features `io` and `report`) works from file to file, like the command line; `io` converts files and bytes to meshes
-//!   and back.
+//! - `job` works from file to file, like the command line; `io` converts files and bytes to meshes and back (feature `io`).
 //!
 //! [`restore`] cuts out marked faces, which a [`Mask`] may choose, and fills the gap; all other faces are kept as above.
 //! [`RestoreParams::keep_shape`] keeps part of the old shape. All lengths are in the units of the mesh.
 //!
 //! # Features
-//! The core without features needs no file format and no command line. `io` reads and writes files, `report` draws pages and
-//! pictures, `study` holds the experiments of the paper, `view` serves the local page; `cli`, the default, enables all of them and
-//! the program.
+//! The core without features needs no file format and no command line. `io` reads and writes files, works from file to file and
+//! draws pages and pictures, `study` holds the experiments of the paper, `view` serves the local page; `cli`, the default, enables
+//! all of them and the program.
 //!
 //! # Source
 //! M. Droske, M. Rumpf, "A level set formulation for Willmore flow", Interfaces and Free Boundaries 6 (2004) 361–378.
 #![warn(missing_docs)]
-#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
-// Some items of the engine modules are used only by tests and benchmarks.
-#![cfg_attr(not(feature = "internals"), allow(dead_code, unused_imports))]
 
 // The command line names the library as other callers do.
 #[cfg(feature = "cli")]
 extern crate self as isomend;
 
-pub mod check;
-pub mod compare;
-#[cfg(feature = "io")]
-pub mod io;
-#[cfg(all(feature = "io", feature = "report"))]
-pub mod job;
-pub mod parameters;
-#[cfg(feature = "report")]
-#[allow(clippy::disallowed_methods)] // Drawings and texts, not meshes.
-pub mod report;
-#[cfg(feature = "study")]
-#[allow(clippy::disallowed_methods)] // Experiments, not meshes.
-pub mod study;
-pub mod volume;
-
-mod attributes;
-mod cancel;
 #[cfg(feature = "cli")]
 mod cli;
-mod creases;
-mod elementary;
-mod extract;
-mod fill;
-mod finish;
-mod flow;
-mod grid;
-#[cfg(feature = "internals")]
-#[doc(hidden)]
-pub mod internals;
-mod linalg;
-mod mend;
-mod mesh;
-mod region;
-mod repair;
-mod sdf;
-mod setters;
-mod spatial;
-mod stitch;
-#[cfg(all(feature = "io", feature = "report"))]
-mod texture;
-mod threads;
-mod tuning;
-#[cfg(feature = "view")]
-mod view;
 
+#[doc(no_inline)]
 pub use glam;
 
-pub use attributes::transfer;
-pub use cancel::Cancel;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub use cli::main as command_line;
+pub use isomend_core::attributes::transfer;
+pub use isomend_core::cancel::Cancel;
+pub use isomend_core::{check, compare, parameters, volume};
+#[cfg(feature = "io")]
+pub use isomend_files::{io, job, report};
+/// The experiments of the paper on Willmore flow: see [`experiments`](study::experiments).
+#[cfg(feature = "study")]
+pub mod study {
+    #[doc(inline)]
+    pub use isomend_study::*;
+}
 /// The local page in a browser that runs the program itself, for the module of WebAssembly: no part of the interface.
 #[cfg(all(feature = "cli", target_family = "wasm"))]
 #[doc(hidden)]
 pub mod in_browser {
     pub use crate::cli::{CommandLine, report_progress};
-    pub use crate::view::InBrowser;
+    pub use isomend_view::InBrowser;
 }
-pub use extract::{VolumeSurfaceError, level_surface};
-pub use fill::{
+pub use isomend_core::extract::{VolumeSurfaceError, level_surface};
+pub use isomend_core::fill::{
     AttemptFailure, ClosedBy, CounterpartKind, CounterpartReport, CreaseReport, FailedReason,
     FillParams, Finish, FinishReport, GrainReport, HoleOutcome, LeftReason, Like, NotContinued,
     NotLike, PatchInitialisation, Quality, RegionPatch, RegionReport, Sharp, Tally,
     TriangulatedReason,
 };
-pub use finish::{FinishRecord, FinishResult, Refusal};
-pub use flow::{BendingEnergy, Density, Energy, FlowOutcome, StepRecord, Variant};
-pub use grid::Volume;
-pub use mend::{
+pub use isomend_core::finish::{FinishRecord, FinishResult, Refusal};
+pub use isomend_core::flow::{BendingEnergy, Density, Energy, FlowOutcome, StepRecord, Variant};
+pub use isomend_core::grid::Volume;
+pub use isomend_core::mend::{
     Control, CreaseEnd, Event, FairError, FairExtent, FairParams, FairPlan, FairReport, Faired,
     FillError, FillPlan, FillReport, Filled, HolePlan, HoleReport, Inspection, PlannedHole,
     PlannedRegion, Progress, RegionTask, Regions, RestoreError, RestoreParams, RestorePlan,
     RestoreReport, Restored, Step, fair, fill, inspect, restore,
 };
-pub use mesh::attributes::{
+pub use isomend_core::mesh::attributes::{
     Active, Attribute, Attributes, CornerAttribute, EXPECTED_ERROR_NAME, LabelKind, Labels,
     Material, PATCH_NAME, Role, Scalar,
 };
-pub use mesh::mask::{Mask, MaskError, Selection, Selector};
-pub use mesh::triangulate::TriangulationError;
-pub use mesh::{
+pub use isomend_core::mesh::mask::{Mask, MaskError, Selection, Selector};
+pub use isomend_core::mesh::triangulate::TriangulationError;
+pub use isomend_core::mesh::{
     ChainReason, Defects, FaceOrigin, Hole, HoleId, Mesh, MeshError, Model, OpenChain, Origins,
     Topology, Unit, cut::Remainder,
 };
-pub use region::{LevelReport, VoxelSize};
-pub use repair::{Carried, RepairParams, RepairReport, Repaired, SelfIntersectionPass, repair};
-pub use stitch::StitchError;
+pub use isomend_core::region::{LevelReport, VoxelSize};
+pub use isomend_core::repair::{
+    Carried, RepairParams, RepairReport, Repaired, SelfIntersectionPass, repair,
+};
+pub use isomend_core::stitch::StitchError;
 
 /// The examples of the documentation pages, run as tests.
 #[cfg(all(doctest, feature = "cli"))]

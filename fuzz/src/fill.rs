@@ -5,12 +5,12 @@ use std::collections::{HashMap, HashSet};
 use arbitrary::{Result, Unstructured};
 use isomend::Energy;
 use isomend::glam::DVec3;
-use isomend::internals::mesh::weld_map;
 use isomend::io::{Format, WriteOptions, to_bytes};
 use isomend::{
     Control, FailedReason, FillError, FillParams, FillReport, Finish, HoleId, HoleOutcome,
     Inspection, Mesh, VoxelSize,
 };
+use isomend_core::mesh::weld_map;
 
 use crate::shapes;
 

@@ -5,11 +5,11 @@ use std::collections::HashSet;
 use arbitrary::{Result, Unstructured};
 use isomend::compare::compare;
 use isomend::glam::DVec3;
-use isomend::internals::mesh::weld_map;
 use isomend::volume::{VolumeParams, signed_distance_volume};
 use isomend::{
     Control, FairExtent, FairParams, FillParams, Inspection, Like, Mesh, RestoreParams, VoxelSize,
 };
+use isomend_core::mesh::weld_map;
 
 use crate::shapes;
 

@@ -1,7 +1,7 @@
 //! Attributes of vertices, faces and face corners: conversion from and to numpy arrays.
 
-use isomend::internals::mesh::attributes::NONE;
 use isomend::{Attribute, CornerAttribute, EXPECTED_ERROR_NAME, PATCH_NAME, Role, Scalar};
+use isomend_core::mesh::attributes::NONE;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyList;

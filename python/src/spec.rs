@@ -57,19 +57,20 @@ pub fn deliverables(
     tolerance: Option<f64>,
 ) -> Result<Deliverables, Failure> {
     let file = |path: PathBuf| Output::new(path, None);
-    let mut wanted = Deliverables::default();
-    wanted.patches = patches.map(file).transpose()?;
-    wanted.piece = piece.map(file).transpose()?;
-    wanted.mark = mark
-        .map(str::parse)
-        .transpose()
-        .map_err(Failure::parameter)?;
-    wanted.unit = unit
-        .map(str::parse)
-        .transpose()
-        .map_err(Failure::parameter)?;
-    wanted.tolerance = tolerance;
-    Ok(wanted)
+    Ok(Deliverables {
+        patches: patches.map(file).transpose()?,
+        piece: piece.map(file).transpose()?,
+        mark: mark
+            .map(str::parse)
+            .transpose()
+            .map_err(Failure::parameter)?,
+        unit: unit
+            .map(str::parse)
+            .transpose()
+            .map_err(Failure::parameter)?,
+        tolerance,
+        ..Deliverables::default()
+    })
 }
 
 /// The parameters of a fill from JSON, such as `{"max_diameter": 2.0}`.

@@ -14,7 +14,7 @@ use super::input::{self, is_stream};
 use super::json::Target;
 use super::parameters::{Compare, ParameterArgs};
 use super::{CommonArgs, End, Usage};
-use crate::job::contradiction;
+use isomend_files::job::contradiction;
 
 const EXAMPLES: &str = "\
 Examples:

@@ -59,10 +59,7 @@ impl FillArgs {
         if !self.parameters.flag("repair") {
             return Ok(Work::Fill(params));
         }
-        Ok(Work::Repair(RepairParams {
-            fill: params,
-            ..RepairParams::default()
-        }))
+        Ok(Work::Repair(RepairParams::new().with_fill(params)))
     }
 
     /// Whether `--max-diameter` was given but has no effect, since `--holes` names the holes.

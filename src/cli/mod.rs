@@ -48,7 +48,7 @@ use isomend::{FairError, FillError, RestoreError};
 pub use config::Usage;
 use console::Console;
 
-use crate::threads::Threads;
+use isomend_core::threads::Threads;
 
 /// How a command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

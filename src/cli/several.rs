@@ -13,7 +13,7 @@ use super::console::{self, Console};
 use super::json::Target;
 use super::report::ReportArgs;
 use super::{CommonArgs, End, Usage, input};
-use crate::job::contradiction;
+use isomend_files::job::contradiction;
 
 /// The result for one file.
 pub struct FileResult {

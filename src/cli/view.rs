@@ -6,7 +6,7 @@ use std::process::{Command as Process, Stdio};
 
 use clap::Args;
 use isomend::io::Format;
-use isomend::view::{Settings, serve};
+use isomend_view::{Settings, serve};
 
 use super::console::{self, Console};
 use super::input::is_stream;

@@ -4,7 +4,7 @@ use clap::Parser;
 use isomend::RepairParams;
 use isomend::job::Work;
 use isomend::parameters::{Kind, Table};
-use isomend::view::{Command, CommandRenderer};
+use isomend_view::{Command, CommandRenderer};
 use serde::Serialize;
 use serde_json::Value;
 

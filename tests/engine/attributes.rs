@@ -490,7 +490,7 @@ fn a_fill_keeps_the_document_of_a_gltf_file() {
     // The scene is closed, and the patch marks are read back.
     let loaded = desk.read("out.glb");
     assert_eq!(
-        shapes::topology(&isomend::internals::mesh::welded(&loaded.mesh).0).0,
+        shapes::topology(&isomend_core::mesh::welded(&loaded.mesh).0).0,
         0
     );
     let marked = (0..loaded.mesh.faces.len())
@@ -537,7 +537,7 @@ fn a_second_fill_keeps_the_first_ones_patches() {
     assert_eq!(two.mesh.faces.len() - marked(&two), mesh.faces.len());
     assert!(marked(&two) > marked(&one) && marked(&one) > 0);
     assert_eq!(
-        shapes::topology(&isomend::internals::mesh::welded(&two.mesh).0).0,
+        shapes::topology(&isomend_core::mesh::welded(&two.mesh).0).0,
         0
     );
 }

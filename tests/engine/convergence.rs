@@ -1,8 +1,8 @@
 //! Level-set fills of exact surfaces: error bounds and second-order convergence.
 
-use isomend::internals::flow::{Energy, FlowSettings, Variant};
 use isomend::study::experiments::{PatchError, fill_shape, patch_error};
 use isomend::study::shapes::ExactShape;
+use isomend_core::flow::{Energy, FlowSettings, Variant};
 
 /// Upper bound of the iterations of the preconditioned solver in one step, at any resolution.
 const MOST_ITERATIONS: usize = 6;

@@ -429,7 +429,7 @@ fn a_restored_glb_file_is_closed() {
     write_path(&path, &shapes::sphere(12), None, &WriteOptions::default()).unwrap();
     desk.done(&["ball.glb", "-o", "out.glb", "--ball", "0,0,1,0.5"]);
     let after = read_path(&desk.0.path().join("out.glb"), None).unwrap();
-    let (mut welded, _) = isomend::internals::mesh::welded(&after.mesh);
+    let (mut welded, _) = isomend_core::mesh::welded(&after.mesh);
     let used: Vec<u32> = welded.faces.iter().flatten().copied().collect();
     assert!(!used.is_empty());
     assert_eq!(shapes::topology(&welded), (0, 2));

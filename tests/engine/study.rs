@@ -1,7 +1,6 @@
 //! The experiments of the paper (`isomend study`) at sizes that run in seconds, and tests of the flow of a function on a square.
 
 use isomend::Variant;
-use isomend::internals::linalg::LinearOperator;
 use isomend::study::experiments::{
     CapSettings, CircleSettings, Closed, GraphSettings, MergeSettings, OrthogonalSettings,
     SurfacesSettings, Table1Settings, cap, circle, graph, merge, orthogonal, surfaces, table1,
@@ -10,6 +9,7 @@ use isomend::study::{
     Cell, PlaneEnergy, PlaneFlow, Quadrature, Silent, SquareGrid, StepSystem, StudyReport,
     Tolerance,
 };
+use isomend_core::linalg::LinearOperator;
 
 const VARIANTS: [Variant; 3] = [Variant::I, Variant::II, Variant::GaussNewton];
 

@@ -7,10 +7,10 @@ use std::process::Output;
 use crate::shapes;
 use assert_cmd::Command;
 use glam::DVec3;
-use isomend::internals::spatial::Bvh;
 use isomend::io::{
     Precision, WriteOptions, read_path, read_volume_path, write_path, write_volume_path,
 };
+use isomend_core::spatial::Bvh;
 use serde_json::Value;
 use tempfile::TempDir;
 

@@ -11,35 +11,37 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The top-level modules of the library by layer, from the lowest: a module may import from lower layers only.
-const LAYERS: [&[&str]; 14] = [
-    &[
-        "cancel",
-        "elementary",
-        "setters",
-        "threads",
-        "parameters",
-        "tuning",
-    ],
-    &["grid", "linalg", "mesh"],
-    &["spatial", "io"],
-    &["sdf", "extract", "compare", "check"],
-    &["flow"],
-    &["attributes", "creases", "finish", "region", "stitch"],
-    &["fill", "texture", "volume"],
-    &["mend"],
-    &["repair"],
-    &["report", "study"],
-    &["job"],
-    &["view"],
-    &["cli"],
-    &["internals"],
+/// The rooms of the packages that have several, by layer, from the lowest: a room may import from lower layers only. That packages
+/// import from lower packages only is the compiler's to check.
+const LAYERS: [(&str, &[&[&str]]); 2] = [
+    (
+        "core",
+        &[
+            &[
+                "cancel",
+                "elementary",
+                "setters",
+                "threads",
+                "parameters",
+                "tuning",
+            ],
+            &["grid", "linalg", "mesh"],
+            &["spatial"],
+            &["sdf", "extract", "compare", "check"],
+            &["flow"],
+            &["attributes", "creases", "finish", "region", "stitch"],
+            &["fill", "volume"],
+            &["mend"],
+            &["repair"],
+        ],
+    ),
+    ("files", &[&["io"], &["report", "texture"], &["job"]]),
 ];
 
-/// A module path from the crate's root.
+/// A module path: the package, then the path in it.
 type Module = Vec<String>;
 
-/// The modules of the crate except tests, with their files and the paths that they import.
+/// The modules of all packages except tests, with their files and the paths that they import.
 struct Source {
     files: BTreeMap<Module, PathBuf>,
     imports: BTreeMap<Module, Vec<(bool, Module)>>,
@@ -47,13 +49,22 @@ struct Source {
 
 impl Source {
     fn read() -> Self {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
         let mut files = BTreeMap::new();
-        collect(&root, &mut Vec::new(), &mut files);
+        collect(
+            &root.join("src"),
+            &mut vec!["isomend".to_owned()],
+            &mut files,
+        );
+        for package in fs::read_dir(root.join("crates")).unwrap() {
+            let package = package.unwrap();
+            let name = package.file_name().into_string().unwrap();
+            collect(&package.path().join("src"), &mut vec![name], &mut files);
+        }
         let imports = files
             .iter()
             .map(|(module, file)| {
-                let is_folder = file.ends_with("mod.rs") || module.is_empty();
+                let is_folder = file.ends_with("mod.rs") || module.len() == 1;
                 (module.clone(), imports(module, is_folder, &code(file)))
             })
             .collect();
@@ -61,12 +72,12 @@ impl Source {
     }
 
     fn is_folder(&self, module: &Module) -> bool {
-        module.is_empty() || self.files[module].ends_with("mod.rs")
+        module.len() == 1 || self.files[module].ends_with("mod.rs")
     }
 
-    /// The module that defines the item of a path, through re-exports; none outside the crate.
+    /// The module that defines the item of a path, through re-exports; none outside the packages.
     fn definition(&self, path: &Module) -> Option<Module> {
-        let depth = (0..=path.len())
+        let depth = (1..=path.len())
             .rev()
             .find(|&n| self.files.contains_key(&path[..n]))?;
         let module = path[..depth].to_vec();
@@ -121,7 +132,7 @@ fn code(file: &Path) -> String {
     code.lines().map(line).collect::<Vec<_>>().join(" ")
 }
 
-/// The paths of the crate in `use` statements, and whether they are re-exported.
+/// The paths of the packages in `use` statements, and whether they are re-exported.
 fn imports(module: &Module, is_folder: bool, code: &str) -> Vec<(bool, Module)> {
     let mut found = Vec::new();
     for statement in code.split(';') {
@@ -141,9 +152,10 @@ fn imports(module: &Module, is_folder: bool, code: &str) -> Vec<(bool, Module)> 
         }
         for path in expanded(&tree) {
             let mut parts: Vec<&str> = path.split("::").collect();
-            let parent = module.len() - usize::from(!is_folder && !module.is_empty());
+            let parent = module.len() - usize::from(!is_folder);
             let mut from = match parts[0] {
-                "crate" => Vec::new(),
+                "crate" => vec![module[0].clone()],
+                other if other.starts_with("isomend_") => vec![other[8..].to_owned()],
                 "self" => module.clone(),
                 "super" if is_folder => module[..module.len() - 1].to_vec(),
                 "super" => module[..parent].to_vec(),
@@ -199,23 +211,25 @@ fn expanded(tree: &str) -> Vec<String> {
 #[test]
 fn modules_import_from_lower_layers_only() {
     let source = Source::read();
-    let layer = |name: &str| LAYERS.iter().position(|layer| layer.contains(&name));
     let mut count = 0;
-    for (module, imports) in &source.imports {
-        let Some(name) = module.first() else { continue };
-        let own = layer(name).unwrap_or_else(|| panic!("the module {name} is in no layer"));
-        for (_, path) in imports {
-            let Some(other) = path.first().filter(|other| *other != name) else {
-                continue;
-            };
-            if let Some(other_layer) = layer(other) {
-                assert!(
-                    other_layer < own,
-                    "{} imports {}",
-                    module.join("::"),
-                    path.join("::")
-                );
-                count += 1;
+    for (package, layers) in LAYERS {
+        let layer = |name: &str| layers.iter().position(|layer| layer.contains(&name));
+        for (module, imports) in source.imports.iter().filter(|(m, _)| m[0] == package) {
+            let Some(name) = module.get(1) else { continue };
+            let own = layer(name).unwrap_or_else(|| panic!("the module {name} is in no layer"));
+            for (_, path) in imports.iter().filter(|(_, path)| path[0] == package) {
+                let Some(other) = path.get(1).filter(|other| *other != name) else {
+                    continue;
+                };
+                if let Some(other_layer) = layer(other) {
+                    assert!(
+                        other_layer < own,
+                        "{} imports {}",
+                        module.join("::"),
+                        path.join("::")
+                    );
+                    count += 1;
+                }
             }
         }
     }

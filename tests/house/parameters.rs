@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 
 use isomend::check::CheckParams;
-use isomend::internals::parameters as solve;
 use isomend::parameters::{DefaultValue, Kind, Table};
 use isomend::volume::VolumeParams;
 use isomend::{FairParams, FillParams, RepairParams, RestoreParams};
+use isomend_core::parameters::solve;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};

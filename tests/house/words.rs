@@ -32,8 +32,9 @@ const BANNED: [(&str, &str); 24] = [
 ];
 
 /// Folders and pages that are read, from the root of the repository.
-const READ: [&str; 11] = [
+const READ: [&str; 12] = [
     "src",
+    "crates",
     "tests",
     "python",
     "scripts",

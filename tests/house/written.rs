@@ -4,8 +4,8 @@
 use std::fs;
 use std::path::Path;
 
-use isomend::internals::parameters as solve;
 use isomend::parameters::{DefaultValue, Kind, Parameter, Table};
+use isomend_core::parameters::solve;
 
 /// Asserts that a file equals its generated text; with `RENEW` set, writes the generated text.
 fn renewed(file: &str, made: impl Fn(&str) -> String) {

@@ -72,7 +72,7 @@ const SHOWN: [&str; 19] = [
 ];
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("src/view/page")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/view/web")
 }
 
 fn text(name: &str) -> String {

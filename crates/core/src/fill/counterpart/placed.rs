@@ -1,0 +1,182 @@
+//! The counterpart of a mesh: the motions of the mesh onto it, and the part of it at a region.
+
+use std::borrow::Cow;
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::align::Target;
+use super::find::{mirrors, poses};
+use super::motion::Motion;
+use crate::cancel::Cancel;
+use crate::fill::invented::CounterpartKind;
+use crate::mesh::topology::{NONE, end, start};
+use crate::mesh::{Hole, Mesh, Part, Topology, bounds};
+use crate::spatial::Bvh;
+
+/// Diagonals of the rims' bounding box: margin round that box within which the counterpart is used; it bounds the height of a missing part.
+const REACH: f64 = 1.0;
+
+/// The counterpart of a mesh, and the motions that map the mesh onto it.
+pub(crate) struct Counterpart<'a> {
+    mesh: Cow<'a, Mesh>,
+    bvh: Bvh,
+    /// Whether each vertex is on a boundary edge.
+    border: Vec<bool>,
+    is_mirror: bool,
+    /// The best first.
+    motions: Vec<Motion>,
+}
+
+/// The part of a counterpart at a region, moved to the region.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct PlacedPart {
+    pub(super) mesh: Mesh,
+    /// Whether each vertex is on a boundary edge of the counterpart.
+    pub(super) border: Vec<bool>,
+    /// Whether each vertex is the mirror image of a vertex on the region's rims.
+    pub(super) own_rim: Vec<bool>,
+    pub(super) kind: CounterpartKind,
+}
+
+impl PlacedPart {
+    /// Whether a deserialised part is consistent: a valid mesh, and one flag for each vertex in each list.
+    pub(crate) fn is_valid(&self) -> bool {
+        let count = self.mesh.positions.len();
+        let is_whole = self.mesh.faces.is_empty() || self.mesh.validate().is_ok();
+        is_whole && self.border.len() == count && self.own_rim.len() == count
+    }
+
+    /// The part with other coordinates; `turned` where these have the other handedness.
+    pub(crate) fn moved(&self, to: impl Fn(DVec3) -> DVec3, turned: bool) -> Self {
+        let mut new = self.clone();
+        for p in &mut new.mesh.positions {
+            *p = to(*p);
+        }
+        for face in new.mesh.faces.iter_mut().filter(|_| turned) {
+            face.swap(1, 2);
+        }
+        new
+    }
+}
+
+impl<'a> Counterpart<'a> {
+    /// The mesh itself, mirrored in the given plane (a point and a unit normal), or in its planes of symmetry.
+    pub(crate) fn mirror(
+        mesh: &'a Mesh,
+        topology: &Topology,
+        plane: Option<[DVec3; 2]>,
+        cancel: &Cancel,
+    ) -> Self {
+        let mut new = Self::new(Cow::Borrowed(mesh), topology);
+        new.is_mirror = true;
+        new.motions = match plane {
+            Some([point, normal]) => vec![Motion::reflection(point, normal)],
+            None => mirrors(mesh, &new.target(), cancel),
+        };
+        new
+    }
+
+    /// A template in the poses in which it fits the mesh; with `scale` its size may change.
+    pub fn template(
+        mesh: &Mesh,
+        template: Mesh,
+        topology: &Topology,
+        scale: bool,
+        cancel: &Cancel,
+    ) -> Self {
+        let mut new = Self::new(Cow::Owned(template), topology);
+        new.motions = poses(mesh, &new.mesh, &new.target(), scale, cancel);
+        new
+    }
+
+    fn new(mesh: Cow<'a, Mesh>, topology: &Topology) -> Self {
+        let is_there = |f: &u32| topology.component[*f as usize] != NONE;
+        let bvh = Bvh::new(&mesh, (0..mesh.faces.len() as u32).filter(is_there));
+        let mut border = vec![false; mesh.positions.len()];
+        for h in (0..topology.boundary.len() as u32).filter(|&h| topology.boundary[h as usize]) {
+            border[start(&mesh, h) as usize] = true;
+            border[end(&mesh, h) as usize] = true;
+        }
+        Self {
+            mesh,
+            bvh,
+            border,
+            is_mirror: false,
+            motions: Vec::new(),
+        }
+    }
+
+    fn target(&self) -> Target<'_> {
+        Target {
+            mesh: &self.mesh,
+            bvh: &self.bvh,
+            border: &self.border,
+        }
+    }
+
+    /// The parts at some holes of a mesh, one for each motion, the best first.
+    pub(crate) fn parts(&self, mesh: &Mesh, holes: &[&Hole]) -> Vec<PlacedPart> {
+        let rims = || holes.iter().flat_map(|h| &h.rim).copied();
+        let (low, high) = bounds(rims().map(|v| mesh.positions[v as usize]));
+        let margin = DVec3::splat(REACH * low.distance(high));
+        let (low, high) = (low - margin, high + margin);
+        let part = |motion: &Motion| self.part(motion, low, high, &|v| rims().any(|r| r == v));
+        self.motions.iter().map(part).collect()
+    }
+
+    /// The part whose faces reach the image of a box under a motion, moved back to the box.
+    fn part(
+        &self,
+        motion: &Motion,
+        low: DVec3,
+        high: DVec3,
+        is_rim: &dyn Fn(u32) -> bool,
+    ) -> PlacedPart {
+        let corner = |k: u32| {
+            let side = DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2));
+            motion.at(low + (high - low) * side)
+        };
+        let (low, high) = bounds((0..8).map(corner));
+        let mut faces = Vec::new();
+        self.bvh.for_each_in_box(low, high, |f| faces.push(f));
+        faces.sort_unstable();
+        let part = Part::new(&self.mesh, &faces, std::iter::empty());
+        let vertices = part.vertices();
+        let border = vertices.iter().map(|&v| self.border[v as usize]).collect();
+        let is_own = |&v: &u32| self.is_mirror && self.border[v as usize] && is_rim(v);
+        let back = motion.inverse();
+        PlacedPart {
+            mesh: back.moved(&part.mesh),
+            border,
+            own_rim: vertices.iter().map(is_own).collect(),
+            kind: match self.is_mirror {
+                true => CounterpartKind::Mirror(plane(motion, &part.mesh)),
+                false => CounterpartKind::Template(back.scale()),
+            },
+        }
+    }
+}
+
+/// The plane of a reflection: the foot of the perpendicular from the origin, and its unit normal. A motion that is found numerically is a
+/// reflection only approximately; the plane is then the best one at the middle of `near`.
+fn plane(motion: &Motion, near: &Mesh) -> [DVec3; 2] {
+    // The matrix A of a reflection is I − 2 n nᵀ: the longest column of I − A is along n.
+    let columns = [0, 1, 2].map(|k| DVec3::AXES[k] - motion.matrix.col(k));
+    let longest = columns
+        .into_iter()
+        .reduce(|a, b| match b.length() > a.length() {
+            true => b,
+            false => a,
+        });
+    let normal = longest.unwrap_or(DVec3::X).normalize_or_zero();
+    let (low, high) = bounds(near.positions.iter().copied());
+    let middle = if low.x <= high.x {
+        0.5 * (low + high)
+    } else {
+        DVec3::ZERO
+    };
+    let halfway = 0.5 * (middle + motion.at(middle));
+    // The foot of the perpendicular does not depend on the region.
+    [normal * normal.dot(halfway), normal]
+}

@@ -1,0 +1,134 @@
+//! Plans of fills, restorations and fairings: holes, regions and grids, known before any region is solved.
+
+use serde::{Deserialize, Serialize};
+
+use crate::fill::{LeftReason, TriangulatedReason};
+use crate::mesh::{Defects, Hole, HoleId, OpenChain};
+
+/// Plan of a fill. The result may differ: a hole with inconsistent surroundings may end with triangles between its own vertices,
+/// and some holes need several grids.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct FillPlan {
+    /// Vertices of the input.
+    pub vertices: usize,
+    /// Faces of the input.
+    pub faces: usize,
+    /// Connected components of the input.
+    pub components: usize,
+    /// Defects of the input.
+    pub defects: Defects,
+    /// Boundary chains that do not close.
+    pub open_chains: Vec<OpenChain>,
+    /// The holes.
+    pub holes: Vec<PlannedHole>,
+    /// The regions: holes that would be filled together.
+    pub regions: Vec<PlannedRegion>,
+}
+
+/// A hole and the plan for it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct PlannedHole {
+    /// The hole.
+    pub hole: Hole,
+    /// The planned closure.
+    pub plan: HolePlan,
+    /// Number of its region, from 1; 0 where there is none.
+    pub region: usize,
+}
+
+/// The planned closure of a hole.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum HolePlan {
+    /// A new surface: a level set, or a faired triangulation where its rim has few edges.
+    Fill,
+    /// A flat cap, as requested.
+    Flat,
+    /// A flat base: the hole is the outer border of a sheet.
+    Base,
+    /// Triangles between its own vertices.
+    Triangulate(TriangulatedReason),
+    /// The hole stays open.
+    Leave(LeftReason),
+}
+
+impl HolePlan {
+    /// The identifier of the plan in documents.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::Fill => "would_be_filled",
+            Self::Flat => "would_be_flat",
+            Self::Base => "would_get_base",
+            Self::Triangulate(_) => "would_be_triangulated",
+            Self::Leave(_) => "left",
+        }
+    }
+
+    /// The identifier and the sentence of the reason, if there is one.
+    pub fn reason(&self) -> Option<(&'static str, String)> {
+        match self {
+            Self::Fill | Self::Flat | Self::Base => None,
+            Self::Triangulate(why) => Some((why.key(), why.to_string())),
+            Self::Leave(why) => Some((why.key(), why.to_string())),
+        }
+    }
+}
+
+/// A region of holes that are filled together.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct PlannedRegion {
+    /// Number, from 1.
+    pub id: usize,
+    /// Numbers of its holes.
+    pub holes: Vec<HoleId>,
+    /// Whether its holes are grouped because the caller asked for a bridge.
+    pub bridge: bool,
+    /// Diameter of the widest hole, in the mesh's units.
+    pub diameter: f64,
+    /// Voxel size of the finest level of the first attempt, in the mesh's units; none where no grid is needed.
+    pub voxel: Option<f64>,
+    /// Nodes of the box of that level along each axis. Memory and time depend only on the nodes near the surface.
+    pub dims: Option<[usize; 3]>,
+}
+
+/// Plan of a restoration.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct RestorePlan {
+    /// Faces that are marked.
+    pub marked_faces: usize,
+    /// Faces that would be removed: the marked faces, and those without which there would be no clean rim.
+    pub removed_faces: usize,
+    /// Vertices that would be removed with them.
+    pub removed_vertices: usize,
+    /// Fraction of the shape that is to be kept.
+    pub keep_shape: f64,
+    /// The plan of the fill. Holes are numbered as after the cut.
+    pub fill: FillPlan,
+}
+
+/// Plan of a fairing.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct FairPlan {
+    /// Width below which features would be removed, in the mesh's units.
+    pub strength: f64,
+    /// Time of the flow, in length⁴.
+    pub time: f64,
+    /// Voxel size, in the mesh's units.
+    pub voxel: f64,
+    /// Whether the whole surface would be replaced.
+    pub whole: bool,
+    /// Number of faces to fair.
+    pub marked_faces: usize,
+    /// Number of faces that would be removed.
+    pub removed_faces: usize,
+    /// Number of vertices that would be removed with them.
+    pub removed_vertices: usize,
+    /// Closed components that would stay unchanged: of an open mesh only the open components are faired, between their borders.
+    pub components_left: usize,
+}

@@ -1,0 +1,193 @@
+//! Reports of fills, restorations and fairings. Plans are in `plan.rs`.
+
+use serde::{Deserialize, Serialize};
+
+use super::inspection::Inspection;
+use crate::fill::{ClosedBy, HoleOutcome, LeftReason, RegionReport, Tally};
+use crate::mesh::{Defects, Hole, Mesh, OpenChain};
+use crate::tuning::tuning;
+
+/// A hole and its outcome.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct HoleReport {
+    /// The hole.
+    pub hole: Hole,
+    /// The outcome.
+    pub outcome: HoleOutcome,
+    /// Number of its region, from 1; 0 where there is none.
+    pub region: usize,
+}
+
+impl HoleReport {
+    /// A hole that is only listed.
+    pub fn listed(hole: &Hole) -> Self {
+        Self {
+            hole: hole.clone(),
+            outcome: HoleOutcome::Left(LeftReason::NotChosen),
+            region: 0,
+        }
+    }
+}
+
+/// Report of a fill.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct FillReport {
+    /// Vertices of the input.
+    pub vertices: usize,
+    /// Faces of the input.
+    pub faces: usize,
+    /// Connected components of the input.
+    pub components: usize,
+    /// Defects of the input.
+    pub defects: Defects,
+    /// Boundary chains that do not close.
+    pub open_chains: Vec<OpenChain>,
+    /// Whether all holes were to be filled; then a boundary chain that does not close counts as still open.
+    pub all_holes: bool,
+    /// The holes.
+    pub holes: Vec<HoleReport>,
+    /// The regions.
+    pub regions: Vec<RegionReport>,
+    /// Computing time in seconds.
+    pub seconds: f64,
+}
+
+impl FillReport {
+    /// The report of a run that changes nothing.
+    pub fn unchanged(mesh: &Mesh) -> Self {
+        Self {
+            vertices: mesh.positions.len(),
+            faces: mesh.faces.len(),
+            ..Self::default()
+        }
+    }
+
+    /// The report of a mesh before anything is done.
+    pub fn of(found: &Inspection) -> Self {
+        Self {
+            vertices: found.input.positions.len(),
+            faces: found.input.faces.len(),
+            components: found.topology.component_faces.len(),
+            defects: found.topology.defects,
+            open_chains: found.open_chains.clone(),
+            ..Self::default()
+        }
+    }
+
+    /// Whether something that was to be filled is still open: a hole, or a boundary chain that does not close.
+    pub fn incomplete(&self) -> bool {
+        self.tally().failed > 0 || (self.all_holes && !self.open_chains.is_empty())
+    }
+
+    /// Whether every hole of more than four edges that was to be filled got a converged surface, flat cap, base, seam or
+    /// continued sides, joined to its rim without self-intersections, and every sharp edge that ends at its rim was continued.
+    pub fn flawless(&self) -> bool {
+        let flawless = |hole: &HoleReport| match &hole.outcome {
+            HoleOutcome::Left(_) => true,
+            _ if hole.hole.edges <= tuning().fill.few_edges => true,
+            _ => self.regions.iter().any(|r| {
+                let whole = match r.closed_by {
+                    Some(ClosedBy::LevelSet) => r.converged,
+                    Some(ClosedBy::Flat | ClosedBy::Base | ClosedBy::Seam | ClosedBy::Sides) => {
+                        true
+                    }
+                    _ => false,
+                };
+                let is_sound = whole && r.intersecting_faces == 0 && r.not_continued.is_none();
+                r.id == hole.region && is_sound
+            }),
+        };
+        !self.incomplete() && self.holes.iter().all(flawless)
+    }
+
+    /// Number of holes with each outcome.
+    pub fn tally(&self) -> Tally {
+        let mut tally = Tally {
+            open_chains: self.open_chains.len(),
+            ..Tally::default()
+        };
+        for hole in &self.holes {
+            let count = match hole.outcome {
+                HoleOutcome::Filled => &mut tally.filled,
+                HoleOutcome::Faired(_) => &mut tally.faired,
+                HoleOutcome::Flat => &mut tally.flat,
+                HoleOutcome::Base => &mut tally.bases,
+                HoleOutcome::Walls => &mut tally.walls,
+                HoleOutcome::Triangulated(_) => &mut tally.triangulated,
+                HoleOutcome::Left(_) => &mut tally.left,
+                HoleOutcome::Failed(_) => &mut tally.failed,
+            };
+            *count += 1;
+        }
+        for region in self.regions.iter().filter(|r| r.intersecting_faces > 0) {
+            tally.intersecting_patches += 1;
+            tally.intersecting_faces += region.intersecting_faces;
+        }
+        tally
+    }
+}
+
+/// Report of a restoration.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct RestoreReport {
+    /// Number of marked faces.
+    pub marked_faces: usize,
+    /// Number of removed faces: the marked faces, and those without which there would be no clean rim.
+    pub removed_faces: usize,
+    /// Number of vertices removed with them.
+    pub removed_vertices: usize,
+    /// Fraction of the shape that was to be kept.
+    pub keep_shape: f64,
+    /// The report of the fill. Holes are numbered as after the cut.
+    pub fill: FillReport,
+}
+
+/// Report of a fairing.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct FairReport {
+    /// Width below which features were removed, in the mesh's units.
+    pub strength: f64,
+    /// Time of the flow, in length⁴.
+    pub time: f64,
+    /// Voxel size, in the mesh's units.
+    pub voxel: f64,
+    /// Whether the whole surface was replaced: nothing of the input is in the output.
+    pub whole: bool,
+    /// Number of faces that were to be faired.
+    pub marked_faces: usize,
+    /// Number of removed faces.
+    pub removed_faces: usize,
+    /// Number of vertices removed with them.
+    pub removed_vertices: usize,
+    /// Closed components that stayed unchanged: of an open mesh only the open components are faired, between their borders.
+    pub components_left: usize,
+    /// Volume of the input, if it is closed.
+    pub volume_before: Option<f64>,
+    /// Volume of the output, if it is closed.
+    pub volume_after: Option<f64>,
+    /// Largest distance between the surfaces before and after: of a new vertex from the input surface, or of a removed vertex from
+    /// the result.
+    pub moved_max: f64,
+    /// Root mean square of these distances.
+    pub moved_rms: f64,
+    /// Number of these distances.
+    #[serde(default)]
+    pub(crate) moved_points: usize,
+    /// The reports of the objects of a 3MF file with their names, if there are several: each is faired by itself. Strength, time and
+    /// voxel are then the largest of an object.
+    #[serde(default)]
+    pub objects: Vec<(String, FairReport)>,
+    /// The report of the regions. Holes are numbered as after the cut.
+    pub fill: FillReport,
+}
+
+impl FairReport {
+    /// Relative change of the volume.
+    pub fn volume_drift(&self) -> Option<f64> {
+        Some(self.volume_after? / self.volume_before? - 1.0)
+    }
+}

@@ -1,0 +1,431 @@
+//! Mesh repair: reorients, welds, unites, separates or cuts out defective faces, then fills the holes.
+//!
+//! Faces that are not part of a defect are kept bit for bit and in order.
+
+mod balance;
+mod bodies;
+mod bodies_report;
+mod caps;
+mod chains;
+mod choice;
+mod clean;
+mod clear;
+mod cracks;
+mod dangling;
+mod draft;
+mod filling;
+mod finish;
+mod growing;
+mod inner_sheets;
+mod intersection_cache;
+mod offset_shell;
+mod offset_shells;
+mod orient;
+mod params;
+mod plans;
+mod report;
+mod rim_triangles;
+mod rings;
+mod rounding;
+mod seams;
+mod self_intersections;
+mod setters;
+mod sheets;
+mod shell_rounds;
+mod shell_search;
+mod shell_vertex;
+mod shell_walls;
+mod twins;
+mod union;
+mod widen;
+mod witness;
+
+use std::collections::HashSet;
+use std::time::Instant;
+
+use glam::DMat4;
+
+use crate::check::{DefectKind, components, weld_length};
+use crate::mend::{Control, FillError, FillReport, HoleReport, Inspection, Watch};
+use crate::mesh::topology::NONE;
+use crate::mesh::{Hole, Mesh, Origins};
+use crate::tuning::tuning;
+use bodies::Given;
+use choice::Choice;
+use clean::Alike;
+use draft::{Draft, Faults};
+use filling::Filling;
+use plans::State;
+use rounding::Rounding;
+
+pub use params::{RepairParams, RepairReport, SelfIntersectionPass};
+
+/// A repaired mesh.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Repaired {
+    /// The mesh: vertices and faces from the input first, in order, then the patches.
+    pub mesh: Mesh,
+    /// The input vertex or face of each of its first vertices and faces; the others are new.
+    pub origins: Origins,
+    /// The expected error of each patch vertex; see [`crate::mend::Filled::expected_error`].
+    pub expected_error: Vec<Option<f64>>,
+    /// What the repair found and did.
+    pub report: RepairReport,
+}
+
+/// Properties of the input and the output format that constrain a repair.
+#[derive(Clone, Copy)]
+pub struct Carried<'a> {
+    /// Whether two coinciding vertices may be merged because their attributes are equal.
+    pub alike: &'a Alike<'a>,
+    /// Keeps all input vertices under their numbers and puts changed faces after unchanged ones.
+    pub in_place: bool,
+    /// The transform from the coordinates that the output stores as 32-bit floats to mesh coordinates (the identity for most
+    /// formats); none if the output stores 64-bit floats. All positions are rounded accordingly before self-intersections are
+    /// searched (input positions too, unless `in_place`), so that the written file is as free of them as the result.
+    pub stored: Option<DMat4>,
+}
+
+impl Default for Carried<'_> {
+    fn default() -> Self {
+        Self {
+            alike: &|_, _| true,
+            in_place: false,
+            stored: None,
+        }
+    }
+}
+
+/// Repairs a mesh.
+///
+/// # Errors
+/// If the mesh or the parameters are invalid, or [`FillError::Cancelled`]. A defect that cannot be repaired is not an error; it
+/// is in the report.
+pub fn repair(
+    mesh: &Mesh,
+    params: &RepairParams,
+    carried: &Carried,
+    control: &Control,
+) -> Result<Repaired, FillError> {
+    params.check()?;
+    control.install(|| {
+        let clock = Instant::now();
+        let mut run = Run {
+            input: mesh,
+            draft: Draft::new(mesh, Vec::new()),
+            params,
+            control,
+            report: RepairReport::default(),
+            choice: Choice::default(),
+            cuts: params.crossings,
+            splits: params.split,
+            lost: 0,
+            meant: None,
+            left: None,
+            is_united: false,
+            joins: false,
+            compares: false,
+            early: Vec::new(),
+            asked: HashSet::new(),
+            border: HashSet::new(),
+            outer: HashSet::new(),
+            components: Vec::new(),
+        };
+        run.draft.rounding = Rounding::new(carried.stored);
+        let given = run.prepare(carried)?;
+        run.search(given, carried)?;
+        let mut done = run.finish(carried)?;
+        done.report.fill.seconds = clock.elapsed().as_secs_f64();
+        Ok(done)
+    })
+}
+
+/// The state of a running repair.
+struct Run<'a> {
+    input: &'a Mesh,
+    draft: Draft,
+    params: &'a RepairParams,
+    control: &'a Control<'a>,
+    report: RepairReport,
+    choice: Choice,
+    /// Whether the present plan cuts intersecting faces out.
+    cuts: bool,
+    /// Whether it separates surfaces, or cuts them out where they cannot be separated.
+    splits: bool,
+    /// Input faces removed so far because patches intersected other faces.
+    lost: usize,
+    /// The mesh as given with the faces added that make all intersecting bodies closed, if they are then.
+    meant: Option<Draft>,
+    /// The least number of intersecting faces that a union left.
+    left: Option<usize>,
+    /// Whether a union has the solid that the input means.
+    is_united: bool,
+    /// Whether cleaning joined boundaries.
+    joins: bool,
+    /// Whether several plans are compared: a fill that fails is one of many.
+    compares: bool,
+    /// Holes closed before the fill of the chosen ones.
+    early: Vec<HoleReport>,
+    /// Input faces removed because the caller asked for it.
+    asked: HashSet<u32>,
+    /// The boundary edges of the input.
+    border: HashSet<Edge>,
+    /// The edges of its outer borders.
+    outer: HashSet<Edge>,
+    /// The component of each input face; `u32::MAX` for degenerate faces.
+    components: Vec<u32>,
+}
+
+impl Run<'_> {
+    /// Returns an error if the run was cancelled.
+    fn go_on(&self) -> Result<(), FillError> {
+        Watch::new(*self.control, Vec::new()).finish()
+    }
+
+    /// Checks the input and cleans it. Returns the draft before it was cleaned if faces intersect.
+    fn prepare(&mut self, carried: &Carried) -> Result<Option<Given>, FillError> {
+        let params = self.params;
+        // Check the input and set up the draft.
+        let found = Inspection::new(self.input)?;
+        self.report.before = Some(found.check(&params.checked()));
+        self.choice = Choice::new(&found, &params.fill)?;
+        self.report.fill = FillReport::of(&found);
+        let rounding = self.draft.rounding;
+        self.components.clone_from(&found.topology.component);
+        self.draft = Draft::new(self.input, self.components.clone());
+        self.draft.rounding = rounding;
+        // Determined before rounding, which hides the number of digits of the coordinates.
+        self.draft.unit = weld_length(&found.mesh);
+        if !carried.in_place {
+            self.draft.round_from(0);
+        }
+        // Reuse the self-intersections that the check found.
+        let before = self.report.before.iter().flat_map(|v| &v.defects);
+        let mut crossing = before.filter(|d| d.kind == DefectKind::SelfIntersection);
+        let crossing = crossing.next().map_or(&[][..], |d| &d.faces);
+        let crosses = !crossing.is_empty();
+        self.draft.adopt(found, crossing);
+        {
+            let found = self.draft.inspect()?;
+            self.border = border(&found);
+            let outer = found.holes.iter().filter(|h| h.outer_boundary);
+            self.outer = outer.flat_map(|h| edges(&h.rim)).collect();
+            self.draft.unit = weld_length(&found.mesh).max(self.draft.unit);
+        }
+        self.go_on()?;
+        let given =
+            (crosses && params.crossings).then(|| (self.draft.clone(), self.report.clone()));
+        self.clean(carried)?;
+        if params.clean && params.crossings {
+            twins::drop(&mut self.draft, &mut self.report)?;
+        }
+        if params.crossings {
+            inner_sheets::drop(&mut self.draft, &mut self.report)?;
+        }
+        Ok(given)
+    }
+
+    /// Repairs that cut nothing out (merging, welding, duplicates), then reorients the faces.
+    fn clean(&mut self, carried: &Carried) -> Result<(), FillError> {
+        clean::clean(
+            &mut self.draft,
+            self.params,
+            carried.alike,
+            &mut self.report,
+        )?;
+        self.go_on()?;
+        if self.params.orient {
+            self.report.reoriented_faces += orient::orient(&mut self.draft)?;
+        }
+        Ok(())
+    }
+
+    /// Removes debris and components that lie inside others.
+    fn drop_components(&mut self) -> Result<(), FillError> {
+        let (debris, inside) = (self.params.debris.unwrap_or(0.0), self.params.drop_inside);
+        if debris <= 0.0 && !inside {
+            return Ok(());
+        }
+        let removed: Vec<bool> = {
+            let found = self.draft.inspect()?;
+            let all = components(&found.mesh, &found.topology, debris);
+            let mut goes = vec![false; all.len()];
+            for (i, c) in all.iter().enumerate() {
+                let is_cavity = c.closed && c.volume < 0.0 && !c.depth.is_multiple_of(2);
+                let goes_inside = inside && c.inside.is_some() && !is_cavity;
+                let count = match (c.debris, goes_inside) {
+                    (true, _) => &mut self.report.debris,
+                    (_, true) => &mut self.report.inside,
+                    _ => continue,
+                };
+                goes[i] = true;
+                *count = [count[0] + 1, count[1] + c.faces];
+            }
+            let component = found.topology.component.iter();
+            component.map(|&p| p != NONE && goes[p as usize]).collect()
+        };
+        let origins = self.draft.origins.faces.iter().zip(&removed);
+        self.asked
+            .extend(origins.filter(|(_, gone)| **gone).map(|(o, _)| o.face));
+        self.draft.remove(&removed);
+        Ok(())
+    }
+
+    /// Cuts intersecting faces out and fills the holes, in passes, until no patch intersects anything. Fills the chosen holes of the
+    /// input too, unless they are `filled`.
+    fn fill_and_cut(&mut self, filled: bool) -> Result<(), FillError> {
+        let mut old = border(&*self.draft.inspect()?);
+        let mut reopened = false;
+        for pass in 0..tuning().repair.passes {
+            self.go_on()?;
+            let before = (pass > 0).then(|| self.judged_state()).transpose()?;
+            let cut = self.cuts && self.cut(pass)?;
+            if pass > 0 && !cut && !reopened {
+                break;
+            }
+            let which = match pass == 0 && !filled {
+                true => Filling::Chosen,
+                false => Filling::Made,
+            };
+            self.fill(&old, which)?;
+            reopened = false;
+            if self.splits {
+                let before = self.report.non_manifold_faces;
+                sheets::separate(&mut self.draft, &mut self.report)?;
+                reopened = self.report.non_manifold_faces > before;
+            }
+            if let Some(before) = before {
+                self.keep_better(before)?;
+            }
+            old = border(&*self.draft.inspect()?);
+        }
+        // A plan that separates nothing removes nothing either.
+        let drops = self.splits || !self.params.split;
+        if drops {
+            dangling::drop(&mut self.draft, &mut self.report, self.params.crossings)?;
+        }
+        if self.params.crossings {
+            self.clear()?;
+        }
+        if self.params.crossings && drops {
+            dangling::drop(&mut self.draft, &mut self.report, false)?;
+        }
+        if self.params.clean {
+            clean::flip_new(&mut self.draft)?;
+        }
+        // Open sheets may have become closed components.
+        if self.params.orient {
+            self.report.reoriented_faces += orient::orient(&mut self.draft)?;
+        }
+        Ok(())
+    }
+
+    /// Replaces patches that intersect other faces: by rim triangles, after widening the hole, by an offset shell, or by leaving
+    /// the hole open.
+    fn clear(&mut self) -> Result<(), FillError> {
+        self.go_on()?;
+        let borders = self.params.borders;
+        let (border, outer) = (self.border.clone(), self.outer.clone());
+        let was_border = |hole: &Hole, origin: &[u32]| {
+            let before: Vec<u32> = hole.rim.iter().map(|v| origin[*v as usize]).collect();
+            let moved = || hole.outer_boundary && edges(&before).any(|e| outer.contains(&e));
+            !borders && (edges(&before).all(|e| border.contains(&e)) || moved())
+        };
+        let origin = self.draft.origins.vertices.clone();
+        let is_left = |hole: &Hole| hole.outer_boundary && was_border(hole, &origin);
+        rim_triangles::settle(&mut self.draft, &mut self.report.fill, &is_left)?;
+        let open = |hole: &Hole| was_border(hole, &origin);
+        report::open(&self.draft, &mut self.report.fill, &open)?;
+        for rings in 0..=tuning().repair.wider {
+            self.go_on()?;
+            let most = self.most_lost();
+            self.lost += widen::widen(&mut self.draft, &mut self.report.fill, rings, most)?;
+        }
+        self.separate_again()?;
+        let origin = self.draft.origins.vertices.clone();
+        let open = |hole: &Hole| was_border(hole, &origin);
+        report::open(&self.draft, &mut self.report.fill, &open)?;
+        dangling::close(&self.draft, &mut self.report.fill)?;
+        self.add_offset_shells(&was_border)?;
+        let crossing = self.draft.self_intersections()?;
+        let left = crossing.iter().map(|f| self.draft.component(*f as usize));
+        let left: HashSet<u32> = left.filter(|c| *c != NONE).collect();
+        self.report.left_self_intersecting = left.len();
+        report::count_intersecting_faces(&mut self.draft, &mut self.report.fill)
+    }
+
+    /// Separates surfaces that patches joined at edges or vertices, if that reduces the faults.
+    fn separate_again(&mut self) -> Result<(), FillError> {
+        if self.splits && !self.draft.faults()?.is_manifold() {
+            let before = self.judged_state()?;
+            sheets::separate(&mut self.draft, &mut self.report)?;
+            self.keep_better(before)?;
+        }
+        Ok(())
+    }
+
+    /// A snapshot of the state that a pass changes, with its faults.
+    fn judged_state(&mut self) -> Result<(State, Faults), FillError> {
+        let faults = self.draft.faults()?;
+        Ok((self.state(), faults))
+    }
+
+    /// Restores an earlier state if there are more faults now; returns whether the present state was kept.
+    fn keep_better(&mut self, (before, faults): (State, Faults)) -> Result<bool, FillError> {
+        let better = self.draft.faults()? <= faults;
+        if !better {
+            self.restore(before);
+        }
+        Ok(better)
+    }
+
+    /// The number of input faces that may still be removed because of patches that intersect others.
+    fn most_lost(&self) -> usize {
+        let crossed = self.report.before.as_ref();
+        let crossed = crossed.map_or(0, |v| v.count(DefectKind::SelfIntersection));
+        let all = self.input.faces.len() / tuning().repair.lost_part
+            + tuning().repair.lost_crossing * crossed;
+        all.saturating_sub(self.lost)
+    }
+
+    fn cut(&mut self, pass: usize) -> Result<bool, FillError> {
+        let most = self.most_lost();
+        let cut = match pass {
+            0 => self_intersections::cut(&mut self.draft, tuning().repair.rings)?,
+            _ => self_intersections::cut_patches(
+                &mut self.draft,
+                tuning().repair.rings + pass,
+                most,
+            )?,
+        };
+        let Some(cut) = cut else {
+            return Ok(false);
+        };
+        if pass > 0 {
+            self.lost += cut.own;
+        }
+        self.report.passes.push(cut.pass);
+        self.report.covered_faces += cut.covered;
+        Ok(true)
+    }
+}
+
+/// An edge between welded vertices, the smaller number first.
+type Edge = (u32, u32);
+
+fn edges(rim: &[u32]) -> impl Iterator<Item = Edge> {
+    let next = rim.iter().cycle().skip(1);
+    rim.iter().zip(next).map(|(&v, &w)| (v.min(w), v.max(w)))
+}
+
+/// The boundary edges.
+fn border(found: &Inspection) -> HashSet<Edge> {
+    use crate::mesh::topology::{end, start};
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    (0..topology.boundary.len() as u32)
+        .filter(|&h| topology.boundary[h as usize])
+        .map(|h| (start(mesh, h), end(mesh, h)))
+        .map(|(v, w)| (v.min(w), v.max(w)))
+        .collect()
+}

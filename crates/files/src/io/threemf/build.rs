@@ -1,0 +1,430 @@
+//! Assembles the build of a 3MF package into one mesh: transformed objects with colours, materials and patch marks.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::{DAffine3, DVec3};
+
+use super::super::mesh_builder::MeshBuilder;
+use super::super::{Format, IoError, Loaded};
+use super::fault;
+use super::model::{Group, NO_MATERIAL, Object, Part, Use};
+use super::package::Models;
+use isomend_core::mesh::Unit;
+use isomend_core::mesh::attributes::{
+    Attribute, CornerAttribute, LabelKind, Labels, Material, NONE, PATCH_NAME, Role, Scalar,
+};
+
+/// Memory limit for the placed objects of a build: the larger of the first number in bytes and the second times the
+/// file size. The first serves small files whose object fills a whole plate. A mesh placed once takes about 10 times
+/// its file, so that 64 leaves room for six copies of each object.
+const ALLOWANCE: [usize; 2] = [256 << 20, 64];
+/// Bytes per vertex (three 8-byte floats) and per face (corners, colour indices, labels, and their copies during
+/// assembly). Estimated, not measured.
+const BYTES: [usize; 2] = [24, 64];
+/// Deepest nesting of objects within objects.
+const MOST_DEPTH: usize = 32;
+/// Most objects placed, counting each use.
+const MOST_USES: usize = 100_000;
+
+/// Places all build items of the main model.
+pub(super) fn build(models: Models, file: usize) -> Result<Loaded, IoError> {
+    let main = &models.parts[&models.main];
+    let [least, times] = ALLOWANCE;
+    let mut build = Build {
+        models: &models,
+        unit: main.unit,
+        surface: MeshBuilder::new(Format::ThreeMf),
+        left: least.max(times.saturating_mul(file)),
+        uses: 0,
+        colours: Colours::default(),
+        objects: Names::new(LabelKind::Object),
+        parts: Names::new(LabelKind::Part),
+        part_names: UniqueNames::default(),
+        has_names: false,
+        names: UniqueNames::default(),
+        materials: Names::new(LabelKind::Material),
+        appearances: BTreeMap::new(),
+        patches: Vec::new(),
+        unread_properties: 0,
+        supports: 0,
+    };
+    let all: Vec<Use> = match main.items.is_empty() {
+        false => main.items.clone(),
+        // A model without a build places all objects that are not components of others.
+        true => top_objects(main),
+    };
+    for item in &all {
+        build.has_names |= build.given_name(item).is_some();
+        let name = build.name_of(item);
+        let name = build.names.own(name);
+        let first = build.surface.face_count();
+        build.place(&models.main, item, DAffine3::IDENTITY, &name, 0)?;
+        build.end_item(first);
+    }
+    build.finish()
+}
+
+/// The objects that are not components of other objects in this part.
+fn top_objects(part: &Part) -> Vec<Use> {
+    let components = part.objects.values().flat_map(|o| &o.components);
+    let own = components.filter(|c| c.part.is_none());
+    let inner: BTreeSet<u32> = own.map(|c| c.object).collect();
+    let top = part.objects.keys().filter(|id| !inner.contains(id));
+    let used = |id: &u32| Use {
+        object: *id,
+        part: None,
+        transform: DAffine3::IDENTITY,
+    };
+    top.map(used).collect()
+}
+
+struct Build<'a> {
+    models: &'a Models,
+    unit: Unit,
+    surface: MeshBuilder,
+    /// Bytes left for placed objects, of [`ALLOWANCE`].
+    left: usize,
+    uses: usize,
+    colours: Colours,
+    objects: Names,
+    /// The meshes of items that consist of several.
+    parts: Names,
+    /// The names of the present item's meshes so far.
+    part_names: UniqueNames,
+    /// Whether an item has a name in the file.
+    has_names: bool,
+    /// The names of the items so far.
+    names: UniqueNames,
+    materials: Names,
+    appearances: BTreeMap<String, [u8; 4]>,
+    patches: Vec<bool>,
+    /// Number of triangles with properties that are not read, for example textures.
+    unread_properties: usize,
+    /// Number of placed support objects, which are not read.
+    supports: usize,
+}
+
+/// Labels, and the index of each name.
+struct Names {
+    labels: Labels,
+    places: BTreeMap<String, u32>,
+}
+
+impl Names {
+    fn new(kind: LabelKind) -> Self {
+        Self {
+            labels: Labels::new(kind),
+            places: BTreeMap::new(),
+        }
+    }
+
+    /// The index of a name, and whether the name is new.
+    fn place(&mut self, name: &str) -> (u32, bool) {
+        if let Some(place) = self.places.get(name) {
+            return (*place, false);
+        }
+        let place = self.labels.names.len() as u32;
+        self.labels.names.push(name.to_owned());
+        self.places.insert(name.to_owned(), place);
+        (place, true)
+    }
+}
+
+/// Names that occur once each.
+#[derive(Default)]
+struct UniqueNames {
+    taken: BTreeSet<String>,
+    /// The last number appended to each name that occurs several times.
+    counts: BTreeMap<String, usize>,
+    /// Number of names to which a number was appended.
+    numbered: usize,
+}
+
+impl UniqueNames {
+    /// The name, with a number appended if it is taken.
+    fn own(&mut self, name: String) -> String {
+        if self.taken.insert(name.clone()) {
+            return name;
+        }
+        self.numbered += 1;
+        let count = self.counts.entry(name.clone()).or_insert(1);
+        loop {
+            *count += 1;
+            let numbered = format!("{name}_{count}");
+            if self.taken.insert(numbered.clone()) {
+                return numbered;
+            }
+        }
+    }
+}
+
+/// The corner colours of the mesh.
+#[derive(Default)]
+struct Colours {
+    pool: Vec<[u8; 4]>,
+    /// The index in the pool of the first colour of each group, by the group's address.
+    first: BTreeMap<*const Group, u32>,
+    corners: Vec<[u32; 3]>,
+}
+
+impl<'a> Build<'a> {
+    fn object(&self, part: &str, id: u32) -> Result<(&'a Part, &'a Object), IoError> {
+        let models: &'a Models = self.models;
+        let missing = || fault(format!("there is no object {id}, which the build uses"));
+        let part = models.parts.get(part).ok_or_else(missing)?;
+        Ok((part, part.objects.get(&id).ok_or_else(missing)?))
+    }
+
+    /// The name of an item's object, if it has one.
+    fn given_name(&self, item: &Use) -> Option<String> {
+        let part = item.part.as_ref().unwrap_or(&self.models.main);
+        let object = self.object(part, item.object).ok();
+        let name = object.map(|(_, o)| o.name.trim().to_owned());
+        name.filter(|name| !name.is_empty())
+    }
+
+    /// The name of an item's object, or else a name with the object's number.
+    fn name_of(&self, item: &Use) -> String {
+        let name = self.given_name(item);
+        name.unwrap_or_else(|| format!("object_{}", item.object))
+    }
+
+    /// Ends an item, whose faces start at `first`: a single mesh is no part.
+    fn end_item(&mut self, first: usize) {
+        if self.part_names.taken.len() < 2 {
+            self.parts.labels.of_face[first..].fill(NONE);
+        }
+        self.part_names = UniqueNames::default();
+    }
+
+    /// Places an object that `part` refers to, and its components, under the transform `outer`.
+    fn place(
+        &mut self,
+        part: &str,
+        used: &Use,
+        outer: DAffine3,
+        name: &str,
+        depth: usize,
+    ) -> Result<(), IoError> {
+        self.uses += 1;
+        if depth > MOST_DEPTH {
+            let what = format!("objects are nested more than {MOST_DEPTH} times");
+            return Err(fault(what));
+        }
+        if self.uses > MOST_USES {
+            return Err(fault(format!(
+                "it uses objects more than {MOST_USES} times"
+            )));
+        }
+        let own = used.part.as_deref().unwrap_or(part);
+        let (model, object) = self.object(own, used.object)?;
+        if object.is_support {
+            self.supports += 1;
+            return Ok(());
+        }
+        // A translation is in the unit of the model that contains it.
+        let outside = self.models.parts.get(part).map_or(self.unit, |p| p.unit);
+        let mut transform = used.transform;
+        transform.translation *= ratio(outside, self.unit);
+        let transform = outer * transform;
+        for component in &object.components {
+            self.place(own, component, transform, name, depth + 1)?;
+        }
+        let scale = ratio(model.unit, self.unit);
+        self.add(model, (object, used.object), transform, scale, name)
+    }
+
+    fn add(
+        &mut self,
+        model: &Part,
+        (object, id): (&Object, u32),
+        transform: DAffine3,
+        scale: f64,
+        name: &str,
+    ) -> Result<(), IoError> {
+        if object.triangles.is_empty() {
+            return Ok(());
+        }
+        // Charge the memory before anything is allocated.
+        let bytes = BYTES[0].saturating_mul(object.positions.len())
+            + BYTES[1].saturating_mul(object.triangles.len());
+        self.left = self.left.checked_sub(bytes).ok_or_else(|| {
+            fault("its objects are placed so often that they do not fit into memory")
+        })?;
+        let after = self.surface.positions.len() + object.positions.len();
+        if u32::try_from(after).is_err() {
+            return Err(fault("it has more vertices than 32-bit indices can name"));
+        }
+        let base = (after - object.positions.len()) as u32;
+        let is_plain = transform == DAffine3::IDENTITY && scale == 1.0;
+        let placed = |p: &DVec3| match is_plain {
+            true => *p,
+            false => transform.transform_point3(scale * *p),
+        };
+        // Append the vertices, transformed and in the unit of the main model.
+        self.surface
+            .positions
+            .extend(object.positions.iter().map(placed));
+        let is_mirrored = transform.matrix3.determinant() < 0.0;
+        let (label, _) = self.objects.place(name);
+        let part = match object.name.trim() {
+            "" => format!("object_{id}"),
+            name => name.to_owned(),
+        };
+        let (part, _) = self.parts.place(&self.part_names.own(part));
+        let first = self.surface.face_count();
+        // Append the triangles; a mirroring transform reverses their orientation.
+        for triangle in &object.triangles {
+            let count = object.positions.len();
+            if let Some(v) = triangle.corners.iter().find(|v| **v as usize >= count) {
+                let what = format!("a triangle uses vertex {v}, but its object has only {count}");
+                return Err(fault(what));
+            }
+            let [a, b, c] = triangle.corners.map(|v| v + base);
+            let turned = |[p, q, r]: [u32; 3]| if is_mirrored { [p, r, q] } else { [p, q, r] };
+            self.surface.push_triangle(turned([a, b, c]));
+            self.objects.labels.of_face.push(label);
+            self.parts.labels.of_face.push(part);
+            let turned_places = turned(triangle.places);
+            let group = model.groups.get(&triangle.group);
+            self.unread_properties += usize::from(group.is_none() && triangle.group != NONE);
+            self.add_property(group, turned_places, triangle.places[0]);
+        }
+        self.mark(object, first);
+        Ok(())
+    }
+
+    /// Adds the property of the last triangle. `places` are the indices in the group of its corners; `first_place` is
+    /// the index of the first corner in file order.
+    fn add_property(&mut self, group: Option<&Group>, places: [u32; 3], first_place: u32) {
+        let (mut colours, mut material) = ([NONE; 3], NONE);
+        match group {
+            Some(group @ Group::Colours(all)) => {
+                let first = self.colours.first_of(group, all);
+                let known = |k: u32| (k as usize) < all.len();
+                colours = places.map(|k| if known(k) { first + k } else { NONE });
+            }
+            Some(Group::Materials(all)) => {
+                let found = all.get(first_place as usize);
+                if let Some((name, colour)) = found.filter(|(name, _)| name != NO_MATERIAL) {
+                    let (place, is_new) = self.materials.place(name);
+                    material = place;
+                    if is_new {
+                        self.appearances.insert(name.clone(), *colour);
+                    }
+                }
+            }
+            None => {}
+        }
+        self.colours.corners.push(colours);
+        self.materials.labels.of_face.push(material);
+    }
+
+    /// Marks the faces of an object that belong to patches.
+    fn mark(&mut self, object: &Object, first: usize) {
+        self.patches.resize(self.surface.face_count(), false);
+        let own = &mut self.patches[first..];
+        for [from, to] in &object.patches {
+            own[*from..=*to].fill(true);
+        }
+    }
+
+    /// Remarks on what is numbered or not read.
+    fn notes(&self) -> Vec<String> {
+        let parts = self.models.parts.values();
+        let [beams, unmatched_marks] = [
+            parts.clone().map(|part| part.beams).sum(),
+            parts.map(|part| part.unmatched_marks).sum::<usize>(),
+        ];
+        let counts = [
+            (beams, "beams of lattices, which are not read"),
+            (
+                self.names.numbered,
+                "objects that were numbered, since others have the same name",
+            ),
+            (
+                self.unread_properties,
+                "triangles with properties that are not read, such as textures",
+            ),
+            (self.supports, "support objects, which are not read"),
+            (
+                unmatched_marks,
+                "objects whose patch marks do not match their faces, so that the marks are ignored",
+            ),
+        ];
+        let counts = counts.into_iter().filter(|(count, _)| *count > 0);
+        counts
+            .map(|(count, what)| format!("{what}: {count}"))
+            .collect()
+    }
+
+    fn finish(self) -> Result<Loaded, IoError> {
+        let beams: usize = self.models.parts.values().map(|part| part.beams).sum();
+        if beams > 0 && self.surface.face_count() == 0 {
+            return Err(IoError::Unsupported {
+                format: Format::ThreeMf,
+                what: format!(
+                    "it has no triangles, only {beams} beams of lattices, which are not read"
+                ),
+                advice: "save it with its beams as triangles",
+            });
+        }
+        let notes = self.notes();
+        let mut loaded = self.surface.finish()?;
+        let all = &mut loaded.attributes;
+        all.unit = Some(self.unit);
+        all.separate = true;
+        if self.has_names || self.objects.labels.names.len() > 1 {
+            all.labels.push(self.objects.labels);
+        }
+        if self.parts.labels.of_face.iter().any(|part| *part != NONE) {
+            all.labels.push(self.parts.labels);
+        }
+        if !self.materials.labels.names.is_empty() {
+            let material = |(name, [r, g, b, a]): (String, [u8; 4])| Material {
+                name,
+                colour: Some([r, g, b].map(|x| f32::from(x) / 255.0)),
+                opacity: Some(f32::from(a) / 255.0),
+                ..Material::default()
+            };
+            all.materials = self.appearances.into_iter().map(material).collect();
+            all.labels.push(self.materials.labels);
+        }
+        if !self.colours.pool.is_empty() {
+            let mut pool = Attribute::new("colour", Role::Colour, Scalar::U8, 4);
+            for colour in &self.colours.pool {
+                pool.push(Some(&colour.map(f64::from)));
+            }
+            let corners = self.colours.corners;
+            all.corner.push(CornerAttribute { pool, corners });
+        }
+        if self.patches.contains(&true) {
+            let mut marks = Attribute::new(PATCH_NAME, Role::Other, Scalar::U8, 1);
+            let marked = self.patches.iter().map(|patch| f64::from(u8::from(*patch)));
+            marked.for_each(|mark| marks.push(Some(&[mark])));
+            all.face.push(marks);
+        }
+        loaded.notes.extend(notes);
+        Ok(loaded)
+    }
+}
+
+impl Colours {
+    /// The index in the pool of a group's first colour. The group is added to the pool when first used.
+    fn first_of(&mut self, group: &Group, colours: &[[u8; 4]]) -> u32 {
+        let pool = &mut self.pool;
+        *(self.first.entry(std::ptr::from_ref(group))).or_insert_with(|| {
+            pool.extend_from_slice(colours);
+            (pool.len() - colours.len()) as u32
+        })
+    }
+}
+
+/// The length of unit `of` in units of `to`.
+fn ratio(of: Unit, to: Unit) -> f64 {
+    if of == to {
+        1.0
+    } else {
+        of.metres() / to.metres()
+    }
+}

@@ -1,0 +1,248 @@
+//! The missing piece as a printable solid: the volume between the faces that a restoration cut out and its patches.
+
+use glam::DMat4;
+
+use isomend_core::check::{CheckParams, DefectKind, Verdict};
+use isomend_core::mend::{Control, Inspection};
+use isomend_core::mesh::{Mesh, Topology, weld_map};
+use isomend_core::repair::{Carried, RepairParams, repair};
+use isomend_core::tuning::tuning;
+
+/// Message if other work than a restoration is asked for a piece.
+pub(super) const ONLY_RESTORED: &str = "only a restoration makes a piece: the solid between the faces that it cuts out and the patches";
+
+/// The solid between two surfaces with a common rim.
+pub(in crate::job) struct Piece {
+    /// Closed and oriented outward.
+    pub(in crate::job) mesh: Mesh,
+    /// Remarks.
+    pub(in crate::job) notes: Vec<String>,
+}
+
+/// Builds the solid between `patches`, the new faces of a mesh, and `cut`, the faces that they replace. The two surfaces have the same
+/// vertex positions along the common rim. `stored` is as in [`Carried::stored`].
+///
+/// The solid is bounded by the patches on the outside and by the flipped cut faces on the inside. Where the two surfaces intersect, only
+/// the volume that the patches add is kept: a point belongs to the solid if its winding number is positive. Holes in the cut faces are
+/// filled.
+///
+/// # Errors
+/// A message that says why there is no solid.
+pub(in crate::job) fn piece(
+    patches: &Mesh,
+    cut: &Mesh,
+    stored: Option<DMat4>,
+    control: &Control,
+) -> Result<Piece, String> {
+    let mut between = joined(patches, cut);
+    if between.faces.is_empty() {
+        return Err(
+            "there is no volume between the patch and the faces that were cut out".to_owned(),
+        );
+    }
+    let (verdict, topology) = judged(&between)?;
+    let open = verdict.holes;
+    let plain = verdict
+        .defects
+        .iter()
+        .all(|d| d.kind == DefectKind::InsideOut);
+    if plain {
+        let mesh = outward(&between, &verdict, &topology).ok_or(BELOW)?;
+        return finished(mesh, Vec::new());
+    }
+    if verdict.is_watertight() {
+        // A repair would flip components that are inside out, so these are removed first.
+        between = outward(&between, &verdict, &topology).ok_or(BELOW)?;
+    }
+    let carried = Carried {
+        stored,
+        ..Carried::default()
+    };
+    // Where the patch is below, the volume is negative and goes.
+    let params = RepairParams::default().with_orient(false);
+    let repaired =
+        repair(&between, &params, &carried, control).map_err(|error| error.to_string())?;
+    let mut notes = Vec::new();
+    if open > 0 {
+        notes.push(format!(
+            "holes in the faces that were cut out were filled for the piece: {open}"
+        ));
+    }
+    if repaired.report.united_bodies > 0 {
+        notes.push(
+            "in places the patch is below the faces that were cut out; the piece contains only the volume where it is above them"
+                .to_owned(),
+        );
+    }
+    let (verdict, topology) = judged(&repaired.mesh)?;
+    let mesh = outward(&repaired.mesh, &verdict, &topology).ok_or(BELOW)?;
+    finished(mesh, notes)
+}
+
+/// Message if the patch adds no volume.
+const BELOW: &str =
+    "the patch is below the faces that were cut out, so nothing is missing and there is no piece";
+
+/// The patches and the flipped cut faces as one mesh, with vertices at equal positions merged.
+fn joined(patches: &Mesh, cut: &Mesh) -> Mesh {
+    let base = patches.positions.len() as u32;
+    let positions = [&patches.positions[..], &cut.positions[..]].concat();
+    let turned = cut
+        .faces
+        .iter()
+        .map(|[a, b, c]| [a + base, c + base, b + base]);
+    let faces = patches.faces.iter().copied().chain(turned).collect();
+    let mut all = Mesh::new(positions, faces);
+    let weld = weld_map(&all);
+    for face in &mut all.faces {
+        *face = face.map(|v| weld[v as usize]);
+    }
+    // Remove degenerate faces, and faces that patches and cut have in common: there is no volume between them.
+    all.faces.retain(|[a, b, c]| a != b && b != c && a != c);
+    without_pairs(&mut all);
+    compact(&all, |_| true)
+}
+
+/// Removes pairs of faces with the same vertices and opposite orientations.
+fn without_pairs(mesh: &mut Mesh) {
+    let sorted = |face: &[u32; 3]| {
+        let mut corners = *face;
+        corners.sort_unstable();
+        corners
+    };
+    let mut order: Vec<u32> = (0..mesh.faces.len() as u32).collect();
+    order.sort_by_key(|f| (sorted(&mesh.faces[*f as usize]), *f));
+    let mut gone = vec![false; mesh.faces.len()];
+    let is_same_way =
+        |a: [u32; 3], b: [u32; 3]| (0..3).any(|k| [b[k], b[(k + 1) % 3]] == [a[0], a[1]]);
+    for pair in order.windows(2) {
+        let [a, b] = [pair[0] as usize, pair[1] as usize];
+        let (f, g) = (mesh.faces[a], mesh.faces[b]);
+        if !gone[a] && sorted(&f) == sorted(&g) && !is_same_way(f, g) {
+            gone[a] = true;
+            gone[b] = true;
+        }
+    }
+    let mut f = 0;
+    mesh.faces.retain(|_| {
+        f += 1;
+        !gone[f - 1]
+    });
+}
+
+/// The faces for which `keep` is true, with the vertices that they use.
+fn compact(mesh: &Mesh, keep: impl Fn(usize) -> bool) -> Mesh {
+    let mut number = vec![u32::MAX; mesh.positions.len()];
+    let mut out = Mesh::default();
+    for (_, face) in mesh.faces.iter().enumerate().filter(|(f, _)| keep(*f)) {
+        let face = face.map(|v| {
+            let new = &mut number[v as usize];
+            if *new == u32::MAX {
+                *new = out.positions.len() as u32;
+                out.positions.push(mesh.positions[v as usize]);
+            }
+            *new
+        });
+        out.faces.push(face);
+    }
+    out
+}
+
+/// Checks a mesh with default parameters.
+fn judged(mesh: &Mesh) -> Result<(Verdict, Topology), String> {
+    let found = Inspection::new(mesh).map_err(|error| error.to_string())?;
+    let verdict = found.check(&CheckParams::default());
+    Ok((verdict, found.topology))
+}
+
+/// The components that enclose a positive volume larger than the fraction `tuning().deliver.piece_part` of the largest component's;
+/// `None` if there are none.
+fn outward(mesh: &Mesh, verdict: &Verdict, topology: &Topology) -> Option<Mesh> {
+    let volumes: Vec<f64> = verdict.components.iter().map(|c| c.volume).collect();
+    let largest = volumes.iter().copied().fold(0.0, f64::max);
+    let least = largest * tuning().deliver.piece_part;
+    let stays = |f: usize| {
+        let volume = volumes.get(topology.component[f] as usize);
+        volume.is_some_and(|v| *v > least)
+    };
+    let out = compact(mesh, stays);
+    (largest > 0.0 && !out.faces.is_empty()).then_some(out)
+}
+
+/// The piece, if it passes the check of a mesh.
+fn finished(mesh: Mesh, notes: Vec<String>) -> Result<Piece, String> {
+    let (verdict, _) = judged(&mesh)?;
+    match verdict.is_sound() {
+        true => Ok(Piece { mesh, notes }),
+        false => Err(format!(
+            "the solid between the patch and the faces that were cut out is not sound: {}",
+            verdict.reasons().join(", ")
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    /// A square of `2 n²` faces over [0, 1]², with height 0 on its outer border.
+    fn sheet(n: usize, height: impl Fn(f64, f64) -> f64) -> Mesh {
+        let mut mesh = Mesh::default();
+        for j in 0..=n {
+            for i in 0..=n {
+                let [x, y] = [i, j].map(|k| k as f64 / n as f64);
+                let inside = i > 0 && j > 0 && i < n && j < n;
+                let z = if inside { height(x, y) } else { 0.0 };
+                mesh.positions.push(DVec3::new(x, y, z));
+            }
+        }
+        let at = |i: usize, j: usize| (j * (n + 1) + i) as u32;
+        for j in 0..n {
+            for i in 0..n {
+                let [a, b] = [at(i, j), at(i + 1, j)];
+                let [c, d] = [at(i, j + 1), at(i + 1, j + 1)];
+                mesh.faces.extend([[a, b, c], [b, d, c]]);
+            }
+        }
+        mesh
+    }
+
+    /// The volume that a closed mesh encloses, negative where it is inside out.
+    fn volume(mesh: &Mesh) -> f64 {
+        let Some(&origin) = mesh.positions.first() else {
+            return 0.0;
+        };
+        let part = |f: u32| {
+            let [a, b, c] = mesh.corners(f).map(|p| p - origin);
+            a.dot(b.cross(c)) / 6.0
+        };
+        (0..mesh.faces.len() as u32).map(part).sum()
+    }
+
+    fn made(patch: &Mesh, cut: &Mesh) -> Result<Piece, String> {
+        piece(patch, cut, None, &Control::new())
+    }
+
+    #[test]
+    fn the_piece_is_the_volume_that_the_upper_sheet_adds() {
+        let (upper, lower) = (sheet(8, |_, _| 0.3), sheet(8, |_, _| -0.1));
+        let piece = made(&upper, &lower).unwrap();
+        let (verdict, _) = judged(&piece.mesh).unwrap();
+        assert!(verdict.is_sound());
+        assert!(volume(&piece.mesh) > 0.2);
+        assert_eq!(made(&lower, &upper).err().as_deref(), Some(BELOW));
+        assert!(made(&upper, &upper).is_err());
+    }
+
+    #[test]
+    fn where_the_sheets_intersect_only_added_volume_is_kept() {
+        let upper = sheet(12, |x, _| 0.25 * (x - 0.3));
+        let lower = sheet(12, |_, _| 0.0);
+        let piece = made(&upper, &lower).unwrap();
+        assert!(judged(&piece.mesh).unwrap().0.is_sound());
+        assert!(piece.mesh.positions.iter().all(|p| p.z >= 0.0));
+        assert!(!piece.notes.is_empty());
+    }
+}

@@ -1,0 +1,148 @@
+//! JSON rows for the verdict of a mesh check.
+
+use glam::DVec3;
+use serde::Serialize;
+
+use isomend_core::check::{Component, Defect, DefectKind, ShapeDoubt, Verdict};
+
+/// Most faces and places per defect, and most components, in a document.
+const MOST_LISTED: usize = 1000;
+
+/// The verdict of a mesh check.
+#[derive(Serialize)]
+pub(in crate::job) struct VerdictRow<'a> {
+    /// Whether it is watertight and can be printed.
+    sound: bool,
+    /// Why it is not, as sentences.
+    reasons: Vec<String>,
+    watertight: bool,
+    closed: bool,
+    manifold: bool,
+    oriented: bool,
+    holes: usize,
+    open_chains: usize,
+    /// Vertices of boundary loops that are on boundary edges.
+    t_junctions: usize,
+    /// Holes that splitting these edges closes.
+    t_junction_holes: usize,
+    weld: Option<WeldRow>,
+    unused_vertices: usize,
+    duplicate_vertices: usize,
+    defects: Vec<DefectRow<'a>>,
+    components: usize,
+    debris: usize,
+    inside: usize,
+    largest_components: Vec<&'a Component>,
+    thin: Option<f64>,
+    /// The least wall thickness that was asked for.
+    min_wall: Option<f64>,
+    /// The measured wall thickness.
+    walls: Option<WallRow>,
+    /// After a repair: why the shape is doubtful; else null.
+    doubt: Option<ShapeDoubt>,
+    /// The verdict on each object of a 3MF file, if there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    objects: Vec<ObjectRow<'a>>,
+}
+
+/// The verdict on an object.
+#[derive(Serialize)]
+struct ObjectRow<'a> {
+    name: &'a str,
+    sound: bool,
+    reasons: Vec<String>,
+    faces: usize,
+    components: usize,
+}
+
+/// Wall thickness of the closed components.
+#[derive(Serialize)]
+struct WallRow {
+    least: Option<f64>,
+    mean: f64,
+    /// The component with the thinnest wall, from 1 in the order of first faces.
+    component: usize,
+    /// Where the thinnest wall is.
+    at: Option<DVec3>,
+}
+
+/// A weld that closes boundary edges.
+#[derive(Serialize)]
+struct WeldRow {
+    /// Boundary vertices within this distance are merged.
+    length: f64,
+    /// Boundary edges that the weld closes.
+    edges: usize,
+    /// Whether a repair welds them by default.
+    by_default: bool,
+}
+
+#[derive(Serialize)]
+struct DefectRow<'a> {
+    kind: DefectKind,
+    count: usize,
+    /// Its first faces.
+    faces: &'a [u32],
+    /// Its first positions.
+    places: &'a [DVec3],
+}
+
+impl<'a> ObjectRow<'a> {
+    fn new((name, verdict): &'a (String, Verdict)) -> Self {
+        Self {
+            name,
+            sound: verdict.is_sound(),
+            reasons: verdict.reasons(),
+            faces: verdict.faces,
+            components: verdict.components.len(),
+        }
+    }
+}
+
+impl<'a> VerdictRow<'a> {
+    pub(in crate::job) fn new(verdict: &'a Verdict) -> Self {
+        let row = |d: &'a Defect| DefectRow {
+            kind: d.kind,
+            count: d.count,
+            faces: &d.faces[..d.faces.len().min(MOST_LISTED)],
+            places: &d.places[..d.places.len().min(MOST_LISTED)],
+        };
+        let mut components: Vec<&Component> = verdict.components.iter().collect();
+        components.sort_by(|a, b| b.area.total_cmp(&a.area));
+        components.truncate(MOST_LISTED);
+        Self {
+            sound: verdict.is_sound(),
+            reasons: verdict.reasons(),
+            watertight: verdict.is_watertight(),
+            closed: verdict.is_closed(),
+            manifold: verdict.is_manifold(),
+            oriented: verdict.is_oriented(),
+            holes: verdict.holes,
+            open_chains: verdict.open_chains,
+            t_junctions: verdict.t_junctions,
+            t_junction_holes: verdict.t_junction_holes,
+            weld: verdict.weld.map(|(length, edges)| WeldRow {
+                length,
+                edges,
+                by_default: verdict.weld_by_default,
+            }),
+            unused_vertices: verdict.unused_vertices,
+            duplicate_vertices: verdict.duplicate_vertices,
+            defects: verdict.defects.iter().map(row).collect(),
+            components: verdict.components.len(),
+            debris: verdict.debris(),
+            inside: verdict.inside(),
+            largest_components: components,
+            thin: verdict.params.thin,
+            min_wall: verdict.params.min_wall,
+            doubt: verdict.doubt,
+            objects: verdict.objects.iter().map(ObjectRow::new).collect(),
+            walls: verdict.walls().map(|(component, thinnest, mean)| WallRow {
+                least: thinnest.least_wall,
+                mean,
+                component,
+                at: thinnest.thinnest_at,
+            }),
+        }
+    }
+}

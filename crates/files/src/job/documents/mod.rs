@@ -1,0 +1,396 @@
+//! All JSON documents. `docs/json.md` describes the fields. The field names are stable: they do not follow renames of the types that
+//! they are made from.
+
+mod check;
+mod counterpart;
+mod filed;
+mod plan;
+mod repair;
+mod rows;
+
+use serde::Serialize;
+
+use super::deliver::Delivered;
+use super::result::OperationReport;
+use super::{JobResult, JobSpec, Mended, Place};
+use crate::io::Format;
+use filed::FiledRow;
+use isomend_core::fill::Tally;
+use isomend_core::mend::{FairReport, FillReport, RestoreReport};
+use isomend_core::mesh::{Defects, Mesh, OpenChain};
+use repair::RepairRow;
+use rows::{OutcomeRow, RegionRow, some_time};
+
+pub(super) use check::VerdictRow;
+pub(super) use rows::{CreaseEndRow, HoleRow};
+
+/// The version of the field names and their values. It grows when one is renamed or removed, not when one is added.
+const FORMAT: u32 = 2;
+
+/// A JSON document: its content, the command and version that made it, and the version of its fields.
+#[derive(Debug, Serialize)]
+#[non_exhaustive]
+pub struct Document<T> {
+    command: &'static str,
+    version: &'static str,
+    format: u32,
+    #[serde(flatten)]
+    body: T,
+}
+
+impl<T> Document<T> {
+    /// A document of a command.
+    pub fn new(command: &'static str, body: T) -> Self {
+        Self {
+            command,
+            version: env!("CARGO_PKG_VERSION"),
+            format: FORMAT,
+            body,
+        }
+    }
+}
+
+/// A mesh file.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct FileInfo {
+    path: String,
+    format: &'static str,
+    vertices: usize,
+    faces: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sha256: Option<String>,
+}
+
+impl FileInfo {
+    /// The row of a mesh in a file, without a hash.
+    pub fn new(place: &Place, format: Format, mesh: &Mesh) -> Self {
+        Self::of(place, format, [mesh.positions.len(), mesh.faces.len()])
+    }
+
+    /// The same from the numbers of vertices and faces.
+    pub(super) fn of(place: &Place, format: Format, [vertices, faces]: [usize; 2]) -> Self {
+        Self {
+            path: shown(place),
+            format: format.extension(),
+            vertices,
+            faces,
+            sha256: None,
+        }
+    }
+
+    /// The same with the hash of the file.
+    pub(super) fn hashed(mut self, sha256: Option<String>) -> Self {
+        self.sha256 = sha256;
+        self
+    }
+}
+
+/// A place as documents show it: `-` for the caller's memory.
+pub(super) fn shown(place: &Place) -> String {
+    match place {
+        Place::File(path) => path.display().to_string(),
+        Place::Memory { .. } => "-".to_owned(),
+    }
+}
+
+impl JobResult<'_> {
+    /// The JSON document of the result.
+    pub fn document(&self) -> Document<impl Serialize> {
+        let [read, written] = &self.sha256;
+        let input = FileInfo::of(&self.spec.source.place, self.format, self.size);
+        let output = self.spec.output.as_ref();
+        let output = output.map(|o| FileInfo::new(&o.place, o.format, &self.mesh));
+        let files = Files {
+            input: input.hashed(read.clone()),
+            output: output.map(|o| o.hashed(written.clone())),
+            notes: &self.notes,
+            filed: FiledRow::new(&self.spec, self.delivered.clone()),
+        };
+        files.document(&self.spec, &self.extent, &self.report)
+    }
+}
+
+impl Mended<'_> {
+    /// The JSON document of a mesh that is not written to a file. Its output row names memory (`-`) and the format of the input.
+    pub fn document(&self) -> Document<impl Serialize> {
+        let (source, format) = (&self.spec.source.place, self.kept_input.format);
+        let here = Place::memory("");
+        let delivered = Delivered {
+            invented: self.invented(&self.components()),
+            ..Delivered::default()
+        };
+        let input = FileInfo::of(source, format, self.size);
+        let files = Files {
+            input: input.hashed(self.sha256.clone()),
+            output: Some(FileInfo::new(&here, format, self.mesh())),
+            notes: &self.kept_input.notes,
+            filed: FiledRow::new(&self.spec, delivered),
+        };
+        files.document(&self.spec, &self.extent, &self.report)
+    }
+}
+
+/// The files of a document.
+#[derive(Serialize)]
+struct Files<'a> {
+    input: FileInfo,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    output: Option<FileInfo>,
+    notes: &'a [String],
+    #[serde(flatten)]
+    filed: FiledRow,
+}
+
+impl<'a> Files<'a> {
+    fn document(
+        self,
+        spec: &JobSpec,
+        extent: &'a OperationReport,
+        report: &'a FillReport,
+    ) -> Document<Body<'a>> {
+        let body = match extent {
+            OperationReport::Copied => Body::Copy(self),
+            OperationReport::Faired(faired) => Body::Fair(FairBody {
+                files: self,
+                complete: true,
+                volume_drift: faired.volume_drift(),
+                fair: FairRow::new(faired),
+                fill: FillRow::new(report),
+            }),
+            OperationReport::Repaired(repair) => Body::Repair(Box::new(RepairBody {
+                files: self,
+                complete: extent.is_complete(report),
+                repair: RepairRow::new(repair),
+                fill: FillRow::new(report),
+            })),
+            OperationReport::Holes | OperationReport::Region(_) => Body::Fill(FillBody {
+                files: self,
+                flawless: report.flawless(),
+                outcomes: report.tally(),
+                complete: extent.is_complete(report),
+                cut: match extent {
+                    OperationReport::Region(report) => Some(CutRow::new(report)),
+                    _ => None,
+                },
+                fill: FillRow::new(report),
+            }),
+        };
+        Document::new(spec.work.name(), body)
+    }
+}
+
+/// The documents of several jobs.
+#[derive(Default)]
+pub(super) struct DocumentList(Vec<String>);
+
+impl DocumentList {
+    pub(super) fn add(&mut self, document: &impl Serialize) {
+        // Never fails: JSON writes NaN and infinity as null, and all keys are strings.
+        self.0
+            .push(serde_json::to_string_pretty(document).unwrap_or_default());
+    }
+
+    /// The only document, or a JSON list of all.
+    pub(super) fn text(&self, list: bool) -> String {
+        let mut text = self.0.join(",\n");
+        if list {
+            // Indenting is safe: strings in JSON contain no line breaks.
+            text = format!("[\n  {}\n]", text.replace('\n', "\n  "));
+        }
+        text + "\n"
+    }
+}
+
+/// The document of an input whose job failed: its path and the error.
+pub fn failed_document(
+    command: &'static str,
+    place: &Place,
+    error: &str,
+) -> Document<impl Serialize + use<>> {
+    #[derive(Serialize)]
+    struct File {
+        path: String,
+    }
+    #[derive(Serialize)]
+    struct Body {
+        input: File,
+        error: String,
+    }
+    let input = File { path: shown(place) };
+    let error = error.to_owned();
+    Document::new(command, Body { input, error })
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Body<'a> {
+    Fill(FillBody<'a>),
+    Fair(FairBody<'a>),
+    Repair(Box<RepairBody<'a>>),
+    Copy(Files<'a>),
+}
+
+#[derive(Serialize)]
+struct RepairBody<'a> {
+    #[serde(flatten)]
+    files: Files<'a>,
+    /// Whether the result is watertight and can be printed.
+    complete: bool,
+    #[serde(flatten)]
+    repair: RepairRow<'a>,
+    #[serde(flatten)]
+    fill: FillRow<'a>,
+}
+
+#[derive(Serialize)]
+struct FillBody<'a> {
+    #[serde(flatten)]
+    files: Files<'a>,
+    /// Whether each hole of more than four edges that was to be filled got a converged surface without self-intersections.
+    flawless: bool,
+    /// Number of holes by outcome.
+    outcomes: Tally,
+    /// Whether every hole that was to be filled is filled.
+    complete: bool,
+    /// The faces that a restoration cut out.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    cut: Option<CutRow>,
+    #[serde(flatten)]
+    fill: FillRow<'a>,
+}
+
+#[derive(Serialize)]
+struct FairBody<'a> {
+    #[serde(flatten)]
+    files: Files<'a>,
+    /// Whether every region was faired.
+    complete: bool,
+    /// Change of the volume, divided by the volume before.
+    volume_drift: Option<f64>,
+    #[serde(flatten)]
+    fair: FairRow,
+    #[serde(flatten)]
+    fill: FillRow<'a>,
+}
+
+/// The faces and vertices that `isomend restore` cuts out.
+#[derive(Serialize)]
+struct CutRow {
+    marked_faces: usize,
+    removed_faces: usize,
+    removed_vertices: usize,
+    /// How much of the shape under the mask is kept, from 0 to 1.
+    keep_shape: f64,
+}
+
+impl CutRow {
+    fn new(report: &RestoreReport) -> Self {
+        Self {
+            marked_faces: report.marked_faces,
+            removed_faces: report.removed_faces,
+            removed_vertices: report.removed_vertices,
+            keep_shape: report.keep_shape,
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct FairRow {
+    strength: f64,
+    time: f64,
+    voxel: f64,
+    whole: bool,
+    marked_faces: usize,
+    removed_faces: usize,
+    components_left: usize,
+    removed_vertices: usize,
+    volume_before: Option<f64>,
+    volume_after: Option<f64>,
+    moved_max: f64,
+    moved_rms: f64,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    objects: Vec<FairObjectRow>,
+}
+
+/// An object of a 3MF file that was faired by itself.
+#[derive(Serialize)]
+struct FairObjectRow {
+    name: String,
+    #[serde(flatten)]
+    row: FairRow,
+}
+
+impl FairRow {
+    fn new(report: &FairReport) -> Self {
+        Self {
+            strength: report.strength,
+            time: report.time,
+            voxel: report.voxel,
+            whole: report.whole,
+            marked_faces: report.marked_faces,
+            removed_faces: report.removed_faces,
+            components_left: report.components_left,
+            removed_vertices: report.removed_vertices,
+            volume_before: report.volume_before,
+            volume_after: report.volume_after,
+            moved_max: report.moved_max,
+            moved_rms: report.moved_rms,
+            objects: report.objects.iter().map(FairObjectRow::new).collect(),
+        }
+    }
+}
+
+impl FairObjectRow {
+    fn new((name, report): &(String, FairReport)) -> Self {
+        Self {
+            name: name.clone(),
+            row: FairRow::new(report),
+        }
+    }
+}
+
+/// Size and defects of the input.
+#[derive(Serialize)]
+struct FoundRow<'a> {
+    vertices: usize,
+    faces: usize,
+    components: usize,
+    defects: Defects,
+    open_chains: &'a [OpenChain],
+}
+
+impl<'a> FoundRow<'a> {
+    fn new(report: &'a FillReport) -> Self {
+        Self {
+            vertices: report.vertices,
+            faces: report.faces,
+            components: report.components,
+            defects: report.defects,
+            open_chains: &report.open_chains,
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct FillRow<'a> {
+    #[serde(flatten)]
+    found: FoundRow<'a>,
+    all_holes: bool,
+    holes: Vec<OutcomeRow<'a>>,
+    regions: Vec<RegionRow<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seconds: Option<f64>,
+}
+
+impl<'a> FillRow<'a> {
+    fn new(report: &'a FillReport) -> Self {
+        Self {
+            found: FoundRow::new(report),
+            all_holes: report.all_holes,
+            holes: report.holes.iter().map(OutcomeRow::new).collect(),
+            regions: report.regions.iter().map(RegionRow::new).collect(),
+            seconds: some_time(report.seconds),
+        }
+    }
+}

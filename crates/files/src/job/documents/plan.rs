@@ -1,0 +1,174 @@
+//! JSON documents of plans, as `--dry-run --json` writes them.
+
+use serde::Serialize;
+
+use super::rows::HoleRow;
+use super::{Document, FileInfo, VerdictRow};
+use crate::job::{JobPlan, WorkPlan};
+use isomend_core::mend::{FairPlan, FillPlan, PlannedHole, RestorePlan};
+use isomend_core::mesh::{Defects, HoleId, OpenChain};
+
+impl JobPlan<'_> {
+    /// The JSON document of the plan.
+    pub fn document(&self) -> Document<impl Serialize> {
+        let body = match &self.plan {
+            WorkPlan::Fill(fill) => Body::Fill(FillRow::new(fill)),
+            WorkPlan::Restore(restore) => Body::Restore(RestoreRow::new(restore)),
+            WorkPlan::Fair(fair) => Body::Fair(FairRow::new(fair)),
+            WorkPlan::Repair { before, fill } => Body::Repair {
+                before: Box::new(VerdictRow::new(before)),
+                fill: FillRow::new(fill),
+            },
+            WorkPlan::Copy => Body::Copy {},
+        };
+        let plan = PlanRow {
+            dry_run: true,
+            input: FileInfo::of(&self.spec.source.place, self.format, self.size),
+            notes: &self.notes,
+            body,
+        };
+        Document::new(self.spec.work.name(), plan)
+    }
+}
+
+#[derive(Serialize)]
+struct PlanRow<'a> {
+    dry_run: bool,
+    input: FileInfo,
+    notes: &'a [String],
+    #[serde(flatten)]
+    body: Body<'a>,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Body<'a> {
+    Fill(FillRow<'a>),
+    Restore(RestoreRow<'a>),
+    Fair(FairRow),
+    Repair {
+        before: Box<VerdictRow<'a>>,
+        #[serde(flatten)]
+        fill: FillRow<'a>,
+    },
+    Copy {},
+}
+
+#[derive(Serialize)]
+struct FillRow<'a> {
+    vertices: usize,
+    faces: usize,
+    components: usize,
+    defects: Defects,
+    open_chains: &'a [OpenChain],
+    holes: Vec<PlannedHoleRow>,
+    regions: Vec<PlannedRegionRow<'a>>,
+}
+
+impl<'a> FillRow<'a> {
+    fn new(plan: &'a FillPlan) -> Self {
+        let region = plan.regions.iter().map(|r| PlannedRegionRow {
+            id: r.id,
+            holes: &r.holes,
+            bridge: r.bridge,
+            diameter: r.diameter,
+            voxel: r.voxel,
+            dims: r.dims,
+        });
+        Self {
+            vertices: plan.vertices,
+            faces: plan.faces,
+            components: plan.components,
+            defects: plan.defects,
+            open_chains: &plan.open_chains,
+            holes: plan.holes.iter().map(PlannedHoleRow::new).collect(),
+            regions: region.collect(),
+        }
+    }
+}
+
+/// A hole and how it would be closed.
+#[derive(Serialize)]
+struct PlannedHoleRow {
+    #[serde(flatten)]
+    hole: HoleRow,
+    outcome: &'static str,
+    /// Why, as a fixed identifier.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cause: Option<&'static str>,
+    /// Why, as a sentence.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<String>,
+    region: usize,
+}
+
+impl PlannedHoleRow {
+    fn new(planned: &PlannedHole) -> Self {
+        let (cause, reason) = planned.plan.reason().unzip();
+        Self {
+            hole: HoleRow::new(&planned.hole),
+            outcome: planned.plan.key(),
+            cause,
+            reason,
+            region: planned.region,
+        }
+    }
+}
+
+/// A region that would be filled.
+#[derive(Serialize)]
+struct PlannedRegionRow<'a> {
+    id: usize,
+    holes: &'a [HoleId],
+    bridge: bool,
+    diameter: f64,
+    voxel: Option<f64>,
+    dims: Option<[usize; 3]>,
+}
+
+#[derive(Serialize)]
+struct RestoreRow<'a> {
+    marked_faces: usize,
+    removed_faces: usize,
+    removed_vertices: usize,
+    keep_shape: f64,
+    #[serde(flatten)]
+    fill: FillRow<'a>,
+}
+
+impl<'a> RestoreRow<'a> {
+    fn new(plan: &'a RestorePlan) -> Self {
+        Self {
+            marked_faces: plan.marked_faces,
+            removed_faces: plan.removed_faces,
+            removed_vertices: plan.removed_vertices,
+            keep_shape: plan.keep_shape,
+            fill: FillRow::new(&plan.fill),
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct FairRow {
+    strength: f64,
+    time: f64,
+    voxel: f64,
+    whole: bool,
+    marked_faces: usize,
+    removed_faces: usize,
+    components_left: usize,
+}
+
+impl FairRow {
+    fn new(plan: &FairPlan) -> Self {
+        Self {
+            strength: plan.strength,
+            time: plan.time,
+            voxel: plan.voxel,
+            whole: plan.whole,
+            marked_faces: plan.marked_faces,
+            removed_faces: plan.removed_faces,
+            components_left: plan.components_left,
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! Inspecting, checking and comparing meshes without changing them, with their JSON documents and drawings.
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::bodies::checked;
+use super::documents::{CreaseEndRow, HoleRow, VerdictRow};
+use super::{Document, Drawings, FileInfo, JobError, Marked, MaskSpec, Place, Source, Unchanged};
+use crate::io::Loaded;
+use isomend_core::check::{CheckParams, Verdict};
+use isomend_core::compare::{Comparison, compare as compare_meshes};
+use isomend_core::mend::{Control, CreaseEnd, FillError, Inspection};
+use isomend_core::mesh::mask::Selection;
+use isomend_core::mesh::{Defects, OpenChain, Unit};
+
+/// The holes and properties of a mesh file.
+#[non_exhaustive]
+pub struct Inspected<'a> {
+    place: &'a Place,
+    /// The mesh that was read.
+    pub loaded: &'a Loaded,
+    /// Its topology, holes and defects.
+    pub found: Inspection<'a>,
+    /// Rim vertices of its holes at which sharp edges end.
+    pub crease_ends: Vec<CreaseEnd>,
+    /// The faces that a mask marks, if one was given.
+    pub marked: Option<(Selection, Marked)>,
+    /// The unit of the coordinates, where it was given.
+    pub unit: Option<Unit>,
+}
+
+/// Inspects a mesh, draws it if requested, and applies a mask if one is given.
+///
+/// # Errors
+/// If the mesh cannot be inspected, the mask does not fit it, or a file cannot be written. A mask that marks no face is not an error.
+pub fn inspect<'a>(
+    source: &'a Source,
+    loaded: &'a Loaded,
+    mask: Option<&MaskSpec>,
+    unit: Option<Unit>,
+    drawings: &Drawings,
+) -> Result<Inspected<'a>, JobError> {
+    let place = &source.place;
+    let bodies = loaded.bodies();
+    let found = Inspection::of_bodies(&loaded.mesh, bodies.as_ref()).map_err(|error| {
+        JobError::Inspect {
+            name: place.name(),
+            error,
+        }
+    })?;
+    let crease_ends = found.crease_ends(&Control::new())?;
+    let marked = mask.map(|mask| mask.marked(loaded)).transpose()?;
+    let marked = marked.map(|marked| (Selection::new(&loaded.mesh, &marked.faces), marked));
+    drawings.write_unchanged(&Unchanged {
+        place,
+        loaded,
+        found: &found,
+        crease_ends: &crease_ends,
+        verdict: None,
+        unit,
+    })?;
+    Ok(Inspected {
+        place,
+        loaded,
+        found,
+        crease_ends,
+        marked,
+        unit,
+    })
+}
+
+#[derive(Serialize)]
+struct InspectBody<'a> {
+    input: FileInfo,
+    notes: &'a [String],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unit: Option<Unit>,
+    vertices: usize,
+    faces: usize,
+    /// Smallest and largest coordinates.
+    bounds: [DVec3; 2],
+    components: usize,
+    component_faces: &'a [usize],
+    defects: Defects,
+    open_chains: &'a [OpenChain],
+    holes: Vec<HoleRow>,
+    crease_ends: Vec<CreaseEndRow>,
+    /// The selection of the mask, if one was given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mask: Option<&'a Selection>,
+}
+
+impl Inspected<'_> {
+    /// The JSON document of the inspection.
+    pub fn document(&self) -> Document<impl Serialize> {
+        let Self { loaded, found, .. } = self;
+        let body = InspectBody {
+            input: FileInfo::new(self.place, loaded.format, &loaded.mesh),
+            notes: &loaded.notes,
+            unit: self.unit,
+            vertices: loaded.mesh.positions.len(),
+            faces: loaded.mesh.faces.len(),
+            bounds: loaded.mesh.bounds(),
+            components: found.topology.component_faces.len(),
+            component_faces: &found.topology.component_faces,
+            defects: found.topology.defects,
+            open_chains: &found.open_chains,
+            holes: found.holes.iter().map(HoleRow::new).collect(),
+            crease_ends: self.crease_ends.iter().map(CreaseEndRow::new).collect(),
+            mask: self.marked.as_ref().map(|(selection, _)| selection),
+        };
+        Document::new("inspect", body)
+    }
+}
+
+/// A mesh file and the verdict on it.
+#[non_exhaustive]
+pub struct Checked<'a> {
+    place: &'a Place,
+    /// The mesh that was read.
+    pub loaded: &'a Loaded,
+    /// Its topology, holes and defects.
+    pub found: Inspection<'a>,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The unit of the coordinates, where it was given.
+    pub unit: Option<Unit>,
+}
+
+/// Checks a mesh for all kinds of defects, and draws it if requested.
+///
+/// # Errors
+/// If the parameters are invalid, the mesh cannot be inspected, or a file cannot be written.
+pub fn check<'a>(
+    source: &'a Source,
+    loaded: &'a Loaded,
+    params: &CheckParams,
+    unit: Option<Unit>,
+    drawings: &Drawings,
+) -> Result<Checked<'a>, JobError> {
+    params.check().map_err(FillError::from)?;
+    let place = &source.place;
+    let bodies = loaded.bodies();
+    let found = Inspection::of_bodies(&loaded.mesh, bodies.as_ref()).map_err(|error| {
+        JobError::Inspect {
+            name: place.name(),
+            error,
+        }
+    })?;
+    let verdict = checked(&found, bodies.as_ref(), params)?;
+    drawings.write_unchanged(&Unchanged {
+        place,
+        loaded,
+        found: &found,
+        crease_ends: &[],
+        verdict: Some(&verdict),
+        unit,
+    })?;
+    Ok(Checked {
+        place,
+        loaded,
+        found,
+        verdict,
+        unit,
+    })
+}
+
+#[derive(Serialize)]
+struct CheckBody<'a> {
+    input: FileInfo,
+    notes: &'a [String],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unit: Option<Unit>,
+    #[serde(flatten)]
+    verdict: VerdictRow<'a>,
+}
+
+impl Checked<'_> {
+    /// The JSON document of the check.
+    pub fn document(&self) -> Document<impl Serialize> {
+        let body = CheckBody {
+            input: FileInfo::new(self.place, self.loaded.format, &self.loaded.mesh),
+            notes: &self.loaded.notes,
+            unit: self.unit,
+            verdict: VerdictRow::new(&self.verdict),
+        };
+        Document::new("check", body)
+    }
+}
+
+#[derive(Serialize)]
+struct CompareBody<'a> {
+    first: &'a FileInfo,
+    second: &'a FileInfo,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unit: Option<Unit>,
+    #[serde(flatten)]
+    comparison: &'a Comparison,
+}
+
+/// The comparison of two mesh files.
+#[non_exhaustive]
+pub struct Compared {
+    files: [FileInfo; 2],
+    /// The distances between the meshes.
+    pub comparison: Comparison,
+    /// The unit of the coordinates, where it was given.
+    pub unit: Option<Unit>,
+}
+
+/// Compares two meshes, with `samples` sample points on each.
+///
+/// # Errors
+/// [`JobError::Compare`] when there is nothing to compare.
+pub fn compare(
+    meshes: [(&Source, &Loaded); 2],
+    samples: usize,
+    unit: Option<Unit>,
+) -> Result<Compared, JobError> {
+    let [(first, a), (second, b)] = meshes;
+    let comparison = compare_meshes(&a.mesh, &b.mesh, samples);
+    let comparison = comparison.map_err(|error| JobError::Compare {
+        first: first.place.name(),
+        second: second.place.name(),
+        error,
+    })?;
+    let info = |(source, loaded): (&Source, &Loaded)| {
+        FileInfo::new(&source.place, loaded.format, &loaded.mesh)
+    };
+    Ok(Compared {
+        files: meshes.map(info),
+        comparison,
+        unit,
+    })
+}
+
+impl Compared {
+    /// The JSON document of the comparison.
+    pub fn document(&self) -> Document<impl Serialize> {
+        let [first, second] = &self.files;
+        let comparison = &self.comparison;
+        let body = CompareBody {
+            first,
+            second,
+            unit: self.unit,
+            comparison,
+        };
+        Document::new("compare", body)
+    }
+}

@@ -1,0 +1,48 @@
+//! Numbers with nouns, and run times, in words.
+
+/// A number with a noun, in the singular for 1.
+#[doc(hidden)]
+pub fn counted(n: usize, noun: &str) -> String {
+    match (n, noun.strip_suffix("vertex")) {
+        (1, _) => format!("1 {noun}"),
+        (_, Some(before)) => format!("{n} {before}vertices"),
+        _ => format!("{n} {noun}s"),
+    }
+}
+
+/// The end of a line with a run time; empty if run times are left out.
+#[doc(hidden)]
+pub fn timed(seconds: f64) -> String {
+    match seconds {
+        0.0 => String::new(),
+        seconds => format!(", {seconds:.2} s"),
+    }
+}
+
+/// A number with a description whose first noun is in the plural; in the singular for 1.
+pub(super) fn counted_as(n: usize, what: &str) -> String {
+    match n {
+        1 => format!("1 {}", singular(what)),
+        _ => format!("{n} {what}"),
+    }
+}
+
+/// A description with its first noun in the singular.
+pub(super) fn singular(what: &str) -> String {
+    let nouns = [
+        ("vertices ", "vertex "),
+        ("faces ", "face "),
+        ("edges ", "edge "),
+        ("components ", "component "),
+        ("T-junctions ", "T-junction "),
+        ("bodies ", "body "),
+    ];
+    let spaced = format!("{what} ");
+    let at = nouns
+        .iter()
+        .filter_map(|(many, one)| Some((spaced.find(many)?, many, one)));
+    match at.min_by_key(|(at, ..)| *at) {
+        Some((_, many, one)) => spaced.replacen(many, one, 1).trim_end().to_owned(),
+        None => what.to_owned(),
+    }
+}

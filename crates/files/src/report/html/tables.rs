@@ -1,0 +1,271 @@
+//! Lists and tables of an HTML report: facts, remarks, holes and regions.
+
+use std::fmt::Write;
+
+use super::super::counterpart::{counterpart_text, grain_text};
+use super::super::scene::Scene;
+use super::super::text::{lost_creases, reason};
+use super::{add, escaped, listed, number, number_beside};
+use isomend_core::fill::RegionReport;
+use isomend_core::mend::HoleReport;
+
+/// Names of the outcomes of holes, after a change or for a mesh that was only inspected.
+#[derive(Clone, Copy)]
+pub struct OutcomeLabels {
+    /// Whether the mesh was only inspected.
+    pub single: bool,
+}
+
+impl OutcomeLabels {
+    /// The name of a class of outcomes.
+    fn of(self, class: &str) -> &str {
+        match class {
+            "left" if self.single => "open",
+            "left" => "left open",
+            "failed" => "not filled",
+            "flat" => "flat cap",
+            "base" => "flat base",
+            other => other,
+        }
+    }
+
+    /// The reason for a hole's outcome; empty if there is none.
+    fn why(self, hole: &HoleReport) -> String {
+        let why = reason(&hole.outcome).filter(|_| !self.single);
+        escaped(&why.unwrap_or_default())
+    }
+
+    /// Numbers of holes by outcome, as list items.
+    pub fn status(self, holes: &[HoleReport]) -> String {
+        let mut out = String::new();
+        for class in [
+            "filled",
+            "faired",
+            "flat",
+            "base",
+            "walls",
+            "triangulated",
+            "left",
+            "failed",
+        ] {
+            let word = self.of(class);
+            let count = holes.iter().filter(|h| h.outcome.key() == class).count();
+            if count > 0 {
+                add!(out, "<li class=\"{class}\">{count} {word}</li>");
+            }
+        }
+        out
+    }
+
+    /// A button for each hole.
+    pub fn hole_list(self, holes: &[HoleReport]) -> String {
+        let mut out = String::new();
+        for h in holes {
+            let (class, why) = (h.outcome.key(), self.why(h));
+            add!(
+                out,
+                "<li><button type=\"button\" class=\"hole {class}\" data-hole=\"{id}\" aria-pressed=\"false\">\
+             <span class=\"name\">{what} {id}</span><span class=\"outcome\">{}</span>\
+             <span class=\"size\">{} across, {} edges</span>",
+                self.of(class),
+                number(h.hole.diameter),
+                h.hole.edges,
+                id = h.hole.id,
+                what = if h.hole.outer_boundary {
+                    "Border"
+                } else {
+                    "Hole"
+                },
+            );
+            if let Some(object) = &h.hole.object {
+                add!(out, "<span class=\"why\">in {}</span>", escaped(object));
+            }
+            if !why.is_empty() {
+                add!(out, "<span class=\"why\">{}</span>", why);
+            }
+            out.push_str("</button></li>");
+        }
+        out
+    }
+
+    /// The rows of the table of holes.
+    pub fn hole_table(self, holes: &[HoleReport]) -> String {
+        let mut out = String::new();
+        let names = names_objects(holes);
+        for h in holes {
+            let (class, why) = (h.outcome.key(), self.why(h));
+            let [x, y, z] = h.hole.centre.to_array().map(number);
+            let normal = h.hole.normal.to_array().map(|x| format!("{x:.3}"));
+            let normal = normal.join(", ").replace('-', "−");
+            let object = match names {
+                true => format!(
+                    "<td class=\"text\">{}</td>",
+                    escaped(h.hole.object.as_deref().unwrap_or_default())
+                ),
+                false => String::new(),
+            };
+            add!(
+                out,
+                "<tr><th scope=\"row\"><a href=\"#hole-{id}\" data-hole=\"{id}\">{id}</a></th>{object}<td>{}</td><td>{}</td><td>{}</td>\
+             <td>{}</td><td>{}</td><td>{:.4}</td><td>{x}, {y}, {z}</td><td>{normal}</td><td>{}</td><td class=\"text\"><span class=\"tag {class}\">{}\
+             </span> {}</td></tr>",
+                h.hole.edges,
+                number(h.hole.length),
+                number(h.hole.diameter),
+                number(h.hole.width),
+                number_beside(h.hole.height, h.hole.diameter),
+                h.hole.planarity,
+                if h.region == 0 {
+                    "–".to_owned()
+                } else {
+                    h.region.to_string()
+                },
+                self.of(class),
+                why,
+                id = h.hole.id,
+            );
+        }
+        out
+    }
+}
+
+/// Whether the holes belong to several objects of a 3MF file, which the table and the list then name.
+fn names_objects(holes: &[HoleReport]) -> bool {
+    holes.iter().any(|h| h.hole.object.is_some())
+}
+
+/// The heading of the column of objects in the table of holes; empty where there is one object.
+pub fn object_heading(holes: &[HoleReport]) -> &'static str {
+    match names_objects(holes) {
+        true => "<th class=\"text\">object</th>",
+        false => "",
+    }
+}
+
+/// Facts, as names and values.
+pub fn facts(facts: &[(&str, String)]) -> String {
+    let mut out = String::new();
+    for (name, value) in facts {
+        add!(
+            out,
+            "<div><dt>{}</dt><dd>{}</dd></div>",
+            escaped(name),
+            escaped(value)
+        );
+    }
+    out
+}
+
+/// Remarks, with one more if the view does not show all faces.
+pub fn notes(notes: &[String], scene: &Scene) -> String {
+    let mut out = String::new();
+    for note in notes {
+        add!(out, "<li>{}</li>", escaped(note));
+    }
+    if scene.faces.len() < scene.all_faces {
+        add!(
+            out,
+            "<li>To limit the size of this page, the view shows {} of {} faces: far from the patches the surface is drawn \
+             coarser. The written mesh has all faces.</li>",
+            scene.faces.len(),
+            scene.all_faces
+        );
+    }
+    out
+}
+
+/// The rows of the table of regions; regions for which no level set was solved share one row.
+pub fn region_table(regions: &[RegionReport]) -> String {
+    let mut out = String::new();
+    let plain = |r: &RegionReport| r.levels.is_empty() && r.failed_attempts.is_empty();
+    for r in regions.iter().filter(|r| !plain(r)) {
+        region_row(&mut out, r);
+    }
+    let small = || regions.iter().filter(|r| plain(r));
+    if small().next().is_some() {
+        add!(
+            out,
+            "<tr class=\"more\"><td colspan=\"12\">{} more regions, of small holes and sides of seams: closed with {} faces between \
+             rim vertices</td></tr>",
+            small().count(),
+            small().map(|r| r.new_faces).sum::<usize>()
+        );
+    }
+    out
+}
+
+/// The parts of a patch that its surroundings do not predict: its counterpart and its grain.
+fn invented_rows(out: &mut String, r: &RegionReport) {
+    let invented = [counterpart_text(r, None), grain_text(r, None)];
+    for text in invented.into_iter().flatten() {
+        let (id, text) = (r.id, escaped(&text));
+        add!(
+            out,
+            "<tr class=\"more\"><td colspan=\"12\">region {id}: {text}</td></tr>"
+        );
+    }
+}
+
+/// The row of a region, with one more row if sharp edges were not continued, and one if there were earlier attempts.
+fn region_row(out: &mut String, r: &RegionReport) {
+    let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
+    let last = r.levels.last();
+    let energies = last.map_or("–".to_owned(), |l| {
+        format!(
+            "{} → {}",
+            number(l.flow.energy_before),
+            number(l.flow.energy_after)
+        )
+    });
+    let state = match last {
+        None => "no flow",
+        Some(_) if r.converged => "converged",
+        Some(_) => "not converged",
+    };
+    let across = r.voxel.map(|voxel| format!("{:.0}", r.diameter / voxel));
+    let across = across.unwrap_or_else(|| "–".to_owned());
+    add!(
+        out,
+        "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{across}</td><td>{steps}</td><td>{state}</td>\
+         <td>{energies}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+        r.id,
+        listed(&r.holes),
+        number(r.diameter),
+        match (r.seam_angle_mean, r.seam_angle_max) {
+            (Some(mean), Some(largest)) => format!("{mean:.1}° / {largest:.1}°"),
+            _ => "–".to_owned(),
+        },
+        r.new_faces,
+        if r.quality_mean > 0.0 {
+            format!("{:.3}", r.quality_mean)
+        } else {
+            "–".to_owned()
+        },
+        r.intersecting_faces,
+        match r.seconds {
+            0.0 => "–".to_owned(),
+            seconds => format!("{seconds:.2}"),
+        },
+    );
+    if let Some(lost) = lost_creases(r) {
+        let (id, lost) = (r.id, escaped(&lost));
+        add!(
+            out,
+            "<tr class=\"more\"><td colspan=\"12\">region {id}: {lost}</td></tr>"
+        );
+    }
+    invented_rows(out, r);
+    if !r.failed_attempts.is_empty() {
+        let attempts: Vec<String> = r
+            .failed_attempts
+            .iter()
+            .map(|t| escaped(&t.to_string()))
+            .collect();
+        add!(
+            out,
+            "<tr class=\"more\"><td colspan=\"12\">region {}: earlier attempts failed: {}</td></tr>",
+            r.id,
+            attempts.join("; ")
+        );
+    }
+}

@@ -1,0 +1,32 @@
+//! Reports of runs and of meshes: lines of text, HTML pages and PNG pictures.
+
+mod check;
+mod counterpart;
+mod counts;
+mod holes;
+pub mod html;
+mod missed;
+pub mod picture;
+mod plan;
+mod repair;
+pub mod scene;
+#[doc(hidden)]
+pub mod scripts;
+mod text;
+
+pub use check::verdict_lines;
+pub use text::{summary_lines, tally_line};
+
+pub use {
+    check::verdict_rows,
+    counts::{counted, timed},
+    holes::{crease_end_line, crease_end_table, hole_table},
+    isomend_core::mesh::{length, length_beside, number, point, significant},
+    missed::missed_lines,
+    plan::{left_holes, plan_lines},
+    repair::{repair_lines, repair_lines_in},
+    text::{
+        chain_lines, defect_lines, level_lines, lost_creases, ranges, reason, reason_lines,
+        region_lines, region_lines_in,
+    },
+};

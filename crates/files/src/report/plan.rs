@@ -1,0 +1,77 @@
+//! The plan of a fill as text: which holes would be filled, how, and which would stay open.
+
+use std::collections::HashSet;
+
+use super::defect_lines;
+use super::text::{chain_lines, joined, ranges};
+use isomend_core::fill::{HoleOutcome, LeftReason};
+use isomend_core::mend::{FillPlan, FillReport, HolePlan};
+use isomend_core::mesh::{HoleId, Unit};
+
+/// A plan in lines: defects, then the regions, then the holes that would stay open.
+#[doc(hidden)]
+pub fn plan_lines(plan: &FillPlan, unit: Option<Unit>) -> Vec<String> {
+    let mut lines = defect_lines(&plan.defects);
+    lines.extend(chain_lines(&plan.open_chains));
+    // Regions without a grid: short rims get smoothed triangles, the others are closed with faces between their rim vertices.
+    let without_grid = plan.regions.iter().filter(|r| r.voxel.is_none());
+    let filled = plan.holes.iter().filter(|h| h.plan == HolePlan::Fill);
+    let filled: HashSet<HoleId> = filled.map(|h| h.hole.id).collect();
+    let (smooth, simple): (Vec<HoleId>, Vec<HoleId>) = without_grid
+        .flat_map(|r| r.holes.iter().copied())
+        .partition(|id| filled.contains(id));
+    for r in &plan.regions {
+        if let (Some(voxel), Some([x, y, z])) = (r.voxel, r.dims) {
+            lines.push(format!(
+                "hole {}: would be filled; diameter {}, voxel {} ({:.0} across), in a box of {x} x {y} x {z} nodes",
+                joined(&r.holes),
+                Unit::text(unit, r.diameter),
+                Unit::text(unit, voxel),
+                r.diameter / voxel
+            ));
+        }
+    }
+    for (ids, how) in [
+        (smooth, "filled with smoothed triangles"),
+        (simple, "closed with faces between rim vertices"),
+    ] {
+        if !ids.is_empty() {
+            let noun = if ids.len() == 1 { "hole" } else { "holes" };
+            lines.push(format!("{noun} {}: would be {how}", ranges(&ids)));
+        }
+    }
+    let left = plan.holes.iter().filter_map(|h| match h.plan {
+        HolePlan::Leave(why) => Some((h.hole.id, why)),
+        _ => None,
+    });
+    let left = by_reason(left);
+    for (why, ids) in &left {
+        let noun = if ids.len() == 1 { "hole" } else { "holes" };
+        lines.push(format!("{noun} {}: would be left open: {why}", ranges(ids)));
+    }
+    let open: usize = left.iter().map(|(_, ids)| ids.len()).sum();
+    let all = plan.holes.len();
+    lines.push(format!("{} of {all} holes would be filled", all - open));
+    lines
+}
+
+/// The holes that stay open, grouped by reason.
+#[doc(hidden)]
+pub fn left_holes(report: &FillReport) -> Vec<(LeftReason, Vec<HoleId>)> {
+    by_reason(report.holes.iter().filter_map(|h| match h.outcome {
+        HoleOutcome::Left(why) => Some((h.hole.id, why)),
+        _ => None,
+    }))
+}
+
+/// Groups holes by reason, in the order of their first holes.
+fn by_reason(holes: impl Iterator<Item = (HoleId, LeftReason)>) -> Vec<(LeftReason, Vec<HoleId>)> {
+    let mut left: Vec<(LeftReason, Vec<HoleId>)> = Vec::new();
+    for (id, why) in holes {
+        match left.iter_mut().find(|(w, _)| *w == why) {
+            Some((_, ids)) => ids.push(id),
+            None => left.push((why, vec![id])),
+        }
+    }
+    left
+}

@@ -1,0 +1,76 @@
+//! The static files of the page, embedded in the program: markup, styles, scripts.
+
+use std::sync::LazyLock;
+
+use isomend_files::report::html::STYLE;
+use isomend_files::report::scripts::{Script, bundle};
+
+const HTML: &str = include_str!("../web/page.html");
+/// The page's additions to the style of the report.
+const OWN_STYLE: &str = include_str!("../web/page.css");
+/// The page's layout.
+const LAYOUT: &str = include_str!("../web/layout.css");
+const WORKER: &str = include_str!("../web/worker.js");
+/// The page's own modules, in no order: `main.js` imports what it needs.
+const OWN: [Script; 32] = [
+    ("band.js", include_str!("../web/band.js")),
+    ("choices.js", include_str!("../web/choices.js")),
+    ("creases.js", include_str!("../web/creases.js")),
+    ("defects.js", include_str!("../web/defects.js")),
+    ("deliver.js", include_str!("../web/deliver.js")),
+    (
+        "deliver_strings.js",
+        include_str!("../web/deliver_strings.js"),
+    ),
+    ("display.js", include_str!("../web/display.js")),
+    ("fields.js", include_str!("../web/fields.js")),
+    ("folder.js", include_str!("../web/folder.js")),
+    ("folds.js", include_str!("../web/folds.js")),
+    ("holes.js", include_str!("../web/holes.js")),
+    ("keys.js", include_str!("../web/keys.js")),
+    ("layout.js", include_str!("../web/layout.js")),
+    ("like.js", include_str!("../web/like.js")),
+    ("like_strings.js", include_str!("../web/like_strings.js")),
+    ("main.js", include_str!("../web/main.js")),
+    ("mask.js", include_str!("../web/mask.js")),
+    ("masks.js", include_str!("../web/masks.js")),
+    ("measure.js", include_str!("../web/measure.js")),
+    ("model.js", include_str!("../web/model.js")),
+    ("net.js", include_str!("../web/net.js")),
+    ("outline.js", include_str!("../web/outline.js")),
+    ("paint.js", include_str!("../web/paint.js")),
+    ("paint_strings.js", include_str!("../web/paint_strings.js")),
+    ("plane.js", include_str!("../web/plane.js")),
+    ("presets.js", include_str!("../web/presets.js")),
+    ("save.js", include_str!("../web/save.js")),
+    ("smoother.js", include_str!("../web/smoother.js")),
+    ("steps.js", include_str!("../web/steps.js")),
+    ("strings.js", include_str!("../web/strings.js")),
+    ("topology.js", include_str!("../web/topology.js")),
+    ("views.js", include_str!("../web/views.js")),
+];
+/// The modules of the viewer and the page, bundled into one script.
+static SCRIPT: LazyLock<String> = LazyLock::new(|| bundle("main.js", &OWN));
+
+/// The content of a file of the page, with its media type.
+pub fn asset(name: &str) -> Option<(&'static str, String)> {
+    let (kind, text) = match name {
+        "" => ("text/html; charset=utf-8", HTML.to_owned()),
+        "page.css" => (
+            "text/css; charset=utf-8",
+            [STYLE, OWN_STYLE, LAYOUT].join("\n"),
+        ),
+        "page.js" => ("text/javascript; charset=utf-8", SCRIPT.clone()),
+        "worker.js" => ("text/javascript; charset=utf-8", WORKER.to_owned()),
+        _ => return None,
+    };
+    Some((kind, text))
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_script_contains_all_its_imports() {
+        isomend_files::report::scripts::check("main.js", &super::OWN);
+    }
+}
