@@ -50,29 +50,21 @@ fn ignores_hangup() -> bool {
     mask.is_some_and(|mask| mask >> (signal_hook::consts::SIGHUP - 1) & 1 == 1)
 }
 
-#[cfg(target_family = "wasm")]
-fn wait_for_signals() -> std::io::Result<()> {
-    Ok(())
-}
-
-#[cfg(not(any(unix, target_family = "wasm")))]
+#[cfg(not(unix))]
 fn wait_for_signals() -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(|| stop(130))
 }
 
 /// Called when a signal ends a command for which that is the normal end, such as `view`.
-#[cfg(not(target_family = "wasm"))]
 static AT_END: OnceLock<Box<dyn Fn() + Send + Sync>> = OnceLock::new();
 
 /// Makes a signal the normal end of the program: `say` is called, and the exit code is 0.
-#[cfg(not(target_family = "wasm"))]
 pub fn is_normal_end(say: impl Fn() + Send + Sync + 'static) {
     // Set only once, since a program runs one command.
     let _ = AT_END.set(Box::new(say));
 }
 
 /// Ends the program after a signal.
-#[cfg(not(target_family = "wasm"))]
 fn stop(code: i32) -> ! {
     // The guard lives until the end, so that no file is finished or started any more.
     let abandoned = isomend::io::abandon_unfinished();

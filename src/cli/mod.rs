@@ -12,7 +12,15 @@ mod files;
 mod fill;
 mod input;
 mod inspect;
+#[cfg(not(target_family = "wasm"))]
 mod interrupt;
+/// No signals reach the program in WebAssembly.
+#[cfg(target_family = "wasm")]
+mod interrupt {
+    pub fn listen() -> anyhow::Result<()> {
+        Ok(())
+    }
+}
 mod json;
 mod manual;
 mod mask;
