@@ -4,6 +4,7 @@
 
 mod parameters;
 mod unfinished;
+mod unused;
 mod words;
 mod written;
 

@@ -1,0 +1,77 @@
+//! Every public item of the packages is used: what is public to other packages is not covered by the compiler's own lint.
+
+use std::collections::HashMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The folders whose code counts as use.
+const CODE: [&str; 8] = [
+    "src",
+    "crates",
+    "python/src",
+    "wasm/src",
+    "tests",
+    "benches",
+    "examples",
+    "fuzz",
+];
+
+fn collect(path: &Path, files: &mut Vec<PathBuf>) {
+    if path.is_dir() {
+        for entry in fs::read_dir(path).unwrap() {
+            collect(&entry.unwrap().path(), files);
+        }
+    } else if path.extension().is_some_and(|e| e == "rs") {
+        files.push(path.to_owned());
+    }
+}
+
+fn is_word(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
+}
+
+/// The name that a line declares as public, if it declares one.
+fn declared(line: &str) -> Option<&str> {
+    let rest = line.trim_start().strip_prefix("pub ")?;
+    let rest = rest.strip_prefix("unsafe ").unwrap_or(rest);
+    let kinds = [
+        "const fn ",
+        "fn ",
+        "struct ",
+        "enum ",
+        "const ",
+        "static ",
+        "trait ",
+        "type ",
+    ];
+    let rest = kinds.iter().find_map(|kind| rest.strip_prefix(kind))?;
+    rest.split(|c| !is_word(c)).next()
+}
+
+#[test]
+fn public_items_are_used() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut files = Vec::new();
+    for folder in CODE {
+        collect(&root.join(folder), &mut files);
+    }
+    let texts: Vec<String> = files
+        .iter()
+        .map(|f| fs::read_to_string(f).unwrap())
+        .collect();
+    let code = || texts.iter().flat_map(|text| text.lines());
+    let mut times: HashMap<&str, usize> = HashMap::new();
+    for line in code() {
+        let line = line.split("//").next().unwrap_or("");
+        for word in line.split(|c| !is_word(c)) {
+            *times.entry(word).or_default() += 1;
+        }
+    }
+    let public: Vec<&str> = code().filter_map(declared).collect();
+    assert!(public.len() > 1000, "only {} were read", public.len());
+    let unused: Vec<&&str> = public.iter().filter(|name| times[**name] < 2).collect();
+    assert!(
+        unused.is_empty(),
+        "nothing names these public items: {unused:?}"
+    );
+}
