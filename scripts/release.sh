@@ -65,9 +65,10 @@ say "the bills of materials"
     python3 scripts/sbom.py --target "$target" "$out/isomend.cdx.json" &&
     python3 scripts/sbom.py --target "$target" --package isomend-python "$out/isomend-python.cdx.json")
 
-say "the Rust package"
-# Without verification, as the package is built when it is installed below.
-(cd "$clean/source" && cargo package --quiet --locked --no-verify --package isomend)
+say "the Rust packages"
+# Each is built from what is packed, with the others as they are packed.
+(cd "$clean/source" && cargo package --quiet --locked --package isomend --package isomend-core --package isomend-files \
+    --package isomend-study --package isomend-view)
 cp "$CARGO_TARGET_DIR"/package/isomend-*.crate "$out/"
 
 # Runs the first command of the README with the given program; prints the hash of the result.
@@ -95,9 +96,7 @@ for made in "$out"/isomend-*.whl "$out"/isomend-*.tar.gz; do
 done
 
 say "the Rust package, installed"
-mkdir "$clean/crate"
-tar -x -C "$clean/crate" --strip-components 1 -f "$(ls "$out"/isomend-*.crate)"
-cargo install --quiet --locked --path "$clean/crate" --root "$clean/installed"
+cargo install --quiet --locked --path "$clean/source" --root "$clean/installed"
 mends "$clean/installed/bin/isomend" | cmp - "$clean/program"
 
 say "hashes"
