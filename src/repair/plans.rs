@@ -7,7 +7,7 @@ use super::bodies::Given;
 use super::draft::{Draft, Faults};
 use super::filling::Filling;
 use super::witness::{Shape, Witness};
-use super::{Carried, RepairReport, Run, border, dangling, orient, sheets};
+use super::{Carried, RepairReport, Run, border, dangling, orient, relax, sheets};
 use crate::mend::{FillError, HoleReport};
 use crate::tuning::tuning;
 
@@ -21,6 +21,9 @@ enum Plan {
     /// Holes with one obvious closure are closed and closed bodies united. Only if nothing intersects then, the other holes are
     /// filled.
     Unite,
+    /// Closed bodies are united, vertices of folds and noise moved, all holes filled, vertices moved again, and the remaining
+    /// intersecting faces cut out.
+    Relax,
     /// All holes are filled, then closed bodies united, then intersecting faces cut out.
     FillThenCut,
     /// The same, with the holes filled before the mesh is cleaned: cleaning may have joined bodies that only touch.
@@ -100,6 +103,7 @@ impl Run<'_> {
             (true, false) => &[
                 Plan::UniteGiven,
                 Plan::UniteCleaned,
+                Plan::Relax,
                 Plan::CutThenFill,
                 Plan::Keep,
             ],
@@ -107,6 +111,7 @@ impl Run<'_> {
                 Plan::Unite,
                 Plan::UniteGiven,
                 Plan::UniteCleaned,
+                Plan::Relax,
                 Plan::FillThenCut,
                 Plan::FillThenClean,
                 Plan::CutThenFill,
@@ -119,6 +124,10 @@ impl Run<'_> {
             let is_last_resort = plan == Plan::Keep;
             if is_last_resort && best.as_ref().is_some_and(|(q, _)| !q.destroys) {
                 break;
+            }
+            // Vertices stay if the bodies could be united.
+            if plan == Plan::Relax && best.as_ref().is_some_and(|(q, _)| !q.is_wrong) {
+                continue;
             }
             self.restore(cleaned.clone());
             if !self.follow(plan, given.as_ref(), carried)? {
@@ -173,6 +182,7 @@ impl Run<'_> {
         match plan {
             Plan::UniteGiven => self.unite_then_fill(true, carried),
             Plan::Keep => self.fill_then_unite(plan, given, carried),
+            Plan::Relax => self.relax_then_fill(given, carried),
             _ if self.is_united => Ok(false),
             Plan::UniteCleaned => self.unite_then_fill(false, carried),
             _ if self.leaves_many() => Ok(false),
@@ -193,6 +203,29 @@ impl Run<'_> {
             self.fill_and_cut(false)?;
         }
         Ok(unites)
+    }
+
+    /// Moves vertices where the surface is folded or noisy, then fills what is open and cuts what intersects still. Returns whether
+    /// any vertices were moved.
+    fn relax_then_fill(
+        &mut self,
+        given: Option<&Given>,
+        carried: &Carried,
+    ) -> Result<bool, FillError> {
+        if let Some(given) = given {
+            self.unite(given, carried)?;
+        }
+        relax::relax(&mut self.draft, &mut self.report)?;
+        if self.report.relaxed_vertices == 0 {
+            return Ok(false);
+        }
+        self.separate()?;
+        self.drop_components()?;
+        let old = border(&*self.draft.inspect()?);
+        self.fill(&old, Filling::Chosen)?;
+        relax::relax(&mut self.draft, &mut self.report)?;
+        self.fill_and_cut(true)?;
+        Ok(true)
     }
 
     /// Fills holes, unites bodies, and cuts what intersects still.

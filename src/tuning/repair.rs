@@ -57,6 +57,23 @@ thresholds! {
         /// Edges. Longer rims are first reduced by cutting ears. The memory of a search grows with the cube of their number: 1
         /// MB.
         clear_edges: usize = 200,
+        /// Intersecting faces. With more than this, no vertices are moved: it bounds the time.
+        relaxed_faces: usize = 50_000,
+        /// Rings of faces round intersecting ones. If the faces are connected with these, they are a fold or noise, whose vertices
+        /// may move.
+        relaxed_rings: usize = 2,
+        /// Rounds in which vertices move, at most.
+        relaxed_rounds: usize = 60,
+        /// The first of these rounds in which vertices on boundaries slide along these.
+        sliding_round: usize = 5,
+        /// Fraction of the way to the mean of the neighbours by which a vertex moves in a round.
+        relaxed_step: f64 = 0.5,
+        /// Mean lengths of the edges at a vertex. It moves by this at most.
+        relaxed_reach: f64 = 1.5,
+        /// Fraction of the intersecting faces of a fold or of noise. If more intersect still, the vertices are put back.
+        relaxed_left: f64 = 0.1,
+        /// Diagonals of the bounding box. No vertex moves by more than this.
+        relaxed_most: f64 = 0.1,
         /// Rounds after which a search is given up; each excludes some triangles. On two scans with rims of hundreds of edges 300
         /// rounds and 450 edges closed no further hole.
         clear_rounds: usize = 60,
