@@ -1,6 +1,7 @@
-//! Folds and noise: a repair moves vertices before it cuts faces out.
+//! What a repair does before it cuts faces out: it moves the vertices of folds and noise, merges chains of collinear faces, and unites
+//! sheets that are open inside a body.
 
-use crate::shapes::{Noise, bits, cut, sheet, sphere, topology};
+use crate::shapes::{Noise, bits, cut, joined, moved, sheet, sphere, topology};
 use glam::DVec3;
 use isomend::check::{CheckParams, DefectKind};
 use isomend::{Carried, Control, Mesh, RepairParams, Repaired, inspect, repair};
@@ -183,4 +184,29 @@ fn chains_of_collinear_faces_are_merged_into_their_neighbours() {
         assert!((before - after).abs() < 1e-9 * before);
         assert_eq!(intersecting(&done), 0);
     }
+}
+
+#[test]
+fn an_open_sheet_whose_border_is_inside_a_body_is_united_with_it() {
+    // A ball with a hole, and an eye: half of a smaller ball that shows through the ball and is open inside it.
+    let ball = cut(&sphere(9), |p| p.y < -0.95);
+    let half = cut(&sphere(6), |p| p.z < 0.0);
+    let eye = moved(&half, 0.37, DVec3::new(0.013, 0.021, 0.78));
+    let mesh = joined(&ball, &eye);
+    assert!(intersecting(&mesh) > 0);
+    let done = repaired(&mesh);
+    assert_eq!(intersecting(&done.mesh), 0);
+    assert_eq!(topology(&done.mesh), (0, 2));
+    assert!(done.report.doubt.is_none() && done.report.passes.is_empty());
+    // The faces of the ball away from the eye are there.
+    let far = |p: DVec3| p.z < 0.5;
+    let count = |mesh: &Mesh| {
+        let centre =
+            |f: &[u32; 3]| f.iter().map(|v| mesh.positions[*v as usize]).sum::<DVec3>() / 3.0;
+        mesh.faces.iter().filter(|f| far(centre(f))).count()
+    };
+    assert!(count(&done.mesh) >= count(&ball));
+    // The eye shows.
+    let top = done.mesh.positions.iter().map(|p| p.z).fold(0.0, f64::max);
+    assert!((top - 1.15).abs() < 0.01, "{top}");
 }
