@@ -212,7 +212,9 @@ impl Run<'_> {
         given: Option<&Given>,
         carried: &Carried,
     ) -> Result<bool, FillError> {
-        if let Some(given) = given {
+        // A union that left as many intersecting faces in an earlier plan would again.
+        let crossing = self.draft.self_intersections()?.len();
+        if let Some(given) = given.filter(|_| self.left.is_none_or(|left| left < crossing)) {
             self.unite(given, carried)?;
         }
         relax::relax(&mut self.draft, &mut self.report)?;
