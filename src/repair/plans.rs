@@ -34,6 +34,32 @@ enum Plan {
     Keep,
 }
 
+impl Plan {
+    /// The plans for a mesh in which faces intersect or not, and that is open or not, in the order in which they are tried.
+    fn list(intersects: bool, is_open: bool) -> &'static [Self] {
+        match (intersects, is_open) {
+            (false, _) => &[Self::CutThenFill],
+            (true, false) => &[
+                Self::UniteGiven,
+                Self::UniteCleaned,
+                Self::Relax,
+                Self::CutThenFill,
+                Self::Keep,
+            ],
+            (true, true) => &[
+                Self::Unite,
+                Self::UniteGiven,
+                Self::UniteCleaned,
+                Self::Relax,
+                Self::FillThenCut,
+                Self::FillThenClean,
+                Self::CutThenFill,
+                Self::Keep,
+            ],
+        }
+    }
+}
+
 /// How good the result of a plan is; less is better, the first field that differs decides.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 struct Quality {
@@ -98,26 +124,7 @@ impl Run<'_> {
         let mut witness = None;
         let intersects = self.params.crossings && !self.draft.self_intersections()?.is_empty();
         let is_open = self.params.holes && self.draft.inspect()?.topology.boundary.contains(&true);
-        let plans: &[Plan] = match (intersects, is_open) {
-            (false, _) => &[Plan::CutThenFill],
-            (true, false) => &[
-                Plan::UniteGiven,
-                Plan::UniteCleaned,
-                Plan::Relax,
-                Plan::CutThenFill,
-                Plan::Keep,
-            ],
-            (true, true) => &[
-                Plan::Unite,
-                Plan::UniteGiven,
-                Plan::UniteCleaned,
-                Plan::Relax,
-                Plan::FillThenCut,
-                Plan::FillThenClean,
-                Plan::CutThenFill,
-                Plan::Keep,
-            ],
-        };
+        let plans = Plan::list(intersects, is_open);
         self.compares = plans.len() > 1;
         let mut best: Option<(Quality, State)> = None;
         for &plan in plans {
