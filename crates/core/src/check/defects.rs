@@ -24,7 +24,8 @@ impl Defect {
     pub(super) fn new(kind: DefectKind, count: usize, mut faces: Vec<u32>, mesh: &Mesh) -> Self {
         faces.sort_unstable();
         faces.dedup();
-        let places = places(mesh, &faces);
+        let corners: Vec<[u32; 3]> = faces.iter().map(|f| mesh.faces[*f as usize]).collect();
+        let places = places(mesh, &corners);
         Self {
             kind,
             count,
@@ -32,25 +33,30 @@ impl Defect {
             places,
         }
     }
+
+    /// A defect of edges or vertices, with all faces at these.
+    fn at<const N: usize>(kind: DefectKind, at: &[[u32; N]], faces: Vec<u32>, mesh: &Mesh) -> Self {
+        Self {
+            places: places(mesh, at),
+            ..Self::new(kind, at.len(), faces, mesh)
+        }
+    }
 }
 
-/// The centres of the groups of faces connected by vertices, in the order of their first faces.
-fn places(mesh: &Mesh, faces: &[u32]) -> Vec<DVec3> {
-    let mut corners: Vec<(u32, u32)> = faces
-        .iter()
-        .zip(0..)
-        .flat_map(|(f, i)| mesh.faces[*f as usize].map(|v| (v, i)))
-        .collect();
+/// The centres of the groups of faces, edges or vertices connected by vertices, in the order of their first members.
+fn places<const N: usize>(mesh: &Mesh, items: &[[u32; N]]) -> Vec<DVec3> {
+    let corners = (0..).zip(items).flat_map(|(i, item)| item.map(|v| (v, i)));
+    let mut corners: Vec<(u32, u32)> = corners.collect();
     corners.sort_unstable();
-    let mut sets = DisjointSets::new(faces.len());
+    let mut sets = DisjointSets::new(items.len());
     for pair in corners.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
         sets.join(pair[0].1, pair[1].1);
     }
-    let mut sums: Vec<(DVec3, f64)> = vec![(DVec3::ZERO, 0.0); faces.len()];
-    for (i, &f) in faces.iter().enumerate() {
-        let [a, b, c] = mesh.corners(f);
-        let sum = &mut sums[sets.find(i as u32) as usize];
-        *sum = (sum.0 + (a + b + c) / 3.0, sum.1 + 1.0);
+    let mut sums: Vec<(DVec3, f64)> = vec![(DVec3::ZERO, 0.0); items.len()];
+    for (i, item) in (0..).zip(items) {
+        let all: DVec3 = item.iter().map(|v| mesh.positions[*v as usize]).sum();
+        let sum = &mut sums[sets.find(i) as usize];
+        *sum = (sum.0 + all / N as f64, sum.1 + 1.0);
     }
     let some = sums.into_iter().filter(|(_, count)| *count > 0.0);
     some.map(|(sum, count)| sum / count).collect()
@@ -61,39 +67,51 @@ fn places(mesh: &Mesh, faces: &[u32]) -> Vec<DVec3> {
 pub(super) fn of_topology(subject: &Subject) -> Vec<Defect> {
     let Subject { mesh, topology, .. } = *subject;
     let half_edges = || 0..topology.boundary.len() as u32;
-    let border: Vec<u32> = half_edges()
-        .filter(|&h| topology.boundary[h as usize])
-        .map(|h| h / 3)
-        .collect();
+    let edge = |h: u32| [start(mesh, h), end(mesh, h)];
+    let is_border = |h: &u32| topology.boundary[*h as usize];
+    let border: Vec<u32> = half_edges().filter(is_border).collect();
     let crowded = topology.non_manifold_edges(mesh);
-    let at_crowded: Vec<u32> = crowded.iter().flatten().map(|h| h / 3).collect();
     let pinched = pinched(mesh, topology, &crowded);
     let around = VertexFaces::new(mesh);
-    let at_pinched = pinched.iter().flat_map(|&v| around.of(v)).copied();
     // Undo the reorientation: faces disagree in the input if they disagree now or exactly one of them was turned, but not both.
-    let misoriented: Vec<[u32; 2]> = half_edges()
-        .filter_map(|h| {
+    let misoriented: Vec<u32> = half_edges()
+        .filter(|&h| {
             let o = topology.opposite[h as usize];
             let turned = |h: u32| topology.turned[h as usize / 3];
-            let wrong = o != NONE
-                && o < h
-                && ((start(mesh, h) == start(mesh, o)) != (turned(h) != turned(o)));
-            wrong.then_some([o / 3, h / 3])
+            o != NONE && o < h && ((start(mesh, h) == start(mesh, o)) != (turned(h) != turned(o)))
         })
         .collect();
-    let make = |kind, count, faces| Defect::new(kind, count, faces, mesh);
+    let edges =
+        |half_edges: &[u32]| -> Vec<[u32; 2]> { half_edges.iter().map(|h| edge(*h)).collect() };
+    let first = |edge: &Vec<u32>| edge.first().copied();
+    let crowded_edges: Vec<u32> = crowded.iter().filter_map(first).collect();
+    let both = |h: &u32| [topology.opposite[*h as usize] / 3, h / 3];
+    let at_pinched = pinched.iter().flat_map(|&v| around.of(v)).copied();
+    let pinched: Vec<[u32; 1]> = pinched.iter().map(|v| [*v]).collect();
     vec![
-        make(DefectKind::BoundaryEdge, border.len(), border),
-        make(DefectKind::NonManifoldEdge, crowded.len(), at_crowded),
-        make(
-            DefectKind::NonManifoldVertex,
-            pinched.len(),
-            at_pinched.collect(),
+        Defect::at(
+            DefectKind::BoundaryEdge,
+            &edges(&border),
+            border.iter().map(|h| h / 3).collect(),
+            mesh,
         ),
-        make(
+        Defect::at(
+            DefectKind::NonManifoldEdge,
+            &edges(&crowded_edges),
+            crowded.iter().flatten().map(|h| h / 3).collect(),
+            mesh,
+        ),
+        Defect::at(
+            DefectKind::NonManifoldVertex,
+            &pinched,
+            at_pinched.collect(),
+            mesh,
+        ),
+        Defect::at(
             DefectKind::Misoriented,
-            misoriented.len(),
-            misoriented.concat(),
+            &edges(&misoriented),
+            misoriented.iter().flat_map(both).collect(),
+            mesh,
         ),
     ]
 }

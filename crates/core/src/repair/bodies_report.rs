@@ -13,6 +13,7 @@ impl RepairReport {
             all.add_counts(own);
             all.crack_width = all.crack_width.max(own.crack_width);
             all.largest_move = all.largest_move.max(own.largest_move);
+            all.largest_relaxation = all.largest_relaxation.max(own.largest_relaxation);
             all.add_lost_components(own.lost_components);
             for (k, pass) in own.passes.iter().enumerate() {
                 match all.passes.get_mut(k) {
@@ -42,7 +43,7 @@ impl RepairReport {
     }
 
     fn add_counts(&mut self, own: &Self) {
-        let add = |sums: [(&mut usize, usize); 17]| sums.into_iter().for_each(|(sum, n)| *sum += n);
+        let add = |sums: [(&mut usize, usize); 18]| sums.into_iter().for_each(|(sum, n)| *sum += n);
         add([
             (&mut self.merged_vertices, own.merged_vertices),
             (&mut self.welded_vertices, own.welded_vertices),
@@ -55,6 +56,7 @@ impl RepairReport {
             (&mut self.non_manifold_faces, own.non_manifold_faces),
             (&mut self.united_bodies, own.united_bodies),
             (&mut self.moved_vertices, own.moved_vertices),
+            (&mut self.relaxed_vertices, own.relaxed_vertices),
             (&mut self.split_faces, own.split_faces),
             (&mut self.inner_faces, own.inner_faces),
             (&mut self.covered_faces, own.covered_faces),

@@ -207,7 +207,8 @@ fn weld_border(draft: &mut Draft, length: f64) -> Result<usize, FillError> {
     Ok(merged)
 }
 
-/// Flips the longest edge of faces with collinear corners, which splits the neighbour there in two; returns the number of flips.
+/// Flips the longest edge of faces with collinear corners, which splits the neighbour there in two. A neighbour with collinear corners
+/// is split too, if the new edge is shorter. Returns the number of flips.
 /// With `only_new` faces from the input are kept.
 fn flip_flat(draft: &mut Draft, only_new: bool) -> Result<usize, FillError> {
     let flips = {
@@ -248,9 +249,12 @@ fn flip_flat(draft: &mut Draft, only_new: bool) -> Result<usize, FillError> {
             let mut joined = around.of(b).iter();
             let has_edge = joined.any(|f| mesh.faces[*f as usize].contains(&d));
             let own = mesh.faces[f as usize].iter().chain(&mesh.faces[g as usize]);
+            // In a chain of collinear faces the edges between these get shorter with each flip, until one has a neighbour with area.
+            let apart = mesh.positions[b as usize].distance(mesh.positions[d as usize]);
+            let is_chain = is_flat(mesh.corners(g));
             if b == d
                 || has_edge
-                || is_flat(mesh.corners(g))
+                || (is_chain && apart >= long(&k))
                 || own.clone().any(|v| touched.contains(v))
             {
                 continue;

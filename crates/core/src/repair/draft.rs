@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use rayon::prelude::*;
 
+use super::displaced::Displaced;
 use super::intersection_cache::IntersectionCache;
 use super::rounding::Rounding;
 use crate::check::self_intersections_among;
@@ -31,6 +32,8 @@ pub(super) struct Draft {
     inspected: Inspected,
     /// The faults, with the inspection that they were computed from.
     judged: Option<(Weak<Inspection<'static>>, Faults)>,
+    /// What was moved before cuts; see [`super::relax`].
+    pub(super) displaced: Displaced,
     /// How positions are rounded in the output.
     pub(super) rounding: Rounding,
     /// The welding tolerance of boundary vertices, in mesh units.
@@ -114,6 +117,7 @@ impl Draft {
             cache: Arc::default(),
             inspected: Inspected::default(),
             judged: None,
+            displaced: Displaced::default(),
             rounding: Rounding::default(),
             unit: 0.0,
             origins: Origins::of(mesh),

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::rim_triangles::push;
-use super::{Edge, Run, caps, chains, choice, edges, report};
+use super::{Edge, Run, caps, chains, choice, edges, inner_sheets, report};
 use crate::fill::FillParams;
 use crate::mend::{FillError, FillReport, Inspection, Watch};
 use crate::mesh::HoleId;
@@ -82,7 +82,8 @@ impl Run<'_> {
         self.drop_bad_caps(&caps, regions)
     }
 
-    /// Closes the chosen holes by triangles between their rims' vertices, as faces of the region [`CAP`].
+    /// Closes the chosen holes, and outer borders inside other components, by triangles between their rims' vertices, as faces of the
+    /// region [`CAP`].
     pub(super) fn cap(&mut self) -> Result<(), FillError> {
         if !self.params.holes {
             return Ok(());
@@ -103,6 +104,11 @@ impl Run<'_> {
         faces
             .into_iter()
             .for_each(|f| push(&mut self.draft, CAP, f));
+        for rim in inner_sheets::inner_borders(&self.draft)? {
+            for f in chains::triangulated(&self.draft.mesh.positions, &rim) {
+                push(&mut self.draft, CAP, f);
+            }
+        }
         Ok(())
     }
 

@@ -12,7 +12,7 @@ use super::draft::Draft;
 use super::intersection_cache::sorted;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::NONE;
-use crate::mesh::{Mesh, area_vector};
+use crate::mesh::{Hole, Mesh, area_vector};
 use crate::spatial::{Bvh, WindingTree, solid_angle};
 use crate::tuning::tuning;
 
@@ -50,6 +50,44 @@ pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), F
         draft.remove(&removed);
     }
     Ok(())
+}
+
+/// The outer borders that lie inside the solid of all other components, such as the borders of eyes in a head: the sheets can be
+/// closed there without a change of the outside.
+pub(super) fn inner_borders(draft: &Draft) -> Result<Vec<Vec<u32>>, FillError> {
+    let found = draft.inspect()?;
+    let topology = &found.topology;
+    let is_small = |c: u32| topology.component_faces[c as usize] <= tuning().repair.sheet_faces;
+    let borders = found
+        .holes
+        .iter()
+        .filter(|h| h.outer_boundary && is_small(h.component));
+    let borders: Vec<_> = borders.collect();
+    if borders.is_empty() || topology.component_faces.len() < 2 {
+        return Ok(Vec::new());
+    }
+    let bvh = Bvh::new(&found.mesh, topology.faces());
+    let tree = WindingTree::new(&bvh);
+    let at = |v: u32| found.mesh.positions[v as usize];
+    let is_inner = |hole: &&&Hole| {
+        let own: Vec<u32> = topology
+            .faces()
+            .filter(|f| topology.component[*f as usize] == hole.component)
+            .collect();
+        let next = hole.rim.iter().cycle().skip(1);
+        hole.rim.iter().zip(next).all(|(v, w)| {
+            // Beside the edge, where the winding number of the sheet itself jumps.
+            let middle = 0.5 * (at(*v) + at(*w));
+            let p = middle + tuning().repair.before * (hole.centre - middle);
+            let rest = tree.winding_number(&bvh, p) - winding(&found.mesh, &own, p);
+            rest > 1.0 - tuning().repair.undecided
+        })
+    };
+    Ok(borders
+        .iter()
+        .filter(is_inner)
+        .map(|h| h.rim.clone())
+        .collect())
 }
 
 /// For each component its faces, if it may be a sheet inside a solid; else none.

@@ -137,6 +137,12 @@ pub struct RepairReport {
     /// The largest displacement of one of these, in mesh units.
     #[serde(default)]
     pub largest_move: f64,
+    /// Vertices moved where faces of a fold or of noise intersected, so that none had to be cut out there.
+    #[serde(default)]
+    pub relaxed_vertices: usize,
+    /// The largest displacement of one of these, in mesh units.
+    #[serde(default)]
+    pub largest_relaxation: f64,
     /// Faces split where they intersected another body, with a part kept.
     pub split_faces: usize,
     /// Faces of united bodies removed entirely, because they lay inside other bodies or on their faces.

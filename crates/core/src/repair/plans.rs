@@ -7,7 +7,7 @@ use super::bodies::Given;
 use super::draft::{Draft, Faults};
 use super::filling::Filling;
 use super::witness::{Shape, Witness};
-use super::{Carried, RepairReport, Run, border, dangling, orient, sheets};
+use super::{Carried, RepairReport, Run, border, dangling, orient, relax, sheets};
 use crate::mend::{FillError, HoleReport};
 use crate::tuning::tuning;
 
@@ -21,6 +21,9 @@ enum Plan {
     /// Holes with one obvious closure are closed and closed bodies united. Only if nothing intersects then, the other holes are
     /// filled.
     Unite,
+    /// Closed bodies are united, vertices of folds and noise moved, all holes filled, vertices moved again, and the remaining
+    /// intersecting faces cut out.
+    Relax,
     /// All holes are filled, then closed bodies united, then intersecting faces cut out.
     FillThenCut,
     /// The same, with the holes filled before the mesh is cleaned: cleaning may have joined bodies that only touch.
@@ -29,6 +32,32 @@ enum Plan {
     CutThenFill,
     /// Holes are filled; faces that intersect or meet at non-manifold edges stay.
     Keep,
+}
+
+impl Plan {
+    /// The plans for a mesh in which faces intersect or not, and that is open or not, in the order in which they are tried.
+    fn list(intersects: bool, is_open: bool) -> &'static [Self] {
+        match (intersects, is_open) {
+            (false, _) => &[Self::CutThenFill],
+            (true, false) => &[
+                Self::UniteGiven,
+                Self::UniteCleaned,
+                Self::Relax,
+                Self::CutThenFill,
+                Self::Keep,
+            ],
+            (true, true) => &[
+                Self::Unite,
+                Self::UniteGiven,
+                Self::UniteCleaned,
+                Self::Relax,
+                Self::FillThenCut,
+                Self::FillThenClean,
+                Self::CutThenFill,
+                Self::Keep,
+            ],
+        }
+    }
 }
 
 /// How good the result of a plan is; less is better, the first field that differs decides.
@@ -95,30 +124,17 @@ impl Run<'_> {
         let mut witness = None;
         let intersects = self.params.crossings && !self.draft.self_intersections()?.is_empty();
         let is_open = self.params.holes && self.draft.inspect()?.topology.boundary.contains(&true);
-        let plans: &[Plan] = match (intersects, is_open) {
-            (false, _) => &[Plan::CutThenFill],
-            (true, false) => &[
-                Plan::UniteGiven,
-                Plan::UniteCleaned,
-                Plan::CutThenFill,
-                Plan::Keep,
-            ],
-            (true, true) => &[
-                Plan::Unite,
-                Plan::UniteGiven,
-                Plan::UniteCleaned,
-                Plan::FillThenCut,
-                Plan::FillThenClean,
-                Plan::CutThenFill,
-                Plan::Keep,
-            ],
-        };
+        let plans = Plan::list(intersects, is_open);
         self.compares = plans.len() > 1;
         let mut best: Option<(Quality, State)> = None;
         for &plan in plans {
             let is_last_resort = plan == Plan::Keep;
             if is_last_resort && best.as_ref().is_some_and(|(q, _)| !q.destroys) {
                 break;
+            }
+            // Vertices stay if the bodies could be united.
+            if plan == Plan::Relax && best.as_ref().is_some_and(|(q, _)| !q.is_wrong) {
+                continue;
             }
             self.restore(cleaned.clone());
             if !self.follow(plan, given.as_ref(), carried)? {
@@ -173,6 +189,7 @@ impl Run<'_> {
         match plan {
             Plan::UniteGiven => self.unite_then_fill(true, carried),
             Plan::Keep => self.fill_then_unite(plan, given, carried),
+            Plan::Relax => self.relax_then_fill(given, carried),
             _ if self.is_united => Ok(false),
             Plan::UniteCleaned => self.unite_then_fill(false, carried),
             _ if self.leaves_many() => Ok(false),
@@ -193,6 +210,31 @@ impl Run<'_> {
             self.fill_and_cut(false)?;
         }
         Ok(unites)
+    }
+
+    /// Moves vertices where the surface is folded or noisy, then fills what is open and cuts what intersects still. Returns whether
+    /// any vertices were moved.
+    fn relax_then_fill(
+        &mut self,
+        given: Option<&Given>,
+        carried: &Carried,
+    ) -> Result<bool, FillError> {
+        // A union that left as many intersecting faces in an earlier plan would again.
+        let crossing = self.draft.self_intersections()?.len();
+        if let Some(given) = given.filter(|_| self.left.is_none_or(|left| left < crossing)) {
+            self.unite(given, carried)?;
+        }
+        relax::relax(&mut self.draft, &mut self.report)?;
+        if self.report.relaxed_vertices == 0 {
+            return Ok(false);
+        }
+        self.separate()?;
+        self.drop_components()?;
+        let old = border(&*self.draft.inspect()?);
+        self.fill(&old, Filling::Chosen)?;
+        relax::relax(&mut self.draft, &mut self.report)?;
+        self.fill_and_cut(true)?;
+        Ok(true)
     }
 
     /// Fills holes, unites bodies, and cuts what intersects still.

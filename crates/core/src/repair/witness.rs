@@ -10,12 +10,13 @@ use std::collections::HashSet;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::displaced::Displaced;
 use super::draft::Draft;
 use crate::check::ShapeDoubt;
 use crate::mend::FillError;
 use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, area_vector};
-use crate::spatial::{Bvh, WindingTree};
+use crate::spatial::{Bvh, WindingTree, closest_on_triangle};
 use crate::tuning::tuning;
 
 /// The solid of a mesh.
@@ -137,7 +138,7 @@ impl Witness {
         let found = draft.inspect()?;
         let result = Solid::new(&draft.mesh, found.topology.faces(), self.solid.turns);
         let (lost, lost_at) = self.lost(draft, &result, asked);
-        let (agreement, differs_at) = self.agreement(&result);
+        let (agreement, differs_at) = self.agreement(&result, &draft.displaced);
         Ok(Shape {
             lost,
             lost_at,
@@ -204,10 +205,20 @@ impl Witness {
                 .all(|w| *w < 0.5 - rules.undecided)
     }
 
-    /// The common volume of both solids over the volume of both together, and a point in only one of them.
-    fn agreement(&self, result: &Solid) -> (f64, DVec3) {
-        let after: Vec<bool> = (self.points.par_iter())
-            .map(|p| result.winding(*p) > 0.5)
+    /// The common volume of both solids over the volume of both together, and a point in only one of them. Points that `moved` faces
+    /// may have passed count as the input's.
+    fn agreement(&self, result: &Solid, moved: &Displaced) -> (f64, DVec3) {
+        let is_passed = |p: DVec3| {
+            (moved.faces.iter()).any(|([a, b, c], by)| {
+                let (nearest, _) = closest_on_triangle(p, *a, *b, *c);
+                nearest.distance(p) <= *by
+            })
+        };
+        let after: Vec<bool> = (self.points.par_iter().zip(&self.inside))
+            .map(|(p, inside)| {
+                let after = result.winding(*p) > 0.5;
+                (after != *inside && !is_passed(*p)) != *inside
+            })
             .collect();
         let pairs = || self.inside.iter().zip(&after);
         let both = pairs().filter(|(a, b)| **a && **b).count();

@@ -20,6 +20,11 @@ thresholds! {
         growth_faces: usize = 500,
         /// Rounds of a union after the best one.
         vain_rounds: usize = 2,
+        /// Factor. If a round of a union leaves more than this many times as many intersecting faces as before, the next one would leave
+        /// more still: a torus thicker than its ring went from 144 to 1,500 and 18,000 in a minute.
+        union_growth: usize = 2,
+        /// Faces. With fewer intersecting faces than this a union goes on, even if they multiply.
+        union_growth_faces: usize = 100,
         /// Edges. Longer rims are not closed while bodies are united.
         capped_edges: usize = 300,
         /// Intersecting faces left by all unions, and their fraction of all faces, above which none are cut out.
@@ -57,6 +62,23 @@ thresholds! {
         /// Edges. Longer rims are first reduced by cutting ears. The memory of a search grows with the cube of their number: 1
         /// MB.
         clear_edges: usize = 200,
+        /// Intersecting faces. With more than this, no vertices are moved: it bounds the time.
+        relaxed_faces: usize = 50_000,
+        /// Rings of faces round intersecting ones. If the faces are connected with these, they are a fold or noise, whose vertices
+        /// may move.
+        relaxed_rings: usize = 2,
+        /// Rounds in which vertices move, at most.
+        relaxed_rounds: usize = 60,
+        /// The first of these rounds in which vertices on boundaries slide along these.
+        sliding_round: usize = 5,
+        /// Fraction of the way to the mean of the neighbours by which a vertex moves in a round.
+        relaxed_step: f64 = 0.5,
+        /// Mean lengths of the edges at a vertex. It moves by this at most.
+        relaxed_reach: f64 = 1.5,
+        /// Fraction of the intersecting faces of a fold or of noise. If more intersect still, the vertices are put back.
+        relaxed_left: f64 = 0.1,
+        /// Diagonals of the bounding box. No vertex moves by more than this.
+        relaxed_most: f64 = 0.1,
         /// Rounds after which a search is given up; each excludes some triangles. On two scans with rims of hundreds of edges 300
         /// rounds and 450 edges closed no further hole.
         clear_rounds: usize = 60,

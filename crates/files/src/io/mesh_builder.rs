@@ -17,8 +17,8 @@ pub(super) struct MeshBuilder {
     polygon_corners: Vec<u32>,
     /// Remarks for the user.
     pub(super) notes: Vec<String>,
-    /// Faces of one or two corners, which are left out.
-    pub(super) omitted: usize,
+    /// The lines of faces of one or two corners, which are left out.
+    pub(super) omitted: Vec<usize>,
 }
 
 /// For each triangle of a surface, the face and corners of the file that it comes from.
@@ -66,7 +66,7 @@ impl MeshBuilder {
             polygons: Vec::new(),
             polygon_corners: Vec::new(),
             notes: Vec::new(),
-            omitted: 0,
+            omitted: Vec::new(),
         }
     }
 
@@ -173,8 +173,11 @@ impl MeshBuilder {
                 "degenerate triangles (they repeat a corner or have no area): {degenerate} of {all}"
             ));
         }
-        if self.omitted > 0 {
-            let note = format!("faces of one or two corners, left out: {}", self.omitted);
+        if let Some(first) = self.omitted.first() {
+            let count = self.omitted.len();
+            let which = if count == 1 { "" } else { "the first " };
+            let note =
+                format!("faces of one or two corners, left out: {count}, {which}in line {first}");
             self.notes.push(note);
         }
         let f32_exact = self.positions.iter().all(|p| p.as_vec3().as_dvec3() == *p);

@@ -133,7 +133,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
         let mut tokens = text::Tokens::new(line, 0);
         read_corners(&lines, &mut tokens, &mut corners)?;
         if (1..3).contains(&corners.len()) {
-            surface.omitted += 1;
+            surface.omitted.push(lines.number);
             continue;
         }
         surface.push_face(&corners)?;

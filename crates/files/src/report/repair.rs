@@ -76,6 +76,7 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
             ),
         ),
         (r.moved_vertices, moves(r, unit)),
+        (r.relaxed_vertices, relaxed(r, unit)),
         (crossing, cut_out(r)),
         (
             r.left_self_intersecting,
@@ -91,6 +92,13 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
 fn moves(r: &RepairReport, unit: Option<Unit>) -> String {
     let most = Unit::text(unit, r.largest_move);
     format!("vertices of touching faces moved by up to {most}, so that the bodies could be united")
+}
+
+fn relaxed(r: &RepairReport, unit: Option<Unit>) -> String {
+    let most = Unit::text(unit, r.largest_relaxation);
+    format!(
+        "vertices of folded or noisy faces moved by up to {most}, so that these faces no longer intersect"
+    )
 }
 
 /// The components with offset shells, largest area first.

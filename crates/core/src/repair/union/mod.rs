@@ -105,10 +105,13 @@ pub(super) fn unite(
         if crossing.len() < least {
             best = Some((draft.clone(), crossing.len()));
             vain = 0;
-            continue;
+        } else {
+            vain += 1;
         }
-        vain += 1;
-        if vain == tuning().repair.vain_rounds {
+        let rules = &tuning().repair;
+        let is_many = crossing.len() > rules.union_growth_faces;
+        let multiplies = is_many && crossing.len() > rules.union_growth * before;
+        if vain == rules.vain_rounds || multiplies {
             break;
         }
     }

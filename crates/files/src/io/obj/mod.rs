@@ -174,7 +174,7 @@ impl Reader {
                 return Err(fault(line, what));
             }
             1 | 2 => {
-                self.surface.omitted += 1;
+                self.surface.omitted.push(line);
                 self.extras.face_left_out();
             }
             _ => {
@@ -311,14 +311,16 @@ mod tests {
 
     #[test]
     fn faces_of_two_corners_are_left_out() {
-        for (format, text) in [
+        for (format, text, line) in [
             (
                 Format::Obj,
                 format!("{SQUARE}vt 1 0\nf 1/1 2/1\nf 3\nf 1 2 3"),
+                SQUARE.lines().count() + 2,
             ),
             (
                 Format::Off,
                 "OFF\n3 3 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n1 0\n3 0 1 2".to_owned(),
+                6,
             ),
         ] {
             let loaded = read_alone(text.as_bytes(), format).unwrap();
@@ -330,8 +332,9 @@ mod tests {
                     .flatten()
                     .all(|place| *place == isomend_core::mesh::attributes::NONE)
             );
-            let note = "faces of one or two corners, left out: 2";
-            assert!(loaded.notes.iter().any(|n| n == note), "{:?}", loaded.notes);
+            let note =
+                format!("faces of one or two corners, left out: 2, the first in line {line}");
+            assert!(loaded.notes.contains(&note), "{:?}", loaded.notes);
         }
     }
 
