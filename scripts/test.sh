@@ -197,9 +197,9 @@ stage 'commands of the pages' python3 scripts/check_docs.py --isomend "$ISOMEND"
 [ -n "$all" ] || stage 'tests of the Python package' python_tests
 if [ -n "$all" ]; then
     stage 'environment of other programs' peers
-    stage 'Python wheel and its tests' wheel
-    # The browser waits much, and its measurements of time come last, when the other two have ended.
+    # The browser waits much, and its measurements of time come last, when the others have ended.
     beside 'pages in a browser' browser
+    stage 'Python wheel and its tests' wheel
     stage 'parts of the library by themselves' parts_of_the_library
     stage 'written files, by other programs' written_files
     join
