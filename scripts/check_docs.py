@@ -19,7 +19,7 @@ from pathlib import Path
 from summary import summary
 from tables import PAGES, ROOT, cells, split
 
-MOST_BYTES = 9 * 1024
+MOST_BYTES = 8000
 HELPERS = ("jq", "man")
 COMMANDS = ("fill", "restore", "fair", "inspect", "check", "repair", "compare", "convert", "study", "sdf", "surface", "view", "completions", "man")
 # Commands that are run with --help only.
