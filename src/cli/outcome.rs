@@ -228,19 +228,11 @@ const WIDE: usize = 80;
 /// The name of the surface that closed a region, in a narrow table at most 13 characters.
 fn closed_by(by: Option<ClosedBy>, is_narrow: bool) -> &'static str {
     match by {
-        Some(ClosedBy::LevelSet) => "level set",
         Some(ClosedBy::Sides) if is_narrow => "sides",
-        Some(ClosedBy::Sides) => "continued sides",
-        Some(ClosedBy::Counterpart) => "counterpart",
         Some(ClosedBy::Faired) if is_narrow => "smoothed",
-        Some(ClosedBy::Faired) => "smoothed triangles",
-        Some(ClosedBy::Flat) => "flat cap",
-        Some(ClosedBy::Base) => "flat base",
         Some(ClosedBy::Seam) if is_narrow => "seam",
-        Some(ClosedBy::Seam) => "seam triangles",
-        Some(ClosedBy::RimTriangles) => "rim triangles",
-        Some(ClosedBy::OffsetShell) => "offset shell",
-        _ => "-",
+        Some(by) => by.name(),
+        None => "-",
     }
 }
 

@@ -1,5 +1,7 @@
 //! Outcomes of holes, and the reasons why attempts and candidates fail. A reason prints as the second part of a sentence.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -182,6 +184,45 @@ impl HoleOutcome {
             Self::Failed(why) => Some(why.key()),
         }
     }
+
+    /// Its name in lists and tables for people.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Filled => "filled",
+            Self::Faired(_) => ClosedBy::Faired.name(),
+            Self::Flat => ClosedBy::Flat.name(),
+            Self::Base => ClosedBy::Base.name(),
+            Self::Walls => "walls",
+            Self::Triangulated(_) => ClosedBy::RimTriangles.name(),
+            Self::Left(_) => "left open",
+            Self::Failed(_) => "not filled",
+        }
+    }
+
+    /// The reason in words; none where the hole was closed as wished.
+    pub fn reason(&self) -> Option<String> {
+        match self {
+            Self::Filled | Self::Flat | Self::Base | Self::Walls => None,
+            Self::Triangulated(TriangulatedReason::Seam) => {
+                let why = TriangulatedReason::Seam;
+                Some(format!("{why}, which was closed with thin triangles"))
+            }
+            Self::Triangulated(why) => Some(why.to_string()),
+            Self::Faired(why) => Some(why.to_string()),
+            Self::Left(why) => Some(why.to_string()),
+            Self::Failed(why) => Some(why.to_string()),
+        }
+    }
+}
+
+/// Name and reason, such as `left open: asked to keep it open`.
+impl fmt::Display for HoleOutcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.reason() {
+            Some(reason) => write!(f, "{}: {reason}", self.name()),
+            None => f.write_str(self.name()),
+        }
+    }
 }
 
 impl LeftReason {
@@ -276,6 +317,24 @@ pub enum ClosedBy {
     OffsetShell,
     /// At least one of its rims is still open.
     Nothing,
+}
+
+impl ClosedBy {
+    /// Its name in tables and sentences for people.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::LevelSet => "level set",
+            Self::Faired => "smoothed triangles",
+            Self::Sides => "continued sides",
+            Self::Counterpart => "counterpart",
+            Self::Flat => "flat cap",
+            Self::Base => "flat base",
+            Self::Seam => "seam triangles",
+            Self::RimTriangles => "rim triangles",
+            Self::OffsetShell => "offset shell",
+            Self::Nothing => "-",
+        }
+    }
 }
 
 /// Number of holes with each outcome.

@@ -26,7 +26,7 @@ pub use {
     plan::{left_holes, plan_lines},
     repair::{repair_lines, repair_lines_in},
     text::{
-        chain_lines, defect_lines, level_lines, lost_creases, ranges, reason, reason_lines,
-        region_lines, region_lines_in,
+        chain_lines, defect_lines, level_lines, lost_creases, ranges, reason_lines, region_lines,
+        region_lines_in,
     },
 };

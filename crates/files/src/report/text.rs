@@ -4,9 +4,7 @@ use std::collections::HashMap;
 
 use super::counterpart::{self, counterpart_text, grain_text};
 use super::counts::{counted, counted_as, timed};
-use isomend_core::fill::{
-    ClosedBy, FinishReport, HoleOutcome, PatchInitialisation, RegionReport, TriangulatedReason,
-};
+use isomend_core::fill::{ClosedBy, FinishReport, HoleOutcome, PatchInitialisation, RegionReport};
 use isomend_core::finish::{FinishRecord, FinishResult};
 use isomend_core::flow::Energy;
 use isomend_core::mend::FillReport;
@@ -88,13 +86,10 @@ pub fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
         Some(ClosedBy::LevelSet) => solved(r),
         Some(ClosedBy::Sides) => sharp(r, unit),
         Some(ClosedBy::Counterpart) => counterpart::like(r, unit),
-        Some(ClosedBy::Faired) => "closed by a faired triangulation of its rim".to_owned(),
-        Some(ClosedBy::Flat) => "closed by a nearly flat cap".to_owned(),
-        Some(ClosedBy::Base) => "closed by a flat base with walls".to_owned(),
-        Some(ClosedBy::Seam) => "closed with thin triangles between the sides of a seam".to_owned(),
-        Some(ClosedBy::RimTriangles) => "closed by triangles between its rim's vertices".to_owned(),
-        Some(ClosedBy::OffsetShell) => {
-            "closed by an offset shell of the surface round its rim".to_owned()
+        Some(by @ (ClosedBy::Flat | ClosedBy::Base)) => format!("closed by a {}", by.name()),
+        Some(by @ ClosedBy::OffsetShell) => format!("closed by an {}", by.name()),
+        Some(by @ (ClosedBy::Faired | ClosedBy::Seam | ClosedBy::RimTriangles)) => {
+            format!("closed by {}", by.name())
         }
         Some(ClosedBy::Nothing) | None => "not closed".to_owned(),
     };
@@ -345,13 +340,13 @@ pub fn reason_lines(report: &FillReport) -> Vec<String> {
     let mut places: HashMap<(&str, String), usize> = HashMap::new();
     for h in &report.holes {
         let what = match h.outcome {
-            HoleOutcome::Triangulated(_) if h.hole.edges > 4 => "triangulated",
-            HoleOutcome::Faired(_) => "faired without a level set",
+            HoleOutcome::Triangulated(_) if h.hole.edges > 4 => "closed by rim triangles",
+            HoleOutcome::Faired(_) => "closed by smoothed triangles",
             HoleOutcome::Left(_) => "left open",
-            HoleOutcome::Failed(_) => "NOT filled",
+            HoleOutcome::Failed(_) => "not filled",
             _ => continue,
         };
-        let why = reason(&h.outcome).unwrap_or_default();
+        let why = h.outcome.reason().unwrap_or_default();
         let place = *places.entry((what, why.clone())).or_insert_with(|| {
             reasons.push((what, why, Vec::new()));
             reasons.len() - 1
@@ -373,22 +368,6 @@ pub fn reason_lines(report: &FillReport) -> Vec<String> {
         ));
     }
     lines
-}
-
-/// The reason for the outcome of a hole; `None` if it was filled.
-#[doc(hidden)]
-pub fn reason(outcome: &HoleOutcome) -> Option<String> {
-    match outcome {
-        HoleOutcome::Triangulated(TriangulatedReason::Seam) => {
-            let why = TriangulatedReason::Seam;
-            Some(format!("{why}, which was closed with thin triangles"))
-        }
-        HoleOutcome::Triangulated(why) => Some(why.to_string()),
-        HoleOutcome::Faired(why) => Some(why.to_string()),
-        HoleOutcome::Left(why) => Some(why.to_string()),
-        HoleOutcome::Failed(why) => Some(why.to_string()),
-        HoleOutcome::Filled | HoleOutcome::Flat | HoleOutcome::Base | HoleOutcome::Walls => None,
-    }
 }
 
 /// Numbers of holes by outcome, in one line.

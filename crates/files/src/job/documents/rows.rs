@@ -4,7 +4,6 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::counterpart::CounterpartRow;
-use crate::report::reason;
 use isomend_core::fill::{
     ClosedBy, CreaseReport, FinishReport, GrainReport, NotContinued, Quality, RegionReport,
 };
@@ -93,7 +92,7 @@ impl OutcomeRow<'_> {
             hole: HoleRow::new(&report.hole),
             outcome: report.outcome.key(),
             cause: report.outcome.cause(),
-            reason: reason(&report.outcome),
+            reason: report.outcome.reason(),
             region: report.region,
         }
     }

@@ -4,8 +4,9 @@ use std::fmt::Write;
 
 use super::super::counterpart::{counterpart_text, grain_text};
 use super::super::scene::Scene;
-use super::super::text::{lost_creases, reason};
+use super::super::text::lost_creases;
 use super::{add, escaped, listed, number, number_beside};
+use isomend_core::fill::HoleOutcome;
 use isomend_core::fill::RegionReport;
 use isomend_core::mend::HoleReport;
 
@@ -17,21 +18,17 @@ pub struct OutcomeLabels {
 }
 
 impl OutcomeLabels {
-    /// The name of a class of outcomes.
-    fn of(self, class: &str) -> &str {
-        match class {
-            "left" if self.single => "open",
-            "left" => "left open",
-            "failed" => "not filled",
-            "flat" => "flat cap",
-            "base" => "flat base",
-            other => other,
+    /// The name of an outcome.
+    fn of(self, outcome: &HoleOutcome) -> &'static str {
+        match outcome {
+            HoleOutcome::Left(_) if self.single => "open",
+            other => other.name(),
         }
     }
 
     /// The reason for a hole's outcome; empty if there is none.
     fn why(self, hole: &HoleReport) -> String {
-        let why = reason(&hole.outcome).filter(|_| !self.single);
+        let why = hole.outcome.reason().filter(|_| !self.single);
         escaped(&why.unwrap_or_default())
     }
 
@@ -48,9 +45,9 @@ impl OutcomeLabels {
             "left",
             "failed",
         ] {
-            let word = self.of(class);
-            let count = holes.iter().filter(|h| h.outcome.key() == class).count();
-            if count > 0 {
+            let mut same = holes.iter().filter(|h| h.outcome.key() == class);
+            if let Some(first) = same.next() {
+                let (count, word) = (1 + same.count(), self.of(&first.outcome));
                 add!(out, "<li class=\"{class}\">{count} {word}</li>");
             }
         }
@@ -67,7 +64,7 @@ impl OutcomeLabels {
                 "<li><button type=\"button\" class=\"hole {class}\" data-hole=\"{id}\" aria-pressed=\"false\">\
              <span class=\"name\">{what} {id}</span><span class=\"outcome\">{}</span>\
              <span class=\"size\">{} across, {} edges</span>",
-                self.of(class),
+                self.of(&h.outcome),
                 number(h.hole.diameter),
                 h.hole.edges,
                 id = h.hole.id,
@@ -120,7 +117,7 @@ impl OutcomeLabels {
                 } else {
                     h.region.to_string()
                 },
-                self.of(class),
+                self.of(&h.outcome),
                 why,
                 id = h.hole.id,
             );
