@@ -4,7 +4,8 @@
 //! the surface; two parts of a surface that pass through each other are two pieces, and nothing moves there. In each round the
 //! vertices of the faces that still intersect, and one ring round them, move half of the way to the mean of their neighbours
 //! (umbrella operator: Kobbelt, Campagna, Vorsatz, Seidel, "Interactive multi-resolution modeling on arbitrary meshes", 1998).
-//! Vertices on non-manifold edges stay, and those on boundaries too, or they slide along these in later rounds. A cluster that keeps an intersection is put back.
+//! Vertices on non-manifold edges stay; those on boundaries stay too, or slide along these in later rounds. A cluster of which more
+//! than a small part still intersects is put back.
 
 use std::collections::{BTreeMap, BTreeSet};
 
