@@ -11,8 +11,6 @@ TOOLS = {
     "MeshLib + libigl k = 3 × 10": "MeshLib + libigl",
     "MeshLab, close holes, refined": "MeshLab",
 }
-# Holes that only the page of speed has.
-LEFT_OUT = {"sphere 60°, ragged"}
 
 
 def summary():
@@ -21,7 +19,7 @@ def summary():
     figures = {row[0]: dict(zip(head, row)) for row in rows if row[0] in TOOLS}
     tools = [tool for tool in TOOLS if tool in figures]
     lines = ["| hole | " + " | ".join(TOOLS[tool] for tool in tools) + " |", "|---|" + "---|" * len(tools)]
-    for hole in (hole for hole in head[1:-2] if hole not in LEFT_OUT):
+    for hole in head[1:-2]:
         made = [figures[tool][hole].partition(" s, ")[::2] for tool in tools]
         errors = [float(error.split()[0]) if error.endswith("‰") else float("inf") for _, error in made]
         shown = []

@@ -6,6 +6,7 @@
 //! the paper's, without the localisation that filling a hole needs.
 //!
 //! Each experiment of [`experiments`] returns a [`StudyReport`]: tables, the stated values beside the measured ones, and charts.
+#![warn(missing_docs)]
 
 mod contour;
 mod element;

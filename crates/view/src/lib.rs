@@ -3,6 +3,8 @@
 //!
 //! Every step is a job from file to file, with intermediate files in memory: the page shows after a step what the next command would
 //! read. The commands of a recipe ([`Command`]) therefore give the same bytes.
+#![warn(missing_docs)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod api;
 mod app;
