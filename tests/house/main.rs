@@ -39,6 +39,18 @@ const LAYERS: [(&str, &[&[&str]]); 2] = [
     ("files", &[&["io"], &["report", "texture"], &["job"]]),
 ];
 
+/// Adds the files of some kinds at or below a path.
+fn files_below(path: &Path, kinds: &[&str], files: &mut Vec<PathBuf>) {
+    let kind = path.extension().and_then(|e| e.to_str());
+    if path.is_dir() {
+        for entry in fs::read_dir(path).unwrap() {
+            files_below(&entry.unwrap().path(), kinds, files);
+        }
+    } else if kind.is_some_and(|kind| kinds.contains(&kind)) {
+        files.push(path.to_owned());
+    }
+}
+
 /// A module path: the package, then the path in it.
 type Module = Vec<String>;
 

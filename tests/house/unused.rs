@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use super::files_below;
 
 /// The folders whose code counts as use.
 const CODE: [&str; 8] = [
@@ -15,16 +17,6 @@ const CODE: [&str; 8] = [
     "examples",
     "fuzz",
 ];
-
-fn collect(path: &Path, files: &mut Vec<PathBuf>) {
-    if path.is_dir() {
-        for entry in fs::read_dir(path).unwrap() {
-            collect(&entry.unwrap().path(), files);
-        }
-    } else if path.extension().is_some_and(|e| e == "rs") {
-        files.push(path.to_owned());
-    }
-}
 
 fn is_word(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
@@ -53,7 +45,7 @@ fn public_items_are_used() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut files = Vec::new();
     for folder in CODE {
-        collect(&root.join(folder), &mut files);
+        files_below(&root.join(folder), &["rs"], &mut files);
     }
     let texts: Vec<String> = files
         .iter()

@@ -1,7 +1,9 @@
 //! Words that comments, names, messages and pages do not use, because readers would have to learn them first.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use super::files_below;
 
 /// What is not written, and what is written instead.
 const BANNED: [(&str, &str); 24] = [
@@ -31,6 +33,9 @@ const BANNED: [(&str, &str); 24] = [
     ("linings", "offset shells"),
 ];
 
+/// The extensions of files that are read.
+const KINDS: [&str; 9] = ["rs", "py", "pyi", "js", "css", "html", "md", "sh", "toml"];
+
 /// Folders and pages that are read, from the root of the repository.
 const READ: [&str; 12] = [
     "src",
@@ -46,21 +51,6 @@ const READ: [&str; 12] = [
     "README.md",
     "CONTRIBUTING.md",
 ];
-
-fn collect(path: &Path, files: &mut Vec<PathBuf>) {
-    let kinds = ["rs", "py", "pyi", "js", "css", "html", "md", "sh", "toml"];
-    if path.is_dir() {
-        for entry in fs::read_dir(path).unwrap() {
-            collect(&entry.unwrap().path(), files);
-        }
-    } else if path
-        .extension()
-        .and_then(|e| e.to_str())
-        .is_some_and(|e| kinds.contains(&e))
-    {
-        files.push(path.to_owned());
-    }
-}
 
 /// The text of a file in one line, without the marks at the beginning of comment lines, so that a phrase is found across a line
 /// break; and where in it each line begins.
@@ -98,7 +88,7 @@ fn banned_words_are_not_used() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut files = Vec::new();
     READ.iter()
-        .for_each(|path| collect(&root.join(path), &mut files));
+        .for_each(|path| files_below(&root.join(path), &KINDS, &mut files));
     files.retain(|file| !file.ends_with("tests/house/words.rs"));
     files.sort();
     assert!(files.len() > 400, "only {} files were read", files.len());
