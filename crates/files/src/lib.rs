@@ -1,4 +1,4 @@
-//! Files of isomend: formats of meshes and volumes, textures, jobs from file to file, and reports of what was done.
+//! Files of isomend: formats of meshes and volumes, textures, jobs from file to file, and reports.
 //!
 //! The package `isomend` is the interface to it and names what is public.
 #![warn(missing_docs)]

@@ -25,20 +25,26 @@ impl Defect {
         faces.sort_unstable();
         faces.dedup();
         let corners: Vec<[u32; 3]> = faces.iter().map(|f| mesh.faces[*f as usize]).collect();
-        let places = places(mesh, &corners);
         Self {
-            kind,
-            count,
             faces,
-            places,
+            places: places(mesh, &corners),
+            ..Self::named(kind, count)
         }
     }
 
     /// A defect of edges or vertices, with all faces at these.
-    fn at<const N: usize>(kind: DefectKind, at: &[[u32; N]], faces: Vec<u32>, mesh: &Mesh) -> Self {
+    fn at<const N: usize>(
+        kind: DefectKind,
+        at: &[[u32; N]],
+        mut faces: Vec<u32>,
+        mesh: &Mesh,
+    ) -> Self {
+        faces.sort_unstable();
+        faces.dedup();
         Self {
+            faces,
             places: places(mesh, at),
-            ..Self::new(kind, at.len(), faces, mesh)
+            ..Self::named(kind, at.len())
         }
     }
 }
@@ -71,8 +77,8 @@ pub(super) fn of_topology(subject: &Subject) -> Vec<Defect> {
     let is_border = |h: &u32| topology.boundary[*h as usize];
     let border: Vec<u32> = half_edges().filter(is_border).collect();
     let crowded = topology.non_manifold_edges(mesh);
-    let pinched = pinched(mesh, topology, &crowded);
     let around = VertexFaces::new(mesh);
+    let pinched = pinched(mesh, topology, &around, &crowded);
     // Undo the reorientation: faces disagree in the input if they disagree now or exactly one of them was turned, but not both.
     let misoriented: Vec<u32> = half_edges()
         .filter(|&h| {
@@ -117,8 +123,12 @@ pub(super) fn of_topology(subject: &Subject) -> Vec<Defect> {
 }
 
 /// Non-manifold vertices: several fans of faces meet there. Vertices of non-manifold edges are not counted.
-fn pinched(mesh: &Mesh, topology: &Topology, crowded: &[Vec<u32>]) -> Vec<u32> {
-    let around = VertexFaces::new(mesh);
+fn pinched(
+    mesh: &Mesh,
+    topology: &Topology,
+    around: &VertexFaces,
+    crowded: &[Vec<u32>],
+) -> Vec<u32> {
     let mut on_crowded = vec![false; mesh.positions.len()];
     for &h in crowded.iter().flatten() {
         on_crowded[start(mesh, h) as usize] = true;
@@ -126,7 +136,7 @@ fn pinched(mesh: &Mesh, topology: &Topology, crowded: &[Vec<u32>]) -> Vec<u32> {
     }
     (0..mesh.positions.len() as u32)
         .into_par_iter()
-        .filter(|&v| !on_crowded[v as usize] && has_several_fans(mesh, topology, &around, v))
+        .filter(|&v| !on_crowded[v as usize] && has_several_fans(mesh, topology, around, v))
         .collect()
 }
 

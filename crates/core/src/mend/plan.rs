@@ -67,12 +67,21 @@ impl HolePlan {
         }
     }
 
-    /// The identifier and the sentence of the reason, if there is one.
-    pub fn reason(&self) -> Option<(&'static str, String)> {
+    /// The identifier of the reason; none where the hole gets a surface.
+    pub fn cause(&self) -> Option<&'static str> {
         match self {
             Self::Fill | Self::Flat | Self::Base => None,
-            Self::Triangulate(why) => Some((why.key(), why.to_string())),
-            Self::Leave(why) => Some((why.key(), why.to_string())),
+            Self::Triangulate(why) => Some(why.key()),
+            Self::Leave(why) => Some(why.key()),
+        }
+    }
+
+    /// The reason in words; none where the hole gets a surface.
+    pub fn reason(&self) -> Option<String> {
+        match self {
+            Self::Fill | Self::Flat | Self::Base => None,
+            Self::Triangulate(why) => Some(why.to_string()),
+            Self::Leave(why) => Some(why.to_string()),
         }
     }
 }

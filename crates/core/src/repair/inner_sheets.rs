@@ -10,10 +10,11 @@ use super::RepairReport;
 use super::balance::{open_sets, runs_up};
 use super::draft::Draft;
 use super::intersection_cache::sorted;
+use super::witness::Solid;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, Mesh, area_vector};
-use crate::spatial::{Bvh, WindingTree, solid_angle};
+use crate::spatial::solid_angle;
 use crate::tuning::tuning;
 
 /// Removes the open components that lie inside the solid of all others: the winding number of the others is one in front of each of
@@ -26,18 +27,12 @@ pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), F
         if faces.iter().all(Vec::is_empty) {
             return Ok(());
         }
-        let bvh = Bvh::new(&draft.mesh, topology.faces());
-        let tree = WindingTree::new(&bvh);
+        let solid = Solid::new(&draft.mesh, topology.faces(), false);
         let is_inner = |own: &Vec<u32>| {
             let step = own.len().div_ceil(tuning().repair.samples).max(1);
             let sampled = own.iter().step_by(step);
             let mut points = sampled.flat_map(|f| sides(&draft.mesh, *f));
-            !own.is_empty()
-                && points.all(|p| {
-                    let all = tree.winding_number(&bvh, p);
-                    let rest = all - winding(&draft.mesh, own, p);
-                    rest > 1.0 - tuning().repair.undecided
-                })
+            !own.is_empty() && points.all(|p| is_inside_without(&solid, &draft.mesh, own, p))
         };
         let inner: Vec<bool> = faces.par_iter().map(is_inner).collect();
         for (own, _) in faces.iter().zip(&inner).filter(|(_, inner)| **inner) {
@@ -66,21 +61,23 @@ pub(super) fn inner_borders(draft: &Draft) -> Result<Vec<Vec<u32>>, FillError> {
     if borders.is_empty() || topology.component_faces.len() < 2 {
         return Ok(Vec::new());
     }
-    let bvh = Bvh::new(&found.mesh, topology.faces());
-    let tree = WindingTree::new(&bvh);
+    let mut of_component: HashMap<u32, Vec<u32>> =
+        borders.iter().map(|h| (h.component, Vec::new())).collect();
+    for f in topology.faces() {
+        if let Some(own) = of_component.get_mut(&topology.component[f as usize]) {
+            own.push(f);
+        }
+    }
+    let solid = Solid::new(&found.mesh, topology.faces(), false);
     let at = |v: u32| found.mesh.positions[v as usize];
     let is_inner = |hole: &&&Hole| {
-        let own: Vec<u32> = topology
-            .faces()
-            .filter(|f| topology.component[*f as usize] == hole.component)
-            .collect();
+        let own = &of_component[&hole.component];
         let next = hole.rim.iter().cycle().skip(1);
         hole.rim.iter().zip(next).all(|(v, w)| {
             // Beside the edge, where the winding number of the sheet itself jumps.
             let middle = 0.5 * (at(*v) + at(*w));
             let p = middle + tuning().repair.before * (hole.centre - middle);
-            let rest = tree.winding_number(&bvh, p) - winding(&found.mesh, &own, p);
-            rest > 1.0 - tuning().repair.undecided
+            is_inside_without(&solid, &found.mesh, own, p)
         })
     };
     Ok(borders
@@ -88,6 +85,11 @@ pub(super) fn inner_borders(draft: &Draft) -> Result<Vec<Vec<u32>>, FillError> {
         .filter(is_inner)
         .map(|h| h.rim.clone())
         .collect())
+}
+
+/// Whether a point is inside a solid, also without some of its faces.
+fn is_inside_without(solid: &Solid, mesh: &Mesh, own: &[u32], p: DVec3) -> bool {
+    solid.winding(p) - winding(mesh, own, p) > 1.0 - tuning().repair.undecided
 }
 
 /// For each component its faces, if it may be a sheet inside a solid; else none.

@@ -20,7 +20,7 @@ use crate::spatial::{Bvh, WindingTree, closest_on_triangle};
 use crate::tuning::tuning;
 
 /// The solid of a mesh.
-struct Solid {
+pub(super) struct Solid {
     bvh: Bvh,
     tree: WindingTree,
     /// Whether parts that are inside out are solid too.
@@ -28,14 +28,14 @@ struct Solid {
 }
 
 impl Solid {
-    fn new(mesh: &Mesh, faces: impl Iterator<Item = u32>, turns: bool) -> Self {
+    pub(super) fn new(mesh: &Mesh, faces: impl Iterator<Item = u32>, turns: bool) -> Self {
         let bvh = Bvh::new(mesh, faces);
         let tree = WindingTree::new(&bvh);
         Self { bvh, tree, turns }
     }
 
     /// The winding number; its magnitude if parts that are inside out are solid too.
-    fn winding(&self, p: DVec3) -> f64 {
+    pub(super) fn winding(&self, p: DVec3) -> f64 {
         let winding = self.tree.winding_number(&self.bvh, p);
         if self.turns { winding.abs() } else { winding }
     }

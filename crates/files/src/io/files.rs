@@ -28,7 +28,7 @@ pub const MAX_STREAM_BYTES: u64 = 2 << 30;
 /// Reads a stream to its end.
 ///
 /// # Errors
-/// When it cannot be read, or is longer than 2 GiB.
+/// When it cannot be read, or is longer than `MAX_STREAM_BYTES`.
 #[doc(hidden)]
 pub fn read_stream(stream: impl Read) -> std::io::Result<Vec<u8>> {
     within(stream, MAX_STREAM_BYTES)

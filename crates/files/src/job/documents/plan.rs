@@ -104,12 +104,11 @@ struct PlannedHoleRow {
 
 impl PlannedHoleRow {
     fn new(planned: &PlannedHole) -> Self {
-        let (cause, reason) = planned.plan.reason().unzip();
         Self {
             hole: HoleRow::new(&planned.hole),
             outcome: planned.plan.key(),
-            cause,
-            reason,
+            cause: planned.plan.cause(),
+            reason: planned.plan.reason(),
             region: planned.region,
         }
     }

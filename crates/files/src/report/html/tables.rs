@@ -6,8 +6,7 @@ use super::super::counterpart::{counterpart_text, grain_text};
 use super::super::scene::Scene;
 use super::super::text::lost_creases;
 use super::{add, escaped, listed, number, number_beside};
-use isomend_core::fill::HoleOutcome;
-use isomend_core::fill::RegionReport;
+use isomend_core::fill::{HoleOutcome, RegionReport};
 use isomend_core::mend::HoleReport;
 
 /// Names of the outcomes of holes, after a change or for a mesh that was only inspected.
