@@ -216,7 +216,7 @@ class ISOMEND_OT_repair(Mending, bpy.types.Operator):
 
     def work(self, taken):
         options = self.solving(taken)
-        options |= {"close_borders": self.close_borders, "keep_holes": self.keep_holes}
+        options |= {"close_borders": self.close_borders, "skip": ["holes"] * self.keep_holes}
         options |= {"weld": self.length(taken, self.weld), "debris": self.debris or None}
         return lambda progress: taken.model().repair(progress=progress, **options)
 

@@ -133,7 +133,7 @@ pub use isomend_core::mesh::{
 };
 pub use isomend_core::region::{LevelReport, VoxelSize};
 pub use isomend_core::repair::{
-    Carried, RepairParams, RepairReport, Repaired, SelfIntersectionPass, repair,
+    Carried, RepairParams, RepairReport, RepairStep, Repaired, SelfIntersectionPass, repair,
 };
 pub use isomend_core::stitch::StitchError;
 

@@ -80,7 +80,7 @@ class IsomendRepair:
         }
 
     def repair(self, mesh, close_borders=False, keep_holes=False, debris=0.0, weld=0.0):
-        options = given(close_borders=close_borders, keep_holes=keep_holes, debris=debris, weld=weld, progress=following())
+        options = given(close_borders=close_borders, skip=["holes"] * keep_holes, debris=debris, weld=weld, progress=following())
         out, results = meshes.mended(mesh, lambda model: model.repair(**options))
         sound = all(result.complete for result in results)
         reasons = ["; ".join(result.report["after"]["reasons"]) or "nothing is wrong" for result in results]

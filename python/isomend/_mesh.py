@@ -177,17 +177,17 @@ class Inspection(Drawn):
         """Calls ``take`` with the task of each region of a fill in order: bytes for :func:`isomend.solve_task`, in this process or
         another. :meth:`assemble` with the same options joins the patches, in the same order."""
         _, parameters = _params.taken_apart(options)
-        self._core.each_task(_params.as_json(_params.region_params(parameters)), take)
+        self._core.each_task(_params.as_json(_params.params("fill", parameters)), take)
 
     def wide_task(self, region: int, **options: Unpack[FillOptions]) -> bytes:
         """The task of a region, by its index from 0, with all of the mesh that the region may use; see :func:`isomend.is_cramped`."""
         _, parameters = _params.taken_apart(options)
-        return self._core.wide_task(_params.as_json(_params.region_params(parameters)), region)
+        return self._core.wide_task(_params.as_json(_params.params("fill", parameters)), region)
 
     def region_count(self, **options: Unpack[FillOptions]) -> int:
         """Number of regions of a fill. A region is one hole, or several that are filled together."""
         _, parameters = _params.taken_apart(options)
-        return self._core.region_count(_params.as_json(_params.region_params(parameters)))
+        return self._core.region_count(_params.as_json(_params.params("fill", parameters)))
 
     def assemble(self, patches: Sequence[bytes], **options: Unpack[FillOptions]) -> Mended:
         """The mesh with the patches of all regions: the same, to the byte, as from :meth:`fill`.
@@ -202,7 +202,7 @@ class Inspection(Drawn):
         (4, 3)
         """
         run, parameters = _params.taken_apart(options)
-        work = _params.as_json({"fill": _params.region_params(parameters)})
+        work = _params.as_json({"fill": _params.params("fill", parameters)})
         return _judged(Mended._made_of(self._model, self._core.assemble(work, list(patches))), run)
 
 
@@ -378,12 +378,10 @@ class StrictError(IsomendError):
 def _work(command: str, mark: Mask | None, parameters: Mapping[str, Any], faces: int) -> dict[str, Any]:
     """The work of a command in the library's JSON form."""
     mask = None if mark is None else _params.mask_of(mark, faces)
-    if command == "fill":
-        return _params.fill_work(parameters)
     params = _params.params(command, parameters)
     if command == "restore" and mask is None:
         raise EmptyMaskError("no region is marked")
-    return {command: params if command == "repair" else [mask, params]}
+    return {command: params if command in ("fill", "repair") else [mask, params]}
 
 
 def _mended(

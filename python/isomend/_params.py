@@ -150,6 +150,14 @@ def pair(name: str, ends: Any) -> list[int]:
     return given
 
 
+def words(name: str, values: Any, known: tuple[str, ...]) -> list[str]:
+    """A list of words, or one word."""
+    listed = [values] if isinstance(values, str) else values
+    if not isinstance(listed, Iterable):
+        raise ParameterError(f"{name} must be a list of words from {', '.join(known)}, but is {values!r}")
+    return [choice(name, value, known) for value in listed]
+
+
 def like(name: str, value: Any) -> str:
     """A counterpart: ``mirror``, with or without a plane, or the path of a mesh."""
     try:
@@ -168,6 +176,8 @@ def plain(row: Row, value: Any) -> Any:
         return flag(name, value) == row["sets"]
     if kind == "choice":
         return choice(name, value, tuple(word["name"] for word in row["choices"]))
+    if kind == "words":
+        return words(name, value, tuple(word["name"] for word in row["choices"]))
     if kind == "holes":
         return None if isinstance(value, str) and value == "all" and row["placeholder"].startswith("all") else wholes(name, value)
     if kind == "groups":
@@ -191,6 +201,8 @@ def params(command: str, given: Mapping[str, Any]) -> dict[str, Any]:
     placed: dict[str, Any] = {}
     chosen = {name: value for name, value in given.items() if value is not None and value is not False}
     for name, value in given.items():
+        if now := _isomend.in_place_of(command, name):
+            raise ParameterError(f"{command} has no parameter {name!r} any more: use {now}")
         if name not in rows:
             raise ParameterError(f"{command} has no parameter {name!r}; it has {', '.join(rows)}")
         if value is None or not rows[name]["path"]:
@@ -203,19 +215,6 @@ def params(command: str, given: Mapping[str, Any]) -> dict[str, Any]:
         if name in chosen and rows[name]["excludes"] in chosen:
             raise ParameterError(f"{name} and {rows[name]['excludes']} exclude each other; give one of them")
     return placed
-
-
-def fill_work(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """The work of a fill; with ``repair=True`` a repair with this fill."""
-    fill, repairs = params("fill", parameters), flag("repair", parameters.get("repair") or False)
-    return {"repair": {"fill": fill}} if repairs else {"fill": fill}
-
-
-def region_params(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters of a fill by regions, which cannot repair the mesh first."""
-    if flag("repair", parameters.get("repair") or False):
-        raise ParameterError("regions cannot be combined with repair=True: call repair() first, or fill(…, repair=True) without regions")
-    return params("fill", parameters)
 
 
 def mask_of(mask: Mask, faces: int) -> dict[str, Any]:

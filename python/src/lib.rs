@@ -32,6 +32,15 @@ fn parameters() -> PyResult<String> {
     Ok(packed::json_of(&isomend::parameters::document())?)
 }
 
+/// What takes the place of a former parameter of a command; none for any other name.
+#[pyfunction]
+fn in_place_of(command: &str, name: &str) -> Option<&'static str> {
+    let mut tables = isomend::parameters::Table::ALL.into_iter();
+    tables
+        .find(|table| table.command == command)?
+        .in_place_of(name)
+}
+
 #[pymodule]
 fn _isomend(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
@@ -42,6 +51,7 @@ fn _isomend(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<volume::Volume>()?;
     module.add_function(wrap_pyfunction!(main, module)?)?;
     module.add_function(wrap_pyfunction!(parameters, module)?)?;
+    module.add_function(wrap_pyfunction!(in_place_of, module)?)?;
     module.add_function(wrap_pyfunction!(checked::check, module)?)?;
     module.add_function(wrap_pyfunction!(compared::compare, module)?)?;
     module.add_function(wrap_pyfunction!(volume::sdf, module)?)?;

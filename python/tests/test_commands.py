@@ -75,20 +75,19 @@ def test_the_command_line_gives_the_same_repair(tmp_path, program):
     # Kept faces come first, and the patches after them.
     assert done.kept_faces.shape == (len(faces),) and done.is_patch.sum() > 0
     assert not done.is_patch[: done.kept_faces.sum()].any()
-    filled = isomend.fill(vertices, faces, repair=True)
-    assert filled.vertices.tobytes() == done.vertices.tobytes() and filled.complete
-    assert isomend.Model(vertices, faces).plan(repair=True)["command"] == "repair"
-    assert not isomend.fill(vertices, faces, repair=False).report.get("steps")
+    one = isomend.repair(vertices, faces, holes=[1])
+    assert not one.complete and len(one.faces) < len(done.faces)
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"keep_holes": True}, ["--keep-holes"]),
-        ({"keep_duplicates": True}, ["--keep-duplicates"]),
-        ({"keep_orientation": True}, ["--keep-orientation"]),
-        ({"keep_non_manifold": True}, ["--keep-non-manifold"]),
-        ({"keep_crossings": True}, ["--keep-crossings"]),
+        ({"skip": ["holes"]}, ["--skip", "holes"]),
+        ({"skip": "duplicates"}, ["--skip", "duplicates"]),
+        ({"skip": ["orientation", "holes"]}, ["--skip", "orientation,holes"]),
+        ({"skip": ["non-manifold"]}, ["--skip", "non-manifold"]),
+        ({"skip": ["intersections"]}, ["--skip", "intersections"]),
+        ({"keep_open": [1]}, ["--keep-open", "1"]),
         ({"drop_unused": True, "drop_inside": True}, ["--drop-unused", "--drop-inside"]),
         ({"debris": 0.9, "weld": 1e-3, "close_borders": True}, ["--debris", "0.9", "--weld", "0.001", "--close-borders"]),
         ({"max_diameter": 0.01, "voxel": 0.05, "finish": "none"}, ["--max-diameter", "0.01", "--voxel", "0.05", "--finish", "none"]),
@@ -106,17 +105,17 @@ def test_the_command_line_gives_the_same_repair_for_each_option(tmp_path, progra
     done.write(tmp_path / "own.obj")
     assert (tmp_path / "own.obj").read_bytes() == (tmp_path / "theirs.obj").read_bytes()
     assert done.report["steps"] == report["steps"] and done.report["after"] == report["after"]
-    if "keep_non_manifold" not in options:
+    if options.get("skip") != ["non-manifold"]:
         assert plain.report["steps"] != done.report["steps"] or plain.vertices.tobytes() != done.vertices.tobytes()
 
 
 def test_an_incomplete_repair_gives_the_reason(caplog):
     vertices, faces = shapes.open_sphere()
     with caplog.at_level("WARNING", logger="isomend"):
-        loose = isomend.repair(vertices, faces, keep_holes=True)
+        loose = isomend.repair(vertices, faces, skip=["holes"])
     assert not loose.complete and "1 hole is open" in caplog.text
     with pytest.raises(isomend.StrictError, match="not sound: 1 hole is open"):
-        isomend.repair(vertices, faces, keep_holes=True, strict=True)
+        isomend.repair(vertices, faces, skip=["holes"], strict=True)
 
 
 @pytest.mark.parametrize(
@@ -124,8 +123,9 @@ def test_an_incomplete_repair_gives_the_reason(caplog):
     [
         ({"weld": 0}, "weld must be a positive number"),
         ({"debris": 1.5}, "debris must be a number from 0 to 1"),
-        ({"keep_holes": 1}, "keep_holes must be True or False"),
-        ({"keep_holes": True, "close_borders": True}, "keep_holes and close_borders exclude each other"),
+        ({"drop_inside": 1}, "drop_inside must be True or False"),
+        ({"skip": ["hole"]}, "skip must be one of 'duplicates', .*'holes', but is 'hole'"),
+        ({"skip": "holes", "close_borders": True}, "leave one of the two out"),
         ({"max_diameter": -1}, "max_diameter must be a positive number"),
         ({"voxel": 0}, "voxel must be a positive number"),
         ({"threads": 0}, "threads must be a whole number from 1"),
@@ -287,13 +287,12 @@ def test_invalid_input_is_refused(sphere, call, error, what):
         call(sphere)
 
 
-def test_regions_of_a_fill_exclude_a_repair():
-    found = isomend.inspect(*damaged())
-    for ask in (
-        lambda: found.region_count(repair=True),
-        lambda: found.each_task(print, repair=True),
-        lambda: found.assemble([], repair=True),
+def test_former_parameters_name_what_takes_their_place():
+    model = isomend.Model(*damaged())
+    for work, options, now in (
+        (model.fill, {"repair": True}, "isomend repair"),
+        (model.repair, {"keep_holes": True}, "--skip holes"),
+        (model.restore, {"like_scale": True}, "--like"),
     ):
-        with pytest.raises(isomend.ParameterError, match=r"call repair\(\) first"):
-            ask()
-    assert found.region_count(repair=False) > 0
+        with pytest.raises(isomend.ParameterError, match=f"any more: use .*{now}"):
+            work(*[[0]] * (work == model.restore), **options)

@@ -24,7 +24,7 @@ def default(row):
     """The default of a keyword from its row in the table."""
     if row["kind"] == "flag":
         return False
-    if row["kind"] in ("holes", "groups", "pairs"):
+    if row["kind"] in ("holes", "groups", "pairs", "words"):
         return None if row["default"] else ()
     if row["default"] is None or row["kind"] in ("voxel", "band", "choice"):
         return row["default"]
@@ -62,7 +62,7 @@ def test_documentation_has_the_sentences_of_the_tables(command):
 def test_values_out_of_bounds_are_refused(sphere, command, row):
     run = getattr(isomend.Model(*sphere), command, None) or (lambda **options: isomend.compare(sphere, sphere, **options))
     arguments = ([0],) if command in ("restore", "fair") else ()
-    wrong = {"choice": ["none of them"], "flag": [1], "holes": [1], "groups": [[[0.5]]], "pairs": [[[0.5, 1]], [[1]], [[2, 2]]], "like": [1, ""]}.get(row["kind"], ["a word"])
+    wrong = {"choice": ["none of them"], "flag": [1], "holes": [1], "groups": [[[0.5]]], "pairs": [[[0.5, 1]], [[1]], [[2, 2]]], "like": [1, ""], "words": [1, ["none of them"]]}.get(row["kind"], ["a word"])
     for value in wrong:
         with pytest.raises(isomend.ParameterError, match=row["name"]):
             run(*arguments, **{row["name"]: value})

@@ -156,7 +156,7 @@ def test_all_results_can_be_pickled(sphere):
     vertices, faces = sphere
     data = {"grid": np.ones((len(vertices), 2, 2), np.float32), "on": np.ones(len(vertices), bool)}
     model = isomend.Model(vertices, faces, point_data=data)
-    for work in (model.repair(keep_holes=True), model.fair(strength=0.3), model.restore([5, 6, 7])):
+    for work in (model.repair(skip=["holes"]), model.fair(strength=0.3), model.restore([5, 6, 7])):
         sent = pickle.loads(pickle.dumps(work))
         assert sent.vertices.tobytes() == work.vertices.tobytes() and sent.report == work.report
         assert sent.is_patch.tobytes() == work.is_patch.tobytes()

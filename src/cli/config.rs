@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use clap::builder::Resettable;
 use clap::{Arg, ArgAction, Command, Id, ValueHint};
 use isomend::job::Place;
+use isomend::parameters::Table;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -223,6 +224,9 @@ impl Source<'_> {
 
     /// The error of a key that is not an option; lists the options of the command `of`.
     fn unknown(&self, key: &Spanned<std::borrow::Cow<'_, str>>, of: &Command, what: &str) -> Usage {
+        if let Some(advice) = former(of.get_name(), key.get_ref()) {
+            return self.fault(key.span().start, &advice);
+        }
         let names = of.get_arguments().filter_map(Arg::get_long);
         let names: Vec<&str> = names.filter(|n| !NOT_IN_FILES.contains(n)).collect();
         let what = format!(
@@ -290,6 +294,15 @@ impl Source<'_> {
         let line = 1 + self.text[..at.min(self.text.len())].matches('\n').count();
         Usage(format!("{}, line {line}: {what}", self.file.display()))
     }
+}
+
+/// What takes the place of a former option of a command, as a message; none for any other name.
+pub fn former(command: &str, option: &str) -> Option<String> {
+    let table = Table::ALL.iter().find(|table| table.command == command)?;
+    let now = table.in_place_of(&option.replace('-', "_"))?;
+    Some(format!(
+        "`isomend {command}` has no --{option} any more: use {now}"
+    ))
 }
 
 /// Whether a file may set an option of this name for a command.

@@ -134,6 +134,7 @@ impl FilesArgs {
         batch.plan = self.dry_run;
         batch.document = common.json.as_ref().map(Target::place);
         batch.drawings = self.report.drawings(common.json.as_ref())?;
+        batch.each_step = common.run.verbose;
         batch.strict = task.strict;
         batch.deliverables = task.deliverables.clone();
         batch.deliverables.unit = self.unit;

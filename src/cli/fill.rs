@@ -2,7 +2,6 @@
 
 use clap::Args;
 use isomend::job::Work;
-use isomend::{FillParams, RepairParams};
 use serde_json::Value;
 
 use super::console::Console;
@@ -55,11 +54,7 @@ impl FillArgs {
     /// # Errors
     /// If options conflict.
     pub(super) fn work(&self) -> anyhow::Result<Work> {
-        let params: FillParams = self.parameters.params()?;
-        if !self.parameters.flag("repair") {
-            return Ok(Work::Fill(params));
-        }
-        Ok(Work::Repair(RepairParams::new().with_fill(params)))
+        Ok(Work::Fill(self.parameters.params()?))
     }
 
     /// Whether `--max-diameter` was given but has no effect, since `--holes` names the holes.

@@ -47,6 +47,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, anyhow};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueHint};
 use isomend::io::{Format, IoError};
 use isomend::job::JobError;
@@ -179,7 +180,7 @@ struct RunArgs {
 pub fn main(arguments: impl Iterator<Item = OsString>) -> End {
     let end = interrupt::listen()
         .and_then(|()| Ok(config::expand(arguments.collect(), &Cli::command())?))
-        .map(Cli::parse_from)
+        .and_then(parse)
         .and_then(run);
     match end {
         Ok(end) => end,
@@ -195,6 +196,25 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> End {
             }
         }
     }
+}
+
+/// Parses the arguments. Where clap refuses them, the process ends with clap's message.
+///
+/// # Errors
+/// If an option is a former one: what takes its place.
+fn parse(arguments: Vec<OsString>) -> anyhow::Result<Cli> {
+    let command = arguments.get(1).cloned().unwrap_or_default();
+    Cli::try_parse_from(arguments).or_else(|error| {
+        let unknown = match (error.kind(), error.get(ContextKind::InvalidArg)) {
+            (ErrorKind::UnknownArgument, Some(ContextValue::String(name))) => name.as_str(),
+            _ => "",
+        };
+        let option = unknown.split('=').next().unwrap_or_default();
+        match config::former(&command.to_string_lossy(), option.trim_start_matches('-')) {
+            Some(advice) => Err(Usage(advice).into()),
+            None => error.exit(),
+        }
+    })
 }
 
 /// Whether an error says that the reader of standard output has closed it.

@@ -392,7 +392,7 @@ fn left(report: &FillReport, work: &Work) -> Vec<String> {
                 "the outer border of an open sheet; --close-borders closes it".to_owned()
             }
             LeftReason::KeptOpen if repairs => {
-                "as --keep-holes or --max-diameter requests".to_owned()
+                "as --skip holes, --keep-open or --max-diameter requests".to_owned()
             }
             LeftReason::TooWide => format!("{why}; a larger --max-diameter fills it"),
             LeftReason::OuterBoundary => format!("{why} (--holes with its number)"),

@@ -46,11 +46,6 @@ impl<C: OfCommand> ParameterArgs<C> {
         self.given.get(name)
     }
 
-    /// Whether a flag was given.
-    pub fn flag(&self, name: &str) -> bool {
-        self.given.contains_key(name)
-    }
-
     /// The parameter struct of the command; parameters that were not given have their defaults.
     ///
     /// # Errors
@@ -119,6 +114,11 @@ fn given(parameter: &Parameter, matches: &ArgMatches) -> Option<Value> {
             let groups = matches.get_many::<Value>(parameter.name)?;
             Some(groups.cloned().collect())
         }
+        Kind::Words(..) => {
+            let lists = matches.get_many::<Value>(parameter.name)?;
+            let words = lists.flat_map(|list| list.as_array().into_iter().flatten());
+            Some(words.cloned().collect())
+        }
         _ => matches.get_one(parameter.name).cloned(),
     }
 }
@@ -150,7 +150,7 @@ fn argument(parameter: &'static Parameter, table: &Table) -> Arg {
         kind => argument
             .value_name(kind.placeholder())
             .action(match kind {
-                Kind::Groups | Kind::Pairs => ArgAction::Append,
+                Kind::Groups | Kind::Pairs | Kind::Words(..) => ArgAction::Append,
                 _ => ArgAction::Set,
             })
             .value_parser(move |text: &str| parsed(parameter, text)),
@@ -202,8 +202,24 @@ fn parsed(parameter: &Parameter, text: &str) -> Result<Value, String> {
             let value = number().map(Value::from);
             value.ok_or_else(|| format!("{} is needed", bounds.text(false)))
         }
+        Kind::Words(choices, _) => words(text, choices),
         Kind::Choice(_) | Kind::Flag(_) => Ok(Value::from(text)),
     }
+}
+
+/// Parses words separated by commas.
+fn words(text: &str, choices: &[Choice]) -> Result<Value, String> {
+    let known = |word: &str| {
+        let same = |choice: &&Choice| choice.name.eq_ignore_ascii_case(word);
+        choices.iter().find(same).map(|choice| choice.name)
+    };
+    let name = |word: &str| {
+        let names: Vec<&str> = choices.iter().map(|choice| choice.name).collect();
+        known(word.trim())
+            .ok_or_else(|| format!("'{}' is none of {}", word.trim(), names.join(", ")))
+    };
+    let names: Vec<&str> = text.split(',').map(name).collect::<Result<_, _>>()?;
+    Ok(Value::from(names))
 }
 
 /// Formats a JSON value as the texts of an option: one for each time that the option is given, none for the default.
@@ -222,6 +238,11 @@ pub fn typed(parameter: &Parameter, value: &Value) -> Vec<String> {
         (Kind::Groups | Kind::Pairs, Value::Array(groups)) => {
             groups.iter().map(|ids| joined(ids, "+")).collect()
         }
+        (Kind::Words(..), Value::Array(words)) if !words.is_empty() => {
+            let words: Vec<&str> = words.iter().filter_map(Value::as_str).collect();
+            vec![words.join(",")]
+        }
+        (Kind::Words(..), _) => Vec::new(),
         (Kind::Holes(_), Value::Array(_)) => vec![joined(value, ",")],
         (_, Value::String(word)) => vec![word.clone()],
         (Kind::Whole(_), Value::Number(count)) => vec![count.to_string()],

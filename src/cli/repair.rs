@@ -14,7 +14,8 @@ const EXAMPLES: &str = "\
 Examples:
   isomend repair scan.stl -o whole.stl              repair everything that `isomend check` finds
   isomend repair scan.ply -o whole.ply --debris 0.01    also remove components smaller than a hundredth of the largest one's area
-  isomend repair part.stl -o part.stl --weld 0.001 --keep-holes
+  isomend repair part.stl -o part.stl --weld 0.001 --skip holes
+  isomend repair scan.ply -o whole.ply --keep-open 4    repair, and fill all holes but one, by the numbers of `isomend inspect`
   isomend repair a.stl b.stl c.obj -o whole/        several, into a folder";
 
 /// Repair a mesh: make it closed, manifold, oriented and free of self-intersections, as far as possible.

@@ -1,7 +1,6 @@
 //! Renders work as a command line: the command and the options that do the same.
 
 use clap::Parser;
-use isomend::RepairParams;
 use isomend::job::Work;
 use isomend::parameters::{Kind, Table};
 use isomend_view::{Command, CommandRenderer};
@@ -20,7 +19,7 @@ impl CommandRenderer for CommandLine {
             Work::Fill(params) => command(Table::FILL, params),
             Work::Restore(_, params) => command(Table::RESTORE, params),
             Work::Fair(_, params) => command(Table::FAIR, params),
-            Work::Repair(params) => repair(params),
+            Work::Repair(params) => command(Table::REPAIR, params),
             Work::Copy => Command::new(work.name()),
         };
         let plain = command.clone();
@@ -93,17 +92,4 @@ fn command<P: Serialize + Default>(table: &'static Table, params: &P) -> Command
         }
     }
     command
-}
-
-/// The command for a repair. If certain holes are chosen, this is `fill --repair`, which takes them but has no options for the other steps
-/// of a repair.
-fn repair(params: &RepairParams) -> Command {
-    let fills = &params.fill;
-    let chosen = fills.holes.is_some() || !fills.bridge.is_empty() || !fills.crease.is_empty();
-    if chosen || !fills.keep_open.is_empty() {
-        let mut command = command(Table::FILL, fills);
-        command.flag("repair");
-        return command;
-    }
-    command(Table::REPAIR, params)
 }

@@ -227,9 +227,7 @@ fn a_template_is_turned_shifted_and_scaled() {
         Like::template("cast.ply", Mesh::new(positions, truth.faces.clone()))
     };
     for (matrix, scale) in [(turn(), false), (turn() * 25.4, true)] {
-        let like = FillParams::new()
-            .with_like(moved(matrix))
-            .with_like_scale(scale);
+        let like = FillParams::new().with_like(moved(matrix));
         let filled = fill(&open, &like).unwrap();
         let region = &filled.report.regions[0];
         assert_eq!(region.closed_by, Some(ClosedBy::Counterpart), "{scale}");
@@ -278,8 +276,6 @@ fn parameters_that_do_not_go_together_are_refused() {
     let nan = Arc::new(Mesh::new(vec![DVec3::NAN; 3], vec![[0, 1, 2]]));
     for params in [
         mirror().with_finish(Finish::None),
-        mirror().with_like_scale(true),
-        FillParams::new().with_like_scale(true),
         FillParams::new().with_like(unread),
         FillParams::new().with_grain(true).with_finish(Finish::None),
     ] {

@@ -7,7 +7,9 @@ use crate::shapes::{cut, joined, moved, polar, sphere, torus, turned};
 use glam::DVec3;
 use isomend::check::{CheckParams, DefectKind, Verdict};
 use isomend::io::{Format, read_path};
-use isomend::{Cancel, Carried, Control, FillError, Mesh, RepairParams, Repaired, inspect, repair};
+use isomend::{
+    Cancel, Carried, Control, FillError, Mesh, RepairParams, RepairStep, Repaired, inspect, repair,
+};
 
 fn repaired(mesh: &Mesh, params: &RepairParams) -> Repaired {
     repair(mesh, params, &Carried::default(), &Control::new()).unwrap()
@@ -204,13 +206,11 @@ fn faces_far_from_a_piercing_ball_stay_unchanged() {
 #[test]
 fn holes_and_intersecting_faces_can_be_kept() {
     let mesh = cut(&good(), |p| polar(p) < 25.0);
-    let mut params = RepairParams::default();
-    params.holes = false;
+    let params = RepairParams::new().with_skip([RepairStep::Holes]);
     let done = repaired(&mesh, &params);
     assert_eq!(done.mesh, mesh);
     let pierced = joined(&good(), &moved(&sphere(4), 0.3, DVec3::new(0.95, 0.2, 0.1)));
-    let mut params = RepairParams::default();
-    params.crossings = false;
+    let params = RepairParams::new().with_skip([RepairStep::Intersections]);
     let done = repaired(&pierced, &params);
     assert_eq!(done.mesh, pierced);
     assert!(done.report.passes.is_empty());
@@ -223,15 +223,16 @@ fn each_repair_step_can_be_switched_off() {
     bad.faces.push(bad.faces[9]);
     let [a, b, _] = bad.faces[20];
     bad.faces.push([a, b, a]);
-    let mut none = RepairParams::default();
-    none.clean = false;
-    none.orient = false;
-    none.split = false;
-    none.crossings = false;
-    none.holes = false;
-    assert_eq!(repaired(&bad, &none).mesh, bad);
-    let mut clean = none.clone();
-    clean.clean = true;
+    let steps = [
+        RepairStep::Duplicates,
+        RepairStep::Orientation,
+        RepairStep::NonManifold,
+        RepairStep::Intersections,
+        RepairStep::Holes,
+    ];
+    let from = |first: usize| RepairParams::new().with_skip(steps[first..].iter().copied());
+    assert_eq!(repaired(&bad, &from(0)).mesh, bad);
+    let clean = from(1);
     let done = repaired(&bad, &clean);
     let r = &done.report;
     assert_eq!(
@@ -239,9 +240,7 @@ fn each_repair_step_can_be_switched_off() {
         (1, 1, 0)
     );
     assert_eq!(done.mesh.faces, bad.faces[..bad.faces.len() - 2]);
-    let mut orient = none.clone();
-    orient.clean = true;
-    orient.orient = true;
+    let orient = from(2);
     assert_eq!(repaired(&bad, &orient).mesh.faces.len(), good().faces.len());
     assert_eq!(repaired(&bad, &orient).report.reoriented_faces, 1);
 }
@@ -378,28 +377,24 @@ fn the_command_repairs_reports_and_exits_by_the_verdict() {
         "bad.ply",
         "-o",
         "no.ply",
-        "--keep-crossings",
+        "--skip",
+        "intersections",
         "-q",
     ]);
     assert_code(&done, 3);
 }
 
 #[test]
-fn fill_with_repair_first_repairs_and_keeps_the_numbers_of_holes() {
+fn a_repair_fills_the_holes_of_the_given_numbers() {
     let desk = Desk::new();
     let mut bad = desk::ball();
     bad.faces[10].swap(1, 2);
     bad.faces.push(bad.faces[30]);
     desk.save("bad.ply", &bad, Format::Ply);
-    assert_code(
-        &desk.run(&["fill", "bad.ply", "-o", "out.ply", "--repair", "-q"]),
-        0,
-    );
+    assert_code(&desk.run(&["repair", "bad.ply", "-o", "out.ply", "-q"]), 0);
     assert_sound(&read_path(&desk.path("out.ply"), None).unwrap().mesh);
     // Holes are chosen by their numbers in the input, before the repair.
-    let done = desk.run(&[
-        "fill", "bad.ply", "-o", "one.ply", "--repair", "--holes", "2", "-q",
-    ]);
+    let done = desk.run(&["repair", "bad.ply", "-o", "one.ply", "--holes", "2", "-q"]);
     assert_code(&done, 3);
     let one = verdict(&read_path(&desk.path("one.ply"), None).unwrap().mesh);
     assert_eq!(one.holes, 1);

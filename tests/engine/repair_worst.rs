@@ -6,7 +6,8 @@ use crate::shapes::{Noise, cut, joined, moved, polar, sphere, turned};
 use glam::DVec3;
 use isomend::check::{CheckParams, DefectKind, Verdict};
 use isomend::{
-    Carried, ClosedBy, Control, HoleOutcome, Mesh, RepairParams, Repaired, inspect, repair,
+    Carried, ClosedBy, Control, HoleOutcome, Mesh, RepairParams, RepairStep, Repaired, inspect,
+    repair,
 };
 
 fn repaired(mesh: &Mesh, params: &RepairParams) -> Repaired {
@@ -191,7 +192,7 @@ fn a_spike_of_which_a_cut_would_leave_nothing_is_enclosed_by_an_offset_shell() {
     // The ball's hole stays open: a closed ball is united with the spike.
     let bad = joined(&cut(&ball, |p| p.x < -0.95), &needle);
     assert!(verdict(&bad).count(DefectKind::SelfIntersection) > 0);
-    let done = repaired(&bad, &RepairParams::new().with_holes(false));
+    let done = repaired(&bad, &RepairParams::new().with_skip([RepairStep::Holes]));
     assert_not_worse(&bad, &done);
     let after = verdict(&done.mesh);
     assert_eq!(
@@ -228,7 +229,7 @@ fn a_dangling_face_on_an_open_sheet_becomes_a_component() {
     bad.faces
         .push([face[1], face[0], sheet.positions.len() as u32]);
     let mut params = RepairParams::default();
-    params.holes = false;
+    params.skip = vec![RepairStep::Holes];
     let done = repaired(&bad, &params);
     assert_eq!(done.mesh.faces.len(), bad.faces.len());
     let after = verdict(&done.mesh);

@@ -118,7 +118,7 @@ fn every_field_is_in_a_table_and_has_its_default() {
                     json!(text.parse::<f64>().unwrap())
                 }
                 (_, DefaultValue::Value(text)) => json!(text),
-                (Kind::Holes(_) | Kind::Groups | Kind::Pairs, _) => json!([]),
+                (Kind::Holes(_) | Kind::Groups | Kind::Pairs | Kind::Words(..), _) => json!([]),
                 _ => Value::Null,
             };
             assert_eq!(*value, expected, "{command}: the default of {name}");
@@ -178,6 +178,14 @@ fn the_library_accepts_the_choices_and_dependent_defaults_of_the_tables() {
                 }
                 let count = error.matches('`').count() / 2 - 1;
                 assert_eq!(count, choices.len(), "{error}");
+            }
+            if let Kind::Words(choices, _) = parameter.kind {
+                let names: Vec<&str> = choices.iter().map(|choice| choice.name).collect();
+                read(with(&usual, &path, json!(names))).unwrap_or_else(|error| {
+                    assert!(error.contains("leave one"), "{error}");
+                });
+                let error = read(with(&usual, &path, json!(["none of them"]))).unwrap_err();
+                assert!(names.iter().all(|name| error.contains(name)), "{error}");
             }
             let excluded = parameter.excludes;
             assert!(excluded.is_empty() || table.get(excluded).is_some());

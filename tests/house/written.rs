@@ -95,6 +95,10 @@ fn annotation(parameter: &Parameter) -> String {
             let names: Vec<String> = choices.iter().map(|c| format!("\"{}\"", c.name)).collect();
             format!("Literal[{}]", names.join(", "))
         }
+        Kind::Words(choices, _) => {
+            let names: Vec<String> = choices.iter().map(|c| format!("\"{}\"", c.name)).collect();
+            format!("Iterable[Literal[{}]]", names.join(", "))
+        }
         Kind::Flag(_) => "bool".to_owned(),
         Kind::Holes(true) => "Iterable[int] | Literal['all'] | None".to_owned(),
         Kind::Holes(false) => "Iterable[int]".to_owned(),
@@ -147,7 +151,7 @@ from isomend._params import RunOptions, Voxel
 fn keyword_default(parameter: &Parameter) -> String {
     let text = match (parameter.kind, parameter.default) {
         (Kind::Flag(_), _) => "False",
-        (Kind::Holes(false) | Kind::Groups | Kind::Pairs, _) => "()",
+        (Kind::Holes(false) | Kind::Groups | Kind::Pairs | Kind::Words(..), _) => "()",
         (Kind::Number(..) | Kind::Whole(_), DefaultValue::Value(text)) => text,
         (Kind::Voxel | Kind::Band | Kind::Choice(_), DefaultValue::Value(text)) => {
             return format!("\"{text}\"");

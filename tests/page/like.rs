@@ -112,7 +112,7 @@ fn a_template_is_read_from_the_folder() {
     fs::create_dir(desk.path("sub")).unwrap();
     fs::rename(desk.path("cast.ply"), desk.path("mirror cast.ply")).unwrap();
     let served = Served::new(&desk, &["bust.ply"]);
-    let step = fill(json!({ "like": "./mirror cast.ply", "like_scale": true }));
+    let step = fill(json!({ "like": "./mirror cast.ply" }));
     let state = served.step(&step);
     let row = &state["states"][1];
     let found = &row["report"]["regions"][0]["counterpart"];
@@ -120,13 +120,10 @@ fn a_template_is_read_from_the_folder() {
         (&found["used"], &found["kind"]),
         (&json!(true), &json!("template"))
     );
-    let shown = json!(["fill", "--like", "./mirror cast.ply", "--like-scale"]);
+    let shown = json!(["fill", "--like", "./mirror cast.ply"]);
     assert_eq!(row["command"], shown, "no path of this machine");
     let script = repeated(&served, "out.ply", "again.sh");
-    assert!(
-        script.contains("--like './mirror cast.ply' --like-scale"),
-        "{script}"
-    );
+    assert!(script.contains("--like './mirror cast.ply'"), "{script}");
     let script = repeated(&served, "other.ply", "sub/again.sh");
     assert!(script.contains("--like '../mirror cast.ply'"), "{script}");
     // The template is not overwritten while a step uses it.
@@ -202,7 +199,6 @@ fn a_wrong_plane_or_combination_is_refused() {
         json!({ "like": "mirror:0,0,0,0,0,0" }),
         json!({ "like": "mirror:1,2,3" }),
         json!({ "like": "mirror", "finish": "none" }),
-        json!({ "like": "mirror", "like_scale": true }),
         json!({ "grain": true, "finish": "none" }),
     ] {
         let answer = served.post("api/step", &fill(params.clone()));

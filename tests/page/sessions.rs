@@ -126,10 +126,10 @@ fn steps_can_be_undone_and_redone() {
 fn the_summary_of_a_repair_is_its_verdict() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
-    let state = served.step(&json!({ "kind": "repair", "params": { "holes": false } }));
+    let state = served.step(&json!({ "kind": "repair", "params": { "skip": ["holes"] } }));
     assert_eq!(
         state["states"][1]["command"],
-        json!(["repair", "--keep-holes"])
+        json!(["repair", "--skip", "holes"])
     );
     let summary = state["states"][1]["summary"].as_str().unwrap();
     assert!(

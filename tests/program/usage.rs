@@ -4,7 +4,7 @@ use std::fs;
 
 use glam::DVec3;
 use isomend::io::{Format, WriteOptions, write_path};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::desk::{Desk, assert_code, assert_usage, ball, text};
 use crate::shapes;
@@ -224,6 +224,43 @@ fn invalid_voxels_are_refused_with_a_valid_one() {
         "2",
     ];
     assert_code(&desk.run(&narrow), 0);
+}
+
+#[test]
+fn former_options_are_refused_with_what_takes_their_place() {
+    let desk = Desk::new();
+    let of = |command: &str, option: &[&str]| {
+        desk.run(&[&[command, "ball.ply", "-o", "o.ply"], option].concat())
+    };
+    assert_usage(
+        &of("fill", &["--repair"]),
+        &["--repair", "`isomend repair`"],
+    );
+    assert_usage(&of("repair", &["--keep-holes"]), &["--skip holes"]);
+    assert_usage(
+        &of("restore", &["--like-scale=1"]),
+        &["--like-scale", "--like"],
+    );
+    desk.text("old.toml", "[repair]\nkeep-crossings = true\n");
+    let configured = of("repair", &["--config", "old.toml"]);
+    assert_usage(&configured, &["old.toml, line 2", "--skip intersections"]);
+    let unknown = of("repair", &["--skip", "holes,hole"]);
+    assert_usage(&unknown, &["'hole'", "non-manifold, intersections, holes"]);
+    let both = of("repair", &["--skip", "holes", "--close-borders"]);
+    assert_usage(&both, &["--close-borders", "--skip"]);
+    desk.text(
+        "new.toml",
+        "[repair]\nskip = [\"holes\", \"orientation\"]\n",
+    );
+    let skipped = of(
+        "repair",
+        &["--config", "new.toml", "-q", "--json", "r.json"],
+    );
+    assert_code(&skipped, 3);
+    assert_eq!(
+        desk.json("r.json")["options"]["skip"],
+        json!(["holes", "orientation"])
+    );
 }
 
 #[test]

@@ -11,7 +11,7 @@ const FIRST = {
 const OWN_UNIT = "the mesh's unit";
 
 /** Whether a parameter belongs to its command's form. Holes and crease ends are chosen in their lists, counterparts in their group. */
-const inForm = (row) => row.path.length > 0 && !row.library_only && !["holes", "groups", "pairs", "like"].includes(row.kind) && row.name !== "like_scale";
+const inForm = (row) => row.path.length > 0 && !row.library_only && !["holes", "groups", "pairs", "like"].includes(row.kind);
 
 const valueAt = (params, path) => path.reduce((at, name) => at?.[name], params);
 
@@ -21,8 +21,16 @@ function putAt(params, path, value) {
   path.slice(0, -1).reduce(step, params)[path[path.length - 1]] = value;
 }
 
+/** The fields of a row: one, or for a list of words a box for each word. */
+const fieldsOf = (row) => (row.kind !== "words" ? [row] : row.choices.map(({ name, sentence }) => ({
+  ...row, kind: "word", word: name, name: `${row.name}_${name}`, option: `${row.option} ${name}`, sentence, details: "" })));
+
+/** Whether a field is a box to tick. */
+const isBox = ({ kind }) => kind === "flag" || kind === "word";
+
 /** A value as its field shows it. */
-function shownValue({ kind, sets }, value) {
+function shownValue({ kind, sets, word }, value) {
+  if (kind === "word") return value.includes(word);
   if (kind === "flag") return value === sets;
   if (kind === "voxel") return typeof value === "object" ? value?.length ?? "" : "";
   return value ?? "";
@@ -35,13 +43,13 @@ export class Form {
     this.defaults = defaults;
     this.more = document.createElement("details");
     this.more.append(Object.assign(document.createElement("summary"), { textContent: tr("advanced") }));
-    const order = (row) => (FIRST[kind].indexOf(row.name) + 1 || 99), sorted = rows.filter(inForm).sort((a, b) => order(a) - order(b));
+    const order = (row) => (FIRST[kind].indexOf(row.name) + 1 || 99), sorted = rows.filter(inForm).flatMap(fieldsOf).sort((a, b) => order(a) - order(b));
     this.items = sorted.map((row) => this.item(FIRST[kind].includes(row.name) ? root : this.more, row));
     root.append(this.more);
   }
 
   item(root, row) {
-    const { kind, path } = row, flag = "--" + row.option, id = this.kind + flag, box = document.createElement("div");
+    const { kind, path } = row, flag = "--" + row.option, id = this.kind + flag.replace(" ", "-"), box = document.createElement("div");
     const label = document.createElement("label"), small = document.createElement("small"), holder = document.createElement("span");
     const input = document.createElement(kind === "choice" ? "select" : "input"), start = shownValue(row, valueAt(this.defaults, path));
     input.id = label.htmlFor = id;
@@ -51,18 +59,18 @@ export class Form {
     small.id = id + "-hint";
     input.setAttribute("aria-describedby", small.id);
     if (kind === "choice") input.append(...row.choices.map(({ name }) => new Option(has("c_" + name) ? tr("c_" + name) : name, name)));
-    else input.type = kind === "flag" ? "checkbox" : "text";
-    if (kind !== "flag" && kind !== "choice") {
+    else input.type = isBox(row) ? "checkbox" : "text";
+    if (!isBox(row) && kind !== "choice") {
       input.inputMode = "decimal";
       input.placeholder = has("u_" + row.name) ? tr("u_" + row.name) : row.usual.replaceAll("`", "");
       input.title = input.placeholder;
     }
-    if (kind === "flag") input.checked = start;
+    if (isBox(row)) input.checked = start;
     else input.value = start;
     holder.className = "with-unit";
     holder.append(input);
     if (row.unit === OWN_UNIT) holder.append(Object.assign(document.createElement("span"), { className: "unit" }));
-    box.className = "field " + kind;
+    box.className = "field " + (isBox(row) ? "flag" : kind);
     box.append(label, holder, small);
     root.append(box);
     return { ...row, flag, input, start };
@@ -72,11 +80,12 @@ export class Form {
   read() {
     const params = structuredClone(this.defaults), given = new Set();
     for (const item of this.items) {
-      const { input, kind, path, sets } = item;
+      const { input, kind, path, sets, word } = item;
       if (kind === "choice") putAt(params, path, input.value);
       else if (kind === "flag") putAt(params, path, input.checked ? sets : !sets);
+      else if (kind === "word") putAt(params, path, [...valueAt(params, path).filter((other) => other !== word), ...(input.checked ? [word] : [])]);
       else this.readNumber(item, params);
-      if (kind === "flag" ? input.checked : input.value.trim()) given.add(item.name);
+      if (isBox(item) ? input.checked : input.value.trim()) given.add(item.name);
       if (given.has(item.name) && given.has(item.excludes)) this.refuse(input, tr("exclude", { a: item.flag, b: `--${item.excludes.replaceAll("_", "-")}` }));
     }
     return params;
@@ -100,8 +109,8 @@ export class Form {
 
   /** Resets all fields to their defaults. */
   reset() {
-    for (const { input, kind, start } of this.items) {
-      if (kind === "flag") input.checked = start;
+    for (const { input, start, ...item } of this.items) {
+      if (isBox(item)) input.checked = start;
       else input.value = start;
       input.removeAttribute("aria-invalid");
     }
@@ -109,17 +118,17 @@ export class Form {
 
   /** Sets parameters by their names. */
   put(values) {
-    for (const { name, input, kind } of this.items) {
+    for (const { name, input, ...item } of this.items) {
       if (!(name in values)) continue;
-      if (kind === "flag") input.checked = values[name];
+      if (isBox(item)) input.checked = values[name];
       else input.value = values[name];
     }
   }
 
   /** The options that differ from the defaults, as on the command line. */
   typed() {
-    return this.items.filter(({ input, kind, start }) => kind === "flag" ? input.checked !== start : String(input.value) !== String(start))
-      .map(({ flag, input, kind }) => kind === "flag" ? flag : `${flag} ${input.value.trim().replace(",", ".")}`);
+    return this.items.filter(({ input, start, ...item }) => isBox(item) ? input.checked !== start : String(input.value) !== String(start))
+      .map(({ flag, input, ...item }) => isBox(item) ? flag : `${flag} ${input.value.trim().replace(",", ".")}`);
   }
 }
 

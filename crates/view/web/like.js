@@ -54,7 +54,7 @@ export class Like {
   start(parameters) {
     for (const kind of OFFERING) {
       const path = (name) => parameters[kind].find((row) => row.name === name).path;
-      this.paths[kind] = { like: path("like"), scale: path("like_scale") };
+      this.paths[kind] = path("like");
     }
     this.changed();
   }
@@ -92,7 +92,6 @@ export class Like {
   /** Chooses no counterpart, and texels. */
   reset() {
     find("#like-kind").value = "";
-    find("#like-scale").checked = false;
     find("#texels").checked = true;
     this.changed();
   }
@@ -155,14 +154,9 @@ export class Like {
 
   /** Puts the counterpart into a command's parameters. */
   read(kind, params) {
-    const paths = this.paths[kind];
-    if (!paths) return;
-    const put = ([...path], value) => {
-      const last = path.pop();
-      path.reduce((at, name) => at[name], params)[last] = value;
-    };
-    put(paths.like, this.value());
-    put(paths.scale, this.kind === "file" && find("#like-scale").checked);
+    if (!this.paths[kind]) return;
+    const path = [...this.paths[kind]], last = path.pop();
+    path.reduce((at, name) => at[name], params)[last] = this.value();
   }
 
   /** Whether patches of a command get no texels of their own. */
@@ -173,8 +167,8 @@ export class Like {
   /** The options as on the command line. */
   typed(kind) {
     if (!OFFERING.includes(kind)) return [];
-    const text = this.text(), scale = this.kind === "file" && find("#like-scale").checked;
-    return [text && `--like ${quoted(text)}`, scale && "--like-scale", this.noTexture(kind) && "--no-texture"].filter(Boolean);
+    const text = this.text();
+    return [text && `--like ${quoted(text)}`, this.noTexture(kind) && "--no-texture"].filter(Boolean);
   }
 
   /** The report of the last preview, or of the step that made the current mesh. */

@@ -13,7 +13,6 @@ export const LIKE_WORDS = {
   like_hint_plane: ["In the view the ball shifts the plane, the squares turn it.", "In der Ansicht verschiebt die Kugel die Ebene, die Quadrate drehen sie."],
   like_hint_file: ["A cast or an older scan. It is turned and shifted to fit.", "Ein Abguss oder älterer Scan. Er wird passend gedreht und verschoben."],
   template: ["file", "Datei"],
-  may_scale: ["may be scaled", "darf skaliert werden"],
   name_template: ["type the name of the template’s file", "den Namen der Datei mit der Vorlage eingeben"],
   plane: ["Mirror plane", "Spiegelebene"],
   plane_point: ["point", "Punkt"],

@@ -67,8 +67,6 @@ pub struct FillParams {
     pub base_offset: Option<f64>,
     /// After what holes are filled, where that predicts the faces round them: the mirrored mesh, or a template.
     pub like: Option<Like>,
-    /// Whether a template may be scaled to fit.
-    pub like_scale: bool,
     /// Whether patches get the roughness of their surroundings, which is invented.
     pub grain: bool,
     /// How patches are finished. Patches of the curvature-variation energy are not finished.

@@ -64,8 +64,6 @@ setters! { FillParams:
     /// # Ok::<(), String>(())
     /// ```
     with_like(like: Like) => like = Some(like);
-    /// Sets [`FillParams::like_scale`].
-    with_like_scale(scale: bool) => like_scale = scale;
     /// Sets [`FillParams::grain`].
     with_grain(grain: bool) => grain = grain;
     /// Sets [`FillParams::finish`].

@@ -64,14 +64,14 @@ impl<'a> LazyCounterpart<'a> {
         cancel: &Cancel,
     ) -> Option<Vec<PlacedPart>> {
         let like = params.like.as_ref()?;
-        let find = || self.find(like, params.like_scale, cancel);
+        let find = || self.find(like, cancel);
         let found = self.counterpart.get_or_init(find).as_ref();
         let parts = |c: &Counterpart| c.parts(&self.found.mesh, holes);
         Some(found.map(parts).unwrap_or_default())
     }
 
     /// The counterpart; `None` only for an invalid template, which [`check`] refuses.
-    fn find(&self, like: &Like, scale: bool, cancel: &Cancel) -> Option<Counterpart<'a>> {
+    fn find(&self, like: &Like, cancel: &Cancel) -> Option<Counterpart<'a>> {
         let mesh = &self.found.mesh;
         match like {
             Like::Mirror(plane) => {
@@ -83,7 +83,7 @@ impl<'a> LazyCounterpart<'a> {
             Like::Template { mesh: template, .. } => {
                 let template = Inspection::new(template.as_ref()?.as_ref()).ok()?;
                 let own = template.mesh.into_owned();
-                let found = Counterpart::template(mesh, own, &template.topology, scale, cancel);
+                let found = Counterpart::template(mesh, own, &template.topology, cancel);
                 Some(found)
             }
         }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::FillError;
-use crate::fill::{FillParams, Finish, Like, Sharp};
+use crate::fill::{FillParams, Finish, Sharp};
 use crate::flow::Energy;
 use crate::parameters::{OutOfBounds, solve, tables};
 use crate::region::VoxelSize;
@@ -60,11 +60,6 @@ impl FillParams {
                        a level set by itself; leave one of them out",
             });
         }
-        if self.like_scale && !matches!(self.like, Some(Like::Template { .. })) {
-            return Err(FillError::Parameter {
-                what: "`like_scale` scales a template: give its file by `like` too",
-            });
-        }
         if self.base_offset.is_some() && !self.flat_base {
             return Err(FillError::Parameter {
                 what: "`base_offset` is the distance of a flat base below its sheet: set `flat_base` too",
@@ -96,7 +91,6 @@ impl Default for FillParams {
             flat_base: false,
             base_offset: None,
             like: None,
-            like_scale: false,
             grain: false,
             apart: false,
             finish: Finish::Auto,

@@ -51,6 +51,8 @@ pub enum Kind {
     Band,
     /// One of several words.
     Choice(&'static [Choice]),
+    /// Any of several words, and the placeholder of one; serialised as a list.
+    Words(&'static [Choice], &'static str),
     /// A flag, and the value of the field if the flag is given.
     Flag(bool),
     /// Numbers of holes; if `true`, also `all`, which is serialised as none.
@@ -115,6 +117,8 @@ pub struct Table {
     /// For commands that fill holes: path of the shared parameters of `solve::SOLVE` in the serialised parameters; empty for the top
     /// level.
     pub solve: Option<&'static str>,
+    /// Former parameters, by name, and what takes their place, as on the command line.
+    pub former: &'static [(&'static str, &'static str)],
 }
 
 /// The error of a number outside a parameter's bounds.
@@ -263,6 +267,12 @@ impl Table {
         self.entries().fold(text.to_owned(), |text, (_, p)| {
             text.replace(&format!("`{}`", p.name), &format!("`--{}`", p.option()))
         })
+    }
+
+    /// What takes the place of a former parameter; none for any other name.
+    pub fn in_place_of(&self, name: &str) -> Option<&'static str> {
+        let former = self.former.iter().find(|(former, _)| *former == name);
+        former.map(|(_, now)| *now)
     }
 
     /// The parameter with the given name.

@@ -15,7 +15,7 @@ pub struct Row {
     pub option: String,
     /// Path of the value in the serialised parameters; empty if the parameter selects the command's work instead.
     pub path: Vec<&'static str>,
-    /// Type of its values: `number`, `whole`, `voxel`, `band`, `choice`, `flag`, `holes`, `groups`, `pairs` or `like`.
+    /// Type of its values: `number`, `whole`, `voxel`, `band`, `choice`, `words`, `flag`, `holes`, `groups`, `pairs` or `like`.
     pub kind: &'static str,
     /// Placeholder of the value in the help.
     pub placeholder: String,
@@ -29,7 +29,7 @@ pub struct Row {
     pub open: bool,
     /// The allowed numbers, in words.
     pub allowed: Option<String>,
-    /// The words of a choice.
+    /// The words to choose from.
     pub choices: Vec<ChoiceRow>,
     /// The value of the field if a flag is given.
     pub sets: Option<bool>,
@@ -75,7 +75,7 @@ impl Parameter {
         let bounds = self.kind.bounds();
         let is_whole = matches!(self.kind, Kind::Whole(_));
         let choices = match self.kind {
-            Kind::Choice(choices) => choices,
+            Kind::Choice(choices) | Kind::Words(choices, _) => choices,
             _ => &[],
         };
         let choice = |choice: &super::Choice| ChoiceRow {
@@ -120,6 +120,7 @@ impl Kind {
             Self::Voxel => "voxel",
             Self::Band => "band",
             Self::Choice(_) => "choice",
+            Self::Words(..) => "words",
             Self::Flag(_) => "flag",
             Self::Holes(_) => "holes",
             Self::Groups => "groups",
@@ -139,6 +140,7 @@ impl Kind {
                 let names: Vec<&str> = choices.iter().map(|c| c.name).collect();
                 return names.join("|");
             }
+            Self::Words(_, one) => return format!("{one},…"),
             Self::Flag(_) => "",
             Self::Holes(true) => "all|ID,…",
             Self::Holes(false) => "ID,…",

@@ -127,17 +127,9 @@ pub const LIKE: Parameter = Parameter {
     kind: Kind::Like,
     default: DefaultValue::Words("none"),
     sentence: "Fill holes with the shape of a counterpart: the mesh mirrored (`mirror`), or another mesh of the same kind of object.",
-    details: "The plane of symmetry is searched, or given by a point and a normal. The other mesh is rotated and translated to fit. The \
+    details: "The plane of symmetry is searched, or given by a point and a normal. The other mesh is rotated and translated to fit, and scaled if it is of another size. The \
               part of it that lies at the hole is joined to the rim by a smooth field of offsets. It is used only if it predicts the \
               faces around the hole; the report says how well.",
-    ..Parameter::PLAIN
-};
-
-/// Whether a template may be scaled.
-pub const LIKE_SCALE: Parameter = Parameter {
-    name: "like_scale",
-    field: "like_scale",
-    sentence: "Scale the mesh that `like` names to fit.",
     ..Parameter::PLAIN
 };
 
@@ -162,9 +154,7 @@ pub const APART: Parameter = Parameter {
 };
 
 /// The parameters that all hole-filling commands share.
-pub const SOLVE: &[Parameter] = &[
-    VOXEL, ENERGY, FINISH, SHARP, LIKE, LIKE_SCALE, GRAIN, APART, EDGE_RATIO,
-];
+pub const SOLVE: &[Parameter] = &[VOXEL, ENERGY, FINISH, SHARP, LIKE, GRAIN, APART, EDGE_RATIO];
 
 /// Diameter above which holes stay open.
 pub const MAX_DIAMETER: Parameter = Parameter {

@@ -2,10 +2,16 @@
 //! in the command's parameter struct.
 
 use super::solve::{EDGE_RATIO, ENERGY, MAX_DIAMETER, MESH_UNIT, VOXEL};
-use super::{Bounds, DefaultValue, Kind, Parameter, Table};
+use super::{Bounds, Choice, DefaultValue, Kind, Parameter, Table};
 
 /// Upper bound of the number of samples on a mesh, so that they fit into memory.
 pub const MOST_SAMPLES: usize = 100_000_000;
+
+/// A former parameter of all commands that fill holes.
+const LIKE_SCALE: (&str, &str) = (
+    "like_scale",
+    "--like, which scales where that fits better by far",
+);
 
 /// Whether open sheets are closed by walls and a flat base.
 const FLAT_BASE: Parameter = Parameter {
@@ -28,60 +34,73 @@ pub(crate) const BASE_OFFSET: Parameter = Parameter {
     ..Parameter::PLAIN
 };
 
+/// The holes to fill.
+const HOLES: Parameter = Parameter {
+    name: "holes",
+    field: "holes",
+    kind: Kind::Holes(true),
+    default: DefaultValue::Value("all"),
+    sentence: "Numbers of the holes to fill; with `all`, the outer borders of open sheets stay open.",
+    details: "`isomend inspect` lists the numbers. An outer border is filled only if it is named here.",
+    ..Parameter::PLAIN
+};
+
+/// Holes that stay open.
+const KEEP_OPEN: Parameter = Parameter {
+    name: "keep_open",
+    field: "keep_open",
+    kind: Kind::Holes(false),
+    sentence: "Numbers of holes to leave open.",
+    ..Parameter::PLAIN
+};
+
+/// Holes that are filled together.
+const BRIDGE: Parameter = Parameter {
+    name: "bridge",
+    field: "bridge",
+    kind: Kind::Groups,
+    default: DefaultValue::Words("holes that are near each other share a region"),
+    sentence: "Groups of holes to fill in one region each, whatever their distance.",
+    details: "Written as `3+7` or `3+7+9` on the command line; may be given several times.",
+    ..Parameter::PLAIN
+};
+
+/// Ends of sharp edges between which an edge is continued.
+const CREASE: Parameter = Parameter {
+    name: "crease",
+    field: "crease",
+    kind: Kind::Pairs,
+    default: DefaultValue::Words("the pairs that predict the faces round the hole"),
+    sentence: "Pairs of crease ends between which a sharp edge is continued across their hole.",
+    details: "Written as `1+2`, with the numbers that `isomend inspect -v` lists; may be given several times. In a hole with a \
+              given pair, sharp edges are continued without the test of `sharp`.",
+    ..Parameter::PLAIN
+};
+
 /// `isomend fill`.
 pub const FILL: Table = Table {
     command: "fill",
     own: &[
-        Parameter {
-            name: "holes",
-            field: "holes",
-            kind: Kind::Holes(true),
-            default: DefaultValue::Value("all"),
-            sentence: "Numbers of the holes to fill; with `all`, the outer borders of open sheets stay open.",
-            details: "`isomend inspect` lists the numbers. An outer border is filled only if it is named here.",
-            ..Parameter::PLAIN
-        },
+        HOLES,
         Parameter {
             details: "Holes that `holes` names are filled even if they are wider.",
             ..MAX_DIAMETER
         },
-        Parameter {
-            name: "keep_open",
-            field: "keep_open",
-            kind: Kind::Holes(false),
-            sentence: "Numbers of holes to leave open.",
-            ..Parameter::PLAIN
-        },
-        Parameter {
-            name: "bridge",
-            field: "bridge",
-            kind: Kind::Groups,
-            default: DefaultValue::Words("holes that are near each other share a region"),
-            sentence: "Groups of holes to fill in one region each, whatever their distance.",
-            details: "Written as `3+7` or `3+7+9` on the command line; may be given several times.",
-            ..Parameter::PLAIN
-        },
+        KEEP_OPEN,
+        BRIDGE,
         FLAT,
-        Parameter {
-            name: "crease",
-            field: "crease",
-            kind: Kind::Pairs,
-            default: DefaultValue::Words("the pairs that predict the faces round the hole"),
-            sentence: "Pairs of crease ends between which a sharp edge is continued across their hole.",
-            details: "Written as `1+2`, with the numbers that `isomend inspect -v` lists; may be given several times. In a hole with a \
-                      given pair, sharp edges are continued without the test of `sharp`.",
-            ..Parameter::PLAIN
-        },
+        CREASE,
         FLAT_BASE,
         BASE_OFFSET,
-        Parameter {
-            name: "repair",
-            sentence: "First mend the other defects, as `isomend repair` does; numbers of holes refer to the input.",
-            details: "The exit code is the one that `isomend check` gives for the output.",
-            ..Parameter::PLAIN
-        },
     ],
     solve: Some(""),
+    former: &[
+        (
+            "repair",
+            "`isomend repair`, which takes the options of a fill",
+        ),
+        LIKE_SCALE,
+    ],
 };
 
 /// Whether unused vertices stay, so that vertices keep their numbers.
@@ -110,6 +129,7 @@ pub const RESTORE: Table = Table {
     command: "restore",
     own: &[KEEP_SHAPE, KEEP_VERTICES],
     solve: Some("fill"),
+    former: &[LIKE_SCALE],
 };
 
 /// Amount of fairing, as a length.
@@ -160,6 +180,7 @@ pub const FAIR: Table = Table {
         KEEP_VERTICES,
     ],
     solve: None,
+    former: &[],
 };
 
 /// Distance up to which boundary vertices are merged.
@@ -238,32 +259,36 @@ pub const REPAIR: Table = Table {
             ..Parameter::PLAIN
         },
         Parameter {
-            name: "keep_duplicates",
-            field: "clean",
-            kind: Kind::Flag(false),
-            sentence: "Keep coinciding vertices, and degenerate and duplicate faces.",
-            ..Parameter::PLAIN
-        },
-        Parameter {
-            name: "keep_orientation",
-            field: "orient",
-            kind: Kind::Flag(false),
-            sentence: "Keep the orientation of all faces.",
-            ..Parameter::PLAIN
-        },
-        Parameter {
-            name: "keep_non_manifold",
-            field: "split",
-            kind: Kind::Flag(false),
-            sentence: "Keep non-manifold edges, which have more than two faces, and non-manifold vertices, where surfaces meet in a point \
-                       only.",
-            ..Parameter::PLAIN
-        },
-        Parameter {
-            name: "keep_crossings",
-            field: "crossings",
-            kind: Kind::Flag(false),
-            sentence: "Keep self-intersections.",
+            name: "skip",
+            field: "skip",
+            kind: Kind::Words(
+                &[
+                    Choice {
+                        name: "duplicates",
+                        sentence: "Coinciding vertices, and degenerate and duplicate faces stay; cracks are not closed.",
+                    },
+                    Choice {
+                        name: "orientation",
+                        sentence: "All faces keep their orientation.",
+                    },
+                    Choice {
+                        name: "non-manifold",
+                        sentence: "Non-manifold edges, which have more than two faces, stay, and non-manifold vertices, where surfaces meet in a \
+                               point only.",
+                    },
+                    Choice {
+                        name: "intersections",
+                        sentence: "Self-intersections stay.",
+                    },
+                    Choice {
+                        name: "holes",
+                        sentence: "The holes of the mesh stay open; holes that the repair makes are filled.",
+                    },
+                ],
+                "STEP",
+            ),
+            default: DefaultValue::Words("no step"),
+            sentence: "Steps of the repair to leave out: `duplicates`, `orientation`, `non-manifold`, `intersections`, `holes`.",
             ..Parameter::PLAIN
         },
         Parameter {
@@ -273,18 +298,9 @@ pub const REPAIR: Table = Table {
             ..Parameter::PLAIN
         },
         Parameter {
-            name: "keep_holes",
-            field: "holes",
-            kind: Kind::Flag(false),
-            sentence: "Leave the holes of the mesh open; holes that the repair makes are filled.",
-            excludes: "close_borders",
-            ..Parameter::PLAIN
-        },
-        Parameter {
             name: "close_borders",
             field: "borders",
             sentence: "Also close the outer borders of open sheets, which otherwise stay open.",
-            excludes: "keep_holes",
             ..Parameter::PLAIN
         },
         WALL,
@@ -295,15 +311,41 @@ pub const REPAIR: Table = Table {
             ..MIN_WALL
         },
         Parameter {
+            field: "fill.holes",
+            details: "`isomend inspect` lists the numbers; holes that the repair makes are always filled. An outer border is filled only if it \
+                      is named here.",
+            ..HOLES
+        },
+        Parameter {
             field: "fill.max_diameter",
             ..MAX_DIAMETER
+        },
+        Parameter {
+            field: "fill.keep_open",
+            ..KEEP_OPEN
+        },
+        Parameter {
+            field: "fill.bridge",
+            ..BRIDGE
         },
         Parameter {
             field: "fill.flat",
             ..FLAT
         },
+        Parameter {
+            field: "fill.crease",
+            ..CREASE
+        },
     ],
     solve: Some("fill"),
+    former: &[
+        ("keep_duplicates", "--skip duplicates"),
+        ("keep_orientation", "--skip orientation"),
+        ("keep_non_manifold", "--skip non-manifold"),
+        ("keep_crossings", "--skip intersections"),
+        ("keep_holes", "--skip holes"),
+        LIKE_SCALE,
+    ],
 };
 
 /// Thickness below which parts are reported.
@@ -334,6 +376,7 @@ pub const CHECK: Table = Table {
         },
     ],
     solve: None,
+    former: &[],
 };
 
 /// Length beyond which distances are cut off.
@@ -359,6 +402,7 @@ pub const SDF: Table = Table {
         BAND,
     ],
     solve: None,
+    former: &[],
 };
 
 /// `isomend compare`.
@@ -373,6 +417,7 @@ pub const COMPARE: Table = Table {
         ..Parameter::PLAIN
     }],
     solve: None,
+    former: &[],
 };
 
 /// `isomend study`; its other options belong to the command line only.
@@ -380,6 +425,7 @@ pub const STUDY: Table = Table {
     command: "study",
     own: &[ENERGY],
     solve: None,
+    former: &[],
 };
 
 impl Table {

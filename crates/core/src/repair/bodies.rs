@@ -2,7 +2,7 @@
 
 use super::draft::Draft;
 use super::filling::CAP;
-use super::{Carried, RepairReport, Run, chains, clean, orient, sheets, union};
+use super::{Carried, RepairReport, RepairStep, Run, chains, clean, orient, sheets, union};
 use crate::mend::FillError;
 use crate::tuning::tuning;
 
@@ -21,7 +21,7 @@ impl Run<'_> {
         self.report.closing_faces += closing;
         let crossing = self.draft.self_intersections()?;
         let before = (self.draft.clone(), self.report.clone());
-        let (count, turns) = (crossing.len(), self.params.orient);
+        let (count, turns) = (crossing.len(), self.params.does(RepairStep::Orientation));
         let left = union::unite(&mut self.draft, &mut self.report, crossing, (0.0, turns))?;
         let left = self.left_wrong(left)?.filter(|left| *left < count);
         if left.is_none() {
@@ -42,7 +42,7 @@ impl Run<'_> {
         if closing > 0 && self.report.united_bodies == plain.1.united_bodies {
             (self.draft, self.report) = plain;
         }
-        if self.params.clean {
+        if self.params.does(RepairStep::Duplicates) {
             clean::drop_duplicates(&mut self.draft, &mut self.report)?;
         }
         self.go_on()
@@ -52,7 +52,7 @@ impl Run<'_> {
     /// share it; then cleans it. Returns whether most intersections are gone.
     pub(super) fn unite_given(&mut self, carried: &Carried) -> Result<bool, FillError> {
         self.report.closing_faces += chains::close(&mut self.draft)?;
-        if self.params.orient {
+        if self.params.does(RepairStep::Orientation) {
             self.report.reoriented_faces += orient::orient(&mut self.draft)?;
         }
         let succeeds = self.are_closed()? && self.unite_closed(carried)?;
@@ -105,7 +105,7 @@ impl Run<'_> {
     /// The number of defects after a union that left this many intersecting faces: these, or, if more, the intersecting faces and
     /// non-manifold edges and vertices that remain after separating the surfaces.
     fn left_wrong(&self, left: Option<usize>) -> Result<Option<usize>, FillError> {
-        let Some(left) = left.filter(|_| self.params.split) else {
+        let Some(left) = left.filter(|_| self.params.does(RepairStep::NonManifold)) else {
             return Ok(left);
         };
         let mut trial = self.draft.clone();
@@ -140,7 +140,7 @@ impl Run<'_> {
             &mut self.draft,
             &mut self.report,
             crossing,
-            (reach, self.params.orient),
+            (reach, self.params.does(RepairStep::Orientation)),
         )?;
         let left = self.left_wrong(left)?;
         log::debug!(

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 
 use super::draft::Draft;
-use super::{RepairParams, RepairReport, cracks, union};
+use super::{RepairParams, RepairReport, RepairStep, cracks, union};
 use crate::check::{duplicates, is_flat};
 use crate::mend::FillError;
 use crate::mesh::topology::{NONE, end, start};
@@ -22,16 +22,16 @@ pub(super) fn clean(
     alike: &Alike,
     report: &mut RepairReport,
 ) -> Result<(), FillError> {
-    if params.clean {
+    if params.does(RepairStep::Duplicates) {
         report.merged_vertices += merge_coinciding(draft, alike);
         report.degenerate_faces += drop_points(draft)?;
     }
     report.welded_vertices += match params.weld {
         Some(length) if length > 0.0 => weld_border(draft, length)?,
-        None if params.clean => cracks::weld(draft)?,
+        None if params.does(RepairStep::Duplicates) => cracks::weld(draft)?,
         _ => 0,
     };
-    if !params.clean {
+    if !params.does(RepairStep::Duplicates) {
         return Ok(());
     }
     let (removed, doubled) = {
@@ -43,7 +43,7 @@ pub(super) fn clean(
             .map(|p| *p == NONE)
             .collect();
         let mut twice = duplicates(&found.mesh, &found.topology);
-        if params.crossings {
+        if params.does(RepairStep::Intersections) {
             // Keep duplicates that are walls between touching bodies; the bodies are united later.
             let walls = union::walls(&found, &twice);
             twice.retain(|f| walls.binary_search(f).is_err());

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::rim_triangles::push;
-use super::{Edge, Run, caps, chains, choice, edges, inner_sheets, report};
+use super::{Edge, RepairStep, Run, caps, chains, choice, edges, inner_sheets, report};
 use crate::fill::FillParams;
 use crate::mend::{FillError, FillReport, Inspection, Watch};
 use crate::mesh::HoleId;
@@ -85,7 +85,7 @@ impl Run<'_> {
     /// Closes the chosen holes, and outer borders inside other components, by triangles between their rims' vertices, as faces of the
     /// region [`CAP`].
     pub(super) fn cap(&mut self) -> Result<(), FillError> {
-        if !self.params.holes {
+        if !self.params.does(RepairStep::Holes) {
             return Ok(());
         }
         let faces: Vec<[u32; 3]> = {
@@ -128,7 +128,7 @@ impl Run<'_> {
             crease: Vec::new(),
             ..self.params.fill.clone()
         };
-        if which == Filling::Made || !self.params.holes {
+        if which == Filling::Made || !self.params.does(RepairStep::Holes) {
             return Ok(only(made));
         }
         let own = &self.params.fill;

@@ -60,7 +60,7 @@ use filling::Filling;
 use plans::State;
 use rounding::Rounding;
 
-pub use params::{RepairParams, RepairReport, SelfIntersectionPass};
+pub use params::{RepairParams, RepairReport, RepairStep, SelfIntersectionPass};
 
 /// A repaired mesh.
 #[derive(Clone, Debug)]
@@ -120,8 +120,8 @@ pub fn repair(
             control,
             report: RepairReport::default(),
             choice: Choice::default(),
-            cuts: params.crossings,
-            splits: params.split,
+            cuts: params.does(RepairStep::Intersections),
+            splits: params.does(RepairStep::NonManifold),
             lost: 0,
             meant: None,
             left: None,
@@ -217,12 +217,12 @@ impl Run<'_> {
         }
         self.go_on()?;
         let given =
-            (crosses && params.crossings).then(|| (self.draft.clone(), self.report.clone()));
+            (crosses && params.does(RepairStep::Intersections)).then(|| (self.draft.clone(), self.report.clone()));
         self.clean(carried)?;
-        if params.clean && params.crossings {
+        if params.does(RepairStep::Duplicates) && params.does(RepairStep::Intersections) {
             twins::drop(&mut self.draft, &mut self.report)?;
         }
-        if params.crossings {
+        if params.does(RepairStep::Intersections) {
             inner_sheets::drop(&mut self.draft, &mut self.report)?;
         }
         Ok(given)
@@ -237,7 +237,7 @@ impl Run<'_> {
             &mut self.report,
         )?;
         self.go_on()?;
-        if self.params.orient {
+        if self.params.does(RepairStep::Orientation) {
             self.report.reoriented_faces += orient::orient(&mut self.draft)?;
         }
         Ok(())
@@ -303,21 +303,21 @@ impl Run<'_> {
             old = border(&*self.draft.inspect()?);
         }
         // A plan that separates nothing removes nothing either.
-        let drops = self.splits || !self.params.split;
+        let drops = self.splits || !self.params.does(RepairStep::NonManifold);
         if drops {
-            dangling::drop(&mut self.draft, &mut self.report, self.params.crossings)?;
+            dangling::drop(&mut self.draft, &mut self.report, self.params.does(RepairStep::Intersections))?;
         }
-        if self.params.crossings {
+        if self.params.does(RepairStep::Intersections) {
             self.clear()?;
         }
-        if self.params.crossings && drops {
+        if self.params.does(RepairStep::Intersections) && drops {
             dangling::drop(&mut self.draft, &mut self.report, false)?;
         }
-        if self.params.clean {
+        if self.params.does(RepairStep::Duplicates) {
             clean::flip_new(&mut self.draft)?;
         }
         // Open sheets may have become closed components.
-        if self.params.orient {
+        if self.params.does(RepairStep::Orientation) {
             self.report.reoriented_faces += orient::orient(&mut self.draft)?;
         }
         Ok(())

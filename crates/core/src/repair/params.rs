@@ -8,31 +8,39 @@ use crate::fill::FillParams;
 use crate::mend::{FillError, FillReport};
 use crate::parameters::tables;
 
+/// A step of a repair that can be left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RepairStep {
+    /// Coinciding vertices with equal attributes are merged, degenerate and duplicate faces removed.
+    Duplicates,
+    /// Faces are reoriented so that they agree within each component and closed components show their outside.
+    Orientation,
+    /// Surfaces that meet in an edge or a vertex are separated; faces are cut out where that is not possible.
+    NonManifold,
+    /// Bodies that intersect are united; other faces that intersect are moved apart, or cut out with the faces round them.
+    Intersections,
+    /// The holes of the input are filled. If skipped, only holes that the repair makes are filled.
+    Holes,
+}
+
 /// Parameters of a repair. Start from [`RepairParams::default`] and set the fields that differ.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct RepairParams {
-    /// Merges coinciding vertices with equal attributes and removes degenerate and duplicate faces.
-    pub clean: bool,
-    /// Merges each boundary vertex into the nearest earlier one within this distance, in mesh units. By default, with
-    /// [`Self::clean`], boundary edges that coincide within the precision of the coordinates are merged, if that closes edges and
+    /// The steps that are left out.
+    pub skip: Vec<RepairStep>,
+    /// Merges each boundary vertex into the nearest earlier one within this distance, in mesh units. By default, unless
+    /// [`RepairStep::Duplicates`] is skipped, boundary edges that coincide within the precision of the coordinates are merged, if that closes edges and
     /// makes nothing worse.
     pub weld: Option<f64>,
     /// Drops vertices that no face of the input uses.
     pub drop_unused: bool,
-    /// Reorients faces so that they agree within each component and closed components show their outside.
-    pub orient: bool,
-    /// Separates surfaces that meet in an edge or a vertex; cuts out faces where they cannot be separated.
-    pub split: bool,
     /// Removes components with less than this fraction of the largest component's area.
     pub debris: Option<f64>,
     /// Removes components that lie entirely inside another one, but no cavities of bodies.
     pub drop_inside: bool,
-    /// Cuts out faces that intersect others, with the faces round them.
-    pub crossings: bool,
-    /// Fills the holes of the input. If false, only holes that the repair makes are filled.
-    pub holes: bool,
     /// Also closes the outer borders of open sheets.
     pub borders: bool,
     /// Thickness of the walls (offset shells) for borders that no flat cap closes, in mesh units. Walls are thinner where they
@@ -45,27 +53,12 @@ pub struct RepairParams {
     pub fill: FillParams,
 }
 
-impl Default for RepairParams {
-    fn default() -> Self {
-        Self {
-            clean: true,
-            weld: None,
-            drop_unused: false,
-            orient: true,
-            split: true,
-            debris: None,
-            drop_inside: false,
-            crossings: true,
-            holes: true,
-            borders: false,
-            wall: None,
-            min_wall: None,
-            fill: FillParams::default(),
-        }
-    }
-}
-
 impl RepairParams {
+    /// Whether a step is not skipped.
+    pub fn does(&self, step: RepairStep) -> bool {
+        !self.skip.contains(&step)
+    }
+
     /// Checks that the values are within their bounds and consistent.
     ///
     /// # Errors
@@ -75,6 +68,11 @@ impl RepairParams {
         tables::DEBRIS.check(self.debris)?;
         tables::WALL.check(self.wall)?;
         tables::MIN_WALL.check(self.min_wall)?;
+        if self.borders && !self.does(RepairStep::Holes) {
+            return Err(FillError::Parameter {
+                what: "`close_borders` closes outer borders, but `skip` leaves holes open: leave one of the two out",
+            });
+        }
         if self.wall.is_some() && !self.borders {
             return Err(FillError::Parameter {
                 what: "`wall` is the thickness of walls at outer borders: set `close_borders` too",

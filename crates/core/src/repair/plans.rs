@@ -7,7 +7,7 @@ use super::bodies::Given;
 use super::draft::{Draft, Faults};
 use super::filling::Filling;
 use super::witness::{Shape, Witness};
-use super::{Carried, RepairReport, Run, border, dangling, orient, relax, sheets};
+use super::{Carried, RepairReport, RepairStep, Run, border, dangling, orient, relax, sheets};
 use crate::mend::{FillError, HoleReport};
 use crate::tuning::tuning;
 
@@ -122,8 +122,8 @@ impl Run<'_> {
         let cleaned = self.state();
         self.joins = self.report.welded_vertices + self.report.stitched_junctions > 0;
         let mut witness = None;
-        let intersects = self.params.crossings && !self.draft.self_intersections()?.is_empty();
-        let is_open = self.params.holes && self.draft.inspect()?.topology.boundary.contains(&true);
+        let intersects = self.params.does(RepairStep::Intersections) && !self.draft.self_intersections()?.is_empty();
+        let is_open = self.params.does(RepairStep::Holes) && self.draft.inspect()?.topology.boundary.contains(&true);
         let plans = Plan::list(intersects, is_open);
         self.compares = plans.len() > 1;
         let mut best: Option<(Quality, State)> = None;
@@ -142,7 +142,7 @@ impl Run<'_> {
             }
             // The solid of closed bodies is decided everywhere.
             if let Some(meant) = self.meant.take() {
-                witness = Some(Witness::new(&meant, self.input, self.params.orient)?);
+                witness = Some(Witness::new(&meant, self.input, self.params.does(RepairStep::Orientation))?);
             }
             let shape = self.shape(&cleaned.draft, intersects, &mut witness)?;
             let quality = self.quality(&shape)?;
@@ -177,8 +177,8 @@ impl Run<'_> {
         given: Option<&Given>,
         carried: &Carried,
     ) -> Result<bool, FillError> {
-        self.cuts = self.params.crossings && plan != Plan::Keep;
-        self.splits = self.params.split && plan != Plan::Keep;
+        self.cuts = self.params.does(RepairStep::Intersections) && plan != Plan::Keep;
+        self.splits = self.params.does(RepairStep::NonManifold) && plan != Plan::Keep;
         match plan {
             Plan::UniteGiven | Plan::FillThenClean => match given {
                 Some(given) => (self.draft, self.report) = given.clone(),
@@ -290,7 +290,7 @@ impl Run<'_> {
         dangling::join(&mut self.draft)?;
         sheets::separate(&mut self.draft, &mut self.report)?;
         // A separated component may be a closed body now, whose outside is known.
-        if self.params.orient && self.report.split_vertices + self.report.non_manifold_faces > 0 {
+        if self.params.does(RepairStep::Orientation) && self.report.split_vertices + self.report.non_manifold_faces > 0 {
             self.report.reoriented_faces += orient::orient(&mut self.draft)?;
         }
         self.go_on()
@@ -310,7 +310,7 @@ impl Run<'_> {
         }
         let witness = match witness {
             Some(witness) => witness,
-            None => witness.insert(Witness::new(cleaned, self.input, self.params.orient)?),
+            None => witness.insert(Witness::new(cleaned, self.input, self.params.does(RepairStep::Orientation))?),
         };
         witness.shape(&self.draft, &self.asked)
     }

@@ -1,34 +1,31 @@
 //! Chainable setters of [`RepairParams`].
 
-use super::params::RepairParams;
+use super::params::{RepairParams, RepairStep};
 use crate::fill::FillParams;
 use crate::setters::setters;
 
 setters! { RepairParams:
-    /// Sets [`RepairParams::clean`].
-    with_clean(clean: bool) => clean = clean;
+    /// Sets [`RepairParams::skip`].
+    ///
+    /// ```
+    /// use isomend::{RepairParams, RepairStep};
+    /// let params = RepairParams::new().with_skip([RepairStep::Holes]);
+    /// assert!(!params.does(RepairStep::Holes) && params.check().is_ok());
+    /// ```
+    with_skip(steps: impl IntoIterator<Item = RepairStep>) => skip = steps.into_iter().collect();
     /// Sets [`RepairParams::weld`], in the mesh's units.
     with_weld(length: f64) => weld = Some(length);
     /// Sets [`RepairParams::drop_unused`].
     with_drop_unused(drop: bool) => drop_unused = drop;
-    /// Sets [`RepairParams::orient`].
-    with_orient(orient: bool) => orient = orient;
-    /// Sets [`RepairParams::split`].
-    with_split(split: bool) => split = split;
     /// Sets [`RepairParams::debris`], a fraction of an area.
     ///
     /// ```
-    /// let params = isomend::RepairParams::new().with_debris(0.01).with_holes(false);
+    /// let params = isomend::RepairParams::new().with_debris(0.01);
     /// assert_eq!(params.debris, Some(0.01));
-    /// assert!(!params.holes && params.check().is_ok());
     /// ```
     with_debris(part: f64) => debris = Some(part);
     /// Sets [`RepairParams::drop_inside`].
     with_drop_inside(drop: bool) => drop_inside = drop;
-    /// Sets [`RepairParams::crossings`].
-    with_crossings(cut: bool) => crossings = cut;
-    /// Sets [`RepairParams::holes`].
-    with_holes(fill: bool) => holes = fill;
     /// Sets [`RepairParams::borders`].
     with_borders(fill: bool) => borders = fill;
     /// Sets [`RepairParams::wall`], in the mesh's units.

@@ -50,6 +50,8 @@ pub struct Batch {
     pub deliverables: Deliverables,
     /// Where the JSON document goes: one object for one mesh, a list for several.
     pub document: Option<Place>,
+    /// Whether JSON documents list each step of the flows.
+    pub each_step: bool,
     /// Count only flawless fills as done; see [`FillReport::flawless`](isomend_core::mend::FillReport::flawless).
     pub strict: bool,
 }
@@ -124,6 +126,7 @@ impl Batch {
             drawings: Drawings::default(),
             deliverables: Deliverables::default(),
             document: None,
+            each_step: false,
             strict: false,
         }
     }
@@ -214,6 +217,7 @@ impl Batch {
             output: output.filter(|_| !self.plan),
             drawings: self.drawings.clone(),
             deliverables: self.deliverables.clone(),
+            each_step: self.each_step,
             ..JobSpec::plan(source.clone(), self.work.clone())
         };
         let jobs: Vec<JobSpec> = jobs.map(job).collect();

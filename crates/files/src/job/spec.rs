@@ -125,6 +125,9 @@ pub struct JobSpec {
     /// Further files besides the mesh, and how patches are marked and reported.
     #[serde(default)]
     pub deliverables: Deliverables,
+    /// Whether JSON documents list each step of the flows.
+    #[serde(default)]
+    pub each_step: bool,
 }
 
 impl JobSpec {
@@ -152,6 +155,7 @@ impl JobSpec {
             work,
             drawings: Drawings::default(),
             deliverables: Deliverables::default(),
+            each_step: false,
         }
     }
 

@@ -36,6 +36,10 @@ const REFINED: usize = 10;
 const MOST: usize = 4;
 /// Spans. Upper bound of the root mean square distance of a symmetry or pose.
 const FARTHEST: f64 = 0.1;
+/// Spans. A template whose rigid motions have a smaller distance is not scaled.
+const CLOSELY: f64 = 0.002;
+/// Upper bound of the distance of a scaled template over its distance unscaled.
+const NEARER_IF_SCALED: f64 = 0.5;
 /// Upper bound of a motion's distance over the best motion's.
 const ALIKE: f64 = 4.0;
 /// Spans. Motions whose mean difference on the samples is smaller count as the same.
@@ -75,20 +79,21 @@ pub(super) fn mirrors(mesh: &Mesh, target: &Target, cancel: &Cancel) -> Vec<Moti
         .iter()
         .map(|n| Motion::reflection(moments.centre, *n));
     let ends = best(mesh, &coarse, target, starts.collect(), false, cancel);
+    let ends = ends.into_iter().map(|end| end.motion);
     let is_symmetry = |m: &Motion| {
         let back = |s: &Sample| m.at(m.at(s.point)).distance(s.point);
         let mean = coarse.iter().map(back).sum::<f64>() / coarse.len().max(1) as f64;
         m.is_reflection() && mean < INVOLUTION * moments.span
     };
-    ends.into_iter().filter(is_symmetry).collect()
+    ends.filter(is_symmetry).collect()
 }
 
-/// The motions that map a mesh onto a template, the best first; empty if none fits.
+/// The motions that map a mesh onto a template, the best first; empty if none fits. They scale only if no rigid motion fits closely, and
+/// the distance is less than half the distance of the best rigid motion.
 pub(super) fn poses(
     mesh: &Mesh,
     template: &Mesh,
     target: &Target,
-    scale: bool,
     cancel: &Cancel,
 ) -> Vec<Motion> {
     let coarse = samples(mesh, FEW_SAMPLES);
@@ -96,19 +101,35 @@ pub(super) fn poses(
         Moments::new(&coarse),
         Moments::new(&samples(template, FEW_SAMPLES)),
     );
-    let factor = match scale && own.span > 0.0 {
-        true => other.span / own.span,
-        false => 1.0,
+    let found = |scale: bool| {
+        let factor = match scale && own.span > 0.0 {
+            true => other.span / own.span,
+            false => 1.0,
+        };
+        // Initial motions: none, equal centres, and rotations relative to the principal axes.
+        let mut starts = vec![
+            Motion::IDENTITY,
+            Motion::about(DMat3::IDENTITY * factor, own.centre, other.centre),
+        ];
+        for turn in frames(own.axes, other.axes) {
+            starts.push(Motion::about(turn * factor, own.centre, other.centre));
+        }
+        best(mesh, &coarse, target, starts, scale, cancel)
     };
-    // Initial motions: none, equal centres, and rotations relative to the principal axes.
-    let mut starts = vec![
-        Motion::IDENTITY,
-        Motion::about(DMat3::IDENTITY * factor, own.centre, other.centre),
-    ];
-    for turn in frames(own.axes, other.axes) {
-        starts.push(Motion::about(turn * factor, own.centre, other.centre));
+    let least = |ends: &[Aligned]| ends.first().map_or(f64::INFINITY, own_distance);
+    let mut ends = found(false);
+    if least(&ends) > CLOSELY * own.span {
+        let scaled = found(true);
+        if least(&scaled) < NEARER_IF_SCALED * least(&ends) {
+            ends = scaled;
+        }
     }
-    best(mesh, &coarse, target, starts, scale, cancel)
+    ends.into_iter().map(|end| end.motion).collect()
+}
+
+/// The distance by which an alignment is ranked, in the mesh's unit.
+fn own_distance(end: &Aligned) -> f64 {
+    end.rms / end.motion.scale()
 }
 
 /// Rotations that map one principal axis of a frame to one of another, in both directions, with [`TURNS`] rotations about it. They contain
@@ -139,7 +160,7 @@ fn best(
     starts: Vec<Motion>,
     scale: bool,
     cancel: &Cancel,
-) -> Vec<Motion> {
+) -> Vec<Aligned> {
     let with = |rounds, kept| Settings {
         rounds,
         kept,
@@ -173,16 +194,11 @@ fn best(
     let mut ends: Vec<Aligned> = ends.par_iter().map(from).collect();
     ends.sort_by(|a, b| a.rms.total_cmp(&b.rms));
     // Keep the different ones that are close enough.
-    // Distances are in the target's unit; divided by the scale they are in the mesh's.
-    let own = |e: &Aligned| e.rms / e.motion.scale();
-    let least = ends.first().map_or(0.0, own);
+    let least = ends.first().map_or(0.0, own_distance);
     let ends = distinct(ends, coarse, span, MOST);
-    let is_close =
-        |e: &Aligned| own(e) < FARTHEST * span && own(e) <= ALIKE * least.max(1e-6 * span);
-    ends.into_iter()
-        .filter(is_close)
-        .map(|e| e.motion)
-        .collect()
+    let farthest = (FARTHEST * span).min(ALIKE * least.max(1e-6 * span));
+    let is_close = |end: &Aligned| own_distance(end) <= farthest;
+    ends.into_iter().filter(is_close).collect()
 }
 
 /// An alignment with the distance by which it is ranked: the geometric mean of the distance of the nearest samples, which excludes damage,

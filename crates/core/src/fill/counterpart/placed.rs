@@ -77,16 +77,15 @@ impl<'a> Counterpart<'a> {
         new
     }
 
-    /// A template in the poses in which it fits the mesh; with `scale` its size may change.
+    /// A template in the poses in which it fits the mesh, scaled if it fits better by far then.
     pub fn template(
         mesh: &Mesh,
         template: Mesh,
         topology: &Topology,
-        scale: bool,
         cancel: &Cancel,
     ) -> Self {
         let mut new = Self::new(Cow::Owned(template), topology);
-        new.motions = poses(mesh, &new.mesh, &new.target(), scale, cancel);
+        new.motions = poses(mesh, &new.mesh, &new.target(), cancel);
         new
     }
 

@@ -5,7 +5,7 @@ use glam::DMat4;
 use isomend_core::check::{CheckParams, DefectKind, Verdict};
 use isomend_core::mend::{Control, Inspection};
 use isomend_core::mesh::{Mesh, Topology, weld_map};
-use isomend_core::repair::{Carried, RepairParams, repair};
+use isomend_core::repair::{Carried, RepairParams, RepairStep, repair};
 use isomend_core::tuning::tuning;
 
 /// Message if other work than a restoration is asked for a piece.
@@ -59,7 +59,7 @@ pub(in crate::job) fn piece(
         ..Carried::default()
     };
     // Where the patch is below, the volume is negative and goes.
-    let params = RepairParams::default().with_orient(false);
+    let params = RepairParams::default().with_skip([RepairStep::Orientation]);
     let repaired =
         repair(&between, &params, &carried, control).map_err(|error| error.to_string())?;
     let mut notes = Vec::new();

@@ -25,7 +25,7 @@ pub(super) use check::VerdictRow;
 pub(super) use rows::{CreaseEndRow, HoleRow};
 
 /// The version of the field names and their values. It grows when one is renamed or removed, not when one is added.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 
 /// A JSON document: its content, the command and version that made it, and the version of its fields.
 #[derive(Debug, Serialize)]
@@ -149,6 +149,7 @@ impl<'a> Files<'a> {
         extent: &'a OperationReport,
         report: &'a FillReport,
     ) -> Document<Body<'a>> {
+        let fill = FillRow::new(report, spec.each_step);
         let body = match extent {
             OperationReport::Copied => Body::Copy(self),
             OperationReport::Faired(faired) => Body::Fair(FairBody {
@@ -156,13 +157,13 @@ impl<'a> Files<'a> {
                 complete: true,
                 volume_drift: faired.volume_drift(),
                 fair: FairRow::new(faired),
-                fill: FillRow::new(report),
+                fill,
             }),
             OperationReport::Repaired(repair) => Body::Repair(Box::new(RepairBody {
                 files: self,
                 complete: extent.is_complete(report),
                 repair: RepairRow::new(repair),
-                fill: FillRow::new(report),
+                fill,
             })),
             OperationReport::Holes | OperationReport::Region(_) => Body::Fill(FillBody {
                 files: self,
@@ -173,7 +174,7 @@ impl<'a> Files<'a> {
                     OperationReport::Region(report) => Some(CutRow::new(report)),
                     _ => None,
                 },
-                fill: FillRow::new(report),
+                fill,
             }),
         };
         Document::new(spec.work.name(), body)
@@ -384,12 +385,13 @@ struct FillRow<'a> {
 }
 
 impl<'a> FillRow<'a> {
-    fn new(report: &'a FillReport) -> Self {
+    fn new(report: &'a FillReport, each_step: bool) -> Self {
+        let region = |r| RegionRow::new(r, each_step);
         Self {
             found: FoundRow::new(report),
             all_holes: report.all_holes,
             holes: report.holes.iter().map(OutcomeRow::new).collect(),
-            regions: report.regions.iter().map(RegionRow::new).collect(),
+            regions: report.regions.iter().map(region).collect(),
             seconds: some_time(report.seconds),
         }
     }

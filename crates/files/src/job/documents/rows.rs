@@ -7,7 +7,7 @@ use super::counterpart::CounterpartRow;
 use isomend_core::fill::{
     ClosedBy, CreaseReport, FinishReport, GrainReport, NotContinued, Quality, RegionReport,
 };
-use isomend_core::flow::FlowOutcome;
+use isomend_core::flow::{Energy, FlowOutcome, StepRecord};
 use isomend_core::mend::{CreaseEnd, HoleReport};
 use isomend_core::mesh::{Hole, HoleId};
 use isomend_core::region::LevelReport;
@@ -161,18 +161,51 @@ pub(super) struct RegionRow<'a> {
 struct LevelRow<'a> {
     voxel: f64,
     nodes: usize,
-    flow: &'a FlowOutcome,
+    flow: FlowRow<'a>,
     #[serde(skip_serializing_if = "Option::is_none")]
     seconds: Option<[f64; 2]>,
 }
 
+/// The flow of a level.
+#[derive(Serialize)]
+struct FlowRow<'a> {
+    energy: Energy,
+    steps: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    each_step: Option<&'a [StepRecord]>,
+    update: f64,
+    converged: bool,
+    energy_plateau: bool,
+    unknowns: usize,
+    energy_before: f64,
+    energy_after: f64,
+    kappa: f64,
+}
+
+impl<'a> FlowRow<'a> {
+    fn new(flow: &'a FlowOutcome, each_step: bool) -> Self {
+        Self {
+            energy: flow.energy,
+            steps: flow.steps.len(),
+            each_step: each_step.then_some(&flow.steps),
+            update: flow.update,
+            converged: flow.converged,
+            energy_plateau: flow.energy_plateau,
+            unknowns: flow.unknowns,
+            energy_before: flow.energy_before,
+            energy_after: flow.energy_after,
+            kappa: flow.kappa,
+        }
+    }
+}
+
 impl<'a> LevelRow<'a> {
-    fn new(level: &'a LevelReport) -> Self {
+    fn new(level: &'a LevelReport, each_step: bool) -> Self {
         let LevelReport { voxel, nodes, .. } = *level;
         Self {
             voxel,
             nodes,
-            flow: &level.flow,
+            flow: FlowRow::new(&level.flow, each_step),
             seconds: Some(level.seconds).filter(|seconds| *seconds != [0.0; 2]),
         }
     }
@@ -184,14 +217,15 @@ pub(super) fn some_time(seconds: f64) -> Option<f64> {
 }
 
 impl<'a> RegionRow<'a> {
-    pub(super) fn new(r: &'a RegionReport) -> Self {
+    pub(super) fn new(r: &'a RegionReport, each_step: bool) -> Self {
+        let level = |level| LevelRow::new(level, each_step);
         Self {
             id: r.id,
             holes: &r.holes,
             bridge: r.bridge,
             diameter: r.diameter,
             voxel: r.voxel.unwrap_or(0.0),
-            levels: r.levels.iter().map(LevelRow::new).collect(),
+            levels: r.levels.iter().map(level).collect(),
             converged: r.converged,
             closed_by: r.closed_by.unwrap_or(ClosedBy::Nothing),
             rise: r.rise,
