@@ -15,10 +15,9 @@ mod volume;
 #[cfg(test)]
 mod tests;
 
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
 
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 
 use crate::grid::{add, as_point};
 use polygon::Polygon;
@@ -84,7 +83,7 @@ trait EdgeNumbers {
 
 /// Vertex numbers for cells in any order.
 #[derive(Default)]
-struct EdgeMap(HashMap<EdgeKey, u32, BuildHasherDefault<EdgeHasher>>);
+struct EdgeMap(FxHashMap<EdgeKey, u32>);
 
 impl EdgeNumbers for EdgeMap {
     fn number(&mut self, cell: [i32; 3], edge: usize, fresh: u32) -> u32 {
@@ -146,33 +145,6 @@ impl<N: EdgeNumbers> Builder<N> {
     }
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct EdgeKey([i32; 3], u8);
 
-impl std::hash::Hash for EdgeKey {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        let [x, y, z] = self.0.map(|v| u64::from(v as u32));
-        state.write_u64((x | (y << 32)) ^ (z << 17).rotate_left(5) ^ (u64::from(self.1) << 60));
-    }
-}
-
-/// A multiplicative hash. The map is never iterated, so that its order does not affect the result.
-#[derive(Default)]
-struct EdgeHasher(u64);
-
-impl Hasher for EdgeHasher {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        for &b in bytes {
-            self.write_u64(u64::from(b));
-        }
-    }
-
-    fn write_u64(&mut self, v: u64) {
-        let m = (self.0.rotate_left(5) ^ v).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        self.0 = m ^ (m >> 29);
-    }
-}

@@ -2,9 +2,9 @@
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
-use std::hash::{BuildHasherDefault, Hasher};
 
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 
 use super::geometry::median;
 use crate::cancel::Cancel;
@@ -17,28 +17,6 @@ pub struct Surroundings<'a> {
     known: Vec<bool>,
     cancel: Cancel,
 }
-
-/// Hashing of vertex numbers by multiplication (D. E. Knuth, "The Art of Computer Programming" 3, section 6.4). The map is only
-/// looked up, never iterated, so results do not depend on the hash.
-#[derive(Default)]
-struct Multiply(u64);
-
-impl Hasher for Multiply {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|&b| self.write_u32(b.into()));
-    }
-
-    fn write_u32(&mut self, value: u32) {
-        let product = (self.0 ^ u64::from(value)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        self.0 = product ^ (product >> 32);
-    }
-}
-
-type Numbers = HashMap<u32, u32, BuildHasherDefault<Multiply>>;
 
 impl<'a> Surroundings<'a> {
     /// Indexes a mesh. `known` marks the vertices that were measured and may serve as data for missing ones; vertices of other
@@ -158,7 +136,7 @@ impl<'a> Surroundings<'a> {
         least: f64,
     ) -> (Vec<u32>, Vec<f64>) {
         // Dijkstra's algorithm from all given vertices at once. For non-negative numbers the bit patterns sort like the values.
-        let mut numbers = Numbers::default();
+        let mut numbers = FxHashMap::default();
         let (mut found, mut distance) = (Vec::new(), Vec::new());
         let mut queue = BinaryHeap::new();
         for &v in vertices {
@@ -201,7 +179,7 @@ impl<'a> Surroundings<'a> {
         both.into_iter().unzip()
     }
 
-    fn add_rings(&self, rings: usize, numbers: &mut Numbers, found: &mut Vec<u32>) {
+    fn add_rings(&self, rings: usize, numbers: &mut FxHashMap<u32, u32>, found: &mut Vec<u32>) {
         let mut first = 0;
         for _ in 0..rings {
             let last = found.len();
@@ -219,7 +197,7 @@ impl<'a> Surroundings<'a> {
 
     /// The faces with all corners among the given sorted vertices, in the mesh's order.
     pub(super) fn faces_within(&self, vertices: &[u32]) -> Vec<[u32; 3]> {
-        let inside: Numbers = vertices.iter().map(|&v| (v, 0)).collect();
+        let inside: FxHashMap<u32, u32> = vertices.iter().map(|&v| (v, 0)).collect();
         let mut faces = Vec::new();
         for &v in vertices {
             let own = self.faces(v).filter(|&f| {

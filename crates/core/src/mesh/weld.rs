@@ -1,6 +1,9 @@
 //! Vertex welding: merges points that are exactly equal (zero equals minus zero).
 
+use std::hash::Hasher;
+
 use glam::DVec3;
+use rustc_hash::FxHasher;
 
 use super::{Bodies, Mesh};
 
@@ -113,12 +116,11 @@ impl Welder {
 }
 
 fn hash(point: DVec3) -> u64 {
-    let fold = |state: u64, value: f64| {
-        // Adding zero turns minus zero into zero.
-        let product = u128::from(state ^ (value + 0.0).to_bits()) * 0x9e37_79b9_7f4a_7c15;
-        (product >> 64) as u64 ^ product as u64
-    };
-    fold(fold(fold(0x2545_f491_4f6c_dd1d, point.x), point.y), point.z)
+    let mut hasher = FxHasher::default();
+    // Adding zero turns minus zero into zero.
+    let bits = point.to_array().map(|x| (x + 0.0).to_bits());
+    bits.into_iter().for_each(|x| hasher.write_u64(x));
+    hasher.finish()
 }
 
 #[cfg(test)]

@@ -4,10 +4,10 @@ use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 
 use super::edges;
 use super::growing::GrowingTree;
-use super::intersection_cache::Fast;
 use crate::check::is_flat;
 use crate::mend::Inspection;
 use crate::mesh::triangulate::triangulate_loop_with_neighbours;
@@ -22,7 +22,7 @@ pub(super) struct Ground<'a> {
     faces: Vec<[u32; 3]>,
     tree: BoxTree,
     /// Edges of all faces (smaller number first) with their face counts; no diagonal may repeat one.
-    edges: HashMap<(u32, u32), u32, Fast>,
+    edges: FxHashMap<(u32, u32), u32>,
     degenerate: Vec<[u32; 3]>,
     new: Vec<[u32; 3]>,
     /// Boxes of the new faces.
@@ -42,7 +42,7 @@ impl<'a> Ground<'a> {
         let proper = found.topology.faces();
         let faces: Vec<[u32; 3]> = proper.map(|f| mesh.faces[f as usize]).collect();
         let boxes: Vec<Bounds> = faces.iter().map(|f| bounds(mesh, *f)).collect();
-        let mut count: HashMap<(u32, u32), u32, Fast> = HashMap::default();
+        let mut count: FxHashMap<(u32, u32), u32> = FxHashMap::default();
         count.reserve(2 * mesh.faces.len());
         for e in mesh.faces.iter().flat_map(|f| edges(f)) {
             *count.entry(e).or_insert(0) += 1;

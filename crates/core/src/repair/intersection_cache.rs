@@ -1,7 +1,6 @@
 //! Cache of intersecting faces, reused from one search of a draft to the next.
 
-use std::collections::{HashMap, HashSet};
-use std::hash::{BuildHasherDefault, Hasher};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::check::self_intersections;
 use crate::mend::Inspection;
@@ -19,39 +18,9 @@ pub(super) fn sorted([a, b, c]: [u32; 3]) -> [u32; 3] {
 #[derive(Default)]
 pub(super) struct IntersectionCache {
     /// Faces that intersect no other face of this set.
-    pub(super) clear: HashSet<[u32; 3], Fast>,
+    pub(super) clear: FxHashSet<[u32; 3]>,
     /// Intersecting faces, each with one partner: the face intersects as long as the partner exists.
-    pub(super) crossing: HashMap<[u32; 3], [u32; 3], Fast>,
-}
-
-/// Multiplicative hashing (D. E. Knuth, "The Art of Computer Programming" 3, section 6.4). The maps are never iterated where the
-/// order could affect a result.
-#[derive(Default)]
-pub(super) struct Multiply(u64);
-
-pub(super) type Fast = BuildHasherDefault<Multiply>;
-
-impl Hasher for Multiply {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        for part in bytes.chunks(4) {
-            let mut value = [0; 4];
-            value[..part.len()].copy_from_slice(part);
-            self.write_u32(u32::from_ne_bytes(value));
-        }
-    }
-
-    fn write_u32(&mut self, value: u32) {
-        let product = (self.0 ^ u64::from(value)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        self.0 = product ^ (product >> 32);
-    }
-
-    fn write_usize(&mut self, value: usize) {
-        self.write_u32(value as u32);
-    }
+    pub(super) crossing: FxHashMap<[u32; 3], [u32; 3]>,
 }
 
 impl IntersectionCache {
@@ -62,7 +31,7 @@ impl IntersectionCache {
         let key = |f: u32| sorted(found.mesh.faces[f as usize]);
         Self {
             clear: faces.filter(is_clear).map(key).collect(),
-            crossing: HashMap::default(),
+            crossing: FxHashMap::default(),
         }
     }
 
@@ -73,7 +42,7 @@ impl IntersectionCache {
         let all: Vec<u32> = topology.faces().collect();
         let keys = all.iter().map(|f| sorted(mesh.faces[*f as usize]));
         let keys: Vec<[u32; 3]> = keys.collect();
-        let mut times: HashMap<[u32; 3], u32, Fast> = HashMap::default();
+        let mut times: FxHashMap<[u32; 3], u32> = FxHashMap::default();
         times.reserve(keys.len());
         let mut are_unlike = true;
         for key in &keys {

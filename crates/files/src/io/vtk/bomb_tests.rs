@@ -3,6 +3,8 @@
 use std::io::Write;
 use std::time::Instant;
 
+use lzma_rust2::XzOptions;
+
 use super::super::samples::*;
 use super::super::{Format, read_volume_bytes};
 
@@ -20,7 +22,8 @@ fn packed(compressor: &str, blocks: usize, block: usize) -> Vec<u8> {
         }
         "LZ4" => lz4_flex::block::compress(&zeros),
         _ => {
-            let mut encoder = xz2::write::XzEncoder::new(Vec::new(), 1);
+            let mut encoder =
+                lzma_rust2::XzWriter::new(Vec::new(), XzOptions::with_preset(1)).unwrap();
             encoder.write_all(&zeros).unwrap();
             encoder.finish().unwrap()
         }

@@ -236,17 +236,6 @@ fn attributes(tag: &BytesStart<'_>) -> Result<Attributes, IoError> {
         .collect()
 }
 
-/// The error for a compressor that cannot be read.
-fn unknown(compressor: &str) -> String {
-    match cfg!(target_family = "wasm") && compressor.contains("LZMA") {
-        true => {
-            "this program cannot read data compressed with LZMA; write the file with zlib or LZ4"
-                .to_owned()
-        }
-        false => format!("the compressor {compressor} is not known"),
-    }
-}
-
 /// Checks that the file holds the wanted kind of data, and reads how its arrays are encoded.
 fn file_encoding(tag: &BytesStart<'_>, wanted: &[u8]) -> Result<Encoding, IoError> {
     let attributes = attributes(tag)?;
@@ -272,7 +261,10 @@ fn file_encoding(tag: &BytesStart<'_>, wanted: &[u8]) -> Result<Encoding, IoErro
             Some(compressor) => Some(compressor),
             None => {
                 let name = text::shown(name);
-                return Err(fault(Location::File, unknown(&name)));
+                return Err(fault(
+                    Location::File,
+                    format!("the compressor {} is not known", &name),
+                ));
             }
         },
     };

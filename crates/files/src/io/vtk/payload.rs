@@ -6,6 +6,7 @@ use std::io::{Read, Write};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use flate2::bufread::ZlibDecoder;
+use lzma_rust2::XzReader;
 
 use super::super::text;
 use super::scalar::{Scalar, VtkScalar};
@@ -15,8 +16,6 @@ use super::scalar::{Scalar, VtkScalar};
 pub(super) enum Compressor {
     Zlib,
     Lz4,
-    /// Not in WebAssembly, since the decoder is a C library.
-    #[cfg(not(target_family = "wasm"))]
     Lzma,
 }
 
@@ -25,7 +24,6 @@ impl Compressor {
         Some(match name {
             b"vtkZLibDataCompressor" => Compressor::Zlib,
             b"vtkLZ4DataCompressor" => Compressor::Lz4,
-            #[cfg(not(target_family = "wasm"))]
             b"vtkLZMADataCompressor" => Compressor::Lzma,
             _ => return None,
         })
@@ -338,22 +336,18 @@ impl<'a> Inflater<'a> {
         numbers: &mut Numbers,
         budget: &Budget,
     ) -> Result<(), String> {
-        // Bytes. Memory limit of the xz decoder; its strongest preset needs 65 MB.
-        #[cfg(not(target_family = "wasm"))]
-        const XZ_MEMORY: u64 = 80 << 20;
+        // Kilobytes. Memory limit of the xz decoder; its strongest preset needs 65 MB.
+        const XZ_MEMORY: u32 = 80 << 10;
         let wanted = length.min(numbers.missing()) as u64;
         let decompressed = match self.compressor {
             Compressor::Zlib => {
                 self.zlib.reset(data);
                 std::io::copy(&mut (&mut self.zlib).take(wanted), numbers).ok()
             }
-            #[cfg(not(target_family = "wasm"))]
-            Compressor::Lzma => xz2::stream::Stream::new_stream_decoder(XZ_MEMORY, 0)
-                .ok()
-                .and_then(|stream| {
-                    let decoder = xz2::bufread::XzDecoder::new_stream(data, stream);
-                    std::io::copy(&mut decoder.take(wanted), numbers).ok()
-                }),
+            Compressor::Lzma => {
+                let decoder = XzReader::new_mem_limit(data, false, XZ_MEMORY);
+                std::io::copy(&mut decoder.take(wanted), numbers).ok()
+            }
             // LZ4 expands by a factor of at most 255.
             Compressor::Lz4 if length / 255 > data.len() => None,
             Compressor::Lz4 => {

@@ -4,6 +4,7 @@ use std::io::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use lzma_rust2::XzOptions;
 
 use super::super::samples::*;
 use super::super::{Format, Precision, WriteOptions};
@@ -249,7 +250,8 @@ fn compress(block: &[u8], compressor: &str) -> Vec<u8> {
         }
         "vtkLZ4DataCompressor" => lz4_flex::block::compress(block),
         _ => {
-            let mut encoder = xz2::write::XzEncoder::new(Vec::new(), 6);
+            let mut encoder =
+                lzma_rust2::XzWriter::new(Vec::new(), XzOptions::with_preset(6)).unwrap();
             encoder.write_all(block).unwrap();
             encoder.finish().unwrap()
         }
