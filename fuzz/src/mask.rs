@@ -9,7 +9,7 @@ use isomend::{Attribute, Attributes, LabelKind, Labels, Role, Scalar};
 use isomend::{Mask, Selection, Selector};
 use isomend::{Mesh, RestoreParams};
 
-use crate::cli::mask::{BallArg, BoxArg, Colour};
+use crate::cli::mask::{BallArg, BoxArg, PaintedArg};
 use crate::shapes;
 
 /// Marks faces of a small mesh, measures them, and plans to restore them; then reads the bytes that are left as the
@@ -25,7 +25,7 @@ pub fn mask(data: &[u8]) {
     let text = String::from_utf8_lossy(input.take_rest());
     let _ = text.parse::<BoxArg>();
     let _ = text.parse::<BallArg>();
-    let _ = text.parse::<Colour>();
+    let _ = text.parse::<PaintedArg>();
     let _ = parse_face_numbers(&text, "faces.txt");
 }
 

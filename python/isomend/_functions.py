@@ -75,13 +75,11 @@ def fill(
     crease: Iterable[tuple[int, int]] = (),
     flat_base: bool = False,
     base_offset: float | None = None,
-    repair: bool = False,
     voxel: Voxel = "auto",
     energy: Literal["willmore", "curvature-variation"] = "willmore",
     finish: Literal["auto", "willmore", "none"] = "auto",
     sharp: Literal["auto", "off"] = "auto",
     like: str | os.PathLike[str] | None = None,
-    like_scale: bool = False,
     grain: bool = False,
     apart: bool = False,
     edge_ratio: float | None = None,
@@ -107,14 +105,12 @@ def fill(
         flat_base: Put open sheets such as terrains on a flat base, with straight walls down from their outer borders.
         base_offset: Distance from the lowest vertex of the sheet down to the base of ``flat_base``, in the mesh's units. By
             default the mean edge of the border.
-        repair: First mend the other defects, as ``isomend repair`` does; numbers of holes refer to the input.
         voxel: Voxel size in the mesh's units.
         energy: The bending energy that patches minimise.
         finish: How the patches of the level set are finished on their own triangles.
         sharp: Whether sharp edges of man-made shapes that end at a hole are continued across it.
         like: Fill holes with the shape of a counterpart: the mesh mirrored (``mirror``), or another mesh of the same kind of
             object. By default none.
-        like_scale: Scale the mesh that ``like`` names to fit.
         grain: Give patches the roughness of their surroundings, so that they do not look like plastic.
         apart: Close each rim by itself: join only rims that ``bridge`` names.
         edge_ratio: Length of the patch's edges relative to the edges round the hole. By default 0.7, 0.8 with ``finish`` none,
@@ -147,8 +143,8 @@ def fill(
     model = Model(vertices, faces, point_data=point_data, cell_data=cell_data)
     return model.fill(
         holes=holes, max_diameter=max_diameter, keep_open=keep_open, bridge=bridge, flat=flat, crease=crease,
-        flat_base=flat_base, base_offset=base_offset, repair=repair, voxel=voxel, energy=energy, finish=finish, sharp=sharp,
-        like=like, like_scale=like_scale, grain=grain, apart=apart, edge_ratio=edge_ratio,
+        flat_base=flat_base, base_offset=base_offset, voxel=voxel, energy=energy, finish=finish, sharp=sharp, like=like,
+        grain=grain, apart=apart, edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 
@@ -162,23 +158,22 @@ def repair(
     flat_base: bool = False,
     base_offset: float | None = None,
     drop_inside: bool = False,
-    keep_duplicates: bool = False,
-    keep_orientation: bool = False,
-    keep_non_manifold: bool = False,
-    keep_crossings: bool = False,
+    skip: Iterable[Literal["duplicates", "orientation", "non-manifold", "intersections", "holes"]] = (),
     drop_unused: bool = False,
-    keep_holes: bool = False,
     close_borders: bool = False,
     wall: float | None = None,
     min_wall: float | None = None,
+    holes: Iterable[int] | Literal['all'] | None = None,
     max_diameter: float | None = None,
+    keep_open: Iterable[int] = (),
+    bridge: Iterable[Iterable[int]] = (),
     flat: Iterable[int] = (),
+    crease: Iterable[tuple[int, int]] = (),
     voxel: Voxel = "auto",
     energy: Literal["willmore", "curvature-variation"] = "willmore",
     finish: Literal["auto", "willmore", "none"] = "auto",
     sharp: Literal["auto", "off"] = "auto",
     like: str | os.PathLike[str] | None = None,
-    like_scale: bool = False,
     grain: bool = False,
     apart: bool = False,
     edge_ratio: float | None = None,
@@ -206,21 +201,23 @@ def repair(
         base_offset: Distance from the lowest vertex of the sheet down to the base of ``flat_base``, in the mesh's units. By
             default the mean edge of the border.
         drop_inside: Remove components that lie wholly inside another one; cavities stay.
-        keep_duplicates: Keep coinciding vertices, and degenerate and duplicate faces.
-        keep_orientation: Keep the orientation of all faces.
-        keep_non_manifold: Keep non-manifold edges, which have more than two faces, and non-manifold vertices, where surfaces
-            meet in a point only.
-        keep_crossings: Keep self-intersections.
+        skip: Steps of the repair to leave out: ``duplicates``, ``orientation``, ``non-manifold``, ``intersections``, ``holes``.
+            By default no step.
         drop_unused: Drop vertices that no face of the input uses.
-        keep_holes: Leave the holes of the mesh open; holes that the repair makes are filled. Not with ``close_borders``.
-        close_borders: Also close the outer borders of open sheets, which otherwise stay open. Not with ``keep_holes``.
+        close_borders: Also close the outer borders of open sheets, which otherwise stay open.
         wall: Thickness of the walls that ``close_borders`` makes of open sheets that no flat cap closes, in the mesh's units.
             By default the mean edge of the component.
         min_wall: Report walls thinner than this as a defect, in the mesh's units. By default half a mean edge for walls that
             the repair makes; other walls are only reported.
+        holes: Numbers of the holes to fill; with ``all``, the outer borders of open sheets stay open.
         max_diameter: Leave holes open that are wider than this, in the mesh's units.
+        keep_open: Numbers of holes to leave open.
+        bridge: Groups of holes to fill in one region each, whatever their distance. By default holes that are near each other
+            share a region.
         flat: Numbers of holes to close by nearly flat caps instead of continuing the surface: necks, bases, mouths of vessels.
-        voxel, energy, finish, sharp, like, like_scale, grain, apart, edge_ratio: How holes are filled, as for :func:`fill`.
+        crease: Pairs of crease ends between which a sharp edge is continued across their hole. By default the pairs that
+            predict the faces round the hole.
+        voxel, energy, finish, sharp, like, grain, apart, edge_ratio: How holes are filled, as for :func:`fill`.
         threads, point_data, cell_data, progress: As for :func:`fill`.
         strict: Raise :class:`isomend.StrictError` unless the result is sound and the surface of every patch converged.
 
@@ -239,11 +236,10 @@ def repair(
     """
     model = Model(vertices, faces, point_data=point_data, cell_data=cell_data)
     return model.repair(
-        weld=weld, debris=debris, flat_base=flat_base, base_offset=base_offset, drop_inside=drop_inside,
-        keep_duplicates=keep_duplicates, keep_orientation=keep_orientation, keep_non_manifold=keep_non_manifold,
-        keep_crossings=keep_crossings, drop_unused=drop_unused, keep_holes=keep_holes, close_borders=close_borders, wall=wall,
-        min_wall=min_wall, max_diameter=max_diameter, flat=flat, voxel=voxel, energy=energy, finish=finish, sharp=sharp,
-        like=like, like_scale=like_scale, grain=grain, apart=apart, edge_ratio=edge_ratio,
+        weld=weld, debris=debris, flat_base=flat_base, base_offset=base_offset, drop_inside=drop_inside, skip=skip,
+        drop_unused=drop_unused, close_borders=close_borders, wall=wall, min_wall=min_wall, holes=holes,
+        max_diameter=max_diameter, keep_open=keep_open, bridge=bridge, flat=flat, crease=crease, voxel=voxel, energy=energy,
+        finish=finish, sharp=sharp, like=like, grain=grain, apart=apart, edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 

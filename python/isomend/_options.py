@@ -17,7 +17,6 @@ class SolveOptions(RunOptions, total=False):
     finish: Literal["auto", "willmore", "none"]
     sharp: Literal["auto", "off"]
     like: str | os.PathLike[str] | None
-    like_scale: bool
     grain: bool
     apart: bool
     edge_ratio: float | None
@@ -34,7 +33,6 @@ class FillOptions(SolveOptions, total=False):
     crease: Iterable[tuple[int, int]]
     flat_base: bool
     base_offset: float | None
-    repair: bool
 
 
 class RepairOptions(SolveOptions, total=False):
@@ -45,17 +43,17 @@ class RepairOptions(SolveOptions, total=False):
     flat_base: bool
     base_offset: float | None
     drop_inside: bool
-    keep_duplicates: bool
-    keep_orientation: bool
-    keep_non_manifold: bool
-    keep_crossings: bool
+    skip: Iterable[Literal["duplicates", "orientation", "non-manifold", "intersections", "holes"]]
     drop_unused: bool
-    keep_holes: bool
     close_borders: bool
     wall: float | None
     min_wall: float | None
+    holes: Iterable[int] | Literal['all'] | None
     max_diameter: float | None
+    keep_open: Iterable[int]
+    bridge: Iterable[Iterable[int]]
     flat: Iterable[int]
+    crease: Iterable[tuple[int, int]]
 
 
 class RestoreOptions(SolveOptions, total=False):

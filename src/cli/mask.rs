@@ -40,7 +40,7 @@ pub struct MaskArgs {
 
     /// Mark the faces whose vertices have a colour; the tolerance is the largest difference of a channel, from 0 to 255.
     #[arg(help_heading = HEADING, long = "colour", alias = "color", value_name = "RRGGBB[,TOLERANCE]")]
-    colours: Vec<Colour>,
+    colours: Vec<PaintedArg>,
 
     /// Mark the faces of a material.
     #[arg(help_heading = HEADING, long = "material", value_name = "NAME")]
@@ -116,9 +116,9 @@ fn checked(selector: &Selector) -> Result<(), String> {
 
 /// A colour with a tolerance.
 #[derive(Clone, Copy, Debug)]
-pub struct Colour(PaintedColour);
+pub struct PaintedArg(PaintedColour);
 
-impl FromStr for Colour {
+impl FromStr for PaintedArg {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {

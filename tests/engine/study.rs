@@ -6,7 +6,7 @@ use isomend::study::experiments::{
     SurfacesSettings, Table1Settings, cap, circle, graph, merge, orthogonal, surfaces, table1,
 };
 use isomend::study::{
-    Cell, PlaneEnergy, PlaneFlow, Quadrature, Silent, SquareGrid, StepSystem, StudyReport,
+    PlaneEnergy, PlaneFlow, Quadrature, Silent, SquareGrid, StepSystem, StudyReport, TableCell,
     Tolerance,
 };
 use isomend_core::linalg::LinearOperator;
@@ -27,9 +27,9 @@ fn column(report: &StudyReport, table: usize, name: &str) -> Vec<f64> {
         .iter()
         .position(|c| *c == name)
         .expect("a column");
-    let number = |cell: &Cell| match cell {
-        Cell::Number(x) => *x,
-        Cell::Count(n) => *n as f64,
+    let number = |cell: &TableCell| match cell {
+        TableCell::Number(x) => *x,
+        TableCell::Count(n) => *n as f64,
         _ => f64::NAN,
     };
     table.rows.iter().map(|row| number(&row[at])).collect()

@@ -1,6 +1,7 @@
-//! Every public item of the packages is used: what is public to other packages is not covered by the compiler's own lint.
+//! Every public item of the packages is used: what is public to other packages is not covered by the compiler's own lint. No two types that
+//! are visible in a whole package share a name.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::path::Path;
 
@@ -66,4 +67,41 @@ fn public_items_are_used() {
         unused.is_empty(),
         "nothing names these public items: {unused:?}"
     );
+}
+
+/// The name of a type that a line declares as public, or as visible in its package.
+fn declared_type(line: &str) -> Option<&str> {
+    let line = line.trim_start();
+    let rest = ["pub ", "pub(crate) "]
+        .iter()
+        .find_map(|visible| line.strip_prefix(visible))?;
+    let kinds = ["struct ", "enum ", "trait ", "type "];
+    let rest = kinds.iter().find_map(|kind| rest.strip_prefix(kind))?;
+    let name = rest.split(|c| !is_word(c)).next();
+    // A macro's `$name` is no name.
+    name.filter(|name| !name.is_empty())
+}
+
+#[test]
+fn types_have_names_of_their_own() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut files = Vec::new();
+    for folder in ["src", "crates"] {
+        files_below(&root.join(folder), &["rs"], &mut files);
+    }
+    let is_test = |path: &Path| path.components().any(|part| part.as_os_str() == "tests");
+    let mut types: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for file in files.iter().filter(|file| !is_test(file)) {
+        for name in fs::read_to_string(file)
+            .unwrap()
+            .lines()
+            .filter_map(declared_type)
+        {
+            let place = file.strip_prefix(root).unwrap().display().to_string();
+            types.entry(name.to_owned()).or_default().push(place);
+        }
+    }
+    assert!(types.len() > 300, "only {} were read", types.len());
+    types.retain(|_, places| places.len() > 1);
+    assert!(types.is_empty(), "types of the same name: {types:#?}");
 }

@@ -398,7 +398,7 @@ fn invalid_steps_are_refused_and_the_server_continues() {
         ("fill", json!([1])),
         ("fair", json!({ "extent": { "strength": 0.0 } })),
         ("repair", json!({ "weld": 0.0 })),
-        ("repair", json!({ "weld": 0.1, "fill": { "holes": [1] } })),
+        ("repair", json!({ "borders": true, "skip": ["holes"] })),
     ] {
         let answer = served.post("api/step", &json!({ "kind": kind, "params": params }));
         assert_eq!(answer.status, 422, "{kind} {params}");

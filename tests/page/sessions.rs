@@ -481,7 +481,7 @@ fn faces_keep_their_origin_through_a_repair() {
     mesh.faces.insert(0, mesh.faces[9]);
     desk.save("twice.ply", &mesh, Format::Ply);
     let served = Served::new(&desk, &["twice.ply"]);
-    served.step(&json!({ "kind": "repair", "params": { "holes": false } }));
+    served.step(&json!({ "kind": "repair", "params": { "skip": ["holes"] } }));
     let origins = served.arrays("api/mesh/1").1("origin");
     assert_eq!(origins.len(), faces);
     assert!(origins.iter().all(|origin| *origin == 0), "of the file");

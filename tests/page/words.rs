@@ -310,8 +310,9 @@ fn every_text_is_used() {
             // A list of words has a box for each: "p_skip_holes" is the box of `holes` of the parameter `skip`.
             let part = rest.split_once('_').map_or(rest, |(_, part)| part);
             let in_program = |name: &str| contains_word(&rust, name);
-            let is_in_program =
-                in_program(rest) || in_program(&variant(rest)) || in_program(&format!("\"{part}\""));
+            let is_in_program = in_program(rest)
+                || in_program(&variant(rest))
+                || in_program(&format!("\"{part}\""));
             !rest.is_empty() && (contains_word(&used, rest) || is_in_program)
         })
     };

@@ -11,7 +11,7 @@ use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 use isomend::io::{Format, Precision, WriteOptions, to_bytes};
 use isomend::report::picture::{picture, picture_of_one};
-use isomend::report::scene::{Change, Scene, Side};
+use isomend::report::scene::{Scene, SceneChange, Side};
 use isomend::{FillParams, Mesh, fill};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -280,7 +280,7 @@ fn visible_holes_are_outlined_and_numbered() {
         .map(|&v| mesh.positions[v as usize])
         .collect();
     let blue = |rims: Vec<Vec<DVec3>>| {
-        let change = Change {
+        let change = SceneChange {
             before: &mesh,
             after: &mesh,
             kept: mesh.faces.len(),
@@ -363,7 +363,7 @@ fn scene_with(
         let rim = h.hole.rim.iter();
         rim.map(|&v| mesh.positions[v as usize]).collect()
     });
-    let change = Change {
+    let change = SceneChange {
         before: mesh,
         after: &filled.mesh,
         kept: mesh.faces.len(),
@@ -440,7 +440,7 @@ fn curvature_and_distance_of_a_filled_sphere_are_correct() {
 #[test]
 fn empty_and_degenerate_meshes_are_drawn_without_failure() {
     let empty = Mesh::default();
-    let change = Change {
+    let change = SceneChange {
         before: &empty,
         after: &empty,
         kept: 0,
@@ -452,7 +452,7 @@ fn empty_and_degenerate_meshes_are_drawn_without_failure() {
     let scene = Scene::new(&change, 10);
     Picture::new(&picture(&scene).unwrap());
     let flat = Mesh::new(vec![DVec3::splat(1e300); 3], vec![[0, 1, 2]]);
-    let change = Change {
+    let change = SceneChange {
         before: &flat,
         after: &flat,
         kept: 1,

@@ -245,7 +245,12 @@ fn former_options_are_refused_with_what_takes_their_place() {
     let configured = of("repair", &["--config", "old.toml"]);
     assert_usage(&configured, &["old.toml, line 2", "--skip intersections"]);
     let unknown = of("repair", &["--skip", "holes,hole"]);
-    assert_usage(&unknown, &["'hole'", "non-manifold, intersections, holes"]);
+    assert_code(&unknown, 2);
+    let said = text(&unknown.stderr);
+    assert!(
+        said.contains("'hole' is none of duplicates, orientation, non-manifold"),
+        "{said}"
+    );
     let both = of("repair", &["--skip", "holes", "--close-borders"]);
     assert_usage(&both, &["--close-borders", "--skip"]);
     desk.text(

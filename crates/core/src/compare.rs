@@ -45,7 +45,7 @@ pub struct Comparison {
     /// From samples of B to the closest points of A.
     pub b_to_a: Distances,
     /// Vertices and faces of A that are in B.
-    pub kept: Kept,
+    pub kept: KeptPart,
 }
 
 /// Counts, area and Willmore energy of one mesh.
@@ -87,7 +87,7 @@ pub struct Distances {
 /// Numbers of vertices and faces of A that are in B, bit for bit.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
-pub struct Kept {
+pub struct KeptPart {
     /// Vertices of A at the exact position of a vertex of B.
     pub vertices: usize,
     /// Leading vertices of A that have the same number and position in B.
@@ -329,12 +329,12 @@ fn face_bits(mesh: &Mesh, face: &[u32; 3]) -> [Bits; 3] {
         .unwrap_or(corners)
 }
 
-fn kept(a: &Mesh, b: &Mesh) -> Kept {
+fn kept(a: &Mesh, b: &Mesh) -> KeptPart {
     let places: HashSet<Bits> = b.positions.iter().map(|&p| bits(p)).collect();
     let faces: HashSet<[Bits; 3]> = b.faces.iter().map(|f| face_bits(b, f)).collect();
     let same_places = a.positions.iter().zip(&b.positions);
     let same_faces = a.faces.iter().zip(&b.faces);
-    Kept {
+    KeptPart {
         vertices: a
             .positions
             .iter()
@@ -365,7 +365,7 @@ mod tests {
         let same = compare(&mesh, &mesh, 2000).expect("a comparison");
         assert!(same.a_to_b.max < 1e-12 && same.a_to_b.normal_mean < 1e-5);
         let (vertices, faces) = (mesh.positions.len(), mesh.faces.len());
-        let all = Kept {
+        let all = KeptPart {
             vertices,
             vertices_in_order: vertices,
             faces,
@@ -394,7 +394,7 @@ mod tests {
             }
             assert!((d.normal_mean - 180.0).abs() < 1e-6);
         }
-        assert_eq!(c.kept, Kept::default());
+        assert_eq!(c.kept, KeptPart::default());
         assert_eq!((c.a.boundary_vertices, c.a.willmore_energy), (4, 0.0));
         assert!((c.a.area - 1.0).abs() < 1e-12);
     }

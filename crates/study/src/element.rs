@@ -49,7 +49,7 @@ impl Shape {
 }
 
 /// The element's quadrature points.
-pub struct Element {
+pub struct SquareElement {
     /// The four Gauss points, each of weight 1/4.
     pub gauss: [Shape; 4],
     /// The centre.
@@ -57,9 +57,9 @@ pub struct Element {
 }
 
 /// The shape functions at the quadrature points, computed once.
-pub static ELEMENT: LazyLock<Element> = LazyLock::new(|| {
+pub static ELEMENT: LazyLock<SquareElement> = LazyLock::new(|| {
     let g = gauss_points();
-    Element {
+    SquareElement {
         gauss: std::array::from_fn(|q| Shape::at(g[q & 1], g[q >> 1])),
         centre: Shape::at(0.5, 0.5),
     }

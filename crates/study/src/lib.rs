@@ -31,7 +31,7 @@ mod system;
 pub use isomend_core::flow::FlowSettings;
 pub use observer::{Frame, Observer, Silent, StudyError};
 pub use plot::to_svg;
-pub use report::{Cell, Chart, Claim, Curve, Levels, Panel, StudyReport, Table};
+pub use report::{Chart, Claim, Curve, Levels, Panel, ResultTable, StudyReport, TableCell};
 
 pub use {
     contour::{Segment, components_inside, level_line},
@@ -41,7 +41,7 @@ pub use {
     parametric::{ParametricFlow, ParametricStep},
     plane::{Linearisation, PlaneEnergy, Quadrature},
     redistance::{keeps_rule, redistance, redistance_interval, zero_points},
-    spline::{Jet, Spline},
+    spline::{CurveJet, Spline},
     start::harmonic_fill,
     step::{PlaneFlow, PlaneStep, Tolerance},
     system::StepSystem,

@@ -12,7 +12,7 @@ pub struct StudyReport {
     /// Title, with the main parameters.
     pub title: String,
     /// The measurements.
-    pub tables: Vec<Table>,
+    pub tables: Vec<ResultTable>,
     /// Stated values beside measured ones.
     pub claims: Vec<Claim>,
     /// Remarks on the run.
@@ -82,7 +82,7 @@ impl StudyReport {
             out += &format!("# {}\n", table.title);
             out += &csv_line(table.columns.iter().map(|c| (*c).to_owned()));
             for row in &table.rows {
-                out += &csv_line(row.iter().map(Cell::exact));
+                out += &csv_line(row.iter().map(TableCell::exact));
             }
         }
         out
@@ -117,16 +117,16 @@ pub struct Claim {
 
 /// A table of measurements.
 #[derive(Clone, Debug, Serialize)]
-pub struct Table {
+pub struct ResultTable {
     /// Heading.
     pub title: String,
     /// Names of the columns, with units.
     pub columns: Vec<&'static str>,
     /// The rows.
-    pub rows: Vec<Vec<Cell>>,
+    pub rows: Vec<Vec<TableCell>>,
 }
 
-impl Table {
+impl ResultTable {
     /// A table without rows.
     pub fn new(title: &str, columns: &[&'static str]) -> Self {
         Self {
@@ -143,7 +143,7 @@ impl Table {
                 .chain(
                     self.rows
                         .iter()
-                        .map(|r| r.iter().map(Cell::short).collect()),
+                        .map(|r| r.iter().map(TableCell::short).collect()),
                 )
                 .collect();
         let widths: Vec<usize> = (0..self.columns.len())
@@ -168,7 +168,7 @@ impl Table {
 /// An entry of a table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
-pub enum Cell {
+pub enum TableCell {
     /// Text.
     Text(String),
     /// A count.
@@ -179,46 +179,46 @@ pub enum Cell {
     Missing,
 }
 
-impl Cell {
+impl TableCell {
     fn short(&self) -> String {
         match self {
-            Cell::Text(t) => t.clone(),
-            Cell::Count(n) => n.to_string(),
-            Cell::Number(x) => short_number(*x),
-            Cell::Missing => "-".to_owned(),
+            TableCell::Text(t) => t.clone(),
+            TableCell::Count(n) => n.to_string(),
+            TableCell::Number(x) => short_number(*x),
+            TableCell::Missing => "-".to_owned(),
         }
     }
 
     fn exact(&self) -> String {
         match self {
-            Cell::Number(x) => format!("{x:e}"),
-            Cell::Missing => String::new(),
+            TableCell::Number(x) => format!("{x:e}"),
+            TableCell::Missing => String::new(),
             other => other.short(),
         }
     }
 }
 
-impl From<&str> for Cell {
+impl From<&str> for TableCell {
     fn from(text: &str) -> Self {
-        Cell::Text(text.to_owned())
+        TableCell::Text(text.to_owned())
     }
 }
 
-impl From<usize> for Cell {
+impl From<usize> for TableCell {
     fn from(n: usize) -> Self {
-        Cell::Count(n)
+        TableCell::Count(n)
     }
 }
 
-impl From<f64> for Cell {
+impl From<f64> for TableCell {
     fn from(x: f64) -> Self {
-        Cell::Number(x)
+        TableCell::Number(x)
     }
 }
 
-impl From<Option<f64>> for Cell {
+impl From<Option<f64>> for TableCell {
     fn from(x: Option<f64>) -> Self {
-        x.map_or(Cell::Missing, Cell::Number)
+        x.map_or(TableCell::Missing, TableCell::Number)
     }
 }
 
@@ -286,9 +286,9 @@ mod tests {
     #[test]
     fn tables_are_aligned_and_csv_is_quoted() {
         let mut report = StudyReport::new("x", "An experiment");
-        let mut table = Table::new("one", &["name", "value"]);
+        let mut table = ResultTable::new("one", &["name", "value"]);
         table.rows.push(vec!["a, b".into(), 0.000_012_345.into()]);
-        table.rows.push(vec!["c".into(), Cell::Missing]);
+        table.rows.push(vec!["c".into(), TableCell::Missing]);
         assert_eq!(
             table.text_lines(),
             ["one", "name     value", "a, b  1.234e-5", "   c         -"]

@@ -15,7 +15,7 @@ pub struct Spline {
 /// Value, gradient and second derivatives (xx, xy, yy).
 #[derive(Clone, Copy, Debug)]
 #[doc(hidden)]
-pub struct Jet {
+pub struct CurveJet {
     /// Value.
     pub value: f64,
     /// Gradient.
@@ -50,7 +50,7 @@ impl Spline {
     }
 
     /// Value and derivatives at a position; outside the square the polynomial of the outermost cell is continued.
-    pub fn jet(&self, x: [f64; 2]) -> Jet {
+    pub fn jet(&self, x: [f64; 2]) -> CurveJet {
         let (i, u) = self.cell((x[0] - self.origin[0]) / self.h);
         let (j, v) = self.cell((x[1] - self.origin[1]) / self.h);
         let (bx, by) = (basis(u), basis(v));
@@ -67,7 +67,7 @@ impl Spline {
             }
         }
         let (h, hh) = (self.h, self.h * self.h);
-        Jet {
+        CurveJet {
             value: sums[0][0],
             gradient: [sums[1][0] / h, sums[0][1] / h],
             second: [sums[2][0] / hh, sums[1][1] / hh, sums[0][2] / hh],

@@ -14,7 +14,7 @@ use super::kept::Kept;
 use super::revisions::Revisions;
 use super::session::{Busy, Session};
 use super::state::State;
-use super::step::{Order, Refusal, Scope};
+use super::step::{Order, Scope, StepRefusal};
 use super::store::{Store, StoredStep};
 use super::words::CommandRenderer;
 use isomend_core::mend::Control;
@@ -53,7 +53,7 @@ pub struct App {
 /// A job of a page.
 pub type Job = Box<dyn FnOnce() + Send>;
 /// Runs a job of the given kind after the request that starts it was answered.
-pub type Start = dyn Fn(&str, Job) -> std::io::Result<()> + Send + Sync;
+pub type StartThread = dyn Fn(&str, Job) -> std::io::Result<()> + Send + Sync;
 
 /// What the pages of a server, or of a browser that runs the program itself, share.
 pub struct Host {
@@ -74,7 +74,7 @@ pub struct Host {
     /// Whether a path is the input of any page.
     pub is_input: Box<dyn Fn(&Path) -> bool + Send + Sync>,
     /// Starts jobs.
-    pub start: Box<Start>,
+    pub start: Box<StartThread>,
     /// Whether the recovery file keeps saved steps too, since cancelling a step ends the program.
     pub stores_saved: bool,
 }
@@ -143,7 +143,7 @@ impl App {
                 let parent = app.session().current().clone();
                 let faces = parent.loaded.mesh.faces.len();
                 let order = Order::new(step, &app.scope(faces));
-                let order = order.map_err(Refusal::words)?;
+                let order = order.map_err(StepRefusal::words)?;
                 let state = app.make(order, &parent, control)?;
                 app.session().add(state, false);
                 if let Some(choices) = choices.next() {

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use serde::{Deserialize, Serialize};
 
-use super::delta::{Numbers, rim_key};
+use super::delta::{KeptNumbers, rim_key};
 use super::named::{NamedMasks, Way};
 use super::runs::Runs;
 use super::state::{Origin, State};
@@ -167,8 +167,8 @@ impl Choices {
         let step = new.step.as_ref().filter(|step| !step.keep_marks);
         let marked = step.and_then(|step| step.mask.as_ref());
         let mask = marked.unwrap_or(&self.mask);
-        let Numbers { vertices, faces } =
-            Numbers::new(&old.loaded.mesh, &new.loaded.mesh, new.delta.as_ref());
+        let KeptNumbers { vertices, faces } =
+            KeptNumbers::new(&old.loaded.mesh, &new.loaded.mesh, new.delta.as_ref());
         let renumbered = |rim: &[u32]| {
             let rim = rim.iter().map(|&v| vertices.get(v as usize).copied()?);
             rim.collect::<Option<Vec<u32>>>().map(|rim| rim_key(&rim))

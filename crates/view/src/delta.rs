@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::runs::Runs;
 use isomend_core::mesh::Mesh;
 use isomend_core::spatial::Bvh;
-use isomend_files::job::Kept;
+use isomend_files::job::KeptElements;
 
 /// The vertices and faces of an old mesh that a new mesh starts with, in the same order.
 #[derive(Clone, Debug, Default)]
@@ -21,7 +21,7 @@ pub struct Delta {
 impl Delta {
     /// Checks that `new` starts with the part of `old` that `kept` names, or with all of `old` if `kept` is none. Returns none if it does
     /// not, for example after a file format that reorders vertices.
-    pub fn new(old: &Mesh, new: &Mesh, kept: Option<&Kept>) -> Option<Self> {
+    pub fn new(old: &Mesh, new: &Mesh, kept: Option<&KeptElements>) -> Option<Self> {
         let all = |count: usize| match count {
             0 => Runs::default(),
             count => Runs(vec![[0, count as u32]]),
@@ -70,14 +70,14 @@ impl Delta {
 }
 
 /// The numbers of a mesh's vertices and faces in the mesh that a step made from it.
-pub struct Numbers {
+pub struct KeptNumbers {
     /// For each vertex of the old mesh its new number; none if it is gone.
     pub vertices: Vec<Option<u32>>,
     /// For each face of the old mesh its new number; none if it is gone.
     pub faces: Vec<Option<u32>>,
 }
 
-impl Numbers {
+impl KeptNumbers {
     /// The new numbers by `delta`, or by position if there is none.
     pub fn new(before: &Mesh, after: &Mesh, delta: Option<&Delta>) -> Self {
         let Some(delta) = delta else {
@@ -150,7 +150,7 @@ mod tests {
         let old = mesh(&points, &[[0, 1, 2], [1, 3, 2]]);
         let delta = Delta::new(&old, &old, None).unwrap();
         assert!(delta.keeps_all(&old));
-        let kept = Kept {
+        let kept = KeptElements {
             vertices: vec![false, true, true, true],
             faces: vec![false, true],
         };
@@ -176,7 +176,7 @@ mod tests {
             (1..4).rev().map(|i| at(f64::from(i))).collect(),
             vec![[0, 1, 2]],
         );
-        let Numbers { vertices, faces } = Numbers::by_position(&before, &after);
+        let KeptNumbers { vertices, faces } = KeptNumbers::by_position(&before, &after);
         assert_eq!(vertices, [None, Some(2), Some(1), Some(0)]);
         assert_eq!(faces, [None, Some(0)], "of the same corners, turned over");
     }

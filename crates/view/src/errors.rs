@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
-use super::delta::Numbers;
+use super::delta::KeptNumbers;
 use isomend_core::mesh::attributes::EXPECTED_ERROR_NAME;
 use isomend_files::io::Loaded;
 use isomend_files::job::Mended;
@@ -38,7 +38,7 @@ impl Errors {
         let positions = &new.mesh.positions;
         let mut errors = vec![0.0; positions.len()];
         if !self.0.is_empty() {
-            let numbers = Numbers::by_position(&old.mesh, &new.mesh).vertices;
+            let numbers = KeptNumbers::by_position(&old.mesh, &new.mesh).vertices;
             for (error, number) in self.0.iter().zip(numbers) {
                 if let Some(slot) = number.and_then(|v| errors.get_mut(v as usize)) {
                     *slot = *error;

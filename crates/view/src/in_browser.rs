@@ -32,7 +32,7 @@ pub type Listener = fn(usize, &str);
 
 /// An answer to a request.
 #[derive(Debug)]
-pub struct Answer {
+pub struct PageAnswer {
     /// The HTTP status.
     pub status: u16,
     /// The media type of the body; empty if it has none.
@@ -129,10 +129,10 @@ impl InBrowser {
     }
 
     /// Answers a request to a page. `path` is relative to the page, as `api/state`; a request with a body is a POST request.
-    pub fn answer(&self, page: usize, path: &str, body: Option<(&str, Vec<u8>)>) -> Answer {
+    pub fn answer(&self, page: usize, path: &str, body: Option<(&str, Vec<u8>)>) -> PageAnswer {
         let router = self.pages().get(page).map(|(_, router)| router.clone());
         let Some(mut router) = router else {
-            return Answer::empty(StatusCode::NOT_FOUND);
+            return PageAnswer::empty(StatusCode::NOT_FOUND);
         };
         let request = Request::builder().uri(format!("/page/{path}"));
         let request = match body {
@@ -143,7 +143,7 @@ impl InBrowser {
             None => request.body(Body::empty()),
         };
         let Ok(request) = request else {
-            return Answer::empty(StatusCode::BAD_REQUEST);
+            return PageAnswer::empty(StatusCode::BAD_REQUEST);
         };
         self.runtime.block_on(async move {
             let Ok(response) = router.call(request).await;
@@ -151,12 +151,12 @@ impl InBrowser {
             let media_type = head.headers.get(CONTENT_TYPE);
             let media_type = media_type.and_then(|value| value.to_str().ok());
             match to_bytes(body, usize::MAX).await {
-                Ok(body) => Answer {
+                Ok(body) => PageAnswer {
                     status: head.status.as_u16(),
                     media_type: media_type.unwrap_or_default().to_owned(),
                     body: body.into(),
                 },
-                Err(_) => Answer::empty(StatusCode::INTERNAL_SERVER_ERROR),
+                Err(_) => PageAnswer::empty(StatusCode::INTERNAL_SERVER_ERROR),
             }
         })
     }
@@ -172,7 +172,7 @@ impl InBrowser {
     }
 }
 
-impl Answer {
+impl PageAnswer {
     fn empty(status: StatusCode) -> Self {
         Self {
             status: status.as_u16(),
@@ -218,7 +218,7 @@ mod tests {
         EVENTS.fetch_add(1, Ordering::Relaxed);
     }
 
-    fn sent(pages: &InBrowser, page: usize, path: &str, body: &Value) -> Answer {
+    fn sent(pages: &InBrowser, page: usize, path: &str, body: &Value) -> PageAnswer {
         let body = body.to_string().into_bytes();
         pages.answer(page, path, Some(("application/json", body)))
     }

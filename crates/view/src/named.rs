@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::delta::Numbers;
+use super::delta::KeptNumbers;
 use super::runs::Runs;
 use super::state::State;
 
@@ -125,7 +125,7 @@ impl Way {
         let is_parent = |a: &State, b: &State| b.parent.as_ref().is_some_and(|p| p.id == a.id);
         let numbered = |old: &State, new: &State| {
             let (before, after) = (&old.loaded.mesh, &new.loaded.mesh);
-            let numbers = Numbers::new(before, after, new.delta.as_ref());
+            let numbers = KeptNumbers::new(before, after, new.delta.as_ref());
             Self::new(old, new, &numbers.faces)
         };
         match (is_parent(from, to), is_parent(to, from)) {

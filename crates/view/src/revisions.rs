@@ -11,7 +11,7 @@ const REMEMBERED: usize = 16;
 
 /// A row of a list, without its content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Row {
+pub struct ListRow {
     /// Its number.
     pub id: u32,
     /// A hash of its content, without its number.
@@ -23,7 +23,7 @@ pub struct List<'a> {
     /// The name of the list.
     pub name: &'static str,
     /// Its rows.
-    pub rows: Vec<Row>,
+    pub rows: Vec<ListRow>,
     /// Makes the object of the row with the given index.
     pub object: Box<dyn Fn(usize) -> Value + 'a>,
 }
@@ -39,12 +39,12 @@ pub struct Revisions {
 struct Revision {
     number: u64,
     members: BTreeMap<String, u64>,
-    lists: BTreeMap<&'static str, Vec<Row>>,
+    lists: BTreeMap<&'static str, Vec<ListRow>>,
 }
 
 /// A part of a list, compared with an older list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum ListPart {
     /// Rows of the older list, now numbered from `id`.
     Kept {
         /// Index of the first of them in the older list.
@@ -120,25 +120,25 @@ impl Revisions {
 
 impl List<'_> {
     /// The list, as it is sent to a page that has these rows.
-    fn since(&self, old: &[Row]) -> Value {
+    fn since(&self, old: &[ListRow]) -> Value {
         let sent = |part| match part {
-            Part::Kept { first, end, id } => json!([first, end, id]),
-            Part::New(index) => (self.object)(index),
+            ListPart::Kept { first, end, id } => json!([first, end, id]),
+            ListPart::New(index) => (self.object)(index),
         };
         parts(old, &self.rows).into_iter().map(sent).collect()
     }
 }
 
 /// The parts of a list, compared with an older list. Rows with the same content are the same, also if their numbers differ.
-pub fn parts(old: &[Row], new: &[Row]) -> Vec<Part> {
+pub fn parts(old: &[ListRow], new: &[ListRow]) -> Vec<ListPart> {
     let mut places: HashMap<u64, usize> = HashMap::new();
     for (place, row) in old.iter().enumerate() {
         places.entry(row.hash).or_insert(place);
     }
-    let mut parts: Vec<Part> = Vec::new();
+    let mut parts: Vec<ListPart> = Vec::new();
     for (index, row) in new.iter().enumerate() {
         // The next row of the older list continues the last part, if the numbers are consecutive.
-        if let Some(Part::Kept { first, end, id }) = parts.last_mut()
+        if let Some(ListPart::Kept { first, end, id }) = parts.last_mut()
             && old.get(*end).is_some_and(|next| next.hash == row.hash)
             && *id + (*end - *first) as u32 == row.id
         {
@@ -146,12 +146,12 @@ pub fn parts(old: &[Row], new: &[Row]) -> Vec<Part> {
             continue;
         }
         parts.push(match places.get(&row.hash) {
-            Some(&first) => Part::Kept {
+            Some(&first) => ListPart::Kept {
                 first,
                 end: first + 1,
                 id: row.id,
             },
-            None => Part::New(index),
+            None => ListPart::New(index),
         });
     }
     parts
@@ -168,11 +168,16 @@ pub fn hash(content: &(impl Hash + ?Sized)) -> u64 {
 mod tests {
     use super::*;
 
-    fn row(id: u32, hash: u64) -> Row {
-        Row { id, hash }
+    fn row(id: u32, hash: u64) -> ListRow {
+        ListRow { id, hash }
     }
 
-    fn document(revisions: &mut Revisions, known: Option<u64>, busy: bool, rows: &[Row]) -> Value {
+    fn document(
+        revisions: &mut Revisions,
+        known: Option<u64>,
+        busy: bool,
+        rows: &[ListRow],
+    ) -> Value {
         let list = List {
             name: "rows",
             rows: rows.to_vec(),
@@ -185,11 +190,16 @@ mod tests {
     fn rows_that_move_are_kept_with_their_new_numbers() {
         let old = [row(1, 10), row(2, 20), row(3, 30), row(4, 40)];
         let new = [row(1, 10), row(2, 30), row(3, 40), row(4, 50), row(6, 20)];
-        let kept = |first, end, id| Part::Kept { first, end, id };
-        let wanted = [kept(0, 1, 1), kept(2, 4, 2), Part::New(3), kept(1, 2, 6)];
+        let kept = |first, end, id| ListPart::Kept { first, end, id };
+        let wanted = [
+            kept(0, 1, 1),
+            kept(2, 4, 2),
+            ListPart::New(3),
+            kept(1, 2, 6),
+        ];
         assert_eq!(parts(&old, &new), wanted);
         assert_eq!(parts(&old, &old), [kept(0, 4, 1)]);
-        assert_eq!(parts(&[], &new[..1]), [Part::New(0)]);
+        assert_eq!(parts(&[], &new[..1]), [ListPart::New(0)]);
         assert_eq!(parts(&old, &[]), []);
     }
 

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use glam::DVec3;
 use serde_json::Value;
 
-use super::delta::{Delta, Numbers};
+use super::delta::{Delta, KeptNumbers};
 use super::errors::Errors;
 use super::runs::Runs;
 use super::texture::Textures;
@@ -259,7 +259,7 @@ fn origins(parent: &State, mesh: &Mesh, delta: Option<&Delta>, mended: &Mended) 
     let before: Vec<Option<u32>> = match delta {
         Some(delta) => delta.faces.numbers().map(|old| Some(old as u32)).collect(),
         None if is_in_order(mesh, mended) => mended.face_origins(),
-        None => Numbers::by_position(mesh, &parent.loaded.mesh).faces,
+        None => KeptNumbers::by_position(mesh, &parent.loaded.mesh).faces,
     };
     let mut origin = vec![Origin::New; faces];
     for (new, old) in origin.iter_mut().zip(before) {

@@ -27,7 +27,7 @@ use isomend_files::report::{counted, tally_line};
 #[serde(deny_unknown_fields)]
 pub struct Request {
     /// The command.
-    pub kind: Kind,
+    pub kind: StepKind,
     /// Its parameters; missing ones have their defaults.
     #[serde(default)]
     pub params: Value,
@@ -58,7 +58,7 @@ pub struct Scope<'a> {
 /// A kind of step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum StepKind {
     /// Fill holes.
     Fill,
     /// Replace the marked faces.
@@ -71,7 +71,7 @@ pub enum Kind {
 
 /// Why a step is refused.
 #[derive(Debug)]
-pub enum Refusal {
+pub enum StepRefusal {
     /// A field of the request is invalid.
     Wrong {
         /// The reason.
@@ -83,7 +83,7 @@ pub enum Refusal {
     Template(Denied),
 }
 
-impl Refusal {
+impl StepRefusal {
     /// The reason in words.
     pub fn words(self) -> String {
         match self {
@@ -113,20 +113,20 @@ impl Request {
     ///
     /// # Errors
     /// When a parameter or the mask is invalid, the template may not be read, or no command does the work.
-    pub fn order(self, scope: &Scope) -> Result<Order, Refusal> {
+    pub fn order(self, scope: &Scope) -> Result<Order, StepRefusal> {
         let params = match self.params {
             Value::Null => Value::Object(serde_json::Map::new()),
             params => params,
         };
         let no_mask = MaskSpec::default;
         let work = match self.kind {
-            Kind::Fill => Work::Fill(read::<FillParams>(params)?),
-            Kind::Restore => Work::Restore(no_mask(), read::<RestoreParams>(params)?),
-            Kind::Fair => {
+            StepKind::Fill => Work::Fill(read::<FillParams>(params)?),
+            StepKind::Restore => Work::Restore(no_mask(), read::<RestoreParams>(params)?),
+            StepKind::Fair => {
                 let mask = self.mask.as_ref().map(|_| no_mask());
                 Work::Fair(mask, read::<FairParams>(params)?)
             }
-            Kind::Repair => Work::Repair(read::<RepairParams>(params)?),
+            StepKind::Repair => Work::Repair(read::<RepairParams>(params)?),
         };
         let step = StoredStep {
             work,
@@ -140,8 +140,8 @@ impl Request {
 }
 
 /// Parameters from JSON.
-fn read<P: serde::de::DeserializeOwned>(params: Value) -> Result<P, Refusal> {
-    serde_json::from_value(params).map_err(|error| Refusal::Wrong {
+fn read<P: serde::de::DeserializeOwned>(params: Value) -> Result<P, StepRefusal> {
+    serde_json::from_value(params).map_err(|error| StepRefusal::Wrong {
         error: error.to_string(),
         field: "params",
     })
@@ -152,13 +152,13 @@ impl Order {
     ///
     /// # Errors
     /// As [`Request::order`].
-    pub fn new(step: StoredStep, scope: &Scope) -> Result<Self, Refusal> {
+    pub fn new(step: StoredStep, scope: &Scope) -> Result<Self, StepRefusal> {
         let StoredStep {
             work,
             mask,
             no_texture,
         } = step;
-        let wrong = |error: &str, field| Refusal::Wrong {
+        let wrong = |error: &str, field| StepRefusal::Wrong {
             error: error.to_owned(),
             field,
         };
@@ -183,7 +183,7 @@ impl Order {
         if let Some((error, field)) = refusal {
             return Err(wrong(error, field));
         }
-        let work = template_below(work, scope.root).map_err(Refusal::Template)?;
+        let work = template_below(work, scope.root).map_err(StepRefusal::Template)?;
         let faces = mask.as_ref().map(|_| "marks.faces");
         let command = scope.words.command(&work, faces);
         let mut command = command.map_err(|error| wrong(&error, "params"))?;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::Source;
+use super::FieldSource;
 use crate::mesh::attributes::{Labels, same_value};
 use crate::mesh::{DisjointSets, Mesh};
 
@@ -11,7 +11,7 @@ use crate::mesh::{DisjointSets, Mesh};
 pub(super) fn charts(
     mesh: &Mesh,
     weld: &[u32],
-    uv: &Source<'_>,
+    uv: &FieldSource<'_>,
     materials: Option<&Labels>,
 ) -> Vec<u32> {
     let mut edges: Vec<(u64, u32)> = (0..3 * mesh.faces.len() as u32)
@@ -42,7 +42,7 @@ fn ends(half: u32) -> [(usize, usize); 2] {
     [(face, corner), (face, (corner + 1) % 3)]
 }
 
-fn agree(mesh: &Mesh, weld: &[u32], uv: &Source<'_>, one: u32, other: u32) -> bool {
+fn agree(mesh: &Mesh, weld: &[u32], uv: &FieldSource<'_>, one: u32, other: u32) -> bool {
     let vertex = |(f, k): (usize, usize)| weld[mesh.faces[f][k] as usize];
     let [a, b] = ends(one);
     let [mut c, mut d] = ends(other);

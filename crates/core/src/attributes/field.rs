@@ -9,27 +9,27 @@ use crate::mesh::attributes::{Attribute, CornerAttribute, NONE, Role, same_value
 
 /// Where the values of the input's face corners are stored.
 #[derive(Clone, Copy)]
-pub enum Source<'a> {
+pub enum FieldSource<'a> {
     Vertex(&'a Attribute),
     Corner(&'a CornerAttribute),
     Face(&'a Attribute),
 }
 
-impl<'a> Source<'a> {
+impl<'a> FieldSource<'a> {
     /// The value at a corner of a face of the mesh.
     pub fn at(&self, mesh: &Mesh, face: usize, corner: usize) -> Option<&'a [f64]> {
         match self {
-            Source::Vertex(a) => a.get(mesh.faces[face][corner] as usize),
-            Source::Corner(a) => a.get(face, corner),
-            Source::Face(a) => a.get(face),
+            FieldSource::Vertex(a) => a.get(mesh.faces[face][corner] as usize),
+            FieldSource::Corner(a) => a.get(face, corner),
+            FieldSource::Face(a) => a.get(face),
         }
     }
 
     /// The attribute, as a pool of values.
     pub fn attribute(&self) -> &'a Attribute {
         match self {
-            Source::Vertex(a) | Source::Face(a) => a,
-            Source::Corner(a) => &a.pool,
+            FieldSource::Vertex(a) | FieldSource::Face(a) => a,
+            FieldSource::Corner(a) => &a.pool,
         }
     }
 
@@ -70,7 +70,7 @@ impl Field {
     }
 
     /// The values at the rim: at each rim slot the mean over its input corners.
-    pub(super) fn at_rim(mesh: &Mesh, patches: &Patches, source: &Source<'_>) -> Self {
+    pub(super) fn at_rim(mesh: &Mesh, patches: &Patches, source: &FieldSource<'_>) -> Self {
         let (count, components) = (patches.slots.len(), source.attribute().components);
         let mut field = Self {
             components,
@@ -111,7 +111,7 @@ impl Field {
         &mut self,
         patches: &Patches,
         laplacian: &Laplacian,
-        source: &Source<'_>,
+        source: &FieldSource<'_>,
         normals: &[DVec3],
         instead: &[Instead],
     ) {

@@ -24,7 +24,7 @@ use crate::mesh::attributes::{
     Scalar,
 };
 use crate::mesh::{Attributes, Bodies, Mesh, Model, area_vector};
-pub use field::Source;
+pub use field::FieldSource;
 pub use harmonic::Laplacian;
 pub use rim::{Patches, Slot};
 pub use unwanted::UnwantedColour;
@@ -176,8 +176,8 @@ impl<'a> Transfer<'a> {
 
     /// Finds the patches whose rim is not in a single chart, for any set of texture coordinates at the rim.
     fn find_seams_at_rims(&mut self) {
-        let vertex = self.before.vertex.iter().map(Source::Vertex);
-        let sources = vertex.chain(self.before.corner.iter().map(Source::Corner));
+        let vertex = self.before.vertex.iter().map(FieldSource::Vertex);
+        let sources = vertex.chain(self.before.corner.iter().map(FieldSource::Corner));
         let materials = self.before.labels_of(LabelKind::Material);
         for source in sources.filter(|s| matches!(s.attribute().role, Role::Uv(_))) {
             let field = Field::at_rim(self.original, &self.patches, &source);
@@ -198,7 +198,7 @@ impl<'a> Transfer<'a> {
     }
 
     /// The values of an attribute at all slots.
-    fn field(&self, source: &Source<'_>) -> Field {
+    fn field(&self, source: &FieldSource<'_>) -> Field {
         let mut field = Field::at_rim(self.original, &self.patches, source);
         let instead = unwanted::instead(self, source, &field);
         let (laplacian, normals) = (&self.laplacian, &self.normals);
@@ -237,7 +237,7 @@ impl<'a> Transfer<'a> {
 
     fn face_attribute(&self, before: &Attribute) -> Attribute {
         let mut after = before.clone();
-        let source = Source::Face(before);
+        let source = FieldSource::Face(before);
         let (field, blends) = (self.field(&source), source.blends());
         for slots in &self.patches.faces {
             let values: Vec<&[f64]> = slots
@@ -259,7 +259,7 @@ impl<'a> Transfer<'a> {
 
     fn corner_attribute(&self, before: &CornerAttribute) -> CornerAttribute {
         let mut after = before.clone();
-        let field = self.field(&Source::Corner(before));
+        let field = self.field(&FieldSource::Corner(before));
         let mut places = vec![NONE; self.patches.slots.len()];
         for (s, slot) in self.patches.slots.iter().enumerate() {
             let Some(value) = field.get(s) else { continue };

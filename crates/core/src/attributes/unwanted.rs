@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::Transfer;
-use super::field::{Field, Instead, Source};
+use super::field::{Field, Instead, FieldSource};
 use crate::mesh::attributes::{Attribute, Role};
 use crate::mesh::mask::is_near;
 
@@ -18,8 +18,8 @@ pub struct UnwantedColour {
 
 /// For each slot at the rim with an unwanted colour, the colour to continue from there instead: the colour of the nearest vertices of
 /// the input with another one. The rim itself keeps its colours.
-pub(super) fn instead(transfer: &Transfer<'_>, source: &Source<'_>, field: &Field) -> Vec<Instead> {
-    let Source::Vertex(colours) = source else {
+pub(super) fn instead(transfer: &Transfer<'_>, source: &FieldSource<'_>, field: &Field) -> Vec<Instead> {
+    let FieldSource::Vertex(colours) = source else {
         return Vec::new();
     };
     if colours.role != Role::Colour || colours.components < 3 || transfer.unwanted.is_empty() {

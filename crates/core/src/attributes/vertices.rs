@@ -1,7 +1,7 @@
 //! Attributes of the patches' vertices, and the vertex that each patch corner at the rim uses.
 
 use super::Transfer;
-use super::field::{Field, Source};
+use super::field::{Field, FieldSource};
 use crate::mesh::Model;
 use crate::mesh::attributes::{Attribute, NONE, same_value};
 
@@ -14,7 +14,7 @@ pub(super) fn finish(transfer: &Transfer<'_>, out: &mut Model) {
     // One field per attribute, with a value at each slot of the patches.
     let fields: Vec<Field> = before
         .iter()
-        .map(|a| transfer.field(&Source::Vertex(a)))
+        .map(|a| transfer.field(&FieldSource::Vertex(a)))
         .collect();
     let kept = transfer.original.positions.len();
     let slots = &transfer.patches.slots;

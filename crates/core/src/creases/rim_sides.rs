@@ -64,7 +64,7 @@ const ALONG: f64 = 0.1;
 
 /// A rim vertex at which a crease of the mesh ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct CreaseEnd {
+pub(crate) struct SharpEnd {
     /// Vertex of the rim.
     pub(crate) vertex: u32,
     /// Angle between the normals of the two sides, in degrees.
@@ -124,11 +124,11 @@ impl RimSides {
     }
 
     /// Where creases end at the rim; empty if the rim is not on the sides.
-    pub(crate) fn ends(&self) -> Vec<CreaseEnd> {
+    pub(crate) fn ends(&self) -> Vec<SharpEnd> {
         if self.check_rim(&self.labels).is_err() {
             return Vec::new();
         }
-        let end = |i: usize| CreaseEnd {
+        let end = |i: usize| SharpEnd {
             vertex: self.collar.rim[i],
             angle: self.angle_at(i, &self.labels),
         };

@@ -7,7 +7,7 @@ use super::{FairPlan, FillPlan, Inspection, RestorePlan};
 use crate::mesh::{Defects, Hole, HoleId};
 
 /// The numbers that the vertices and holes of a body have in the mesh that contains it.
-pub struct Numbers {
+pub struct BodyNumbers {
     /// For each vertex of the body, its number in the whole.
     pub vertices: Vec<u32>,
     /// For each hole of the body, its number in the whole.
@@ -33,7 +33,7 @@ fn key(rim: impl Iterator<Item = u32>) -> Vec<u32> {
     rim
 }
 
-impl Numbers {
+impl BodyNumbers {
     /// The numbers of a body with this name: holes with the same rim vertices are the same.
     pub fn new(whole: &HolesByRim, body: &Inspection, vertices: &[u32], name: &str) -> Self {
         let in_whole = |hole: &Hole| {
@@ -50,7 +50,7 @@ impl Numbers {
 
 /// Renumbers the holes and regions of one body after the other.
 struct Joining {
-    numbers: Numbers,
+    numbers: BodyNumbers,
     /// The number of the next hole that only a body's report has.
     next: usize,
     /// The largest number of a region of the bodies before.
@@ -63,7 +63,7 @@ impl Joining {
     /// Holes that are not in the whole mesh are numbered from `next`.
     fn new(next: usize) -> Self {
         Self {
-            numbers: Numbers {
+            numbers: BodyNumbers {
                 vertices: Vec::new(),
                 holes: HashMap::new(),
                 name: String::new(),
@@ -77,7 +77,7 @@ impl Joining {
     /// Renumbers the holes, each with its region, and the regions of the next body, which has this many components.
     fn body<'a>(
         &mut self,
-        numbers: Numbers,
+        numbers: BodyNumbers,
         components: usize,
         holes: impl Iterator<Item = (&'a mut Hole, &'a mut usize)>,
         regions: impl Iterator<Item = (&'a mut usize, &'a mut Vec<HoleId>)>,
@@ -131,7 +131,7 @@ fn add_defects(sum: &mut Defects, own: &Defects) {
 
 impl FillReport {
     /// Joins the reports on bodies. Holes that are not in the whole mesh are numbered from `next`.
-    pub fn of_bodies(parts: Vec<(Self, Numbers)>, next: usize) -> Self {
+    pub fn of_bodies(parts: Vec<(Self, BodyNumbers)>, next: usize) -> Self {
         let mut all = Self {
             all_holes: parts.iter().all(|(r, _)| r.all_holes),
             ..Self::default()
@@ -234,7 +234,7 @@ impl FillPlan {
     }
 
     /// Joins the plans for bodies. Holes that are not in the whole mesh are numbered from `next`.
-    pub fn of_bodies(parts: Vec<(Self, Numbers)>, next: usize) -> Self {
+    pub fn of_bodies(parts: Vec<(Self, BodyNumbers)>, next: usize) -> Self {
         let mut all = Self::default();
         let mut joining = Joining::new(next);
         for (mut own, numbers) in parts {

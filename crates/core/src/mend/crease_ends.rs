@@ -50,7 +50,7 @@ impl Inspection<'_> {
             }
             let sides = RimSides::new(&self.mesh, &around, &hole.rim, &cancel);
             let ends = sides.map_or_else(|_| Vec::new(), |sides| sides.ends());
-            let end = |end: crate::creases::CreaseEnd| CreaseEnd {
+            let end = |end: crate::creases::SharpEnd| CreaseEnd {
                 id: 0,
                 hole: hole.id,
                 vertex: end.vertex,

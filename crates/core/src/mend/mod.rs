@@ -34,7 +34,7 @@ use crate::fill::FillParams;
 use crate::flow::BendingEnergy;
 use crate::mesh::Mesh;
 
-pub use bodies::{HolesByRim, Numbers};
+pub use bodies::{BodyNumbers, HolesByRim};
 pub(crate) use control::Watch;
 pub use control::{Control, Event, Progress, Step};
 pub use crease_ends::CreaseEnd;

@@ -42,7 +42,7 @@ pub struct Parameter {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// A number within bounds, and its placeholder in the help.
-    Number(Bounds, &'static str),
+    Number(NumberBounds, &'static str),
     /// A whole number from 1 to the given maximum.
     Whole(usize),
     /// A positive length, or `auto`; serialised as a [`VoxelSize`](crate::region::VoxelSize).
@@ -76,7 +76,7 @@ pub struct Choice {
 
 /// Bounds of a number, which must be finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
+pub struct NumberBounds {
     /// The lower bound.
     pub low: f64,
     /// The upper bound; infinite for none.
@@ -130,12 +130,12 @@ pub struct OutOfBounds {
     /// The number.
     pub value: f64,
     /// The allowed bounds.
-    pub bounds: Bounds,
+    pub bounds: NumberBounds,
     /// Whether the parameter takes whole numbers only.
     pub whole: bool,
 }
 
-impl Bounds {
+impl NumberBounds {
     /// Any number greater than 0.
     pub const POSITIVE: Self = Self {
         low: 0.0,
@@ -178,15 +178,15 @@ impl Bounds {
 
 impl Kind {
     /// The bounds of its numbers; none for other types.
-    pub fn bounds(&self) -> Option<Bounds> {
+    pub fn bounds(&self) -> Option<NumberBounds> {
         match *self {
             Self::Number(bounds, _) => Some(bounds),
-            Self::Whole(most) => Some(Bounds {
+            Self::Whole(most) => Some(NumberBounds {
                 low: 1.0,
                 high: most as f64,
                 open: false,
             }),
-            Self::Voxel | Self::Band => Some(Bounds::POSITIVE),
+            Self::Voxel | Self::Band => Some(NumberBounds::POSITIVE),
             _ => None,
         }
     }

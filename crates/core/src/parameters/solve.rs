@@ -1,7 +1,7 @@
 //! The parameters that all hole-filling commands share. To add one, add its constant and its entry in [`SOLVE`] here, and its field
 //! and default in [`FillParams`](crate::fill::FillParams).
 
-use super::{Bounds, Case, Choice, DefaultValue, Kind, Parameter};
+use super::{Case, Choice, DefaultValue, Kind, NumberBounds, Parameter};
 
 /// Unit of lengths.
 pub(super) const MESH_UNIT: &str = "the mesh's unit";
@@ -95,7 +95,7 @@ pub const EDGE_RATIO: Parameter = Parameter {
     name: "edge_ratio",
     field: "edge_ratio",
     kind: Kind::Number(
-        Bounds {
+        NumberBounds {
             low: 0.05,
             high: 20.0,
             open: true,
@@ -160,7 +160,7 @@ pub const SOLVE: &[Parameter] = &[VOXEL, ENERGY, FINISH, SHARP, LIKE, GRAIN, APA
 pub const MAX_DIAMETER: Parameter = Parameter {
     name: "max_diameter",
     field: "max_diameter",
-    kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
+    kind: Kind::Number(NumberBounds::POSITIVE, "LENGTH"),
     unit: MESH_UNIT,
     sentence: "Leave holes open that are wider than this, in the mesh's units.",
     ..Parameter::PLAIN

@@ -2,7 +2,7 @@
 //! in the command's parameter struct.
 
 use super::solve::{EDGE_RATIO, ENERGY, MAX_DIAMETER, MESH_UNIT, VOXEL};
-use super::{Bounds, Choice, DefaultValue, Kind, Parameter, Table};
+use super::{Choice, DefaultValue, Kind, NumberBounds, Parameter, Table};
 
 /// Upper bound of the number of samples on a mesh, so that they fit into memory.
 pub const MOST_SAMPLES: usize = 100_000_000;
@@ -27,7 +27,7 @@ const FLAT_BASE: Parameter = Parameter {
 pub(crate) const BASE_OFFSET: Parameter = Parameter {
     name: "base_offset",
     field: "base_offset",
-    kind: Kind::Number(Bounds::NOT_NEGATIVE, "LENGTH"),
+    kind: Kind::Number(NumberBounds::NOT_NEGATIVE, "LENGTH"),
     unit: MESH_UNIT,
     default: DefaultValue::Words("the mean edge of the border"),
     sentence: "Distance from the lowest vertex of the sheet down to the base of `flat_base`, in the mesh's units.",
@@ -116,7 +116,7 @@ const KEEP_VERTICES: Parameter = Parameter {
 pub(crate) const KEEP_SHAPE: Parameter = Parameter {
     name: "keep_shape",
     field: "keep_shape",
-    kind: Kind::Number(Bounds::PART, "W"),
+    kind: Kind::Number(NumberBounds::PART, "W"),
     default: DefaultValue::Value("0"),
     sentence: "How much of the old shape to keep, from 0 (nothing) to 1 (everything that the grid can represent).",
     details: "The flow starts from the old surface and is attracted to it: features narrower than about (1 - W) / W times the diameter \
@@ -136,7 +136,7 @@ pub const RESTORE: Table = Table {
 pub(crate) const STRENGTH: Parameter = Parameter {
     name: "strength",
     field: "extent.strength",
-    kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
+    kind: Kind::Number(NumberBounds::POSITIVE, "LENGTH"),
     unit: MESH_UNIT,
     default: DefaultValue::Words("eight mean edges, more on surfaces of over 400,000 faces"),
     sentence: "Features narrower than this length disappear, in the mesh's units.",
@@ -150,7 +150,7 @@ pub(crate) const STRENGTH: Parameter = Parameter {
 pub(crate) const TIME: Parameter = Parameter {
     name: "time",
     field: "extent.time",
-    kind: Kind::Number(Bounds::POSITIVE, "T"),
+    kind: Kind::Number(NumberBounds::POSITIVE, "T"),
     unit: "the mesh's unit to the fourth power",
     default: DefaultValue::Words("the time of the strength"),
     sentence: "Time of the Willmore flow, in the mesh's units to the fourth power.",
@@ -187,7 +187,7 @@ pub const FAIR: Table = Table {
 pub(crate) const WELD: Parameter = Parameter {
     name: "weld",
     field: "weld",
-    kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
+    kind: Kind::Number(NumberBounds::POSITIVE, "LENGTH"),
     unit: MESH_UNIT,
     sentence: "Merge boundary vertices that are no farther apart than this, in the mesh's units. Vertices at exactly the same position \
                are always merged; by default also vertices of edges that coincide within the precision of the coordinates.",
@@ -209,7 +209,7 @@ pub(crate) const FLAT: Parameter = Parameter {
 pub(crate) const DEBRIS: Parameter = Parameter {
     name: "debris",
     field: "debris",
-    kind: Kind::Number(Bounds::PART, "PART"),
+    kind: Kind::Number(NumberBounds::PART, "PART"),
     default: DefaultValue::Words("all components stay"),
     sentence: "Remove components whose area is below this fraction, from 0 to 1, of the area of the largest one.",
     ..Parameter::PLAIN
@@ -219,7 +219,7 @@ pub(crate) const DEBRIS: Parameter = Parameter {
 pub(crate) const WALL: Parameter = Parameter {
     name: "wall",
     field: "wall",
-    kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
+    kind: Kind::Number(NumberBounds::POSITIVE, "LENGTH"),
     unit: MESH_UNIT,
     default: DefaultValue::Words("the mean edge of the component"),
     sentence: "Thickness of the walls that `close_borders` makes of open sheets that no flat cap closes, in the mesh's units.",
@@ -231,7 +231,7 @@ pub(crate) const WALL: Parameter = Parameter {
 pub(crate) const MIN_WALL: Parameter = Parameter {
     name: "min_wall",
     field: "min_wall",
-    kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
+    kind: Kind::Number(NumberBounds::POSITIVE, "LENGTH"),
     unit: MESH_UNIT,
     sentence: "Report walls thinner than this as a defect, in the mesh's units.",
     details: "A wall is a part of the surface whose other side is parallel to it within 15 degrees, so sharp edges do not count.",
@@ -352,7 +352,7 @@ pub const REPAIR: Table = Table {
 pub(crate) const THIN: Parameter = Parameter {
     name: "thin",
     field: "thin",
-    kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
+    kind: Kind::Number(NumberBounds::POSITIVE, "LENGTH"),
     unit: MESH_UNIT,
     sentence: "Also report parts thinner than this, in the mesh's units.",
     details: "The thickness at a face is the length of the ray from its centre inward to the next face of the opposite direction, \

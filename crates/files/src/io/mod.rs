@@ -42,7 +42,7 @@ mod text;
 mod threemf;
 mod vtk;
 
-pub use self::gltf::{Document, Image};
+pub use self::gltf::{GltfDocument, Image};
 pub use error::{IoError, Location};
 pub use files::{
     read_path, read_text, read_volume_path, write_model, write_path, write_volume_path,
@@ -79,7 +79,7 @@ pub struct Loaded {
     /// Data other than the shape: colours, texture coordinates, materials and so on.
     pub attributes: Attributes,
     /// The rest of a glTF file, kept so that the same format can be written again.
-    pub document: Option<Document>,
+    pub document: Option<GltfDocument>,
     /// Remarks for the user, one sentence each, such as how many faces are degenerate.
     pub notes: Vec<String>,
 }
@@ -173,7 +173,7 @@ pub struct Contents<'a> {
     pub attributes: &'a Attributes,
     /// The rest of the glTF file that the mesh came from. The first vertices and faces of the mesh must be the file's,
     /// apart from faces that [`Attributes::with_faces`] removed. Only used when writing glTF or GLB.
-    pub document: Option<&'a Document>,
+    pub document: Option<&'a GltfDocument>,
 }
 
 /// A mesh as the bytes of a file.

@@ -10,9 +10,9 @@ use super::unchanged::{FACES, Unchanged, rims, title};
 use super::{JobError, Place};
 use crate::io::Loaded;
 use crate::report::defect_lines;
-use crate::report::html::{Page, page};
+use crate::report::html::{HtmlPage, page};
 use crate::report::picture::{PictureError, picture};
-use crate::report::scene::{Change, Scene};
+use crate::report::scene::{Scene, SceneChange};
 use isomend_core::cancel::Cancel;
 use isomend_core::mend::FillReport;
 use isomend_core::mesh::Mesh;
@@ -217,7 +217,7 @@ impl Drawn<'_> {
         if !defects.is_empty() {
             facts.push(("defects of the input", defects.join("; ")));
         }
-        page(&Page {
+        page(&HtmlPage {
             title: &title(input),
             command: self.command,
             command_line,
@@ -236,7 +236,7 @@ impl Drawn<'_> {
             Some(before) => before.gone.clone(),
             None => vec![self.kept == 0; self.kept_input.faces.len()],
         };
-        let change = Change {
+        let change = SceneChange {
             before: self.before.map_or(self.kept_input, |b| &b.loaded.mesh),
             after: self.after,
             kept: self.kept,

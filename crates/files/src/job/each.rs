@@ -13,8 +13,8 @@ use super::{JobError, JobSpec, Place, Source, Work, WorkPlan};
 use crate::io::{Format, Loaded};
 use isomend_core::fill::FillParams;
 use isomend_core::mend::{
-    Control, Event, FairError, FairPlan, FillError, FillPlan, FillReport, HolesByRim, Inspection,
-    Numbers, RestorePlan, RestoreReport, Step,
+    BodyNumbers, Control, Event, FairError, FairPlan, FillError, FillPlan, FillReport, HolesByRim,
+    Inspection, RestorePlan, RestoreReport, Step,
 };
 use isomend_core::mesh::{Bodies, HoleId};
 
@@ -74,7 +74,7 @@ impl Read<'_> {
             let mesh = bodies.mesh(&self.loaded.mesh, k);
             let marked = marks_of(task.marked.as_deref(), &bodies.faces[k]);
             let found = self.spec.work.inspect(&mesh, None)?;
-            let numbers = Numbers::new(&known, &found, &bodies.vertices[k], &bodies.names[k]);
+            let numbers = BodyNumbers::new(&known, &found, &bodies.vertices[k], &bodies.names[k]);
             let progress = |step: &Step| in_whole(step, &numbers, [k, bodies.count()], control);
             let control = control.progress(&progress);
             let made = match &task.work {
@@ -119,7 +119,8 @@ impl Read<'_> {
             let mesh = bodies.mesh(&self.loaded.mesh, k);
             let marked = marks_of(task.marked.as_deref(), &bodies.faces[k]);
             let found = self.spec.work.inspect(&mesh, None)?;
-            let mut numbers = Numbers::new(&known, &found, &bodies.vertices[k], &bodies.names[k]);
+            let mut numbers =
+                BodyNumbers::new(&known, &found, &bodies.vertices[k], &bodies.names[k]);
             let fill = match &task.work {
                 Work::Fill(params) => found.plan(&task.local(params, &numbers, &found)?)?,
                 Work::Repair(params) => {
@@ -175,7 +176,7 @@ fn unchanged(found: &Inspection) -> Made {
 }
 
 /// Reports progress on body `k` of `count` with the hole numbers of the whole mesh.
-fn in_whole(step: &Step, numbers: &Numbers, [k, count]: [usize; 2], control: &Control) {
+fn in_whole(step: &Step, numbers: &BodyNumbers, [k, count]: [usize; 2], control: &Control) {
     let number = |id: &HoleId| numbers.holes.get(id).copied().unwrap_or(*id);
     let part = (k as f64 + step.part) / count as f64;
     match step.event {
@@ -254,7 +255,7 @@ impl Task {
     fn local(
         &self,
         params: &FillParams,
-        numbers: &Numbers,
+        numbers: &BodyNumbers,
         found: &Inspection,
     ) -> Result<FillParams, JobError> {
         let numbered = numbers.holes.iter();

@@ -5,7 +5,9 @@ use std::ops::Range;
 use super::JobError;
 use super::result::{KeptInput, Made, OperationReport, ReplacedBody};
 use crate::io::Loaded;
-use isomend_core::mend::{FairReport, FillReport, HolesByRim, Inspection, Numbers, RestoreReport};
+use isomend_core::mend::{
+    BodyNumbers, FairReport, FillReport, HolesByRim, Inspection, RestoreReport,
+};
 use isomend_core::mesh::attributes::{LabelKind, NONE};
 use isomend_core::mesh::cut::Remainder;
 use isomend_core::mesh::{Bodies, FaceOrigin, Mesh, Origins};
@@ -15,7 +17,7 @@ use isomend_core::repair::RepairReport;
 pub(super) struct Part {
     pub(super) made: Made,
     /// The numbers of its vertices and holes in the whole input.
-    pub(super) numbers: Numbers,
+    pub(super) numbers: BodyNumbers,
 }
 
 /// Joins what was made of each body. Kept vertices and faces come first, in the order of the input; new ones follow, body by body.
@@ -246,7 +248,7 @@ fn renumber_after_cut(
     for (k, part) in parts.iter_mut().enumerate() {
         if let KeptInput::Cut(own) = &part.made.kept_input {
             let found = Inspection::new(&own.mesh)?;
-            part.numbers = Numbers::new(&known, &found, &mesh.vertices[k], &bodies.names[k]);
+            part.numbers = BodyNumbers::new(&known, &found, &mesh.vertices[k], &bodies.names[k]);
         }
     }
     Ok(whole.holes.len() + 1)

@@ -13,7 +13,7 @@ use super::inside_out;
 use super::outcome::JobResult;
 use super::output::Saving;
 use super::painted;
-use super::result::{Kept, OperationReport, ReplacedBody, label_replaced};
+use super::result::{KeptElements, OperationReport, ReplacedBody, label_replaced};
 use super::staging::Staging;
 use super::unchanged::Unchanged;
 use super::{JobError, JobSpec, Output, Place, Work};
@@ -43,7 +43,7 @@ pub struct Mended<'s> {
     /// Whether the mesh contains nothing of the input.
     pub(super) whole: bool,
     /// Which vertices and faces of the input are kept, if some were removed.
-    pub(super) kept: Option<Kept>,
+    pub(super) kept: Option<KeptElements>,
     /// For each face of `kept_input`, the face of the input that it is or was made from.
     pub(super) face_origins: Vec<u32>,
     /// The number of objects of the input, if they were mended as one mesh.
@@ -185,7 +185,7 @@ impl<'s> Mended<'s> {
     }
 
     /// Which vertices and faces of the input are kept; `None` if all are kept or none.
-    pub fn kept(&self) -> Option<&Kept> {
+    pub fn kept(&self) -> Option<&KeptElements> {
         self.kept.as_ref()
     }
 

@@ -63,7 +63,7 @@ pub use outcome::{JobPlan, JobResult, WorkPlan};
 pub use output::Output;
 pub use places::Place;
 pub use read::Source;
-pub use result::{Kept, OperationReport};
+pub use result::{KeptElements, OperationReport};
 pub use spec::{JobSpec, Work};
 pub use steps::{Read, run};
 pub use surface::{SurfaceResult, SurfaceSpec};

@@ -16,8 +16,8 @@ use super::texels::{Texels, add_material, refer_to_material};
 use super::units::unit_notes;
 use super::{JobError, Place};
 use crate::io::{
-    Contents, Document, Format, IoError, Loaded, Precision, WriteOptions, Written, model_to_bytes,
-    no_side_files, read_bytes, replace_file,
+    Contents, Format, GltfDocument, IoError, Loaded, Precision, WriteOptions, Written,
+    model_to_bytes, no_side_files, read_bytes, replace_file,
 };
 use isomend_core::attributes::{UnwantedColour, transfer_without};
 use isomend_core::cancel::Cancel;
@@ -326,7 +326,7 @@ impl Output {
         &self,
         mesh: Mesh,
         attributes: Attributes,
-        document: Option<&Document>,
+        document: Option<&GltfDocument>,
         saving: &Saving,
         staging: &mut Staging,
     ) -> Result<Saved, JobError> {
@@ -443,7 +443,7 @@ impl Output {
             }
             (Format::Ply, Format::Ply) => input.attributes.textures.clone(),
             (Format::Gltf | Format::Glb, Format::Gltf | Format::Glb) => {
-                input.document.as_ref().map(Document::side_files)?
+                input.document.as_ref().map(GltfDocument::side_files)?
             }
             _ => return None,
         };

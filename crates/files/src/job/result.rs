@@ -19,7 +19,7 @@ use isomend_core::repair::{Carried, RepairParams, RepairReport, repair};
 
 /// The vertices and faces of a mesh that are kept.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Kept {
+pub struct KeptElements {
     /// For each vertex, whether it is kept.
     pub vertices: Vec<bool>,
     /// For each face, whether it is kept.
@@ -194,16 +194,16 @@ pub(super) enum KeptInput {
 
 impl KeptInput {
     /// The kept part with its attributes, and which vertices and faces of the input are kept; `None` if all are.
-    pub(super) fn of(self, loaded: Arc<Loaded>) -> (Arc<Loaded>, Option<Kept>) {
+    pub(super) fn of(self, loaded: Arc<Loaded>) -> (Arc<Loaded>, Option<KeptElements>) {
         match self {
             Self::All | Self::Nothing => (loaded, None),
             Self::Cut(kept) => {
                 let kept_input = loaded.restricted(kept.mesh, [&kept.vertices, &kept.faces]);
                 let (vertices, faces) = (kept.vertices, kept.faces);
-                (Arc::new(kept_input), Some(Kept { vertices, faces }))
+                (Arc::new(kept_input), Some(KeptElements { vertices, faces }))
             }
             Self::Repaired { mesh, origins } => {
-                let mut kept = Kept {
+                let mut kept = KeptElements {
                     vertices: vec![false; loaded.mesh.positions.len()],
                     faces: vec![false; loaded.mesh.faces.len()],
                 };

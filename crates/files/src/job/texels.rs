@@ -12,7 +12,7 @@ use super::staging::{Staging, make_folder};
 use super::{JobError, Place};
 use crate::io::{Format, Image, IoError, Loaded, beside, no_side_files};
 use crate::report::ranges;
-use crate::texture::{Page, is_own, paint};
+use crate::texture::{TexturePage, is_own, paint};
 use isomend_core::attributes::SEAM_NOTE;
 use isomend_core::cancel::Cancel;
 use isomend_core::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
@@ -108,7 +108,7 @@ impl Texels<'_> {
     /// Adds a page's material, and stages its files; in memory and in GLB the image becomes a data URI.
     fn put_page(
         &self,
-        page: &Page,
+        page: &TexturePage,
         name: &str,
         attributes: &mut Attributes,
         staging: &mut Staging,
@@ -243,7 +243,7 @@ fn page_material(attributes: &Attributes, name: &str, file: &str) -> String {
 }
 
 /// A remark that lists the patches with texels of their own.
-fn remark(page: &Page, components: &[Component], image: &str) -> String {
+fn remark(page: &TexturePage, components: &[Component], image: &str) -> String {
     let on_page = |c: &&Component| {
         let first = c.faces.first();
         first.is_some_and(|f| page.faces.binary_search(f).is_ok())

@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use super::{JobError, Place};
 use crate::io::Loaded;
-use crate::report::html::{Page, page};
+use crate::report::html::{HtmlPage, page};
 use crate::report::picture::{PictureError, picture_of_marked, picture_of_one};
-use crate::report::scene::{Change, Colour, Scene};
+use crate::report::scene::{LegendColour, Scene, SceneChange};
 use crate::report::{crease_end_line, defect_lines, verdict_rows};
 use isomend_core::check::{DefectKind, Verdict};
 use isomend_core::mend::{CreaseEnd, HoleReport, Inspection};
@@ -51,7 +51,7 @@ impl Unchanged<'_> {
         if let Some(verdict) = self.verdict {
             return marked_scene(mesh, self.found, verdict);
         }
-        let change = Change {
+        let change = SceneChange {
             before: mesh,
             after: mesh,
             kept: mesh.faces.len(),
@@ -77,7 +77,7 @@ impl Unchanged<'_> {
             None => ("inspect", self.facts()),
         };
         let holes: Vec<HoleReport> = self.found.holes.iter().map(HoleReport::listed).collect();
-        page(&Page {
+        page(&HtmlPage {
             title: &title(self.place),
             command,
             command_line,
@@ -147,7 +147,7 @@ fn marked_scene(mesh: &Mesh, found: &Inspection, verdict: &Verdict) -> Scene {
     }
     let sorted = faces.iter().map(|f| mesh.faces[*f as usize]).collect();
     let sorted = Mesh::new(mesh.positions.clone(), sorted);
-    let change = Change {
+    let change = SceneChange {
         before: &sorted,
         after: &sorted,
         kept,
@@ -160,7 +160,7 @@ fn marked_scene(mesh: &Mesh, found: &Inspection, verdict: &Verdict) -> Scene {
 }
 
 /// The colour of a kind of defect.
-fn colour(kind: DefectKind) -> Colour {
+fn colour(kind: DefectKind) -> LegendColour {
     let (name, rgb) = match kind {
         DefectKind::BoundaryEdge => ("blue", [0x2b, 0x6c, 0xc4]),
         DefectKind::NonManifoldEdge => ("magenta", [0xd0, 0x2f, 0xa8]),
@@ -172,7 +172,7 @@ fn colour(kind: DefectKind) -> Colour {
         DefectKind::SelfIntersection => ("red", [0xdd, 0x22, 0x18]),
         DefectKind::Thin | DefectKind::ThinWall => ("yellow", [0xe8, 0xb4, 0x10]),
     };
-    Colour { name, rgb }
+    LegendColour { name, rgb }
 }
 
 /// The name of the file without its folder.

@@ -1,14 +1,14 @@
 //! Stores the texture coordinates of charts in the attributes of a mesh.
 
 use super::unfolded::Chart;
-use isomend_core::attributes::Source;
+use isomend_core::attributes::FieldSource;
 use isomend_core::mesh::attributes::{Attribute, NONE, Role};
 use isomend_core::mesh::{Attributes, Mesh, Model};
 
 /// The first set of texture coordinates, if it has at least two components.
-pub(super) fn first_set(attributes: &Attributes) -> Option<Source<'_>> {
-    let pools = attributes.corner.iter().map(Source::Corner);
-    let mut all = pools.chain(attributes.vertex.iter().map(Source::Vertex));
+pub(super) fn first_set(attributes: &Attributes) -> Option<FieldSource<'_>> {
+    let pools = attributes.corner.iter().map(FieldSource::Corner);
+    let mut all = pools.chain(attributes.vertex.iter().map(FieldSource::Vertex));
     all.find(|s| s.attribute().role == Role::Uv(0) && s.attribute().components >= 2)
 }
 

@@ -38,7 +38,7 @@ const COARSER: f64 = 0.8;
 const COARSEST: f64 = 0.02;
 
 /// A page of texels, and the patches that use it.
-pub(crate) struct Page {
+pub(crate) struct TexturePage {
     /// The PNG file.
     pub(crate) png: Vec<u8>,
     /// Texels in width and height.
@@ -57,7 +57,7 @@ pub(crate) struct Page {
 #[derive(Default)]
 pub(crate) struct Painted {
     /// The page; `None` if no patch got texels.
-    pub(crate) page: Option<Page>,
+    pub(crate) page: Option<TexturePage>,
     /// Number of patches without texels, by the reason.
     pub(crate) refused: BTreeMap<String, usize>,
 }
@@ -168,7 +168,7 @@ struct Sheet {
     corners: Vec<[u32; 2]>,
     /// The radii of the charts in texels.
     radii: Vec<f64>,
-    /// As in [`Page::density`].
+    /// As in [`TexturePage::density`].
     density: f64,
 }
 
@@ -179,7 +179,7 @@ impl PageBuilder<'_> {
         charts: Vec<Chart>,
         model: &mut Model,
         refused: &mut BTreeMap<String, usize>,
-    ) -> Option<Page> {
+    ) -> Option<TexturePage> {
         let goes_up = self.rim_colours.goes_up();
         let (charts, sheet) = laid_out(charts, goes_up, &model.attributes, refused, self.cancel)?;
         let texels = self.texels(&charts, &sheet);
@@ -196,7 +196,7 @@ impl PageBuilder<'_> {
             put(chart, &uv, self.kept, model);
         }
         faces.sort_unstable();
-        Some(Page {
+        Some(TexturePage {
             png,
             size: sheet.size,
             faces,
@@ -371,7 +371,7 @@ fn mean<'a>(texels: impl Iterator<Item = &'a [u8; 4]>) -> [u8; 4] {
     sum.map(|s| (s / u64::max(count, 1)) as u8)
 }
 
-impl Page {
+impl TexturePage {
     /// Adds a material of this name with the page as its texture, and assigns it to the page's faces. `image` is the texture's path or data
     /// URI.
     pub(crate) fn assign_material(&self, attributes: &mut Attributes, name: &str, image: String) {

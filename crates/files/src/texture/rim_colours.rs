@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::image::{Image, Linear, MOST_BYTES, Wrap};
 use crate::io::{BaseImage, Format, Image as Stored, Loaded, Resolve, Wrapping};
-use isomend_core::attributes::Source;
+use isomend_core::attributes::FieldSource;
 use isomend_core::elementary::{hypot, sin_cos};
 use isomend_core::mesh::attributes::{LabelKind, NONE, Role};
 
@@ -50,7 +50,7 @@ pub(super) struct RimColours<'a> {
     /// By the label of the material.
     of_materials: BTreeMap<u32, MaterialColour>,
     /// Sets of texture coordinates, by their numbers.
-    sets: Vec<(u32, Source<'a>)>,
+    sets: Vec<(u32, FieldSource<'a>)>,
     /// Images that were read, or why they could not be.
     images: BTreeMap<Key, Result<Image, String>>,
     /// The factor if all materials have the same one. It then becomes the factor of the page's material; otherwise it is multiplied into
@@ -62,8 +62,8 @@ impl<'a> RimColours<'a> {
     /// The base colours of the given faces; `resolve` loads image files.
     pub(super) fn new(loaded: &'a Loaded, faces: &[u32], resolve: &Resolve<'_>) -> Self {
         let attributes = &loaded.attributes;
-        let pools = attributes.corner.iter().map(Source::Corner);
-        let all = pools.chain(attributes.vertex.iter().map(Source::Vertex));
+        let pools = attributes.corner.iter().map(FieldSource::Corner);
+        let all = pools.chain(attributes.vertex.iter().map(FieldSource::Vertex));
         let sets = all.filter_map(|source| match source.attribute().role {
             Role::Uv(set) if source.attribute().components >= 2 => Some((set, source)),
             _ => None,
@@ -109,7 +109,7 @@ impl<'a> RimColours<'a> {
         !matches!(self.loaded.format, Format::Gltf | Format::Glb)
     }
 
-    fn set(&self, number: u32) -> Option<Source<'a>> {
+    fn set(&self, number: u32) -> Option<FieldSource<'a>> {
         let found = self.sets.iter().find(|(set, _)| *set == number);
         found.map(|(_, source)| *source)
     }
@@ -211,7 +211,7 @@ impl<'a> RimColours<'a> {
     }
 
     /// The texture of a face, its image and its set of texture coordinates.
-    fn texture(&self, face: u32) -> Option<(&Texture, &Image, Source<'a>)> {
+    fn texture(&self, face: u32) -> Option<(&Texture, &Image, FieldSource<'a>)> {
         let texture = self.material(face)?.texture.as_ref()?;
         let image = self.images.get(texture.key.as_ref()?)?.as_ref().ok()?;
         Some((texture, image, self.set(texture.set)?))

@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::evolution::PlaneRun;
 use crate::grid::SquareGrid;
 use crate::observer::{Frame, Observer, StudyError};
-use crate::report::{Curve, StudyReport, Table};
+use crate::report::{Curve, ResultTable, StudyReport};
 use crate::step::{PlaneFlow, Tolerance};
 use isomend_core::flow::Variant;
 
@@ -47,7 +47,7 @@ pub fn cap(settings: &CapSettings, observer: &dyn Observer) -> Result<StudyRepor
     let mut flow = PlaneFlow::new(energy, Variant::II, settings.tau, Tolerance::OfState(1e-10))
         .with_multigrid(&phi);
     let mut evolution = PlaneRun::default();
-    let mut table = Table::new(
+    let mut table = ResultTable::new(
         &format!("h = 1/{}, time step {:e}", settings.cells, settings.tau),
         &["step", "time", "energy", "L2 error", "largest error"],
     );

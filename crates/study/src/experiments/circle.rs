@@ -11,7 +11,7 @@ use crate::mirror::Mirrored;
 use crate::observer::{Frame, Observer, StudyError};
 use crate::plane::PlaneEnergy;
 use crate::redistance::{keeps_rule, redistance_at, redistance_interval, zero_points};
-use crate::report::{Curve, Levels, Panel, StudyReport, Table};
+use crate::report::{Curve, Levels, Panel, ResultTable, StudyReport};
 use crate::spline::Spline;
 use crate::step::{PlaneFlow, Tolerance};
 use isomend_core::flow::Variant;
@@ -221,7 +221,7 @@ fn thinned(samples: &[Sample]) -> impl Iterator<Item = &Sample> {
 
 fn add_run(report: &mut StudyReport, settings: &CircleSettings, run: &CircleRun) {
     let name = format!("h = 1/{}, variant {}", run.cells, variant_name(run.variant));
-    let mut table = Table::new(
+    let mut table = ResultTable::new(
         &format!(
             "{name}: redistanced every {} steps; {} steps, {:.1} iterations per step",
             run.interval,

@@ -10,7 +10,7 @@ use crate::grid::SquareGrid;
 use crate::observer::{Frame, Observer, StudyError};
 use crate::parametric::ParametricFlow;
 use crate::plane::PlaneEnergy;
-use crate::report::{Cell, Chart, Curve, Panel, StudyReport, Table};
+use crate::report::{Chart, Curve, Panel, ResultTable, StudyReport, TableCell};
 use crate::spline::Spline;
 use crate::step::{PlaneFlow, Tolerance};
 use isomend_core::flow::Variant;
@@ -163,7 +163,7 @@ impl Pair {
         Ok(())
     }
 
-    fn row(&self, done: usize, now: &Difference) -> Vec<Cell> {
+    fn row(&self, done: usize, now: &Difference) -> Vec<TableCell> {
         vec![
             done.into(),
             now.time.into(),
@@ -201,7 +201,7 @@ pub fn graph(settings: &GraphSettings, observer: &dyn Observer) -> Result<StudyR
     let mut pair = Pair::new(settings);
     let grid = pair.flow.energy.grid.clone();
     let title = format!("h = 1/{}, time step {:e}", settings.cells, settings.tau);
-    let mut table = Table::new(&title, &COLUMNS);
+    let mut table = ResultTable::new(&title, &COLUMNS);
     let (mut apart, mut sections) = (Vec::new(), Vec::new());
     for k in 0..=settings.rows {
         let done = settings.steps * k / settings.rows;

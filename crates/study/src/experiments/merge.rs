@@ -7,7 +7,7 @@ use crate::evolution::PlaneRun;
 use crate::grid::SquareGrid;
 use crate::observer::{Frame, Observer, StudyError};
 use crate::plane::PlaneEnergy;
-use crate::report::{Chart, Levels, Panel, StudyReport, Table};
+use crate::report::{Chart, Levels, Panel, ResultTable, StudyReport};
 use crate::step::{PlaneFlow, Tolerance};
 use isomend_core::flow::Variant;
 
@@ -70,7 +70,7 @@ struct Record<'a> {
     observer: &'a dyn Observer,
     grid: SquareGrid,
     tau: f64,
-    table: Table,
+    table: ResultTable,
     panels: Vec<Panel>,
     /// The step since which there is one component.
     merged: Option<usize>,
@@ -151,7 +151,7 @@ pub fn merge(settings: &MergeSettings, observer: &dyn Observer) -> Result<StudyR
         observer,
         grid,
         tau,
-        table: Table::new(&format!("h = 1/{}", settings.cells), &columns),
+        table: ResultTable::new(&format!("h = 1/{}", settings.cells), &columns),
         panels: Vec::new(),
         merged: None,
         round: None,

@@ -8,7 +8,7 @@ use crate::evolution::PlaneRun;
 use crate::grid::SquareGrid;
 use crate::observer::{Frame, Observer, StudyError};
 use crate::plane::PlaneEnergy;
-use crate::report::{Levels, Panel, StudyReport, Table};
+use crate::report::{Levels, Panel, ResultTable, StudyReport};
 use crate::spline::Spline;
 use crate::step::{PlaneFlow, Tolerance};
 use isomend_core::flow::Variant;
@@ -107,7 +107,7 @@ pub fn orthogonal(
     let energy = PlaneEnergy::natural(grid.clone(), h);
     let mut flow = PlaneFlow::new(energy, Variant::II, tau, Tolerance::OfState(1e-7));
     let mut evolution = PlaneRun::default();
-    let mut table = Table::new(
+    let mut table = ResultTable::new(
         &format!(
             "h = 1/{}; the arc is the level line {LEVEL} round the corner (0, 0)",
             settings.cells

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::observer::{Observer, StudyError};
-use crate::report::{Cell, Chart, Curve, Panel, StudyReport, Table};
+use crate::report::{Chart, Curve, Panel, ResultTable, StudyReport, TableCell};
 use crate::shapes::{ExactShape, UNKNOWN_RADIUS};
 use isomend_core::flow::{Energy, FlowSettings};
 use isomend_core::grid::{Lattice, as_point, value_and_gradient};
@@ -214,7 +214,7 @@ fn run_shape(
     } else {
         ", not critical: the fill cannot converge to it"
     };
-    let mut table = Table::new(&format!("{}{what}", shape.name), &COLUMNS);
+    let mut table = ResultTable::new(&format!("{}{what}", shape.name), &COLUMNS);
     let mut points: Vec<(f64, f64)> = Vec::new();
     for &refinements in &settings.refinements {
         let clock = Instant::now();
@@ -275,7 +275,7 @@ fn row(
     order: Option<f64>,
     solved: &Solved,
     seconds: f64,
-) -> Vec<Cell> {
+) -> Vec<TableCell> {
     let steps = solved.reports.last().map_or(&[][..], |r| &r.flow.steps);
     let iterations: usize = steps.iter().map(|s| s.iterations).sum();
     vec![

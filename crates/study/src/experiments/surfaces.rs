@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::closed::{Closed, Field, Form, SIDE};
 use super::{line, variant_name};
 use crate::observer::{Observer, StudyError};
-use crate::report::{Cell, Chart, Panel, StudyReport, Table};
+use crate::report::{Chart, Panel, ResultTable, StudyReport, TableCell};
 use isomend_core::flow::{Evolution, FlowSettings, Pause, Variant};
 
 /// Settings of the experiment.
@@ -47,7 +47,7 @@ const DECAY: f64 = 24.0;
 
 /// One run.
 struct SurfaceRun {
-    rows: Vec<Vec<Cell>>,
+    rows: Vec<Vec<TableCell>>,
     evolution: Evolution,
     first: Form,
     last: Form,
@@ -88,7 +88,7 @@ pub fn surfaces(
         } else {
             "unevenness"
         };
-        let mut table = Table::new(
+        let mut table = ResultTable::new(
             &format!(
                 "{}, {:.1} voxels per unit of length",
                 surface.name(),
@@ -131,7 +131,7 @@ fn compare(
     settings: &SurfacesSettings,
     observer: &dyn Observer,
 ) -> Result<(), StudyError> {
-    let mut table = Table::new(
+    let mut table = ResultTable::new(
         &format!(
             "uneven sphere at time {}, by each scheme",
             settings.compared
@@ -314,7 +314,7 @@ fn evolve(
     }
 }
 
-fn row(time: f64, steps: usize, energy: f64, surface: Closed, form: Form) -> Vec<Cell> {
+fn row(time: f64, steps: usize, energy: f64, surface: Closed, form: Form) -> Vec<TableCell> {
     vec![
         time.into(),
         steps.into(),

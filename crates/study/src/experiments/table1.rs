@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::grid::SquareGrid;
 use crate::observer::{Frame, Observer, StudyError};
 use crate::plane::PlaneEnergy;
-use crate::report::{Chart, Curve, Panel, StudyReport, Table, short_number};
+use crate::report::{Chart, Curve, Panel, ResultTable, StudyReport, short_number};
 use crate::start::harmonic_fill;
 use crate::step::{PlaneFlow, Tolerance};
 use isomend_core::flow::Variant;
@@ -141,9 +141,9 @@ fn run_variant(
     settings: &Table1Settings,
     variant: Variant,
     observer: &dyn Observer,
-) -> Result<(Table, Column), StudyError> {
+) -> Result<(ResultTable, Column), StudyError> {
     let name = variant_name(variant);
-    let mut table = Table::new(
+    let mut table = ResultTable::new(
         &format!(
             "variant {name}, from the harmonic graph, time step {:e}",
             settings.tau
@@ -221,7 +221,7 @@ pub fn table1(
     let clock = Instant::now();
     let mut report = StudyReport::new(
         "table1",
-        "Table 1: graph over (-1/2, 1/2)^2 with position and normal of the unit sphere on the boundary; steady state, epsilon = 1",
+        "ResultTable 1: graph over (-1/2, 1/2)^2 with position and normal of the unit sphere on the boundary; steady state, epsilon = 1",
     );
     let mut curves = Vec::new();
     for &variant in &settings.variants {

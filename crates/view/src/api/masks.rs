@@ -44,13 +44,13 @@ pub async fn keep(State(app): State<Arc<App>>, body: Body) -> Answer {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Named {
+pub struct MaskName {
     name: String,
 }
 
 /// `POST api/mask/drop`: removes the mask of a name.
 pub async fn remove(State(app): State<Arc<App>>, body: Body) -> Answer {
-    let Named { name } = read(body, SMALL).await?;
+    let MaskName { name } = read(body, SMALL).await?;
     let done = work(&app, move |app| {
         if !app.session().drop_mask(&name) {
             return Err(Refused::missing(NO_MASK));
@@ -66,7 +66,7 @@ pub async fn remove(State(app): State<Arc<App>>, body: Body) -> Answer {
 pub async fn faces(
     State(app): State<Arc<App>>,
     Path((_, id)): Path<(String, u32)>,
-    Query(Named { name }): Query<Named>,
+    Query(MaskName { name }): Query<MaskName>,
 ) -> Answer {
     let choices = {
         let session = app.session();

@@ -10,7 +10,7 @@ use super::super::app::App;
 use super::super::clusters::Clusters;
 use super::super::container::Container;
 use super::super::delta::Delta;
-use super::super::revisions::{Part, Row, hash, parts};
+use super::super::revisions::{ListPart, ListRow, hash, parts};
 use super::super::runs::Runs;
 use super::super::state::State as MeshState;
 use super::http::{Answer, Refused, bytes_answer, long_work, work};
@@ -165,9 +165,9 @@ fn packed_rims(app: &App, state: &MeshState, old: Option<&MeshState>) -> Vec<u8>
         let points = hole.rim.iter().map(point);
         points.flat_map(|p| p.to_array()).collect()
     };
-    let rows = |state: &MeshState| -> Vec<Row> {
+    let rows = |state: &MeshState| -> Vec<ListRow> {
         let bits = |rim: Vec<f32>| -> Vec<u32> { rim.into_iter().map(f32::to_bits).collect() };
-        let row = |hole: &Hole| Row {
+        let row = |hole: &Hole| ListRow {
             id: hole.id.get() as u32,
             hash: hash(&bits(rim(state, hole))),
         };
@@ -177,8 +177,8 @@ fn packed_rims(app: &App, state: &MeshState, old: Option<&MeshState>) -> Vec<u8>
     let (mut sent, mut points, mut starts) = (Vec::new(), Vec::new(), vec![0]);
     for part in parts(&before, &now) {
         match part {
-            Part::Kept { first, end, id } => sent.extend([first as u32, end as u32, id]),
-            Part::New(index) => {
+            ListPart::Kept { first, end, id } => sent.extend([first as u32, end as u32, id]),
+            ListPart::New(index) => {
                 sent.extend([0, 0, now[index].id]);
                 points.extend(rim(state, &state.holes[index]));
                 starts.push(points.len() as u32 / 3);

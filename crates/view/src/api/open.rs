@@ -86,14 +86,14 @@ pub async fn folder(State(app): State<Arc<App>>, body: Body) -> Answer {
 }
 
 #[derive(Deserialize)]
-pub struct Named {
+pub struct FileName {
     name: String,
 }
 
 /// `POST api/send?name=…`: writes an uploaded file into the folder; refused if a file of this name exists.
 pub async fn send(
     State(app): State<Arc<App>>,
-    Query(Named { name }): Query<Named>,
+    Query(FileName { name }): Query<FileName>,
     body: Body,
 ) -> Answer {
     // Check the name before receiving the body, so that a refused file is not uploaded.

@@ -18,7 +18,7 @@ use super::super::app::App;
 use super::super::deliver::{patches_extension, piece_extension};
 use super::super::events::event;
 use super::super::named::NamedMask;
-use super::super::revisions::{List, Row, hash};
+use super::super::revisions::{List, ListRow, hash};
 use super::super::session::Busy;
 use super::super::state::State as MeshState;
 use super::deliver::saved_row;
@@ -35,14 +35,17 @@ use isomend_files::io::Format;
 const QUIET: u64 = 20;
 
 #[derive(Deserialize)]
-pub struct Known {
+pub struct KnownRevision {
     /// The revision of the document that the page has.
     known: Option<u64>,
 }
 
 /// `GET api/state?known=…`: the document from which the page builds everything but the meshes; only the changes if the page has a
 /// revision that is remembered, see [`Revisions::answer`](super::super::revisions::Revisions::answer).
-pub async fn state(State(app): State<Arc<App>>, Query(Known { known }): Query<Known>) -> Answer {
+pub async fn state(
+    State(app): State<Arc<App>>,
+    Query(KnownRevision { known }): Query<KnownRevision>,
+) -> Answer {
     let value = work(&app, move |app| Ok(document(app, known))).await?;
     Ok(json_answer(&value))
 }
@@ -113,7 +116,7 @@ fn document(app: &App, known: Option<u64>) -> Value {
 
 /// The rows of the meshes. A mesh with its step never changes, so that its number and its place in the session stand for the content.
 fn state_list(states: &[(Arc<MeshState>, bool)]) -> List<'_> {
-    let row = |(state, preview): &(Arc<MeshState>, bool)| Row {
+    let row = |(state, preview): &(Arc<MeshState>, bool)| ListRow {
         id: state.id,
         hash: hash(&(state.id, preview)),
     };
@@ -129,7 +132,7 @@ fn hole_list(holes: &[Value]) -> List<'_> {
     let row = |hole: &Value| {
         let mut content = hole.clone();
         let id = content["id"].take().as_u64().unwrap_or_default();
-        Row {
+        ListRow {
             id: id as u32,
             hash: hash(&content.to_string()),
         }

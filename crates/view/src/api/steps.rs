@@ -11,16 +11,16 @@ use serde_json::json;
 
 use super::super::app::App;
 use super::super::session::Session;
-use super::super::step::{Refusal, Request};
+use super::super::step::{Request, StepRefusal};
 use super::http::{Answer, MARKS, Refused, SMALL, json_answer, read, work};
 
 const BUSY: &str = "another step is running; wait for it, or cancel it";
 
-impl From<Refusal> for Refused {
-    fn from(refusal: Refusal) -> Self {
+impl From<StepRefusal> for Refused {
+    fn from(refusal: StepRefusal) -> Self {
         match refusal {
-            Refusal::Wrong { error, field } => Self::wrong(error, field),
-            Refusal::Template(denied) => denied.into(),
+            StepRefusal::Wrong { error, field } => Self::wrong(error, field),
+            StepRefusal::Template(denied) => denied.into(),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::document::Document;
+use super::document::GltfDocument;
 
 /// OpenGL's codes for wrapping: `CLAMP_TO_EDGE` and `MIRRORED_REPEAT`.
 const CLAMP: u64 = 33071;
@@ -45,7 +45,7 @@ pub(crate) struct BaseImage {
     pub(crate) wrap: [Wrapping; 2],
 }
 
-impl Document {
+impl GltfDocument {
     /// The base colour of a material by its index.
     pub(crate) fn base_colour(&self, material: usize) -> BaseColour {
         let empty = Value::Null;

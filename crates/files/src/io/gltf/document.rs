@@ -12,7 +12,7 @@ use super::scene::{Block, PlacedPrimitive};
 
 /// A glTF or GLB file with everything that a mesh does not hold: node tree, materials, textures, animations, extras.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Document {
+pub struct GltfDocument {
     pub(super) json: Value,
     /// The buffers; `None` for a buffer that could not be loaded, which stays an external file and holds no triangles.
     #[serde(with = "buffers")]
@@ -52,7 +52,7 @@ fn number(value: &Value) -> Option<usize> {
     value.as_u64().and_then(|n| usize::try_from(n).ok())
 }
 
-impl Document {
+impl GltfDocument {
     /// Keeps a file; `None` if its compression extension prevents writing it again.
     pub(super) fn new(
         json: &[u8],

@@ -15,7 +15,7 @@ mod values;
 mod write;
 
 pub(crate) use base_colour::{BaseImage, Wrapping};
-pub use document::{Document, Image};
+pub use document::{GltfDocument, Image};
 use instances::INSTANCING;
 
 use gltf_json::{Root, Value};
@@ -65,7 +65,7 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
         [vertices, faces],
         materials,
     );
-    loaded.document = Document::new(json, buffers.all(), scene.blocks, scene.parts);
+    loaded.document = GltfDocument::new(json, buffers.all(), scene.blocks, scene.parts);
     Ok(loaded)
 }
 

@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::super::{Contents, Format, IoError, Written};
 use super::build::Builder;
-use super::document::Document;
+use super::document::GltfDocument;
 use super::patch_materials;
 use super::scene::{Block, PlacedPrimitive};
 use super::values;
@@ -18,7 +18,7 @@ use isomend_core::mesh::attributes::{LabelKind, NONE, PATCH_NAME, Role};
 
 /// Writes the original document with the new faces of the mesh, and without the removed ones.
 pub(super) fn write(
-    document: &Document,
+    document: &GltfDocument,
     model: &Contents<'_>,
     format: Format,
 ) -> Result<Written, IoError> {
@@ -53,7 +53,7 @@ pub(super) fn write(
 }
 
 /// Copies the document with all loaded buffers joined into one; buffer views are adjusted.
-fn merge(document: &Document) -> Builder {
+fn merge(document: &GltfDocument) -> Builder {
     let mut builder = Builder {
         json: document.json.clone(),
         data: Vec::new(),
@@ -95,7 +95,12 @@ fn merge(document: &Document) -> Builder {
 
 /// Writes new indices for primitives that lost faces. A mesh that several nodes use is copied for the node whose instance lost
 /// faces.
-fn remove_faces(builder: &mut Builder, document: &Document, model: &Contents<'_>, kept: &[bool]) {
+fn remove_faces(
+    builder: &mut Builder,
+    document: &GltfDocument,
+    model: &Contents<'_>,
+    kept: &[bool],
+) {
     let mut next = 0;
     let mut copied: BTreeMap<usize, usize> = BTreeMap::new();
     let mut emptied: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
@@ -130,7 +135,7 @@ fn remove_faces(builder: &mut Builder, document: &Document, model: &Contents<'_>
 /// The mesh of a placed primitive; copied first if other nodes use it too.
 fn own_mesh(
     builder: &mut Builder,
-    document: &Document,
+    document: &GltfDocument,
     part: &PlacedPrimitive,
     copied: &mut BTreeMap<usize, usize>,
 ) -> usize {
@@ -194,7 +199,7 @@ fn add_node(builder: &mut Builder, node: usize, primitives: Vec<Value>) {
 
 /// The new faces, grouped by block (parent node) and material.
 struct Patches<'a> {
-    document: &'a Document,
+    document: &'a GltfDocument,
     model: &'a Contents<'a>,
     /// The original vertex of each vertex that is a copy.
     origin: BTreeMap<u32, u32>,
@@ -202,7 +207,7 @@ struct Patches<'a> {
 }
 
 impl<'a> Patches<'a> {
-    fn new(document: &'a Document, model: &'a Contents<'a>) -> Self {
+    fn new(document: &'a GltfDocument, model: &'a Contents<'a>) -> Self {
         let mut patches = Self {
             document,
             model,

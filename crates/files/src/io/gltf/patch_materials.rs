@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::{Map, Value, json};
 
 use super::build::Builder;
-use super::document::Document;
+use super::document::GltfDocument;
 use super::materials::decimal;
 use isomend_core::mesh::Attributes;
 use isomend_core::mesh::attributes::{LabelKind, Material, PATCH_NAME};
@@ -27,7 +27,7 @@ pub(super) struct PatchMaterials<'a> {
 
 impl<'a> PatchMaterials<'a> {
     pub(super) fn new(
-        document: &Document,
+        document: &GltfDocument,
         attributes: &'a Attributes,
         builder: &mut Builder,
     ) -> Self {
@@ -112,7 +112,7 @@ impl<'a> PatchMaterials<'a> {
 }
 
 /// The textured material with the most faces; null if there is none.
-fn most_used(document: &Document) -> Value {
+fn most_used(document: &GltfDocument) -> Value {
     let material = |number: usize| document.json.get("materials")?.get(number);
     let mut count: BTreeMap<usize, usize> = BTreeMap::new();
     for part in &document.parts {

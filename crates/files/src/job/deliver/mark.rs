@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::components::Component;
 use super::mark_surface;
-use crate::io::{Document, Format};
+use crate::io::{Format, GltfDocument};
 use isomend_core::mesh::attributes::{Attribute, Role, Scalar};
 use isomend_core::mesh::{Mesh, Model, area_vector};
 use isomend_core::tuning::tuning;
@@ -56,7 +56,7 @@ impl Mark {
         model: &mut Model,
         kept: usize,
         components: &[Component],
-        (format, document): (Format, Option<&Document>),
+        (format, document): (Format, Option<&GltfDocument>),
     ) -> Vec<String> {
         let Model {
             mesh, attributes, ..

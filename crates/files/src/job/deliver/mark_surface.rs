@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::components::Component;
-use crate::io::{Document, Format};
+use crate::io::{Format, GltfDocument};
 use isomend_core::mesh::attributes::{
     Attribute, CornerAttribute, LabelKind, NONE, PATCH_NAME, Role, Scalar,
 };
@@ -129,7 +129,7 @@ pub(super) fn material_note(
     model: &Model,
     kept: usize,
     format: Format,
-    document: Option<&Document>,
+    document: Option<&GltfDocument>,
 ) -> Option<String> {
     if !matches!(format, Format::Obj | Format::Gltf | Format::Glb) {
         return None;

@@ -25,7 +25,7 @@ pub const STYLE: &str = include_str!("page.css");
 const SCRIPT: [Script; 1] = [("page.js", include_str!("page.js"))];
 
 /// The content of a page. All text is escaped when it is written.
-pub struct Page<'a> {
+pub struct HtmlPage<'a> {
     /// The heading, such as the name of the file.
     pub title: &'a str,
     /// The command, such as `fill`.
@@ -59,7 +59,7 @@ struct HoleItem {
 }
 
 /// Writes a page as HTML.
-pub fn page(page: &Page) -> String {
+pub fn page(page: &HtmlPage) -> String {
     let scene = page.scene;
     let (geometry, header) = pack::packed(scene);
     let holes: Vec<HoleItem> = page

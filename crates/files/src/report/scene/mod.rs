@@ -34,7 +34,7 @@ pub fn distances(mesh: &Mesh, chosen: &[bool], other: &Mesh) -> Vec<f32> {
 }
 
 /// A mesh before and after a change.
-pub struct Change<'a> {
+pub struct SceneChange<'a> {
     /// The mesh before.
     pub before: &'a Mesh,
     /// The mesh after.
@@ -74,7 +74,7 @@ pub struct Scene {
     /// The region of each new face, from 1; 0 for none.
     pub regions: Vec<u32>,
     /// The colour of each region, starting with region 1; empty if all new faces have the same colour.
-    pub palette: Vec<Colour>,
+    pub palette: Vec<LegendColour>,
     /// The closed rims of the holes, in the order of the holes' numbers, from 1.
     pub rims: Vec<Vec<Vec3>>,
     /// Marked points, numbered from 1: the crease ends of an inspected mesh.
@@ -85,7 +85,7 @@ pub struct Scene {
 
 /// A colour with its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Colour {
+pub struct LegendColour {
     /// The name, for legends.
     pub name: &'static str,
     /// Red, green and blue (sRGB).
@@ -104,7 +104,7 @@ pub enum Side {
 impl Scene {
     /// The scene of a change, with at most `limit` faces. If there are more, the surface far from all patches and rims is simplified, and
     /// near them only if that is not enough.
-    pub fn new(change: &Change, limit: usize) -> Self {
+    pub fn new(change: &SceneChange, limit: usize) -> Self {
         let (before, _) = welded(change.before);
         let (after, _) = welded(change.after);
         let kept = change.kept.min(after.faces.len());
@@ -132,7 +132,7 @@ impl Scene {
 
     /// Sets the colours of the regions, starting with region 1.
     #[must_use]
-    pub fn with_palette(mut self, palette: &[Colour]) -> Self {
+    pub fn with_palette(mut self, palette: &[LegendColour]) -> Self {
         self.palette = palette.to_vec();
         self
     }
@@ -251,7 +251,7 @@ impl Parts {
         faces: Vec<(u32, [u32; 3])>,
         regions: &[u32],
         [kept, after]: [usize; 2],
-        change: &Change,
+        change: &SceneChange,
         all_faces: usize,
     ) -> Scene {
         let corners = faces.iter().flat_map(|(_, f)| f);
