@@ -9,7 +9,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use crate::elementary::angle_between;
-use crate::mesh::{Mesh, area_vector, face_normal};
+use crate::mesh::{Mesh, area_vector, face_normal, half_cotangents};
 use crate::spatial::Bvh;
 
 /// Upper bound of the number of samples on a mesh.
@@ -148,6 +148,7 @@ fn willmore_energy(mesh: &Mesh) -> (f64, usize) {
     for face in &mesh.faces {
         let p = face.map(|v| mesh.positions[v as usize]);
         let twice = twice_area(mesh, face);
+        let cotangents = half_cotangents(p, twice);
         for k in 0..3 {
             let (i, j, l) = (k, (k + 1) % 3, (k + 2) % 3);
             let (a, b) = (face[i], face[j]);
@@ -156,8 +157,7 @@ fn willmore_energy(mesh: &Mesh) -> (f64, usize) {
                 continue;
             }
             // The angle opposite the edge from i to j is at corner l.
-            let half_cotangent = 0.5 * (p[i] - p[l]).dot(p[j] - p[l]) / twice;
-            let pull = half_cotangent * (p[j] - p[i]);
+            let pull = cotangents[l] * (p[j] - p[i]);
             bent[a as usize] += pull;
             bent[b as usize] -= pull;
             area[a as usize] += mixed_area(p[i], p[j], p[l], twice);

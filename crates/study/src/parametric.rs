@@ -13,7 +13,7 @@
 use glam::DVec3;
 
 use isomend_core::linalg::{Csr, Jacobi, LinearOperator, conjugate_gradient};
-use isomend_core::mesh::Mesh;
+use isomend_core::mesh::{Mesh, half_cotangents};
 
 /// A surface under parametric Willmore flow, with position and conormal held on its boundary.
 #[doc(hidden)]
@@ -157,12 +157,8 @@ impl ParametricFlow {
             face.iter()
                 .for_each(|&v| geometry.mass[v as usize] += twice / 6.0);
             // `∫ ∇ψa·∇ψb` over the face is minus half the cotangent of the angle opposite the edge from a to b.
-            let entry = |a: usize, b: usize, c: usize| {
-                -0.5 * (p[a] - p[c]).dot(p[b] - p[c]) / twice.max(f64::MIN_POSITIVE)
-            };
-            geometry
-                .cotangents
-                .push([entry(0, 1, 2), entry(1, 2, 0), entry(2, 0, 1)]);
+            let [a, b, c] = half_cotangents(p, twice.max(f64::MIN_POSITIVE));
+            geometry.cotangents.push([-c, -a, -b]);
             geometry.normals.push(normal.normalize_or_zero());
             geometry.areas.push(0.5 * twice);
         }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use sprs::CsMat;
 
-use super::geometry::{Stiffness, barycentric, half_cotangents};
+use super::geometry::{Stiffness, barycentric, clamped_cotangents};
 use super::patch::{Neighbourhood, Patch};
 use crate::cancel::Cancel;
 use crate::linalg::LdlPattern;
@@ -42,7 +42,7 @@ pub(super) fn minimal(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
     )?;
     for _ in 0..tuning().finish.minimal_steps {
         go_on()?;
-        stiffness.set(&faces, &half_cotangents(&points, &faces).0);
+        stiffness.set(&faces, &clamped_cotangents(&points, &faces).0);
         let next = only(system.solve(&stiffness.matrix, &[&points]))?;
         let ways = shape.iter().zip(&next).map(|(a, b)| a.distance(*b));
         let farthest = ways.fold(0.0, f64::max);
@@ -64,7 +64,7 @@ pub(super) fn polyharmonic(patch: &Patch, shape: &[DVec3], order: usize) -> Opti
     go_on()?;
     let near = patch.neighbourhood(order, shape);
     let (points, faces) = (near.points, near.faces);
-    let (weights, twice) = half_cotangents(&points, &faces);
+    let (weights, twice) = clamped_cotangents(&points, &faces);
     let mut stiffness = Stiffness::new(points.len(), &faces);
     stiffness.set(&faces, &weights);
     // Only the equations of moving vertices: in a small patch these are few compared to all vertices within `order` rings.

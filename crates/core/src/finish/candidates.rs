@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::biharmonic::{polyharmonic, solve_for};
 use super::chart::Chart;
 use super::collar::Collar;
-use super::geometry::{Stiffness, barycentric, half_cotangents, quantile, vertex_normals};
+use super::geometry::{Stiffness, barycentric, clamped_cotangents, quantile, vertex_normals};
 use super::kriging::{Kriging, Model};
 use super::params::FinishParams;
 use super::patch::Patch;
@@ -257,7 +257,7 @@ fn kriged(
 fn spread(patch: &Patch, mismatches: &[&[DVec3]]) -> Option<Vec<Option<Vec<DVec3>>>> {
     let closure = &patch.closure;
     let points = patch.closure_points(&patch.shape());
-    let (weights, twice) = half_cotangents(&points, &closure.patch_faces);
+    let (weights, twice) = clamped_cotangents(&points, &closure.patch_faces);
     let mut stiffness = Stiffness::new(points.len(), &closure.patch_faces);
     stiffness.set(&closure.patch_faces, &weights);
     let areas = barycentric(points.len(), &closure.patch_faces, &twice);

@@ -12,9 +12,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::candidates::{Continuation, Kriged};
-use super::geometry::{area_vector, corners};
+use super::geometry::corners;
 use super::patch::Patch;
 use crate::elementary::{hypot, powf};
+use crate::mesh::area_vector;
 use crate::tuning::tuning;
 
 /// The expected error of each moving vertex, in the patch's units.

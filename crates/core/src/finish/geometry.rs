@@ -6,6 +6,7 @@
 use std::f64::consts::PI;
 
 use crate::elementary::atan2;
+use crate::mesh::{area_vector, half_cotangents};
 use crate::tuning::tuning;
 use glam::DVec3;
 use sprs::CsMat;
@@ -16,11 +17,6 @@ pub(super) type Faces = [[u32; 3]];
 /// The corners of a face.
 pub(super) fn corners(points: &[DVec3], face: [u32; 3]) -> [DVec3; 3] {
     face.map(|v| points[v as usize])
-}
-
-/// The normal of a face; its length is twice the face's area.
-pub(super) fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
-    (b - a).cross(c - a)
 }
 
 /// Unit normals of vertices, with faces weighted by area; zero without area.
@@ -50,21 +46,16 @@ fn raised(mut areas: Vec<f64>) -> Vec<f64> {
     areas
 }
 
-/// Half the cotangents at the corners of each face, clamped, and twice its area. The weight of an edge is the sum of the two
-/// values at the corners opposite to it (U. Pinkall, K. Polthier, "Computing discrete minimal surfaces and their conjugates",
-/// 1993).
-pub(super) fn half_cotangents(points: &[DVec3], faces: &Faces) -> (Vec<[f64; 3]>, Vec<f64>) {
+/// Half the cotangents at the corners of each face, clamped, and twice its area.
+pub(super) fn clamped_cotangents(points: &[DVec3], faces: &Faces) -> (Vec<[f64; 3]>, Vec<f64>) {
     let rules = &tuning().finish;
     let area = |&f: &[u32; 3]| area_vector(corners(points, f)).length();
     let mut areas: Vec<f64> = faces.iter().map(area).collect();
     let least = tuning().finish.least_face * areas.iter().copied().fold(0.0, f64::max);
     areas.iter_mut().for_each(|a| *a = a.max(least));
     let at = |(&face, area): (&[u32; 3], &f64)| {
-        let p = corners(points, face);
-        [0, 1, 2].map(|k| {
-            let (u, v) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
-            0.5 * (u.dot(v) / area).clamp(rules.least_cotangent, rules.largest_cotangent)
-        })
+        let (low, high) = (0.5 * rules.least_cotangent, 0.5 * rules.largest_cotangent);
+        half_cotangents(corners(points, face), *area).map(|half| half.clamp(low, high))
     };
     (faces.iter().zip(&areas).map(at).collect(), areas)
 }

@@ -7,7 +7,7 @@ use sprs::CsMat;
 
 use super::biharmonic::biharmonic;
 use super::geometry::{
-    Stiffness, area_vector, corners, gauss_curvature, half_cotangents, quantile, stiffness_times,
+    Stiffness, corners, gauss_curvature, clamped_cotangents, quantile, stiffness_times,
     vertex_normals, voronoi,
 };
 use super::params::FinishParams;
@@ -15,6 +15,7 @@ use super::patch::{Closure, Patch};
 use super::report::SecondInitialisation;
 use crate::cancel::Cancel;
 use crate::linalg::LdlPattern;
+use crate::mesh::area_vector;
 use crate::tuning::tuning;
 
 /// The result of a minimisation, converged or not.
@@ -44,7 +45,7 @@ impl State {
     /// vertices.
     fn new(closure: &Closure, points: &[DVec3]) -> Self {
         let faces = &closure.faces;
-        let (half_cotangents, _) = half_cotangents(points, faces);
+        let (half_cotangents, _) = clamped_cotangents(points, faces);
         let normals = vertex_normals(points, faces);
         let masses = voronoi(points, faces);
         let pull = stiffness_times(points, faces, &half_cotangents);

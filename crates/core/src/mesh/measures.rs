@@ -1,4 +1,4 @@
-//! Area vectors of triangles and eigenvalues of 3 × 3 matrices.
+//! Area vectors and cotangents of triangles, and eigenvalues of 3 × 3 matrices.
 
 use crate::elementary::{acos, cos};
 use glam::DVec3;
@@ -7,6 +7,13 @@ use glam::DVec3;
 #[inline]
 pub fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
+}
+
+/// Half the cotangents of the angles at the corners of a triangle, given twice its area. The weight of an edge is the sum of the two values
+/// at the corners opposite to it (U. Pinkall, K. Polthier, "Computing discrete minimal surfaces and their conjugates", 1993).
+#[inline]
+pub fn half_cotangents(p: [DVec3; 3], twice_area: f64) -> [f64; 3] {
+    [[0, 1, 2], [1, 2, 0], [2, 0, 1]].map(|[k, i, j]| 0.5 * (p[i] - p[k]).dot(p[j] - p[k]) / twice_area)
 }
 
 /// The smallest eigenvalue of a symmetric 3 × 3 matrix, by the trigonometric solution of the characteristic cubic.

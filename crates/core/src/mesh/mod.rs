@@ -36,7 +36,7 @@ pub use fans::{fans, has_several_fans};
 pub use hole_id::HoleId;
 pub use holes::{Hole, described, find_holes};
 pub use lengths::{at_least, beside, length, length_beside, number, point, significant};
-pub use measures::area_vector;
+pub use measures::{area_vector, half_cotangents};
 pub use model::Model;
 pub use origins::{FaceOrigin, Origins};
 pub use part::Part;
