@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs all tests: of the library and the program, the commands in the documentation, the Python package. It needs Rust, a C compiler and
+# Runs all tests: of the library and the program, the commands in the documentation, the Python package. It needs Rust and
 # Python 3.11 or newer.
 #
 #   scripts/test.sh          the tests above; a few minutes
