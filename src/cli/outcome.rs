@@ -295,6 +295,9 @@ pub fn lines(done: &JobResult, last: usize, verbose: bool, width: Option<usize>)
         ));
     }
     lines.extend(advice(&rows, work, last));
+    lines.extend(report.joined_walls().into_iter().map(|[a, b]| {
+        format!("holes {a} and {b} are the two sides of a wall: joined by the edge of an opening; --apart closes each side")
+    }));
     lines.extend(left(report, work));
     lines
 }

@@ -78,9 +78,11 @@ fn each_side_of_a_wall_gets_a_patch_of_its_own() {
         };
         let again = restored(false);
         assert_eq!(again.report.fill.regions.len(), 1, "{bend}");
+        assert_eq!(again.report.fill.joined_walls(), [[1.into(), 2.into()]]);
         assert!(volume(&again.mesh) < 0.9 * volume(&whole));
         let closed = restored(true);
         assert_eq!(closed.report.fill.regions.len(), 2, "{bend}");
+        assert!(closed.report.fill.joined_walls().is_empty());
         let verdict = inspect(&closed.mesh)
             .unwrap()
             .check(&CheckParams::default());
@@ -106,6 +108,7 @@ fn the_border_of_an_island_stays_open() {
     let mesh = joined(&plane, &island);
     let open = |apart: bool| {
         let filled = fill(&mesh, &FillParams::new().with_apart(apart)).unwrap();
+        assert!(filled.report.joined_walls().is_empty());
         let outcomes = filled.report.holes.iter().map(|h| h.outcome.clone());
         let left = HoleOutcome::Left(LeftReason::OuterBoundary);
         outcomes.filter(|o| *o == left).count()

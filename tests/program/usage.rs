@@ -263,7 +263,7 @@ fn former_options_are_refused_with_what_takes_their_place() {
     );
     assert_code(&skipped, 3);
     assert_eq!(
-        desk.json("r.json")["options"]["skip"],
+        desk.json("r.json")["options"]["work"]["repair"]["skip"],
         json!(["holes", "orientation"])
     );
 }

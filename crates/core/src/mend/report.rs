@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::inspection::Inspection;
 use crate::fill::{ClosedBy, HoleOutcome, LeftReason, RegionReport, Tally};
-use crate::mesh::{Defects, Hole, Mesh, OpenChain};
+use crate::mesh::{Defects, Hole, HoleId, Mesh, OpenChain};
 use crate::tuning::tuning;
 
 /// A hole and its outcome.
@@ -74,6 +74,24 @@ impl FillReport {
             open_chains: found.open_chains.clone(),
             ..Self::default()
         }
+    }
+
+    /// Pairs of holes that are the two sides of a wall and were joined by the edge of an opening, although the caller did not ask for it.
+    pub fn joined_walls(&self) -> Vec<[HoleId; 2]> {
+        let mut pairs = Vec::new();
+        let is_joined = |r: &&RegionReport| {
+            let closes = r.closed_by.is_some_and(|by| by != ClosedBy::Nothing);
+            closes && !r.bridge && r.holes.len() > 1
+        };
+        for region in self.regions.iter().filter(is_joined) {
+            let own = |h: &&HoleReport| h.region == region.id;
+            let holes: Vec<&Hole> = self.holes.iter().filter(own).map(|h| &h.hole).collect();
+            for (i, a) in holes.iter().enumerate() {
+                let across = holes[i + 1..].iter().filter(|b| a.is_across_wall(b));
+                pairs.extend(across.map(|b| [a.id, b.id]));
+            }
+        }
+        pairs
     }
 
     /// Whether something that was to be filled is still open: a hole, or a boundary chain that does not close.

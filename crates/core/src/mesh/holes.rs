@@ -52,6 +52,21 @@ pub struct Hole {
     pub object: Option<String>,
 }
 
+impl Hole {
+    /// Whether two rims are the two sides of a wall: they face away from one another, lie nearer together than half their diameters, and
+    /// are of similar size.
+    pub fn is_across_wall(&self, other: &Self) -> bool {
+        let between = self.centre - other.centre;
+        let (small, large) = (
+            self.diameter.min(other.diameter),
+            self.diameter.max(other.diameter),
+        );
+        let opposite = self.normal.dot(other.normal) < -0.5;
+        let away = between.dot(self.normal) > 0.0 && between.dot(other.normal) < 0.0;
+        opposite && away && between.length() < 0.5 * small && small > 0.5 * large
+    }
+}
+
 /// All holes of a mesh, longest first, and the boundary chains that do not close.
 ///
 /// Loops are simple: where the boundary passes a vertex twice, it is cut into loops that touch there. Degenerate faces,

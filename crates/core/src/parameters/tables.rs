@@ -288,7 +288,10 @@ pub const REPAIR: Table = Table {
                 "STEP",
             ),
             default: DefaultValue::Words("no step"),
-            sentence: "Steps of the repair to leave out: `duplicates`, `orientation`, `non-manifold`, `intersections`, `holes`.",
+            sentence: "Steps of the repair to leave out: duplicates, orientation, non-manifold, intersections, holes.",
+            details: "Without duplicates, coinciding vertices, degenerate and duplicate faces stay, and cracks; without orientation, \
+                      faces stay as they are oriented; without non-manifold, non-manifold edges and vertices stay; without \
+                      intersections, self-intersections stay; without holes, only holes that the repair makes are filled.",
             ..Parameter::PLAIN
         },
         Parameter {

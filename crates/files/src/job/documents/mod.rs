@@ -386,7 +386,8 @@ struct FillRow<'a> {
 
 impl<'a> FillRow<'a> {
     fn new(report: &'a FillReport, each_step: bool) -> Self {
-        let region = |r| RegionRow::new(r, each_step);
+        let walls = report.joined_walls().concat();
+        let region = |r| RegionRow::new(r, &walls, each_step);
         Self {
             found: FoundRow::new(report),
             all_holes: report.all_holes,

@@ -122,6 +122,8 @@ pub(super) struct RegionRow<'a> {
     id: usize,
     holes: &'a [HoleId],
     bridge: bool,
+    /// Whether it joins the two sides of a wall, without being asked.
+    joins_wall: bool,
     diameter: f64,
     voxel: f64,
     levels: Vec<LevelRow<'a>>,
@@ -217,12 +219,13 @@ pub(super) fn some_time(seconds: f64) -> Option<f64> {
 }
 
 impl<'a> RegionRow<'a> {
-    pub(super) fn new(r: &'a RegionReport, each_step: bool) -> Self {
+    pub(super) fn new(r: &'a RegionReport, walls: &[HoleId], each_step: bool) -> Self {
         let level = |level| LevelRow::new(level, each_step);
         Self {
             id: r.id,
             holes: &r.holes,
             bridge: r.bridge,
+            joins_wall: r.holes.iter().any(|id| walls.contains(id)),
             diameter: r.diameter,
             voxel: r.voxel.unwrap_or(0.0),
             levels: r.levels.iter().map(level).collect(),
