@@ -37,6 +37,7 @@ mod shell_rounds;
 mod shell_search;
 mod shell_vertex;
 mod shell_walls;
+mod solid;
 mod twins;
 mod union;
 mod widen;
@@ -224,6 +225,10 @@ impl Run<'_> {
         }
         if params.crossings {
             inner_sheets::drop(&mut self.draft, &mut self.report)?;
+        }
+        // Plans that begin with the mesh as given would bring the inner skins back.
+        if params.solid && self.make_solid()? {
+            return Ok(None);
         }
         Ok(given)
     }
