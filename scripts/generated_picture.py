@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parent.parent
 NODES = 72
 PANEL = 400, 400  # pixels
 COLOURS = 96
-GREY, ORANGE, BACK = "#d3d6da", "#f0943c", "#8fa9c8"
+GREY, ORANGE, CUT = "#d3d6da", "#f0943c", "#8fa9c8"
 PINHOLES = np.array([[0.6, 0.0, 0.12], [-0.5, 0.25, -0.2], [0.0, -0.25, 0.9]])
 TOWARDS = np.array([-0.35, -1.0, 0.3])
 
@@ -42,15 +42,16 @@ def double_skin():
 
 
 def panel(v, f, patch):
-    """A picture of the half of a mesh that is farther from the camera."""
-    behind = v[f].mean(axis=1)[:, 1] > 0.0
+    """A picture of a solid with its front half cut away; the cut is filled."""
     plotter = pv.Plotter(off_screen=True, window_size=[2 * side for side in PANEL], lighting="none")
     plotter.set_background("white")
-    for faces, colour in ((f[behind & ~patch], GREY), (f[~behind & patch], ORANGE), (f[behind & patch], ORANGE)):
+    for faces, colour in ((f[~patch], GREY), (f[patch], ORANGE)):
         if len(faces):
-            mesh = pv.PolyData.from_regular_faces(v, faces)
-            plotter.add_mesh(mesh, color=colour, smooth_shading=False, ambient=0.45, diffuse=0.65,
-                             backface_params={"color": BACK, "ambient": 0.5, "diffuse": 0.4})
+            mesh = pv.PolyData.from_regular_faces(v, faces).clip(normal="y", origin=(0, 0, 0), invert=False)
+            plotter.add_mesh(mesh, color=colour, smooth_shading=False, ambient=0.45, diffuse=0.65)
+    whole = pv.PolyData.from_regular_faces(v, f)
+    section = whole.slice(normal="y", origin=(0, 0, 0)).strip()
+    plotter.add_mesh(section.triangulate_contours(), color=CUT, lighting=False)
     direction = TOWARDS / np.linalg.norm(TOWARDS)
     plotter.camera.position = 8 * direction
     plotter.camera.focal_point = (0, 0, 0)

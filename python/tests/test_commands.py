@@ -89,6 +89,7 @@ def test_the_command_line_gives_the_same_repair(tmp_path, program):
         ({"keep_orientation": True}, ["--keep-orientation"]),
         ({"keep_non_manifold": True}, ["--keep-non-manifold"]),
         ({"keep_crossings": True}, ["--keep-crossings"]),
+        ({"solid": True}, ["--solid"]),
         ({"drop_unused": True, "drop_inside": True}, ["--drop-unused", "--drop-inside"]),
         ({"debris": 0.9, "weld": 1e-3, "close_borders": True}, ["--debris", "0.9", "--weld", "0.001", "--close-borders"]),
         ({"max_diameter": 0.01, "voxel": 0.05, "finish": "none"}, ["--max-diameter", "0.01", "--voxel", "0.05", "--finish", "none"]),

@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-use crate::shapes::volume;
-use glam::DVec3;
+use crate::shapes::{joined, volume};
+use glam::{DMat3, DVec3, EulerRot};
 use isomend::{Carried, Control, Mesh, RepairParams, Repaired, Volume, level_surface, repair};
 
 /// Nodes of the lattice along each axis.
@@ -202,5 +202,133 @@ fn sound_bodies_cavities_and_vessels_stay() {
         assert_eq!(done.mesh.faces.len(), mesh.faces.len(), "{name}");
         let error = volume(&done.mesh) / volume(&mesh) - 1.0;
         assert!(error.abs() < 1e-9, "{name}: {error}");
+    }
+}
+
+/// The distance to a ball, a brick, a rod or a ring of pseudo-random size and place, turned at random.
+fn part(random: &mut dyn FnMut() -> f64) -> impl Fn(DVec3) -> f64 + use<> {
+    let mut between = |low: f64, high: f64| low + (high - low) * random();
+    let centre = DVec3::new(between(-0.5, 0.5), between(-0.5, 0.5), between(-0.5, 0.5));
+    let angles = [between(0.0, 6.0), between(0.0, 3.0), between(0.0, 6.0)];
+    let turn = DMat3::from_euler(EulerRot::ZXZ, angles[0], angles[1], angles[2]);
+    let kind = between(0.0, 4.0) as usize;
+    let sizes = [between(0.0, 1.0), between(0.0, 1.0), between(0.0, 1.0)];
+    move |p| {
+        let q = turn * (p - centre);
+        let [a, b, c] = sizes;
+        match kind {
+            0 => q.length() - (0.3 + 0.3 * a),
+            1 => {
+                let q = q.abs() - DVec3::new(0.25 + 0.25 * a, 0.25 + 0.25 * b, 0.25 + 0.25 * c);
+                q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
+            }
+            2 => (q.x.hypot(q.y) - (0.18 + 0.12 * a)).max(q.z.abs() - (0.4 + 0.3 * b)),
+            _ => (q.x.hypot(q.y) - (0.35 + 0.2 * a)).hypot(q.z) - (0.14 + 0.06 * b),
+        }
+    }
+}
+
+#[test]
+fn random_unions_become_the_body_that_was_meant() {
+    let mut state = 5u64;
+    let mut random = move || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let half = 1.1 * H;
+    let mut bodies = 0;
+    while bodies < 12 {
+        let parts: Vec<_> = (0..2 + bodies % 3).map(|_| part(&mut random)).collect();
+        let body = |p: DVec3| parts.iter().map(|d| d(p)).fold(f64::INFINITY, f64::min);
+        let truth = surface(half, body);
+        let skin = surface(0.0, body);
+        let count = |mesh: &Mesh| {
+            isomend::inspect(mesh)
+                .unwrap()
+                .topology
+                .component_faces
+                .len()
+        };
+        if count(&truth) != 1 || count(&surface(-half, body)) != 1 {
+            continue;
+        }
+        let places: Vec<DVec3> = (0..bodies % 6)
+            .map(|_| skin.positions[(random() * skin.positions.len() as f64) as usize])
+            .collect();
+        let mesh = surface(half, |p| {
+            let pinhole = |c: &DVec3| 3.2 * H - p.distance(*c);
+            places.iter().map(pinhole).fold(body(p).abs(), f64::max)
+        });
+        let done = made_solid(&mesh);
+        let error = volume(&done.mesh) / volume(&truth) - 1.0;
+        assert!(
+            error.abs() < 0.01,
+            "body {bodies} with {} pinholes: {error}",
+            places.len()
+        );
+        assert_eq!(
+            isomend::inspect(&done.mesh).unwrap().holes.len(),
+            0,
+            "body {bodies}"
+        );
+        // The body itself stays.
+        let alone = made_solid(&truth);
+        assert_eq!(alone.mesh.faces, truth.faces, "body {bodies}");
+        bodies += 1;
+    }
+}
+
+#[test]
+fn pinholes_are_numbered_after_the_holes_of_the_input_and_any_number_of_threads_writes_the_same() {
+    let mesh = surface(1.1 * H, |p| {
+        ball(p)
+            .abs()
+            .max(3.2 * H - p.distance(DVec3::new(0.9, 0.0, 0.0)))
+    });
+    // A hole in the outer skin.
+    let mesh = crate::shapes::cut(&mesh, |p| p.distance(DVec3::new(-0.95, 0.0, 0.0)) < 0.1);
+    assert_eq!(isomend::inspect(&mesh).unwrap().holes.len(), 1);
+    let with_threads = |threads: usize| {
+        let params = RepairParams::new().with_solid(true);
+        let control = Control::new().threads(threads);
+        repair(&mesh, &params, &Carried::default(), &control).unwrap()
+    };
+    let [one, two] = [1, 2].map(with_threads);
+    assert_eq!(one.mesh, two.mesh);
+    let numbers: HashSet<usize> = one
+        .report
+        .fill
+        .holes
+        .iter()
+        .map(|h| h.hole.id.get())
+        .collect();
+    assert_eq!(numbers, HashSet::from([1, 2]));
+    assert_eq!(one.report.pinholes, 1);
+    assert_eq!(isomend::inspect(&one.mesh).unwrap().holes.len(), 0);
+}
+
+#[test]
+fn generated_parts_that_overlap_or_lie_inside_others_become_one_outer_surface() {
+    let half = 1.1 * H;
+    let at = |x: f64, r: f64| move |p: DVec3| p.distance(DVec3::new(x, 0.01, 0.02)) - r;
+    let skin = |d: &dyn Fn(DVec3) -> f64, hole: DVec3| {
+        surface(half, |p| d(p).abs().max(3.2 * H - p.distance(hole)))
+    };
+    let head = at(-0.3, 0.8);
+    for (name, x) in [("inside", -0.1), ("overlapping", 0.5)] {
+        let eye = at(x, 0.35);
+        let both = joined(
+            &skin(&head, DVec3::new(-1.1, 0.0, 0.0)),
+            &skin(&eye, DVec3::new(x + 0.35, 0.0, 0.0)),
+        );
+        let truth = surface(half, |p| head(p).min(eye(p)));
+        let done = made_solid(&both);
+        let error = volume(&done.mesh) / volume(&truth) - 1.0;
+        assert!(error.abs() < 0.01, "{name}: {error}");
+        let found = isomend::inspect(&done.mesh).unwrap();
+        assert_eq!(found.topology.component_faces.len(), 1, "{name}");
+        assert!(done.report.doubt.is_none(), "{name}");
     }
 }

@@ -18,6 +18,8 @@ pub(super) struct Group<'a> {
     pub(super) faces: Vec<u32>,
     /// The median distance to the other side of the material, in mesh units.
     pub(super) thickness: f64,
+    /// The diagonal of the bounding box, in mesh units.
+    pub(super) diagonal: f64,
     /// For each face of the mesh whether a ball from outside touches it.
     outer: Vec<bool>,
 }
@@ -32,11 +34,15 @@ impl<'a> Group<'a> {
     ) -> Option<Self> {
         let rules = &tuning().solid;
         let (thickness, part) = median(sides, &faces)?;
-        if part < rules.paired || thickness <= 0.0 {
-            return None;
-        }
+        let own = || faces.iter().map(|f| &sides[*f as usize]);
+        let all: f64 = own().map(|s| s.area).sum();
+        let faced: f64 = own().filter(|s| s.is_faced).map(|s| s.area).sum();
         let corners = faces.iter().flat_map(|f| found.mesh.corners(*f));
         let (low, high) = crate::mesh::bounds(corners);
+        let is_thin = thickness < rules.thin_pierced * low.distance(high);
+        if part < rules.paired || faced < rules.faced * all || thickness <= 0.0 || !is_thin {
+            return None;
+        }
         let points: Vec<_> = faces.iter().map(|f| sides[*f as usize].centre).collect();
         let touched = reached(bvh, [low, high], &points, rules.ball * thickness)?;
         let mut outer = vec![false; sides.len()];
@@ -48,6 +54,7 @@ impl<'a> Group<'a> {
             sides,
             faces,
             thickness,
+            diagonal: low.distance(high),
             outer,
         })
     }

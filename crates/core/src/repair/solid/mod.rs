@@ -20,7 +20,8 @@ mod thickness;
 use std::collections::BTreeMap;
 
 use super::filling::Filling;
-use super::{Run, border};
+use super::{Run, border, report};
+use crate::check::Component;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::DisjointSets;
 use crate::mesh::topology::NONE;
@@ -63,9 +64,24 @@ impl Run<'_> {
         self.report.pinholes = skins.pinholes;
         self.report.skin_thickness = skins.thickness;
         self.fill(&old, Filling::Made)?;
+        // Holes that a repair makes are numbered after those of the input.
+        report::raise_numbers(&mut self.report.fill, self.choice.last_hole());
         self.early.clone_from(&self.report.fill.holes);
         Ok(true)
     }
+}
+
+/// Whether a closed component that faces outward lies in the matter of others: more of those around it face outward than inward.
+pub(super) fn is_buried(all: &[Component], number: usize) -> bool {
+    let own = &all[number];
+    let (mut depth, mut outer) = (0, own.inside);
+    // As many steps as there are components: the relation has no circles, but is computed with rounding.
+    for _ in 0..all.len() {
+        let Some(next) = outer else { break };
+        depth += if all[next].volume < 0.0 { -1 } else { 1 };
+        outer = all[next].inside;
+    }
+    own.closed && own.volume > 0.0 && depth > 0
 }
 
 /// Finds the inner skins of a mesh.

@@ -20,12 +20,11 @@ struct Lattice {
 }
 
 impl Lattice {
-    /// A lattice round a box, with the outermost nodes farther than `radius` from it; none if it has too many nodes.
-    fn new([low, high]: [DVec3; 2], radius: f64, spacing: f64) -> Option<Self> {
+    /// A lattice round a box, with the outermost nodes farther than `radius` from it; none if it has more than `most` nodes.
+    fn new([low, high]: [DVec3; 2], radius: f64, spacing: f64, most: usize) -> Option<Self> {
         let margin = radius + 2.0 * spacing;
         let size = (high - low + 2.0 * margin) / spacing;
-        let most = tuning().solid.nodes;
-        if !(size.x * size.y * size.z < most as f64) {
+        if size.element_product() > most as f64 {
             return None;
         }
         let count = |n: f64| (n.ceil() as usize + 1).next_multiple_of(BLOCK);
@@ -129,15 +128,17 @@ impl Lattice {
 }
 
 /// For each of some points of a surface whether a ball with the given radius, in mesh units, that comes from outside and does not
-/// meet the surface touches it there. `within` is the bounding box of the surface. None if the ball is too small for the lattice.
+/// meet the surface touches it there. `within` is the bounding box of the surface. None if the ball is so small that the lattice would have too many nodes.
 pub(super) fn reached(
     bvh: &Bvh,
     within: [DVec3; 2],
     points: &[DVec3],
     radius: f64,
 ) -> Option<Vec<bool>> {
-    let spacing = radius / tuning().solid.radius_nodes;
-    let lattice = Lattice::new(within, radius, spacing)?;
+    let rules = &tuning().solid;
+    let spacing = radius / rules.radius_nodes;
+    let most = rules.nodes.min(1_000_000 + rules.face_nodes * points.len());
+    let lattice = Lattice::new(within, radius, spacing, most)?;
     let outside = lattice.flood(lattice.free(bvh, radius));
     // The centre of a ball that touches may lie half a cell's diagonal from a node.
     let distance = radius + 0.5 * 3f64.sqrt() * spacing;

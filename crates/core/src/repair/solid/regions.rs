@@ -37,7 +37,7 @@ pub(super) fn inner_skins(group: &Group, separated: &[bool]) -> InnerSkins {
         removed: vec![false; separated.len()],
         ..InnerSkins::default()
     };
-    let mut rings: Vec<(u32, f64)> = Vec::new();
+    let mut rings: Vec<u32> = Vec::new();
     for region in regions(group, separated) {
         let accepted = match region.openings.is_empty() {
             true => is_parallel(group, &region),
@@ -47,7 +47,7 @@ pub(super) fn inner_skins(group: &Group, separated: &[bool]) -> InnerSkins {
             region.faces.iter().for_each(|f| skins.removed[*f as usize] = true);
             skins.skins += 1;
             skins.pinholes += region.openings.len();
-            rings.extend(region.openings.iter().flat_map(|o| o.ring.iter().map(|h| (*h, o.radius))));
+            rings.extend(region.openings.iter().flat_map(|o| &o.ring));
         }
     }
     // The outer skin must have the inner ones behind it: else these are hollows of a solid body.
@@ -147,8 +147,6 @@ fn is_parallel(group: &Group, region: &Region) -> bool {
     let Some((thickness, _)) = median(group.sides, &region.faces) else {
         return false;
     };
-    let corners = region.faces.iter().flat_map(|f| group.found.mesh.corners(*f));
-    let (low, high) = crate::mesh::bounds(corners);
     let (mut all, mut parallel) = (0.0, 0.0);
     for side in region.faces.iter().map(|f| &group.sides[*f as usize]) {
         all += side.area;
@@ -157,7 +155,7 @@ fn is_parallel(group: &Group, region: &Region) -> bool {
             parallel += side.area;
         }
     }
-    parallel > rules.constant_part * all && thickness < rules.thin * low.distance(high)
+    parallel > rules.constant_part * all && thickness < rules.thin * group.diagonal
 }
 
 /// Whether a region is a skin all of whose openings are pinholes.
@@ -168,48 +166,60 @@ fn is_behind_pinholes(group: &Group, region: &Region, separated: &[bool]) -> boo
     for &f in &region.faces {
         let side = &group.sides[f as usize];
         area += side.area;
-        if group.is_skin(f) && !separated[side.opposite as usize] {
+        let is_parallel = (side.distance - t).abs() < rules.constant * t;
+        if side.opposite != NONE && is_parallel && !separated[side.opposite as usize] {
             skin += side.area;
         }
     }
     let caps: f64 = region.openings.iter().map(|o| o.vector.length()).sum();
     let widest = region.openings.iter().map(|o| o.radius).fold(0.0, f64::max);
-    let flush = region.openings.iter().map(|o| flushness(group, o, separated));
-    let flush = flush.fold(1.0, f64::min);
+    let is_mouth = region.openings.iter().any(|o| is_mouth(group, o, separated));
     log::debug!(
-        "region of {} faces, {} openings: radius {:.2} thicknesses, caps {:.3} of the area, skin {:.3}, flush {:.2}",
+        "region of {} faces, {} openings: radius {:.2} thicknesses, caps {:.3} of the area, skin {:.3}, mouth {is_mouth}",
         region.faces.len(),
         region.openings.len(),
         widest / t,
         caps / area,
         skin / area,
-        flush
     );
     widest < rules.opening * t
         && caps < rules.caps * area
         && skin > rules.skin_part * area
-        && flush > rules.flush
+        && !is_mouth
 }
 
-/// The cosine between the outward normal of an opening's cap and the mean normal of the outer skin round it, times the length of that
-/// mean. It is one for a pinhole in a flat skin, and zero for the mouth of a bottle's neck or of a pipe.
-fn flushness(group: &Group, opening: &Opening, separated: &[bool]) -> f64 {
-    let reach = opening.radius + tuning().solid.beside * group.thickness;
+/// Whether an opening is the mouth of a pipe or of a bottle's neck: the outer skin round it is a tube along the normal of the
+/// opening's cap. Round a pinhole the skin faces as the cap does, or both ways where the pinhole pierces a thin part.
+fn is_mouth(group: &Group, opening: &Opening, separated: &[bool]) -> bool {
+    let rules = &tuning().solid;
+    let reach = opening.radius + rules.beside * group.thickness;
     let faces = around(group, &opening.ring, separated, |f| {
         group.sides[f as usize].centre.distance(opening.centre) < reach
     });
-    let (mut all, mut sum) = (0.0, DVec3::ZERO);
+    let axis = opening.vector.normalize_or_zero();
+    if axis == DVec3::ZERO {
+        return false;
+    }
+    let (x, y) = axis.any_orthonormal_pair();
+    let (mut all, mut along) = (0.0, 0.0);
+    // Second moments of the normals across the axis.
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
     for f in faces {
         let side = &group.sides[f as usize];
         if group.is_skin(f) && separated[side.opposite as usize] {
+            let (u, v) = (side.normal.dot(x), side.normal.dot(y));
             all += side.area;
-            sum += side.area * side.normal;
+            if side.normal.dot(axis).abs() < rules.tube {
+                along += side.area;
+            }
+            xx += side.area * u * u;
+            xy += side.area * u * v;
+            yy += side.area * v * v;
         }
     }
-    match all > 0.0 {
-        true => sum.dot(opening.vector.normalize_or_zero()) / all,
-        false => 0.0,
-    }
+    let mean = 0.5 * (xx + yy);
+    let half = (0.25 * (xx - yy).powi(2) + xy * xy).sqrt();
+    all > 0.0 && along > rules.tube_part * all && mean - half > rules.round * (mean + half)
 }
 
 /// The faces outside that are connected with a ring through faces that `belongs` accepts, in the order of their distance in edges.
@@ -233,8 +243,9 @@ fn around(
     faces
 }
 
-/// Marks the faces of necks: those near a ring that are not parallel to an inner skin, so that patches continue the outer skin.
-fn remove_necks(group: &Group, rings: &[(u32, f64)], removed: &mut Vec<bool>) {
+/// Marks the faces of necks: near the half-edges of rings, those whose other side is not parallel to them. Without them patches
+/// continue the outer skin.
+fn remove_necks(group: &Group, rings: &[u32], removed: &mut Vec<bool>) {
     let rules = &tuning().solid;
     let (mesh, opposite) = (&group.found.mesh, &group.found.topology.opposite);
     let inner = removed.clone();
@@ -243,7 +254,7 @@ fn remove_necks(group: &Group, rings: &[(u32, f64)], removed: &mut Vec<bool>) {
         let side = &group.sides[f as usize];
         let is_parallel = side.opposite != NONE
             && inner[side.opposite as usize]
-            && (side.distance - group.thickness).abs() < rules.constant * group.thickness
+            && (side.distance - group.thickness).abs() < rules.neck_constant * group.thickness
             && side.normal.dot(group.sides[side.opposite as usize].normal) < -rules.neck_parallel;
         !is_parallel
     };
@@ -252,7 +263,7 @@ fn remove_necks(group: &Group, rings: &[(u32, f64)], removed: &mut Vec<bool>) {
     };
     let mut queue: VecDeque<(u32, DVec3)> = rings
         .iter()
-        .map(|(h, _)| (opposite[*h as usize] / 3, middle(*h)))
+        .map(|h| (opposite[*h as usize] / 3, middle(*h)))
         .collect();
     while let Some((f, from)) = queue.pop_front() {
         let is_near = group.sides[f as usize].centre.distance(from) < reach;
@@ -261,6 +272,14 @@ fn remove_necks(group: &Group, rings: &[(u32, f64)], removed: &mut Vec<bool>) {
         }
         removed[f as usize] = true;
         queue.extend(group.neighbours(f).map(|(_, g)| (g, from)));
+    }
+    // The skin bends a little beside the lip too.
+    for _ in 0..rules.neck_rings {
+        let is_border = |f: &&u32| {
+            !removed[**f as usize] && group.neighbours(**f).any(|(_, g)| removed[g as usize])
+        };
+        let border: Vec<u32> = group.faces.iter().filter(is_border).copied().collect();
+        border.iter().for_each(|f| removed[*f as usize] = true);
     }
     *removed = without_spikes(&group.found.topology, removed);
 }

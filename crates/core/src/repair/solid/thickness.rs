@@ -21,6 +21,8 @@ pub(super) struct Side {
     pub(super) opposite: u32,
     /// The distance to it along the ray, in mesh units.
     pub(super) distance: f64,
+    /// Whether a ray along the normal meets a face.
+    pub(super) is_faced: bool,
 }
 
 /// The sides of all faces of a mesh. `bvh` holds the faces that rays may meet.
@@ -43,12 +45,14 @@ pub(super) fn sides(mesh: &Mesh, bvh: &Bvh) -> Vec<Side> {
         let is_parallel =
             |(g, _): &(u32, f64)| normal.dot(geometry[*g as usize].1) < -tuning().solid.parallel;
         let (opposite, distance) = hit.filter(is_parallel).unwrap_or((NONE, f64::INFINITY));
+        let is_faced = normal != DVec3::ZERO && bvh.first_along(centre, normal, |g| g != f).is_some();
         Side {
             centre,
             normal,
             area,
             opposite,
             distance,
+            is_faced,
         }
     };
     let faces = (0..mesh.faces.len() as u32).into_par_iter();
