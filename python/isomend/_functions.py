@@ -162,6 +162,7 @@ def repair(
     flat_base: bool = False,
     base_offset: float | None = None,
     drop_inside: bool = False,
+    solid: bool = False,
     keep_duplicates: bool = False,
     keep_orientation: bool = False,
     keep_non_manifold: bool = False,
@@ -206,6 +207,7 @@ def repair(
         base_offset: Distance from the lowest vertex of the sheet down to the base of ``flat_base``, in the mesh's units. By
             default the mean edge of the border.
         drop_inside: Remove components that lie wholly inside another one; cavities stay.
+        solid: Make double-skinned bodies solid: remove inner skins that pinholes join to the outer one, and close the pinholes.
         keep_duplicates: Keep coinciding vertices, and degenerate and duplicate faces.
         keep_orientation: Keep the orientation of all faces.
         keep_non_manifold: Keep non-manifold edges, which have more than two faces, and non-manifold vertices, where surfaces
@@ -239,7 +241,7 @@ def repair(
     """
     model = Model(vertices, faces, point_data=point_data, cell_data=cell_data)
     return model.repair(
-        weld=weld, debris=debris, flat_base=flat_base, base_offset=base_offset, drop_inside=drop_inside,
+        weld=weld, debris=debris, flat_base=flat_base, base_offset=base_offset, drop_inside=drop_inside, solid=solid,
         keep_duplicates=keep_duplicates, keep_orientation=keep_orientation, keep_non_manifold=keep_non_manifold,
         keep_crossings=keep_crossings, drop_unused=drop_unused, keep_holes=keep_holes, close_borders=close_borders, wall=wall,
         min_wall=min_wall, max_diameter=max_diameter, flat=flat, voxel=voxel, energy=energy, finish=finish, sharp=sharp,

@@ -45,6 +45,7 @@ class RepairOptions(SolveOptions, total=False):
     flat_base: bool
     base_offset: float | None
     drop_inside: bool
+    solid: bool
     keep_duplicates: bool
     keep_orientation: bool
     keep_non_manifold: bool

@@ -1,9 +1,7 @@
 //! One double-skinned body, or what may be one: outer and inner faces, and the cut between them.
 
-use super::InnerSkins;
 use super::flow::{Network, SINK, SOURCE};
 use super::reach::reached;
-use super::regions;
 use super::thickness::{Side, median};
 use crate::mend::Inspection;
 use crate::mesh::topology::{NONE, end, start};
@@ -76,14 +74,8 @@ impl<'a> Group<'a> {
         })
     }
 
-    /// The inner skins.
-    pub(super) fn inner(&self) -> InnerSkins {
-        let separated = self.separated();
-        regions::inner_skins(self, &separated)
-    }
-
     /// The faces on the inner side of the smallest cut between outer and inner faces; a mark for each face of the mesh.
-    fn separated(&self) -> Vec<bool> {
+    pub(super) fn separated(&self) -> Vec<bool> {
         let is_outer = |f: u32| self.outer[f as usize];
         let is_inner = |f: u32| {
             !is_outer(f) && self.is_skin(f) && is_outer(self.sides[f as usize].opposite)

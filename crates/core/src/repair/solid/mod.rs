@@ -33,7 +33,7 @@ use thickness::{Side, sides};
 /// The inner skins of a mesh.
 #[derive(Default)]
 struct InnerSkins {
-    /// Marks their faces, and those of the necks of pinholes.
+    /// Marks their faces and the faces of pinholes' necks.
     removed: Vec<bool>,
     /// Their number.
     skins: usize,
@@ -64,14 +64,14 @@ impl Run<'_> {
         self.report.pinholes = skins.pinholes;
         self.report.skin_thickness = skins.thickness;
         self.fill(&old, Filling::Made)?;
-        // Holes that a repair makes are numbered after those of the input.
+        // Holes that a repair makes are numbered after the input's own.
         report::raise_numbers(&mut self.report.fill, self.choice.last_hole());
         self.early.clone_from(&self.report.fill.holes);
         Ok(true)
     }
 }
 
-/// Whether a closed component that faces outward lies in the matter of others: more of those around it face outward than inward.
+/// Whether a closed component that faces outward lies in the matter of others: of the components round it more face outward than inward.
 pub(super) fn is_buried(all: &[Component], number: usize) -> bool {
     let own = &all[number];
     let (mut depth, mut outer) = (0, own.inside);
@@ -104,7 +104,7 @@ fn inner_skins(found: &Inspection) -> InnerSkins {
         let Some(group) = Group::new(found, &sides, faces, bvh) else {
             continue;
         };
-        let inner = group.inner();
+        let inner = regions::inner_skins(&group, &group.separated());
         if inner.skins > 0 {
             for (removed, own) in skins.removed.iter_mut().zip(&inner.removed) {
                 *removed |= own;

@@ -30,7 +30,7 @@ struct Opening {
     vector: DVec3,
 }
 
-/// The faces of the separated regions that are inner skins, with those of the necks of their pinholes.
+/// The separated regions that are inner skins, with the necks of their pinholes.
 pub(super) fn inner_skins(group: &Group, separated: &[bool]) -> InnerSkins {
     let rules = &tuning().solid;
     let mut skins = InnerSkins {
