@@ -12,7 +12,7 @@ folder=$(cd "$folder" && pwd)
 cd "$(dirname "$0")/.."
 
 scripts=(accuracy real_meshes compare_libigl shapes_with_edges bench_peers scaling edges_picture readme_picture report_picture
-    restoration_pictures)
+    restoration_pictures generated_picture)
 python=$folder/venv/bin/python
 [ -x "$python" ] || python3 -m venv "$folder/venv"
 needed() {
@@ -37,3 +37,4 @@ done
 "$python" scripts/readme_picture.py
 "$python" scripts/report_picture.py
 "$python" scripts/restoration_pictures.py
+"$python" scripts/generated_picture.py

@@ -36,6 +36,7 @@ CHAPTERS = {
     "": {"index.md": "isomend", "gallery.md": "Gallery"},
     "Tasks": {
         "printing.md": "To print a scan",
+        "generated.md": "To make a generated mesh solid",
         "restoration.md": "To restore damaged regions",
         "reverse.md": "To rebuild man-made parts",
         "photogrammetry.md": "To finish photogrammetry",

@@ -74,13 +74,14 @@ class IsomendRepair:
                 "mesh": ("MESH",),
                 "close_borders": flag("Also close outer borders of open sheets"),
                 "keep_holes": flag("Leave the holes of the mesh open"),
+                "solid": flag("Remove the inner skins of double-skinned bodies and close the pinholes that lead to them"),
                 "debris": length("Remove components with less than this part of the largest component's area", max=1.0),
                 "weld": length("Merge boundary vertices that are no farther apart than this"),
             }
         }
 
-    def repair(self, mesh, close_borders=False, keep_holes=False, debris=0.0, weld=0.0):
-        options = given(close_borders=close_borders, skip=["holes"] * keep_holes, debris=debris, weld=weld, progress=following())
+    def repair(self, mesh, close_borders=False, keep_holes=False, solid=False, debris=0.0, weld=0.0):
+        options = given(close_borders=close_borders, skip=["holes"] * keep_holes, solid=solid, debris=debris, weld=weld, progress=following())
         out, results = meshes.mended(mesh, lambda model: model.repair(**options))
         sound = all(result.complete for result in results)
         reasons = ["; ".join(result.report["after"]["reasons"]) or "nothing is wrong" for result in results]

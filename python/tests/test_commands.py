@@ -88,6 +88,7 @@ def test_the_command_line_gives_the_same_repair(tmp_path, program):
         ({"skip": ["non-manifold"]}, ["--skip", "non-manifold"]),
         ({"skip": ["intersections"]}, ["--skip", "intersections"]),
         ({"keep_open": [1]}, ["--keep-open", "1"]),
+        ({"solid": True}, ["--solid"]),
         ({"drop_unused": True, "drop_inside": True}, ["--drop-unused", "--drop-inside"]),
         ({"debris": 0.9, "weld": 1e-3, "close_borders": True}, ["--debris", "0.9", "--weld", "0.001", "--close-borders"]),
         ({"max_diameter": 0.01, "voxel": 0.05, "finish": "none"}, ["--max-diameter", "0.01", "--voxel", "0.05", "--finish", "none"]),

@@ -38,6 +38,7 @@ mod repair_folds;
 mod repair_inside_out;
 mod repair_plans;
 mod repair_seams;
+mod repair_solid;
 mod repair_union;
 mod repair_walls;
 mod repair_worst;

@@ -16,6 +16,7 @@ mod outputs;
 mod report;
 mod several;
 mod signals;
+mod solid;
 mod streams;
 mod texels;
 mod usage;

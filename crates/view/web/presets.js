@@ -11,7 +11,7 @@ const PRESETS = {
   fill: [{ name: "continue" }, { name: "cap", capped: true }, { name: "draft", set: { finish: "none" } }],
   restore: [{ name: "renew" }, { name: "keep", set: { keep_shape: 0.5 } }, { name: "tight", set: { energy: "curvature-variation" } }],
   fair: [{ name: "smooth" }, { name: "fine", edges: { strength: 3 } }, { name: "strong", edges: { strength: 20 } }],
-  repair: [{ name: "sound" }, { name: "print", set: { close_borders: true, drop_inside: true } }, { name: "block", set: { flat_base: true } }],
+  repair: [{ name: "sound" }, { name: "print", set: { close_borders: true, drop_inside: true } }, { name: "solid", set: { solid: true } }, { name: "block", set: { flat_base: true } }],
 };
 
 export class Presets {

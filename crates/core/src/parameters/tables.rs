@@ -259,6 +259,12 @@ pub const REPAIR: Table = Table {
             ..Parameter::PLAIN
         },
         Parameter {
+            name: "solid",
+            field: "solid",
+            sentence: "Make double-skinned bodies solid: remove inner skins that pinholes join to the outer one, and close the pinholes.",
+            ..Parameter::PLAIN
+        },
+        Parameter {
             name: "skip",
             field: "skip",
             kind: Kind::Words(

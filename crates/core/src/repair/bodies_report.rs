@@ -12,6 +12,7 @@ impl RepairReport {
         for ((_, own), count) in objects.iter().zip(components) {
             all.add_counts(own);
             all.crack_width = all.crack_width.max(own.crack_width);
+            all.skin_thickness = all.skin_thickness.max(own.skin_thickness);
             all.largest_move = all.largest_move.max(own.largest_move);
             all.largest_relaxation = all.largest_relaxation.max(own.largest_relaxation);
             all.add_lost_components(own.lost_components);
@@ -43,7 +44,7 @@ impl RepairReport {
     }
 
     fn add_counts(&mut self, own: &Self) {
-        let add = |sums: [(&mut usize, usize); 18]| sums.into_iter().for_each(|(sum, n)| *sum += n);
+        let add = |sums: [(&mut usize, usize); 19]| sums.into_iter().for_each(|(sum, n)| *sum += n);
         add([
             (&mut self.merged_vertices, own.merged_vertices),
             (&mut self.welded_vertices, own.welded_vertices),
@@ -59,6 +60,7 @@ impl RepairReport {
             (&mut self.relaxed_vertices, own.relaxed_vertices),
             (&mut self.split_faces, own.split_faces),
             (&mut self.inner_faces, own.inner_faces),
+            (&mut self.pinholes, own.pinholes),
             (&mut self.covered_faces, own.covered_faces),
             (&mut self.left_self_intersecting, own.left_self_intersecting),
             (&mut self.lost_faces, own.lost_faces),
@@ -67,6 +69,7 @@ impl RepairReport {
         for k in 0..2 {
             self.debris[k] += own.debris[k];
             self.inside[k] += own.inside[k];
+            self.inner_skins[k] += own.inner_skins[k];
         }
     }
 

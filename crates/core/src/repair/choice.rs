@@ -57,6 +57,11 @@ impl Choice {
         })
     }
 
+    /// The largest number of a hole of the input; 0 if there is none.
+    pub(super) fn last_hole(&self) -> usize {
+        self.hole_of.values().map(|id| id.get()).max().unwrap_or(0)
+    }
+
     /// The parameters with the present numbers of the chosen holes. `made` are the holes made by the repair, which are always
     /// filled. `origin` is the input vertex of each present vertex.
     pub(super) fn params(

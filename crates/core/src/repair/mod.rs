@@ -37,6 +37,7 @@ mod shell_rounds;
 mod shell_search;
 mod shell_vertex;
 mod shell_walls;
+mod solid;
 mod twins;
 mod union;
 mod widen;
@@ -225,6 +226,10 @@ impl Run<'_> {
         if params.does(RepairStep::Intersections) {
             inner_sheets::drop(&mut self.draft, &mut self.report)?;
         }
+        // Plans that begin with the mesh as given would bring the inner skins back.
+        if params.solid && self.make_solid()? {
+            return Ok(None);
+        }
         Ok(given)
     }
 
@@ -246,7 +251,9 @@ impl Run<'_> {
     /// Removes debris and components that lie inside others.
     fn drop_components(&mut self) -> Result<(), FillError> {
         let (debris, inside) = (self.params.debris.unwrap_or(0.0), self.params.drop_inside);
-        if debris <= 0.0 && !inside {
+        // Generated parts inside a body that became solid are in its matter.
+        let buried = self.report.inner_skins[0] > 0;
+        if debris <= 0.0 && !inside && !buried {
             return Ok(());
         }
         let removed: Vec<bool> = {
@@ -255,7 +262,8 @@ impl Run<'_> {
             let mut goes = vec![false; all.len()];
             for (i, c) in all.iter().enumerate() {
                 let is_cavity = c.closed && c.volume < 0.0 && !c.depth.is_multiple_of(2);
-                let goes_inside = inside && c.inside.is_some() && !is_cavity;
+                let goes_inside = inside && c.inside.is_some() && !is_cavity
+                    || buried && solid::is_buried(&all, i);
                 let count = match (c.debris, goes_inside) {
                     (true, _) => &mut self.report.debris,
                     (_, true) => &mut self.report.inside,

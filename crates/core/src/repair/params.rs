@@ -41,6 +41,8 @@ pub struct RepairParams {
     pub debris: Option<f64>,
     /// Removes components that lie entirely inside another one, but no cavities of bodies.
     pub drop_inside: bool,
+    /// Removes the inner skins of double-skinned bodies, with the necks of the pinholes that lead into them, and closes the pinholes.
+    pub solid: bool,
     /// Also closes the outer borders of open sheets.
     pub borders: bool,
     /// Thickness of the walls (offset shells) for borders that no flat cap closes, in mesh units. Walls are thinner where they
@@ -123,6 +125,15 @@ pub struct RepairReport {
     pub debris: [usize; 2],
     /// Components removed because they lay inside another one, and their faces.
     pub inside: [usize; 2],
+    /// Inner skins of double-skinned bodies that were removed, and the faces removed with the necks of their pinholes.
+    #[serde(default)]
+    pub inner_skins: [usize; 2],
+    /// The pinholes that led into these, each closed by a patch.
+    #[serde(default)]
+    pub pinholes: usize,
+    /// The largest distance between an outer skin and its inner one, in mesh units.
+    #[serde(default)]
+    pub skin_thickness: f64,
     /// Input components with no face left in the result, for whatever reason: their number, and the smallest and largest number
     /// of faces of one.
     #[serde(default)]

@@ -102,6 +102,13 @@ pub(super) fn renumber(report: &mut FillReport, numbers: &HashMap<HoleId, HoleId
     }
 }
 
+/// Adds a number to the numbers of all holes of a report.
+pub(super) fn raise_numbers(report: &mut FillReport, by: usize) {
+    let regions = report.regions.iter_mut().flat_map(|r| &mut r.holes);
+    let holes = report.holes.iter_mut().map(|h| &mut h.hole.id);
+    regions.chain(holes).for_each(|id| id.0 += by);
+}
+
 /// The largest hole number in a report.
 pub(super) fn last_number(report: &FillReport) -> usize {
     let numbers = report.holes.iter().map(|h| h.hole.id.get());

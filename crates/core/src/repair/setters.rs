@@ -26,6 +26,8 @@ setters! { RepairParams:
     with_debris(part: f64) => debris = Some(part);
     /// Sets [`RepairParams::drop_inside`].
     with_drop_inside(drop: bool) => drop_inside = drop;
+    /// Sets [`RepairParams::solid`].
+    with_solid(solid: bool) => solid = solid;
     /// Sets [`RepairParams::borders`].
     with_borders(fill: bool) => borders = fill;
     /// Sets [`RepairParams::wall`], in the mesh's units.

@@ -47,6 +47,7 @@ mod flow;
 mod read;
 mod region;
 mod repair;
+mod solid;
 mod stitch;
 
 pub use check::CheckTuning;
@@ -56,6 +57,7 @@ pub use finish::FinishTuning;
 pub use flow::FlowTuning;
 pub use region::RegionTuning;
 pub use repair::RepairTuning;
+pub use solid::SolidTuning;
 pub use stitch::StitchTuning;
 
 /// All thresholds.
@@ -75,6 +77,8 @@ pub struct Tuning {
     pub region: RegionTuning,
     /// Thresholds for repairs (`repair`).
     pub repair: RepairTuning,
+    /// Thresholds for inner skins (`repair/solid`).
+    pub solid: SolidTuning,
     /// Thresholds for joining a patch to its rim and for remeshing it (`stitch`).
     pub stitch: StitchTuning,
 }
@@ -89,6 +93,7 @@ impl Tuning {
         flow: FlowTuning::CHOSEN,
         region: RegionTuning::CHOSEN,
         repair: RepairTuning::CHOSEN,
+        solid: SolidTuning::CHOSEN,
         stitch: StitchTuning::CHOSEN,
     };
 
@@ -103,6 +108,7 @@ impl Tuning {
             Some(("flow", name)) => self.flow.set(name, value),
             Some(("region", name)) => self.region.set(name, value),
             Some(("repair", name)) => self.repair.set(name, value),
+            Some(("solid", name)) => self.solid.set(name, value),
             Some(("stitch", name)) => self.stitch.set(name, value),
             _ => false,
         }

@@ -36,6 +36,7 @@ pub(super) fn singular(what: &str) -> String {
         ("components ", "component "),
         ("T-junctions ", "T-junction "),
         ("bodies ", "body "),
+        ("skins ", "skin "),
     ];
     let spaced = format!("{what} ");
     let at = nouns

@@ -67,6 +67,7 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
             r.inside[0],
             format!("components inside others removed, {} in all", counted(r.inside[1], "face")),
         ),
+        (r.inner_skins[0], inner_skins(r, unit)),
         (
             r.united_bodies,
             format!(
@@ -87,6 +88,15 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
     let mut lines: Vec<String> = some.map(|(count, what)| counted_as(count, &what)).collect();
     lines.extend(shell_lines(r, unit));
     lines
+}
+
+fn inner_skins(r: &RepairReport, unit: Option<Unit>) -> String {
+    let thickness = Unit::text(unit, r.skin_thickness);
+    format!(
+        "inner skins removed, {} in all, {thickness} behind the outer skin: {} closed",
+        counted(r.inner_skins[1], "face"),
+        counted(r.pinholes, "pinhole")
+    )
 }
 
 fn moves(r: &RepairReport, unit: Option<Unit>) -> String {

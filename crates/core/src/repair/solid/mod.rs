@@ -1,0 +1,144 @@
+//! The solid inside the outer skin: inner skins of double-skinned bodies are found and removed, and the pinholes closed.
+//!
+//! Meshes made from unsigned distances have an outer and an inner skin a constant small distance apart, joined through pinholes. The
+//! winding number does not tell the skins apart: it is one between them and zero on both sides. Found instead, for each set of
+//! components that are each other's skins:
+//!
+//! 1. The thickness: the median distance to the other side of the material (`thickness.rs`).
+//! 2. Outer faces: those that a ball from outside touches which is too large for pinholes (`reach.rs`).
+//! 3. Inner faces: those that it does not touch, with an outer face on the other side at about the thickness.
+//! 4. The border between both: the smallest cut of the dual graph, weighted by edge length (`flow.rs`).
+//! 5. What the cut separates is an inner skin only if all its openings are pinholes (`regions.rs`). Insides of open vessels, grooves
+//!    and bores are not.
+
+mod flow;
+mod group;
+mod reach;
+mod regions;
+mod thickness;
+
+use std::collections::BTreeMap;
+
+use super::filling::Filling;
+use super::{Run, border, report};
+use crate::check::Component;
+use crate::mend::{FillError, Inspection};
+use crate::mesh::DisjointSets;
+use crate::mesh::topology::NONE;
+use crate::spatial::Bvh;
+use crate::tuning::tuning;
+use group::Group;
+use thickness::{Side, sides};
+
+/// The inner skins of a mesh.
+#[derive(Default)]
+struct InnerSkins {
+    /// Marks their faces and the faces of pinholes' necks.
+    removed: Vec<bool>,
+    /// Their number.
+    skins: usize,
+    /// The pinholes that lead into them.
+    pinholes: usize,
+    /// The largest distance between outer and inner skin, in mesh units.
+    thickness: f64,
+}
+
+impl Run<'_> {
+    /// Removes inner skins and closes the pinholes; returns whether there were any.
+    pub(super) fn make_solid(&mut self) -> Result<bool, FillError> {
+        let (skins, old) = {
+            let found = self.draft.inspect()?;
+            (inner_skins(&found), border(&found))
+        };
+        self.go_on()?;
+        if skins.skins == 0 {
+            return Ok(false);
+        }
+        let origins = self.draft.origins.faces.clone();
+        let count = self.draft.cut(&skins.removed)?;
+        let living = self.draft.origins.living(self.input.faces.len());
+        let gone = origins.iter().map(|o| o.face);
+        self.asked
+            .extend(gone.filter(|f| *f != NONE && !living[*f as usize]));
+        self.report.inner_skins = [skins.skins, count];
+        self.report.pinholes = skins.pinholes;
+        self.report.skin_thickness = skins.thickness;
+        self.fill(&old, Filling::Made)?;
+        // Holes that a repair makes are numbered after the input's own.
+        report::raise_numbers(&mut self.report.fill, self.choice.last_hole());
+        self.early.clone_from(&self.report.fill.holes);
+        Ok(true)
+    }
+}
+
+/// Whether a closed component that faces outward lies in the matter of others: of the components round it more face outward than inward.
+pub(super) fn is_buried(all: &[Component], number: usize) -> bool {
+    let own = &all[number];
+    let (mut depth, mut outer) = (0, own.inside);
+    // As many steps as there are components: the relation has no circles, but is computed with rounding.
+    for _ in 0..all.len() {
+        let Some(next) = outer else { break };
+        depth += if all[next].volume < 0.0 { -1 } else { 1 };
+        outer = all[next].inside;
+    }
+    own.closed && own.volume > 0.0 && depth > 0
+}
+
+/// Finds the inner skins of a mesh.
+fn inner_skins(found: &Inspection) -> InnerSkins {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    let mut skins = InnerSkins {
+        removed: vec![false; mesh.faces.len()],
+        ..InnerSkins::default()
+    };
+    let bvh = Bvh::new(mesh, topology.faces());
+    let sides = sides(mesh, &bvh);
+    let groups = groups(found, &sides);
+    let only = groups.len() == 1;
+    for faces in groups {
+        if faces.len() < tuning().solid.least_faces {
+            continue;
+        }
+        let own = (!only).then(|| Bvh::new(mesh, faces.iter().copied()));
+        let bvh = own.as_ref().unwrap_or(&bvh);
+        let Some(group) = Group::new(found, &sides, faces, bvh) else {
+            continue;
+        };
+        let inner = regions::inner_skins(&group, &group.separated());
+        if inner.skins > 0 {
+            for (removed, own) in skins.removed.iter_mut().zip(&inner.removed) {
+                *removed |= own;
+            }
+            skins.skins += inner.skins;
+            skins.pinholes += inner.pinholes;
+            skins.thickness = skins.thickness.max(inner.thickness);
+        }
+    }
+    skins
+}
+
+/// The faces of components that are each other's other sides, such as a closed outer skin and the closed inner skin in it.
+fn groups(found: &Inspection, sides: &[Side]) -> Vec<Vec<u32>> {
+    let component = |f: u32| found.topology.component[f as usize];
+    let count = found.topology.component_faces.len();
+    let mut area = vec![0.0; count];
+    let mut shared: BTreeMap<(u32, u32), f64> = BTreeMap::new();
+    for f in found.topology.faces() {
+        let side = &sides[f as usize];
+        area[component(f) as usize] += side.area;
+        if side.opposite != NONE && component(side.opposite) != component(f) {
+            *shared.entry((component(f), component(side.opposite))).or_insert(0.0) += side.area;
+        }
+    }
+    let mut sets = DisjointSets::new(count);
+    for ((a, b), shared) in shared {
+        if shared > tuning().solid.linked * area[a as usize] {
+            sets.join(a, b);
+        }
+    }
+    let mut faces: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for f in found.topology.faces() {
+        faces.entry(sets.find(component(f))).or_default().push(f);
+    }
+    faces.into_values().collect()
+}

@@ -1,0 +1,285 @@
+//! Which separated regions are inner skins: those whose openings are pinholes, or that are closed and parallel to the outer skin.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use glam::DVec3;
+
+use super::InnerSkins;
+use super::group::Group;
+use super::thickness::median;
+use crate::mesh::DisjointSets;
+use crate::mesh::cut::without_spikes;
+use crate::mesh::topology::{NONE, end, start};
+use crate::tuning::tuning;
+
+/// A connected set of separated faces.
+struct Region {
+    faces: Vec<u32>,
+    openings: Vec<Opening>,
+}
+
+/// A ring of edges between a region and the faces round it.
+struct Opening {
+    /// The half-edges of the region's faces.
+    ring: Vec<u32>,
+    /// The mean of the edges' midpoints.
+    centre: DVec3,
+    /// The largest distance of a midpoint from the centre, in mesh units.
+    radius: f64,
+    /// The vector area of a cap, outward, in squared mesh units.
+    vector: DVec3,
+}
+
+/// The separated regions that are inner skins, with the necks of their pinholes.
+pub(super) fn inner_skins(group: &Group, separated: &[bool]) -> InnerSkins {
+    let rules = &tuning().solid;
+    let mut skins = InnerSkins {
+        removed: vec![false; separated.len()],
+        ..InnerSkins::default()
+    };
+    let mut rings: Vec<u32> = Vec::new();
+    for region in regions(group, separated) {
+        let accepted = match region.openings.is_empty() {
+            true => is_parallel(group, &region),
+            false => is_behind_pinholes(group, &region, separated),
+        };
+        if accepted {
+            region.faces.iter().for_each(|f| skins.removed[*f as usize] = true);
+            skins.skins += 1;
+            skins.pinholes += region.openings.len();
+            rings.extend(region.openings.iter().flat_map(|o| &o.ring));
+        }
+    }
+    // The outer skin must have the inner ones behind it: else these are hollows of a solid body.
+    let (mut kept, mut covered) = (0.0, 0.0);
+    for &f in group.faces.iter().filter(|f| !skins.removed[**f as usize]) {
+        let side = &group.sides[f as usize];
+        kept += side.area;
+        if group.is_skin(f) && skins.removed[side.opposite as usize] {
+            covered += side.area;
+        }
+    }
+    log::debug!(
+        "thickness {:.4}, {} inner skins with {} pinholes behind {:.3} of the outer skin",
+        group.thickness,
+        skins.skins,
+        skins.pinholes,
+        covered / kept
+    );
+    if skins.skins == 0 || covered < rules.covered * kept {
+        return InnerSkins::default();
+    }
+    skins.thickness = group.thickness;
+    remove_necks(group, &rings, &mut skins.removed);
+    skins
+}
+
+/// The connected sets of separated faces, in the order of their first faces.
+fn regions(group: &Group, separated: &[bool]) -> Vec<Region> {
+    let mut known = vec![false; separated.len()];
+    let mut all = Vec::new();
+    for &first in group.faces.iter().filter(|f| separated[**f as usize]) {
+        if known[first as usize] {
+            continue;
+        }
+        known[first as usize] = true;
+        let (mut faces, mut border) = (vec![first], Vec::new());
+        let mut next = 0;
+        while next < faces.len() {
+            for (h, g) in group.neighbours(faces[next]) {
+                if !separated[g as usize] {
+                    border.push(h);
+                } else if !known[g as usize] {
+                    known[g as usize] = true;
+                    faces.push(g);
+                }
+            }
+            next += 1;
+        }
+        all.push(Region {
+            faces,
+            openings: openings(group, border),
+        });
+    }
+    all
+}
+
+/// The rings that half-edges form: those connected by vertices.
+fn openings(group: &Group, mut border: Vec<u32>) -> Vec<Opening> {
+    border.sort_unstable();
+    let mesh = &group.found.mesh;
+    let mut number: BTreeMap<u32, u32> = BTreeMap::new();
+    for h in &border {
+        for v in [start(mesh, *h), end(mesh, *h)] {
+            let next = number.len() as u32;
+            number.entry(v).or_insert(next);
+        }
+    }
+    let mut sets = DisjointSets::new(number.len());
+    for h in &border {
+        sets.join(number[&start(mesh, *h)], number[&end(mesh, *h)]);
+    }
+    let mut rings: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for h in border {
+        let set = sets.find(number[&start(mesh, h)]);
+        rings.entry(set).or_default().push(h);
+    }
+    let ends = |h: &u32| [start(mesh, *h), end(mesh, *h)].map(|v| mesh.positions[v as usize]);
+    let opening = |ring: Vec<u32>| {
+        let middles = || ring.iter().map(&ends).map(|[a, b]| 0.5 * (a + b));
+        let centre = middles().sum::<DVec3>() / ring.len() as f64;
+        let radius = middles().map(|m| m.distance(centre)).fold(0.0, f64::max);
+        let triangle = |[a, b]: [DVec3; 2]| 0.5 * (a - centre).cross(b - centre);
+        let vector = ring.iter().map(&ends).map(triangle).sum();
+        Opening {
+            ring,
+            centre,
+            radius,
+            vector,
+        }
+    };
+    rings.into_values().map(opening).collect()
+}
+
+/// Whether a closed region is an inner skin, not a cavity: thin and of constant distance to the outer skin.
+fn is_parallel(group: &Group, region: &Region) -> bool {
+    let rules = &tuning().solid;
+    let Some((thickness, _)) = median(group.sides, &region.faces) else {
+        return false;
+    };
+    let (mut all, mut parallel) = (0.0, 0.0);
+    for side in region.faces.iter().map(|f| &group.sides[*f as usize]) {
+        all += side.area;
+        let differs = (side.distance - thickness).abs();
+        if side.opposite != NONE && differs < rules.constant * thickness {
+            parallel += side.area;
+        }
+    }
+    parallel > rules.constant_part * all && thickness < rules.thin * group.diagonal
+}
+
+/// Whether a region is a skin all of whose openings are pinholes.
+fn is_behind_pinholes(group: &Group, region: &Region, separated: &[bool]) -> bool {
+    let rules = &tuning().solid;
+    let t = group.thickness;
+    let (mut area, mut skin) = (0.0, 0.0);
+    for &f in &region.faces {
+        let side = &group.sides[f as usize];
+        area += side.area;
+        let is_parallel = (side.distance - t).abs() < rules.constant * t;
+        if side.opposite != NONE && is_parallel && !separated[side.opposite as usize] {
+            skin += side.area;
+        }
+    }
+    let caps: f64 = region.openings.iter().map(|o| o.vector.length()).sum();
+    let widest = region.openings.iter().map(|o| o.radius).fold(0.0, f64::max);
+    let is_mouth = region.openings.iter().any(|o| is_mouth(group, o, separated));
+    log::debug!(
+        "region of {} faces, {} openings: radius {:.2} thicknesses, caps {:.3} of the area, skin {:.3}, mouth {is_mouth}",
+        region.faces.len(),
+        region.openings.len(),
+        widest / t,
+        caps / area,
+        skin / area,
+    );
+    widest < rules.opening * t
+        && caps < rules.caps * area
+        && skin > rules.skin_part * area
+        && !is_mouth
+}
+
+/// Whether an opening is the mouth of a pipe or of a bottle's neck: the outer skin round it is a tube along the normal of the
+/// opening's cap. Round a pinhole the skin faces as the cap does, or both ways where the pinhole pierces a thin part.
+fn is_mouth(group: &Group, opening: &Opening, separated: &[bool]) -> bool {
+    let rules = &tuning().solid;
+    let reach = opening.radius + rules.beside * group.thickness;
+    let faces = around(group, &opening.ring, separated, |f| {
+        group.sides[f as usize].centre.distance(opening.centre) < reach
+    });
+    let axis = opening.vector.normalize_or_zero();
+    if axis == DVec3::ZERO {
+        return false;
+    }
+    let (x, y) = axis.any_orthonormal_pair();
+    let (mut all, mut along) = (0.0, 0.0);
+    // Second moments of the normals across the axis.
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for f in faces {
+        let side = &group.sides[f as usize];
+        if group.is_skin(f) && separated[side.opposite as usize] {
+            let (u, v) = (side.normal.dot(x), side.normal.dot(y));
+            all += side.area;
+            if side.normal.dot(axis).abs() < rules.tube {
+                along += side.area;
+            }
+            xx += side.area * u * u;
+            xy += side.area * u * v;
+            yy += side.area * v * v;
+        }
+    }
+    let mean = 0.5 * (xx + yy);
+    let half = (0.25 * (xx - yy).powi(2) + xy * xy).sqrt();
+    all > 0.0 && along > rules.tube_part * all && mean - half > rules.round * (mean + half)
+}
+
+/// The faces outside that are connected with a ring through faces that `belongs` accepts, in the order of their distance in edges.
+fn around(
+    group: &Group,
+    ring: &[u32],
+    separated: &[bool],
+    belongs: impl Fn(u32) -> bool,
+) -> Vec<u32> {
+    let opposite = &group.found.topology.opposite;
+    let mut known = std::collections::HashSet::new();
+    let mut faces: Vec<u32> = Vec::new();
+    let mut queue: VecDeque<u32> = ring.iter().map(|h| opposite[*h as usize] / 3).collect();
+    while let Some(f) = queue.pop_front() {
+        if separated[f as usize] || !belongs(f) || !known.insert(f) {
+            continue;
+        }
+        faces.push(f);
+        queue.extend(group.neighbours(f).map(|(_, g)| g));
+    }
+    faces
+}
+
+/// Marks the faces of necks: near the half-edges of rings, those whose other side is not parallel to them. Without them patches
+/// continue the outer skin.
+fn remove_necks(group: &Group, rings: &[u32], removed: &mut Vec<bool>) {
+    let rules = &tuning().solid;
+    let (mesh, opposite) = (&group.found.mesh, &group.found.topology.opposite);
+    let inner = removed.clone();
+    let reach = rules.neck * group.thickness;
+    let is_neck = |f: u32| {
+        let side = &group.sides[f as usize];
+        let is_parallel = side.opposite != NONE
+            && inner[side.opposite as usize]
+            && (side.distance - group.thickness).abs() < rules.neck_constant * group.thickness
+            && side.normal.dot(group.sides[side.opposite as usize].normal) < -rules.neck_parallel;
+        !is_parallel
+    };
+    let middle = |h: u32| {
+        0.5 * (mesh.positions[start(mesh, h) as usize] + mesh.positions[end(mesh, h) as usize])
+    };
+    let mut queue: VecDeque<(u32, DVec3)> = rings
+        .iter()
+        .map(|h| (opposite[*h as usize] / 3, middle(*h)))
+        .collect();
+    while let Some((f, from)) = queue.pop_front() {
+        let is_near = group.sides[f as usize].centre.distance(from) < reach;
+        if removed[f as usize] || !is_near || !is_neck(f) {
+            continue;
+        }
+        removed[f as usize] = true;
+        queue.extend(group.neighbours(f).map(|(_, g)| (g, from)));
+    }
+    // The skin bends a little beside the lip too.
+    for _ in 0..rules.neck_rings {
+        let is_border = |f: &&u32| {
+            !removed[**f as usize] && group.neighbours(**f).any(|(_, g)| removed[g as usize])
+        };
+        let border: Vec<u32> = group.faces.iter().filter(is_border).copied().collect();
+        border.iter().for_each(|f| removed[*f as usize] = true);
+    }
+    *removed = without_spikes(&group.found.topology, removed);
+}

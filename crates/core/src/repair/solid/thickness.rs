@@ -1,0 +1,81 @@
+//! The thickness of a skin at each face: a ray from the face's centre, against its normal, to the other side.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::mesh::topology::NONE;
+use crate::mesh::{Mesh, area_vector};
+use crate::spatial::Bvh;
+use crate::tuning::tuning;
+
+/// The geometry of a face and of the face on the other side of the material behind it.
+#[derive(Clone, Copy)]
+pub(super) struct Side {
+    /// The face's centroid.
+    pub(super) centre: DVec3,
+    /// The face's unit normal; zero for a face without area.
+    pub(super) normal: DVec3,
+    /// The face's area, in squared mesh units.
+    pub(super) area: f64,
+    /// The face on the other side; `u32::MAX` if the ray leaves, or meets a face that is not roughly parallel.
+    pub(super) opposite: u32,
+    /// The distance to it along the ray, in mesh units.
+    pub(super) distance: f64,
+    /// Whether a ray along the normal meets a face.
+    pub(super) is_faced: bool,
+}
+
+/// The sides of all faces of a mesh. `bvh` holds the faces that rays may meet.
+pub(super) fn sides(mesh: &Mesh, bvh: &Bvh) -> Vec<Side> {
+    let geometry: Vec<(DVec3, DVec3, f64)> = (0..mesh.faces.len() as u32)
+        .into_par_iter()
+        .map(|f| {
+            let corners = mesh.corners(f);
+            let vector = area_vector(corners);
+            let centre = corners.iter().sum::<DVec3>() / 3.0;
+            (centre, vector.normalize_or_zero(), 0.5 * vector.length())
+        })
+        .collect();
+    let side = |f: u32| {
+        let (centre, normal, area) = geometry[f as usize];
+        let hit = match normal == DVec3::ZERO {
+            true => None,
+            false => bvh.first_along(centre, -normal, |other| other != f),
+        };
+        let is_parallel =
+            |(g, _): &(u32, f64)| normal.dot(geometry[*g as usize].1) < -tuning().solid.parallel;
+        let (opposite, distance) = hit.filter(is_parallel).unwrap_or((NONE, f64::INFINITY));
+        let is_faced = normal != DVec3::ZERO && bvh.first_along(centre, normal, |g| g != f).is_some();
+        Side {
+            centre,
+            normal,
+            area,
+            opposite,
+            distance,
+            is_faced,
+        }
+    };
+    let faces = (0..mesh.faces.len() as u32).into_par_iter();
+    faces.map(side).collect()
+}
+
+/// The area-weighted median of the distances of some faces to their other sides, and the fraction of their area that has one; none
+/// if no face has one.
+pub(super) fn median(sides: &[Side], faces: &[u32]) -> Option<(f64, f64)> {
+    let own = || faces.iter().map(|f| &sides[*f as usize]);
+    let mut known: Vec<(f64, f64)> = own()
+        .filter(|s| s.opposite != NONE)
+        .map(|s| (s.distance, s.area))
+        .collect();
+    known.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let all: f64 = own().map(|s| s.area).sum();
+    let area: f64 = known.iter().map(|(_, area)| area).sum();
+    let mut sum = 0.0;
+    for (distance, own) in known {
+        sum += own;
+        if sum >= 0.5 * area && area > 0.0 {
+            return Some((distance, area / all));
+        }
+    }
+    None
+}
