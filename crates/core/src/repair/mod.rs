@@ -128,7 +128,6 @@ pub fn repair(
             is_united: false,
             joins: false,
             compares: false,
-            hollowed: None,
             early: Vec::new(),
             asked: HashSet::new(),
             border: HashSet::new(),
@@ -168,9 +167,6 @@ struct Run<'a> {
     joins: bool,
     /// Whether several plans are compared: a fill that fails is one of many.
     compares: bool,
-    /// The agreement of the solid after the present plan's offset shells with that before them, and a point in only one of them; none
-    /// without shells.
-    hollowed: Option<(f64, glam::DVec3)>,
     /// Holes closed before the fill of the chosen ones.
     early: Vec<HoleReport>,
     /// Input faces removed because the caller asked for it.
@@ -353,7 +349,7 @@ impl Run<'_> {
         let open = |hole: &Hole| was_border(hole, &origin);
         report::open(&self.draft, &mut self.report.fill, &open)?;
         dangling::close(&self.draft, &mut self.report.fill)?;
-        self.add_judged_shells(&was_border)?;
+        self.add_offset_shells(&was_border)?;
         let crossing = self.draft.self_intersections()?;
         let left = crossing.iter().map(|f| self.draft.component(*f as usize));
         let left: HashSet<u32> = left.filter(|c| *c != NONE).collect();

@@ -149,8 +149,7 @@ impl Run<'_> {
             if let Some(meant) = self.meant.take() {
                 witness = Some(Witness::new(&meant, self.input, self.params.orient)?);
             }
-            let mut shape = self.shape(&cleaned.draft, intersects, &mut witness)?;
-            shape.limit(self.hollowed.take());
+            let shape = self.shape(&cleaned.draft, intersects, &mut witness)?;
             let quality = self.quality(&shape)?;
             log::debug!("plan {plan:?}: {quality:?}");
             self.report.doubt = shape.doubt();

@@ -5,7 +5,6 @@ use std::collections::HashSet;
 
 use super::draft::Faults;
 use super::shell_search::{Blocked, Budget, Wanted};
-use super::witness::Witness;
 use super::{Run, offset_shells, report};
 use crate::fill::{FailedReason, HoleOutcome, LeftReason};
 use crate::mend::{FillError, HoleReport};
@@ -18,21 +17,6 @@ impl Run<'_> {
             wall: self.params.wall,
             sheets: self.params.borders,
         }
-    }
-
-    /// Adds offset shells and compares the solid with that of the patches before. A shell along a body whose wide holes have patches
-    /// already makes it hollow: the witness of the input does not see that, since it decides nothing near wide holes.
-    pub(super) fn add_judged_shells(
-        &mut self,
-        was_border: &dyn Fn(&Hole, &[u32]) -> bool,
-    ) -> Result<(), FillError> {
-        let (before, walls) = (self.draft.clone(), self.report.walls.len());
-        self.add_offset_shells(was_border)?;
-        if self.report.walls.len() > walls {
-            let meant = Witness::new(&before, self.input, self.params.orient)?;
-            self.hollowed = Some(meant.agreement_of(&self.draft)?);
-        }
-        Ok(())
     }
 
     /// Closes holes that are still open by offset shells, if that reduces the faults. First without cutting, then after cutting

@@ -63,13 +63,6 @@ impl Shape {
         }
     }
 
-    /// Takes another agreement and the place of its difference if it is less.
-    pub(super) fn limit(&mut self, other: Option<(f64, DVec3)>) {
-        if let Some((agreement, at)) = other.filter(|(agreement, _)| *agreement < self.agreement) {
-            (self.agreement, self.differs_at) = (agreement, at);
-        }
-    }
-
     /// Why the shape is doubtful, if it is.
     pub(super) fn doubt(&self) -> Option<ShapeDoubt> {
         let rules = &tuning().repair;
@@ -142,7 +135,8 @@ impl Witness {
 
     /// What a draft says of the solid. `asked` are input faces that were removed on request.
     pub(super) fn shape(&self, draft: &Draft, asked: &HashSet<u32>) -> Result<Shape, FillError> {
-        let result = self.solid_of(draft)?;
+        let found = draft.inspect()?;
+        let result = Solid::new(&draft.mesh, found.topology.faces(), self.solid.turns);
         let (lost, lost_at) = self.lost(draft, &result, asked);
         let (agreement, differs_at) = self.agreement(&result, &draft.displaced);
         Ok(Shape {
@@ -151,20 +145,6 @@ impl Witness {
             agreement,
             differs_at,
         })
-    }
-
-    /// The agreement of a draft's solid alone, and a point in only one of the two.
-    pub(super) fn agreement_of(&self, draft: &Draft) -> Result<(f64, DVec3), FillError> {
-        Ok(self.agreement(&self.solid_of(draft)?, &draft.displaced))
-    }
-
-    fn solid_of(&self, draft: &Draft) -> Result<Solid, FillError> {
-        let found = draft.inspect()?;
-        Ok(Solid::new(
-            &draft.mesh,
-            found.topology.faces(),
-            self.solid.turns,
-        ))
     }
 
     /// The fraction of the input's outer area that has no face left and is not near the result's surface, and the area-weighted centre

@@ -146,8 +146,8 @@ impl PatchMesh {
         })
     }
 
-    /// Whether two vertices are joined by an edge. The two fans are walked in turns, so that the time is that of the smaller one: rims of
-    /// thousands of edges make vertices with as many neighbours.
+    /// Whether two vertices are joined by an edge. The two fans are walked in turns, until the smaller one ends: rims of thousands of
+    /// edges make vertices with as many neighbours.
     pub(super) fn has_edge(&self, a: u32, b: u32) -> bool {
         let (mut of_a, mut of_b) = (self.neighbours(a), self.neighbours(b));
         loop {
