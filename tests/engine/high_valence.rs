@@ -4,7 +4,9 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 use isomend::check::{CheckParams, DefectKind};
-use isomend::{Control, FillParams, HoleOutcome, Inspection, Mesh};
+use isomend::{
+    Carried, Control, FillParams, HoleOutcome, Inspection, Mesh, RepairParams, inspect, repair,
+};
 
 use crate::shapes;
 
@@ -181,4 +183,39 @@ fn a_hole_at_a_fan_is_closed_as_elsewhere() {
             .all(|o| !matches!(o, HoleOutcome::Failed(_)))
     );
     assert_eq!(outcomes.count(), 1);
+}
+
+/// A torus whose tube is thicker than its ring: near the axis it passes through itself in many sheets.
+#[cfg(target_os = "linux")]
+fn fat_torus(around: u32, across: u32) -> Mesh {
+    let point = |i: u32, j: u32| {
+        let [u, v] = [(i, around), (j, across)].map(|(k, n)| f64::from(k) * TAU / f64::from(n));
+        let r = 1.0 + 1.1 * v.cos();
+        DVec3::new(r * u.cos(), r * u.sin(), 1.1 * v.sin())
+    };
+    let all = || (0..around).flat_map(move |i| (0..across).map(move |j| (i, j)));
+    let at = |i: u32, j: u32| i % around * across + j % across;
+    let faces = all().flat_map(|(i, j)| {
+        let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+        [[a, b, c], [a, c, d]]
+    });
+    shapes::turned(Mesh::new(
+        all().map(|(i, j)| point(i, j)).collect(),
+        faces.collect(),
+    ))
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn many_sheets_of_one_body_through_one_place_are_moved_before_the_body_is_united() {
+    let mesh = fat_torus(48, 24);
+    let verdict = |mesh: &Mesh| inspect(mesh).unwrap().check(&CheckParams::default());
+    assert!(verdict(&mesh).count(DefectKind::SelfIntersection) > 100);
+    let params = RepairParams::default();
+    let (done, time) = seconds(|| repair(&mesh, &params, &Carried::default(), &Control::new()));
+    let done = done.unwrap();
+    assert!(verdict(&done.mesh).is_sound());
+    assert!(done.report.relaxed_vertices > 0 && done.report.doubt.is_none());
+    assert_eq!(done.mesh.faces, mesh.faces);
+    assert!(time < 4.0, "repaired in {time} s");
 }

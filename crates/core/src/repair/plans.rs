@@ -9,11 +9,14 @@ use super::filling::Filling;
 use super::witness::{Shape, Witness};
 use super::{Carried, RepairReport, RepairStep, Run, border, dangling, orient, relax, sheets};
 use crate::mend::{FillError, HoleReport};
+use crate::spatial::intersecting_pairs;
 use crate::tuning::tuning;
 
 /// An order of steps after the mesh is cleaned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Plan {
+    /// Vertices of folds are moved, where many sheets of one component pass through a place, before anything is united.
+    RelaxFirst,
     /// Bodies of the mesh as given are united, before it is cleaned, if all that intersect are closed.
     UniteGiven,
     /// Bodies are united, with their holes closed by triangles meanwhile, which are filled afterwards.
@@ -40,6 +43,7 @@ impl Plan {
         match (intersects, is_open) {
             (false, _) => &[Self::CutThenFill],
             (true, false) => &[
+                Self::RelaxFirst,
                 Self::UniteGiven,
                 Self::UniteCleaned,
                 Self::Relax,
@@ -48,6 +52,7 @@ impl Plan {
             ],
             (true, true) => &[
                 Self::Unite,
+                Self::RelaxFirst,
                 Self::UniteGiven,
                 Self::UniteCleaned,
                 Self::Relax,
@@ -189,6 +194,8 @@ impl Run<'_> {
         match plan {
             Plan::UniteGiven => self.unite_then_fill(true, carried),
             Plan::Keep => self.fill_then_unite(plan, given, carried),
+            Plan::RelaxFirst if !self.is_dense()? => Ok(false),
+            Plan::RelaxFirst => self.relax_then_fill(None, carried),
             Plan::Relax => self.relax_then_fill(given, carried),
             _ if self.is_united => Ok(false),
             Plan::UniteCleaned => self.unite_then_fill(false, carried),
@@ -196,6 +203,21 @@ impl Run<'_> {
             Plan::FillThenClean if !self.joins => Ok(false),
             _ => self.fill_then_unite(plan, given, carried),
         }
+    }
+
+    /// Whether each intersecting face intersects many others on average.
+    fn is_dense(&mut self) -> Result<bool, FillError> {
+        let crossing = self.draft.self_intersections()?;
+        if crossing.len() > tuning().repair.relaxed_faces {
+            return Ok(false);
+        }
+        let found = self.draft.inspect()?;
+        let faces: Vec<[u32; 3]> = (crossing.iter())
+            .map(|f| found.mesh.faces[*f as usize])
+            .collect();
+        let all: Vec<u32> = (0..faces.len() as u32).collect();
+        let pairs = intersecting_pairs(&found.mesh.positions, &faces, &all);
+        Ok(pairs.len() > tuning().repair.dense_partners * faces.len())
     }
 
     /// Unites bodies, with their holes closed meanwhile, then fills what is open.

@@ -146,8 +146,24 @@ impl PatchMesh {
         })
     }
 
+    /// Whether two vertices are joined by an edge. The two fans are walked in turns, until the smaller one ends: rims of thousands of
+    /// edges make vertices with as many neighbours.
     pub(super) fn has_edge(&self, a: u32, b: u32) -> bool {
-        self.neighbours(a).any(|n| n == b)
+        let (mut of_a, mut of_b) = (self.neighbours(a), self.neighbours(b));
+        loop {
+            match (of_a.next(), of_b.next()) {
+                (Some(n), _) if n == b => return true,
+                (_, Some(n)) if n == a => return true,
+                (Some(_), Some(_)) => {}
+                _ => return false,
+            }
+        }
+    }
+
+    /// Whether a vertex has more faces than it needs: one at a rim, three elsewhere.
+    pub(super) fn has_spare_face(&self, v: u32) -> bool {
+        let least = if self.is_rim(v) { 1 } else { 3 };
+        self.outgoing(v).nth(least).is_some()
     }
 
     pub(super) fn area_vector(&self, face: [u32; 3]) -> DVec3 {
@@ -268,8 +284,7 @@ impl PatchMesh {
         if self.is_rim(u) || c == d {
             return false;
         }
-        let thin = |w: u32| self.outgoing(w).count() <= if self.is_rim(w) { 1 } else { 3 };
-        if thin(c) || thin(d) {
+        if !self.has_spare_face(c) || !self.has_spare_face(d) {
             return false;
         }
         self.neighbours(u)

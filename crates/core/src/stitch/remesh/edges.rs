@@ -176,6 +176,8 @@ impl Remesher<'_> {
 
     /// Flips edges if that brings the valences of the four vertices closer to ideal.
     pub(super) fn flip_by_valence(&mut self) {
+        // Known until a face of the vertex changes: a vertex with thousands of edges would be counted for each of them.
+        let mut known: Vec<Option<i32>> = vec![None; self.mesh.position.len()];
         for h in self.mesh.interior_edges().collect::<Vec<_>>() {
             if self.is_cancelled() {
                 return;
@@ -183,11 +185,20 @@ impl Remesher<'_> {
             let Some(t) = self.mesh.twin(h) else { continue };
             let (a, b) = (self.mesh.from(h), self.mesh.to(h));
             let (c, d) = (self.mesh.from(prev(h)), self.mesh.from(prev(t)));
-            let excess = |v: u32, by: i32| (self.excess(v) + by).pow(2);
-            let now = excess(a, 0) + excess(b, 0) + excess(c, 0) + excess(d, 0);
-            let then = excess(a, -1) + excess(b, -1) + excess(c, 1) + excess(d, 1);
+            let changes = [(a, -1), (b, -1), (c, 1), (d, 1)];
+            let (mut now, mut then) = (0, 0);
+            for (v, by) in changes {
+                let excess = *known[v as usize].get_or_insert_with(|| self.excess(v));
+                now += excess.pow(2);
+                then += (excess + by).pow(2);
+            }
             if then < now && self.can_flip(h, 0.5) {
                 self.mesh.flip(h);
+                for (v, by) in changes {
+                    let excess = known[v as usize].map(|excess| excess + by);
+                    // The angles at a rim's corner change too.
+                    known[v as usize] = excess.filter(|_| !self.mesh.is_rim(v));
+                }
             }
         }
     }
@@ -273,8 +284,8 @@ impl Remesher<'_> {
 
     /// Whether edge (a, b) can be replaced by (c, d) without a change of topology.
     pub(super) fn may_flip(&self, [a, b, c, d]: [u32; 4]) -> bool {
-        let spare =
-            |v: u32| self.mesh.outgoing(v).count() > if self.mesh.is_rim(v) { 1 } else { 3 };
-        c != d && !self.mesh.has_edge(c, d) && self.may_join(c, d) && spare(a) && spare(b)
+        let mesh = &*self.mesh;
+        let spare = mesh.has_spare_face(a) && mesh.has_spare_face(b);
+        c != d && spare && !mesh.has_edge(c, d) && self.may_join(c, d)
     }
 }
