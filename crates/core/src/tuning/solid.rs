@@ -61,7 +61,7 @@ thresholds! {
         /// no neck.
         neck_parallel: f64 = 0.97,
         neck_constant: f64 = 0.1,
-        /// Rings of faces beside a neck that are removed with it.
-        neck_rings: usize = 2,
+        /// Rings of faces beside a neck that are removed with it. With two, small bodies lost up to 4.3 % of the outer skin.
+        neck_rings: usize = 1,
     }
 }
