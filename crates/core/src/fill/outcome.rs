@@ -71,9 +71,6 @@ pub enum TriangulatedReason {
     /// A flat cap was requested, but could not be made or had more self-intersections.
     #[error("no flat cap could be made without more self-intersections")]
     Flat,
-    /// In a repair: faces around its rim intersected others, so that no level set was solved.
-    #[error("faces around its rim intersected others")]
-    Tangled,
     /// In a repair: it was still open after the last steps, when no level set is solved any more.
     #[error("it was still open after the last steps of the repair")]
     LastSteps,
@@ -249,7 +246,6 @@ impl TriangulatedReason {
             Self::FewEdges => "few_edges",
             Self::Seam => "seam",
             Self::Flat => "flat",
-            Self::Tangled => "tangled",
             Self::LastSteps => "last_steps",
             Self::NoSurface(why) => why.key(),
         }

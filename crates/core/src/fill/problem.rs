@@ -26,8 +26,6 @@ pub(crate) enum RegionPlan {
     Base,
     /// Two rims that coincide: a seam.
     Seam,
-    /// A surface of triangles alone: the faces around the rims intersect, so that their signed distances are inconsistent.
-    Triangulated,
     /// A continued surface.
     Solve,
 }

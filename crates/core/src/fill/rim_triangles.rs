@@ -19,7 +19,6 @@ pub(super) fn make(problem: &RegionProblem<'_>, so_far: &SoFar<'_>) -> Made {
             let why = why.unwrap_or(AttemptFailure::Stopped);
             (TriangulatedReason::NoSurface(why), report)
         }
-        RegionPlan::Triangulated => (TriangulatedReason::Tangled, RegionReport::default()),
         _ => (TriangulatedReason::FewEdges, RegionReport::default()),
     };
     Made::Region(problem.triangulate(why, report))

@@ -116,10 +116,6 @@ pub(super) fn next_step(
         RegionPlan::Trivial => only(Candidate::RimTriangles, made),
         RegionPlan::Base => only(Candidate::Base, made),
         RegionPlan::Seam => only(Candidate::Seam, made),
-        RegionPlan::Triangulated => match made {
-            [faired] if is_sound(faired) => Step::Take(0),
-            _ => best_of([Candidate::Faired, Candidate::RimTriangles], made),
-        },
         RegionPlan::Planar => match quality(Candidate::PlanarCap, made) {
             Some(Some(cap)) if cap.is_sound() => Step::Take(0),
             _ => best_of([Candidate::PlanarCap, Candidate::RimTriangles], made),

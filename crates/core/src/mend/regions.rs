@@ -133,17 +133,6 @@ impl<'a> Regions<'a> {
         self
     }
 
-    /// The same regions; those whose holes `is_triangulated` selects are closed by triangles, without a level set.
-    pub(crate) fn triangulating(mut self, is_triangulated: impl Fn(&[&Hole]) -> bool) -> Self {
-        for (i, group) in self.groups.iter().enumerate() {
-            let may = self.plans[i] == RegionPlan::Solve && self.joined[i].is_empty();
-            if may && is_triangulated(&self.holes(group)) {
-                self.plans[i] = RegionPlan::Triangulated;
-            }
-        }
-        self
-    }
-
     /// Number of regions.
     pub fn len(&self) -> usize {
         self.groups.len()
@@ -220,7 +209,6 @@ impl<'a> Regions<'a> {
                 holes[h].plan = match plan {
                     RegionPlan::Trivial => HolePlan::Triangulate(TriangulatedReason::FewEdges),
                     RegionPlan::Seam => HolePlan::Triangulate(TriangulatedReason::Seam),
-                    RegionPlan::Triangulated => HolePlan::Triangulate(TriangulatedReason::Tangled),
                     RegionPlan::Planar => HolePlan::Flat,
                     RegionPlan::Base => HolePlan::Base,
                     RegionPlan::Solve => HolePlan::Fill,

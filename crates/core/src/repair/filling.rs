@@ -6,7 +6,7 @@ use super::rim_triangles::push;
 use super::{Edge, RepairStep, Run, caps, chains, choice, edges, inner_sheets, report};
 use crate::fill::FillParams;
 use crate::mend::{FillError, FillReport, Inspection, Watch};
-use crate::mesh::{Hole, HoleId};
+use crate::mesh::HoleId;
 use crate::mesh::topology::NONE;
 use crate::tuning::tuning;
 
@@ -28,7 +28,6 @@ impl Run<'_> {
     /// Fills holes. Those with an edge outside the `old` boundary were made by the repair.
     pub(super) fn fill(&mut self, old: &HashSet<Edge>, which: Filling) -> Result<(), FillError> {
         let first = which == Filling::Chosen;
-        let tangled = self.tangled_vertices()?;
         let (mesh, expected_error, report, caps) = {
             let mut found = self.draft.take_inspection()?;
             let takes_borders = self.params.borders && !self.params.fill.flat_base;
@@ -56,10 +55,6 @@ impl Run<'_> {
             if self.compares || which == Filling::Made {
                 regions = regions.without_retries();
             }
-            if self.compares {
-                let is_made = which == Filling::Made;
-                regions = regions.triangulating(|holes| has_no_surface(holes, &tangled, is_made));
-            }
             let watch = Watch::new(*self.control, regions.expected_work());
             let mut filled = regions.fill(&watch)?;
             if first && self.params.borders {
@@ -85,17 +80,6 @@ impl Run<'_> {
         self.draft.round_from(known);
         self.append_report(report, regions, holes, which);
         self.drop_bad_caps(&caps, regions)
-    }
-
-    /// The vertices of faces that intersect others, if several plans are compared.
-    fn tangled_vertices(&mut self) -> Result<HashSet<u32>, FillError> {
-        if !self.compares {
-            return Ok(HashSet::new());
-        }
-        let crossing = self.draft.self_intersections()?;
-        let found = self.draft.inspect()?;
-        let corners = crossing.iter().map(|f| found.mesh.faces[*f as usize]);
-        Ok(corners.flatten().collect())
     }
 
     /// Closes the chosen holes, and outer borders inside other components, by triangles between their rims' vertices, as faces of the
@@ -185,15 +169,4 @@ impl Run<'_> {
             all.regions.push(region);
         }
     }
-}
-
-/// Whether a level set is not worth its time for holes of a repair: most vertices of their rims have intersecting faces, so that the
-/// signed distances around them are inconsistent, or many holes that a cut made lie beside each other.
-fn has_no_surface(holes: &[&Hole], tangled: &HashSet<u32>, is_made: bool) -> bool {
-    if is_made && holes.len() > tuning().repair.joined_holes {
-        return true;
-    }
-    let rims = || holes.iter().flat_map(|hole| &hole.rim);
-    let count = rims().filter(|v| tangled.contains(v)).count();
-    count as f64 > tuning().repair.tangled_rim * rims().count() as f64
 }

@@ -38,12 +38,6 @@ thresholds! {
         chain_loop: usize = 60,
         /// Fraction of the area. Larger loops of more than three edges are left to the fill.
         chain_area: f64 = 0.01,
-        /// Fraction of the vertices of a region's rims. If more have faces that intersect others, a repair that compares plans closes the
-        /// region by triangles: of 105 level sets in a slab of loose triangles 61 found no surface.
-        tangled_rim: f64 = 0.5,
-        /// Holes. More than this that a cut made beside each other are closed by triangles: 32 rims of two saddles that cross took
-        /// 4 s without a surface.
-        joined_holes: usize = 8,
         /// Faces. If each intersecting face intersects more others than this on average, the exact union has thousands of triangles to
         /// classify around one point, and vertices are moved before it: 6,600 pairs of 350 faces at the axis of a torus that is thicker
         /// than its ring took 20 s, and rounding let 4,300 intersect.

@@ -68,17 +68,10 @@ fn a_sound_level_set_is_finished_and_taken() {
         (RegionPlan::Seam, Candidate::Seam),
         (RegionPlan::Base, Candidate::Base),
         (RegionPlan::Planar, Candidate::PlanarCap),
-        (RegionPlan::Triangulated, Candidate::Faired),
+        (RegionPlan::Base, Candidate::Base),
     ] {
         assert_eq!(searched(plan, &region(), all_sound), (only, 1));
     }
-}
-
-#[test]
-fn a_region_with_inconsistent_distances_gets_triangles_and_no_level_set() {
-    let none = |_: Candidate, _: usize| (None, None, false);
-    let (taken, made) = searched(RegionPlan::Triangulated, &region(), none);
-    assert_eq!((taken, made), (Candidate::RimTriangles, 2));
 }
 
 #[test]
@@ -253,7 +246,6 @@ fn it_always_ends_with_a_patch() {
             RegionPlan::Trivial,
             RegionPlan::Planar,
             RegionPlan::Seam,
-            RegionPlan::Triangulated,
             RegionPlan::Solve,
         ] {
             searched(plan, &region(), end);
