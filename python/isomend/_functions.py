@@ -158,6 +158,7 @@ def repair(
     flat_base: bool = False,
     base_offset: float | None = None,
     drop_inside: bool = False,
+    solid: bool = False,
     skip: Iterable[Literal["duplicates", "orientation", "non-manifold", "intersections", "holes"]] = (),
     drop_unused: bool = False,
     close_borders: bool = False,
@@ -201,8 +202,8 @@ def repair(
         base_offset: Distance from the lowest vertex of the sheet down to the base of ``flat_base``, in the mesh's units. By
             default the mean edge of the border.
         drop_inside: Remove components that lie wholly inside another one; cavities stay.
-        skip: Steps of the repair to leave out: ``duplicates``, ``orientation``, ``non-manifold``, ``intersections``, ``holes``.
-            By default no step.
+        solid: Make double-skinned bodies solid: remove inner skins that pinholes join to the outer one, and close the pinholes.
+        skip: Steps of the repair to leave out: duplicates, orientation, non-manifold, intersections, holes. By default no step.
         drop_unused: Drop vertices that no face of the input uses.
         close_borders: Also close the outer borders of open sheets, which otherwise stay open.
         wall: Thickness of the walls that ``close_borders`` makes of open sheets that no flat cap closes, in the mesh's units.
@@ -236,7 +237,7 @@ def repair(
     """
     model = Model(vertices, faces, point_data=point_data, cell_data=cell_data)
     return model.repair(
-        weld=weld, debris=debris, flat_base=flat_base, base_offset=base_offset, drop_inside=drop_inside, skip=skip,
+        weld=weld, debris=debris, flat_base=flat_base, base_offset=base_offset, drop_inside=drop_inside, solid=solid, skip=skip,
         drop_unused=drop_unused, close_borders=close_borders, wall=wall, min_wall=min_wall, holes=holes,
         max_diameter=max_diameter, keep_open=keep_open, bridge=bridge, flat=flat, crease=crease, voxel=voxel, energy=energy,
         finish=finish, sharp=sharp, like=like, grain=grain, apart=apart, edge_ratio=edge_ratio,

@@ -43,6 +43,7 @@ class RepairOptions(SolveOptions, total=False):
     flat_base: bool
     base_offset: float | None
     drop_inside: bool
+    solid: bool
     skip: Iterable[Literal["duplicates", "orientation", "non-manifold", "intersections", "holes"]]
     drop_unused: bool
     close_borders: bool

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use isomend::job::{JobResult, Work};
+use isomend::job::{JobResult, OperationReport, Work};
 use isomend::report::{
     chain_lines, counted, defect_lines, left_holes, lost_creases, number, ranges, significant,
 };
@@ -299,8 +299,18 @@ pub fn lines(done: &JobResult, last: usize, verbose: bool, width: Option<usize>)
         format!("holes {a} and {b} are the two sides of a wall: joined by the edge of an opening; --apart closes each side")
     }));
     lines.extend(left(report, work));
+    if let (Work::Repair(params), OperationReport::Repaired(repair)) = (work, &done.extent)
+        && params.solid
+        && repair.inner_skins[0] == 0
+    {
+        lines.push(NO_INNER_SKIN.to_owned());
+    }
     lines
 }
+
+/// The line of a repair with `--solid` that found no inner skin.
+const NO_INNER_SKIN: &str = "no inner skin was found: --solid removes skins at a constant small distance behind the outer one, with openings of \
+                             at most three times this distance";
 
 /// The line that names the unit of the lengths in the table.
 fn lengths_in(unit: Unit) -> String {

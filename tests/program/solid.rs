@@ -44,6 +44,11 @@ fn the_report_names_inner_skins_and_pinholes() {
         said.contains(" behind the outer skin: 2 pinholes closed"),
         "{said}"
     );
+    // The result has no inner skin any more, which is said too.
+    let again = desk.run(&["repair", "out.ply", "-o", "again.ply", "--solid"]);
+    assert_code(&again, 0);
+    let said = text(&again.stderr);
+    assert!(said.contains("no inner skin was found"), "{said}");
     let steps = &desk.json("out.json")["steps"];
     assert_eq!(steps["inner_skins"], 1);
     assert_eq!(steps["pinholes"], 2);
