@@ -75,8 +75,8 @@ def test_the_command_line_gives_the_same_repair(tmp_path, program):
     # Kept faces come first, and the patches after them.
     assert done.kept_faces.shape == (len(faces),) and done.is_patch.sum() > 0
     assert not done.is_patch[: done.kept_faces.sum()].any()
-    one = isomend.repair(vertices, faces, holes=[1])
-    assert not one.complete and len(one.faces) < len(done.faces)
+    kept = isomend.repair(vertices, faces, keep_open=[1])
+    assert not kept.complete and kept.report["after"]["holes"] == 1
 
 
 @pytest.mark.parametrize(
@@ -106,7 +106,7 @@ def test_the_command_line_gives_the_same_repair_for_each_option(tmp_path, progra
     done.write(tmp_path / "own.obj")
     assert (tmp_path / "own.obj").read_bytes() == (tmp_path / "theirs.obj").read_bytes()
     assert done.report["steps"] == report["steps"] and done.report["after"] == report["after"]
-    if options.get("skip") != ["non-manifold"]:
+    if options.get("skip") != ["non-manifold"] and "solid" not in options:
         assert plain.report["steps"] != done.report["steps"] or plain.vertices.tobytes() != done.vertices.tobytes()
 
 
