@@ -5,17 +5,46 @@
 #![warn(missing_docs)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
-/// Declares modules that are hidden from the documentation: the facade names what is public of them.
-macro_rules! modules {
-    ($($module:ident)*) => {$(
-        #[doc(hidden)]
-        pub mod $module;
-    )*};
-}
+// Hidden from the documentation: the facade names what is public of these modules. Each is declared by itself, so that rustfmt finds it.
+#[doc(hidden)]
+pub mod attributes;
+#[doc(hidden)]
+pub mod cancel;
+#[doc(hidden)]
+pub mod creases;
+#[doc(hidden)]
+pub mod elementary;
+#[doc(hidden)]
+pub mod extract;
+#[doc(hidden)]
+pub mod fill;
+#[doc(hidden)]
+pub mod finish;
+#[doc(hidden)]
+pub mod flow;
+#[doc(hidden)]
+pub mod grid;
+#[doc(hidden)]
+pub mod linalg;
+#[doc(hidden)]
+pub mod mend;
+#[doc(hidden)]
+pub mod mesh;
+#[doc(hidden)]
+pub mod region;
+#[doc(hidden)]
+pub mod repair;
+#[doc(hidden)]
+pub mod sdf;
+#[doc(hidden)]
+pub mod spatial;
+#[doc(hidden)]
+pub mod stitch;
+#[doc(hidden)]
+pub mod threads;
+#[doc(hidden)]
+pub mod tuning;
 
-modules! {
-    attributes cancel creases elementary extract fill finish flow grid linalg mend mesh region repair sdf spatial stitch threads tuning
-}
 pub mod check;
 pub mod compare;
 pub mod parameters;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::Transfer;
-use super::field::{Field, Instead, FieldSource};
+use super::field::{Field, FieldSource, Instead};
 use crate::mesh::attributes::{Attribute, Role};
 use crate::mesh::mask::is_near;
 
@@ -18,7 +18,11 @@ pub struct UnwantedColour {
 
 /// For each slot at the rim with an unwanted colour, the colour to continue from there instead: the colour of the nearest vertices of
 /// the input with another one. The rim itself keeps its colours.
-pub(super) fn instead(transfer: &Transfer<'_>, source: &FieldSource<'_>, field: &Field) -> Vec<Instead> {
+pub(super) fn instead(
+    transfer: &Transfer<'_>,
+    source: &FieldSource<'_>,
+    field: &Field,
+) -> Vec<Instead> {
     let FieldSource::Vertex(colours) = source else {
         return Vec::new();
     };

@@ -15,7 +15,6 @@ mod volume;
 #[cfg(test)]
 mod tests;
 
-
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
@@ -147,4 +146,3 @@ impl<N: EdgeNumbers> Builder<N> {
 
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct EdgeKey([i32; 3], u8);
-

@@ -7,7 +7,7 @@ use sprs::CsMat;
 
 use super::biharmonic::biharmonic;
 use super::geometry::{
-    Stiffness, corners, gauss_curvature, clamped_cotangents, quantile, stiffness_times,
+    Stiffness, clamped_cotangents, corners, gauss_curvature, quantile, stiffness_times,
     vertex_normals, voronoi,
 };
 use super::params::FinishParams;

@@ -13,7 +13,8 @@ pub fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
 /// at the corners opposite to it (U. Pinkall, K. Polthier, "Computing discrete minimal surfaces and their conjugates", 1993).
 #[inline]
 pub fn half_cotangents(p: [DVec3; 3], twice_area: f64) -> [f64; 3] {
-    [[0, 1, 2], [1, 2, 0], [2, 0, 1]].map(|[k, i, j]| 0.5 * (p[i] - p[k]).dot(p[j] - p[k]) / twice_area)
+    [[0, 1, 2], [1, 2, 0], [2, 0, 1]]
+        .map(|[k, i, j]| 0.5 * (p[i] - p[k]).dot(p[j] - p[k]) / twice_area)
 }
 
 /// The smallest eigenvalue of a symmetric 3 × 3 matrix, by the trigonometric solution of the characteristic cubic.

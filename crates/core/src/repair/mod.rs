@@ -217,8 +217,8 @@ impl Run<'_> {
             self.draft.unit = weld_length(&found.mesh).max(self.draft.unit);
         }
         self.go_on()?;
-        let given =
-            (crosses && params.does(RepairStep::Intersections)).then(|| (self.draft.clone(), self.report.clone()));
+        let given = (crosses && params.does(RepairStep::Intersections))
+            .then(|| (self.draft.clone(), self.report.clone()));
         self.clean(carried)?;
         if params.does(RepairStep::Duplicates) && params.does(RepairStep::Intersections) {
             twins::drop(&mut self.draft, &mut self.report)?;
@@ -313,7 +313,11 @@ impl Run<'_> {
         // A plan that separates nothing removes nothing either.
         let drops = self.splits || !self.params.does(RepairStep::NonManifold);
         if drops {
-            dangling::drop(&mut self.draft, &mut self.report, self.params.does(RepairStep::Intersections))?;
+            dangling::drop(
+                &mut self.draft,
+                &mut self.report,
+                self.params.does(RepairStep::Intersections),
+            )?;
         }
         if self.params.does(RepairStep::Intersections) {
             self.clear()?;

@@ -127,8 +127,10 @@ impl Run<'_> {
         let cleaned = self.state();
         self.joins = self.report.welded_vertices + self.report.stitched_junctions > 0;
         let mut witness = None;
-        let intersects = self.params.does(RepairStep::Intersections) && !self.draft.self_intersections()?.is_empty();
-        let is_open = self.params.does(RepairStep::Holes) && self.draft.inspect()?.topology.boundary.contains(&true);
+        let intersects = self.params.does(RepairStep::Intersections)
+            && !self.draft.self_intersections()?.is_empty();
+        let is_open = self.params.does(RepairStep::Holes)
+            && self.draft.inspect()?.topology.boundary.contains(&true);
         let plans = Plan::list(intersects, is_open);
         self.compares = plans.len() > 1;
         let mut best: Option<(Quality, State)> = None;
@@ -147,7 +149,11 @@ impl Run<'_> {
             }
             // The solid of closed bodies is decided everywhere.
             if let Some(meant) = self.meant.take() {
-                witness = Some(Witness::new(&meant, self.input, self.params.does(RepairStep::Orientation))?);
+                witness = Some(Witness::new(
+                    &meant,
+                    self.input,
+                    self.params.does(RepairStep::Orientation),
+                )?);
             }
             let shape = self.shape(&cleaned.draft, intersects, &mut witness)?;
             let quality = self.quality(&shape)?;
@@ -312,7 +318,9 @@ impl Run<'_> {
         dangling::join(&mut self.draft)?;
         sheets::separate(&mut self.draft, &mut self.report)?;
         // A separated component may be a closed body now, whose outside is known.
-        if self.params.does(RepairStep::Orientation) && self.report.split_vertices + self.report.non_manifold_faces > 0 {
+        if self.params.does(RepairStep::Orientation)
+            && self.report.split_vertices + self.report.non_manifold_faces > 0
+        {
             self.report.reoriented_faces += orient::orient(&mut self.draft)?;
         }
         self.go_on()
@@ -332,7 +340,11 @@ impl Run<'_> {
         }
         let witness = match witness {
             Some(witness) => witness,
-            None => witness.insert(Witness::new(cleaned, self.input, self.params.does(RepairStep::Orientation))?),
+            None => witness.insert(Witness::new(
+                cleaned,
+                self.input,
+                self.params.does(RepairStep::Orientation),
+            )?),
         };
         witness.shape(&self.draft, &self.asked)
     }

@@ -90,12 +90,7 @@ pub(super) fn mirrors(mesh: &Mesh, target: &Target, cancel: &Cancel) -> Vec<Moti
 
 /// The motions that map a mesh onto a template, the best first; empty if none fits. They scale only if no rigid motion fits closely, and
 /// the distance is less than half the distance of the best rigid motion.
-pub(super) fn poses(
-    mesh: &Mesh,
-    template: &Mesh,
-    target: &Target,
-    cancel: &Cancel,
-) -> Vec<Motion> {
+pub(super) fn poses(mesh: &Mesh, template: &Mesh, target: &Target, cancel: &Cancel) -> Vec<Motion> {
     let coarse = samples(mesh, FEW_SAMPLES);
     let (own, other) = (
         Moments::new(&coarse),

@@ -78,12 +78,7 @@ impl<'a> Counterpart<'a> {
     }
 
     /// A template in the poses in which it fits the mesh, scaled if it fits better by far then.
-    pub fn template(
-        mesh: &Mesh,
-        template: Mesh,
-        topology: &Topology,
-        cancel: &Cancel,
-    ) -> Self {
+    pub fn template(mesh: &Mesh, template: Mesh, topology: &Topology, cancel: &Cancel) -> Self {
         let mut new = Self::new(Cow::Owned(template), topology);
         new.motions = poses(mesh, &new.mesh, &new.target(), cancel);
         new

@@ -169,7 +169,9 @@ mod tests {
         // A lattice of 12 x 12 nodes with pseudo-random capacities, against cuts by all columns.
         let mut state = 1u64;
         let mut random = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
             (state >> 33) % 20 + 1
         };
         let node = |i: u32, j: u32| 2 + 12 * j + i;

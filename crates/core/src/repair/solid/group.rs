@@ -77,9 +77,8 @@ impl<'a> Group<'a> {
     /// The faces on the inner side of the smallest cut between outer and inner faces; a mark for each face of the mesh.
     pub(super) fn separated(&self) -> Vec<bool> {
         let is_outer = |f: u32| self.outer[f as usize];
-        let is_inner = |f: u32| {
-            !is_outer(f) && self.is_skin(f) && is_outer(self.sides[f as usize].opposite)
-        };
+        let is_inner =
+            |f: u32| !is_outer(f) && self.is_skin(f) && is_outer(self.sides[f as usize].opposite);
         // Outer faces are the source and inner ones the sink; each undecided face is a node.
         let mut node = vec![NONE; self.sides.len()];
         let mut nodes = 2;

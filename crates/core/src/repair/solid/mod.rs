@@ -127,7 +127,9 @@ fn groups(found: &Inspection, sides: &[Side]) -> Vec<Vec<u32>> {
         let side = &sides[f as usize];
         area[component(f) as usize] += side.area;
         if side.opposite != NONE && component(side.opposite) != component(f) {
-            *shared.entry((component(f), component(side.opposite))).or_insert(0.0) += side.area;
+            *shared
+                .entry((component(f), component(side.opposite)))
+                .or_insert(0.0) += side.area;
         }
     }
     let mut sets = DisjointSets::new(count);

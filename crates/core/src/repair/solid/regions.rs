@@ -44,7 +44,10 @@ pub(super) fn inner_skins(group: &Group, separated: &[bool]) -> InnerSkins {
             false => is_behind_pinholes(group, &region, separated),
         };
         if accepted {
-            region.faces.iter().for_each(|f| skins.removed[*f as usize] = true);
+            region
+                .faces
+                .iter()
+                .for_each(|f| skins.removed[*f as usize] = true);
             skins.skins += 1;
             skins.pinholes += region.openings.len();
             rings.extend(region.openings.iter().flat_map(|o| &o.ring));
@@ -173,7 +176,10 @@ fn is_behind_pinholes(group: &Group, region: &Region, separated: &[bool]) -> boo
     }
     let caps: f64 = region.openings.iter().map(|o| o.vector.length()).sum();
     let widest = region.openings.iter().map(|o| o.radius).fold(0.0, f64::max);
-    let is_mouth = region.openings.iter().any(|o| is_mouth(group, o, separated));
+    let is_mouth = region
+        .openings
+        .iter()
+        .any(|o| is_mouth(group, o, separated));
     log::debug!(
         "region of {} faces, {} openings: radius {:.2} thicknesses, caps {:.3} of the area, skin {:.3}, mouth {is_mouth}",
         region.faces.len(),

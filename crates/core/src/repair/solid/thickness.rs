@@ -45,7 +45,8 @@ pub(super) fn sides(mesh: &Mesh, bvh: &Bvh) -> Vec<Side> {
         let is_parallel =
             |(g, _): &(u32, f64)| normal.dot(geometry[*g as usize].1) < -tuning().solid.parallel;
         let (opposite, distance) = hit.filter(is_parallel).unwrap_or((NONE, f64::INFINITY));
-        let is_faced = normal != DVec3::ZERO && bvh.first_along(centre, normal, |g| g != f).is_some();
+        let is_faced =
+            normal != DVec3::ZERO && bvh.first_along(centre, normal, |g| g != f).is_some();
         Side {
             centre,
             normal,
