@@ -166,11 +166,8 @@ fn choice_parser(choices: &'static [Choice]) -> impl TypedValueParser<Value = Va
             sentence => value.help(sentence.trim_end_matches('.')),
         }
     });
-    PossibleValuesParser::new(possible).map(|text| {
-        let same = |choice: &&Choice| choice.name.eq_ignore_ascii_case(&text);
-        let name = choices.iter().find(same).map(|choice| choice.name);
-        Value::from(name.unwrap_or_default())
-    })
+    PossibleValuesParser::new(possible)
+        .map(|text| Value::from(named(choices, &text).unwrap_or_default()))
 }
 
 /// Parses the text of an option into a JSON value.
@@ -207,15 +204,17 @@ fn parsed(parameter: &Parameter, text: &str) -> Result<Value, String> {
     }
 }
 
+/// The name of a choice as it is serialised; the case of the word does not matter.
+fn named(choices: &[Choice], word: &str) -> Option<&'static str> {
+    let same = |choice: &&Choice| choice.name.eq_ignore_ascii_case(word);
+    choices.iter().find(same).map(|choice| choice.name)
+}
+
 /// Parses words separated by commas.
 fn words(text: &str, choices: &[Choice]) -> Result<Value, String> {
-    let known = |word: &str| {
-        let same = |choice: &&Choice| choice.name.eq_ignore_ascii_case(word);
-        choices.iter().find(same).map(|choice| choice.name)
-    };
     let name = |word: &str| {
         let names: Vec<&str> = choices.iter().map(|choice| choice.name).collect();
-        known(word.trim())
+        named(choices, word.trim())
             .ok_or_else(|| format!("'{}' is none of {}", word.trim(), names.join(", ")))
     };
     let names: Vec<&str> = text.split(',').map(name).collect::<Result<_, _>>()?;

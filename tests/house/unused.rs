@@ -23,22 +23,20 @@ fn is_word(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
-/// The name that a line declares as public, if it declares one.
-fn declared(line: &str) -> Option<&str> {
-    let rest = line.trim_start().strip_prefix("pub ")?;
+/// The kinds of types.
+const TYPES: [&str; 4] = ["struct ", "enum ", "trait ", "type "];
+/// The kinds of other items.
+const OTHERS: [&str; 4] = ["const fn ", "fn ", "const ", "static "];
+
+/// The name of an item of some kinds that a line declares with one of the given visibilities, if it declares one.
+fn declared<'a>(line: &'a str, visible: &[&str], kinds: &[&str]) -> Option<&'a str> {
+    let line = line.trim_start();
+    let rest = visible.iter().find_map(|begin| line.strip_prefix(begin))?;
     let rest = rest.strip_prefix("unsafe ").unwrap_or(rest);
-    let kinds = [
-        "const fn ",
-        "fn ",
-        "struct ",
-        "enum ",
-        "const ",
-        "static ",
-        "trait ",
-        "type ",
-    ];
     let rest = kinds.iter().find_map(|kind| rest.strip_prefix(kind))?;
-    rest.split(|c| !is_word(c)).next()
+    let name = rest.split(|c| !is_word(c)).next();
+    // A macro's `$name` is no name.
+    name.filter(|name| !name.is_empty())
 }
 
 #[test]
@@ -60,26 +58,15 @@ fn public_items_are_used() {
             *times.entry(word).or_default() += 1;
         }
     }
-    let public: Vec<&str> = code().filter_map(declared).collect();
+    let public: Vec<&str> = code()
+        .filter_map(|line| declared(line, &["pub "], &[TYPES, OTHERS].concat()))
+        .collect();
     assert!(public.len() > 1000, "only {} were read", public.len());
     let unused: Vec<&&str> = public.iter().filter(|name| times[**name] < 2).collect();
     assert!(
         unused.is_empty(),
         "nothing names these public items: {unused:?}"
     );
-}
-
-/// The name of a type that a line declares as public, or as visible in its package.
-fn declared_type(line: &str) -> Option<&str> {
-    let line = line.trim_start();
-    let rest = ["pub ", "pub(crate) "]
-        .iter()
-        .find_map(|visible| line.strip_prefix(visible))?;
-    let kinds = ["struct ", "enum ", "trait ", "type "];
-    let rest = kinds.iter().find_map(|kind| rest.strip_prefix(kind))?;
-    let name = rest.split(|c| !is_word(c)).next();
-    // A macro's `$name` is no name.
-    name.filter(|name| !name.is_empty())
 }
 
 #[test]
@@ -95,7 +82,7 @@ fn types_have_names_of_their_own() {
         for name in fs::read_to_string(file)
             .unwrap()
             .lines()
-            .filter_map(declared_type)
+            .filter_map(|line| declared(line, &["pub ", "pub(crate) "], &TYPES))
         {
             let place = file.strip_prefix(root).unwrap().display().to_string();
             types.entry(name.to_owned()).or_default().push(place);

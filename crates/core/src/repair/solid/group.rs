@@ -2,16 +2,16 @@
 
 use super::flow::{Network, SINK, SOURCE};
 use super::reach::reached;
-use super::thickness::{Side, median};
+use super::thickness::{SkinSide, median};
 use crate::mend::Inspection;
 use crate::mesh::topology::{NONE, end, start};
 use crate::spatial::Bvh;
 use crate::tuning::tuning;
 
 /// Components that are each other's skins.
-pub(super) struct Group<'a> {
+pub(super) struct SkinGroup<'a> {
     pub(super) found: &'a Inspection<'a>,
-    pub(super) sides: &'a [Side],
+    pub(super) sides: &'a [SkinSide],
     /// The faces, ascending.
     pub(super) faces: Vec<u32>,
     /// The median distance to the other side of the material, in mesh units.
@@ -22,11 +22,11 @@ pub(super) struct Group<'a> {
     outer: Vec<bool>,
 }
 
-impl<'a> Group<'a> {
+impl<'a> SkinGroup<'a> {
     /// None if few faces have another side, or the skin is too thin for the lattice.
     pub(super) fn new(
         found: &'a Inspection,
-        sides: &'a [Side],
+        sides: &'a [SkinSide],
         faces: Vec<u32>,
         bvh: &Bvh,
     ) -> Option<Self> {

@@ -27,8 +27,8 @@ use crate::mesh::DisjointSets;
 use crate::mesh::topology::NONE;
 use crate::spatial::Bvh;
 use crate::tuning::tuning;
-use group::Group;
-use thickness::{Side, sides};
+use group::SkinGroup;
+use thickness::{SkinSide, sides};
 
 /// The inner skins of a mesh.
 #[derive(Default)]
@@ -101,7 +101,7 @@ fn inner_skins(found: &Inspection) -> InnerSkins {
         }
         let own = (!only).then(|| Bvh::new(mesh, faces.iter().copied()));
         let bvh = own.as_ref().unwrap_or(&bvh);
-        let Some(group) = Group::new(found, &sides, faces, bvh) else {
+        let Some(group) = SkinGroup::new(found, &sides, faces, bvh) else {
             continue;
         };
         let inner = regions::inner_skins(&group, &group.separated());
@@ -118,7 +118,7 @@ fn inner_skins(found: &Inspection) -> InnerSkins {
 }
 
 /// The faces of components that are each other's other sides, such as a closed outer skin and the closed inner skin in it.
-fn groups(found: &Inspection, sides: &[Side]) -> Vec<Vec<u32>> {
+fn groups(found: &Inspection, sides: &[SkinSide]) -> Vec<Vec<u32>> {
     let component = |f: u32| found.topology.component[f as usize];
     let count = found.topology.component_faces.len();
     let mut area = vec![0.0; count];

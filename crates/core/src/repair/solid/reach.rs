@@ -10,7 +10,7 @@ use crate::tuning::tuning;
 const BLOCK: usize = 4;
 
 /// A lattice of the positions of a ball's centre.
-struct Lattice {
+struct BallLattice {
     /// The position of the first node.
     origin: DVec3,
     /// The distance of neighbouring nodes, in mesh units.
@@ -19,7 +19,7 @@ struct Lattice {
     dims: [usize; 3],
 }
 
-impl Lattice {
+impl BallLattice {
     /// A lattice round a box, with the outermost nodes farther than `radius` from it; none if it has more than `most` nodes.
     fn new([low, high]: [DVec3; 2], radius: f64, spacing: f64, most: usize) -> Option<Self> {
         let margin = radius + 2.0 * spacing;
@@ -138,7 +138,7 @@ pub(super) fn reached(
     let rules = &tuning().solid;
     let spacing = radius / rules.radius_nodes;
     let most = rules.nodes.min(1_000_000 + rules.face_nodes * points.len());
-    let lattice = Lattice::new(within, radius, spacing, most)?;
+    let lattice = BallLattice::new(within, radius, spacing, most)?;
     let outside = lattice.flood(lattice.free(bvh, radius));
     // The centre of a ball that touches may lie half a cell's diagonal from a node.
     let distance = radius + 0.5 * 3f64.sqrt() * spacing;

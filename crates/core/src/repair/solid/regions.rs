@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use glam::DVec3;
 
 use super::InnerSkins;
-use super::group::Group;
+use super::group::SkinGroup;
 use super::thickness::median;
 use crate::mesh::DisjointSets;
 use crate::mesh::cut::without_spikes;
@@ -13,7 +13,7 @@ use crate::mesh::topology::{NONE, end, start};
 use crate::tuning::tuning;
 
 /// A connected set of separated faces.
-struct Region {
+struct SkinRegion {
     faces: Vec<u32>,
     openings: Vec<Opening>,
 }
@@ -31,7 +31,7 @@ struct Opening {
 }
 
 /// The separated regions that are inner skins, with the necks of their pinholes.
-pub(super) fn inner_skins(group: &Group, separated: &[bool]) -> InnerSkins {
+pub(super) fn inner_skins(group: &SkinGroup, separated: &[bool]) -> InnerSkins {
     let rules = &tuning().solid;
     let mut skins = InnerSkins {
         removed: vec![false; separated.len()],
@@ -78,7 +78,7 @@ pub(super) fn inner_skins(group: &Group, separated: &[bool]) -> InnerSkins {
 }
 
 /// The connected sets of separated faces, in the order of their first faces.
-fn regions(group: &Group, separated: &[bool]) -> Vec<Region> {
+fn regions(group: &SkinGroup, separated: &[bool]) -> Vec<SkinRegion> {
     let mut known = vec![false; separated.len()];
     let mut all = Vec::new();
     for &first in group.faces.iter().filter(|f| separated[**f as usize]) {
@@ -99,7 +99,7 @@ fn regions(group: &Group, separated: &[bool]) -> Vec<Region> {
             }
             next += 1;
         }
-        all.push(Region {
+        all.push(SkinRegion {
             faces,
             openings: openings(group, border),
         });
@@ -108,7 +108,7 @@ fn regions(group: &Group, separated: &[bool]) -> Vec<Region> {
 }
 
 /// The rings that half-edges form: those connected by vertices.
-fn openings(group: &Group, mut border: Vec<u32>) -> Vec<Opening> {
+fn openings(group: &SkinGroup, mut border: Vec<u32>) -> Vec<Opening> {
     border.sort_unstable();
     let mesh = &group.found.mesh;
     let mut number: BTreeMap<u32, u32> = BTreeMap::new();
@@ -145,7 +145,7 @@ fn openings(group: &Group, mut border: Vec<u32>) -> Vec<Opening> {
 }
 
 /// Whether a closed region is an inner skin, not a cavity: thin and of constant distance to the outer skin.
-fn is_parallel(group: &Group, region: &Region) -> bool {
+fn is_parallel(group: &SkinGroup, region: &SkinRegion) -> bool {
     let rules = &tuning().solid;
     let Some((thickness, _)) = median(group.sides, &region.faces) else {
         return false;
@@ -162,7 +162,7 @@ fn is_parallel(group: &Group, region: &Region) -> bool {
 }
 
 /// Whether a region is a skin all of whose openings are pinholes.
-fn is_behind_pinholes(group: &Group, region: &Region, separated: &[bool]) -> bool {
+fn is_behind_pinholes(group: &SkinGroup, region: &SkinRegion, separated: &[bool]) -> bool {
     let rules = &tuning().solid;
     let t = group.thickness;
     let (mut area, mut skin) = (0.0, 0.0);
@@ -196,7 +196,7 @@ fn is_behind_pinholes(group: &Group, region: &Region, separated: &[bool]) -> boo
 
 /// Whether an opening is the mouth of a pipe or of a bottle's neck: the outer skin round it is a tube along the normal of the
 /// opening's cap. Round a pinhole the skin faces as the cap does, or both ways where the pinhole pierces a thin part.
-fn is_mouth(group: &Group, opening: &Opening, separated: &[bool]) -> bool {
+fn is_mouth(group: &SkinGroup, opening: &Opening, separated: &[bool]) -> bool {
     let rules = &tuning().solid;
     let reach = opening.radius + rules.beside * group.thickness;
     let faces = around(group, &opening.ring, separated, |f| {
@@ -230,7 +230,7 @@ fn is_mouth(group: &Group, opening: &Opening, separated: &[bool]) -> bool {
 
 /// The faces outside that are connected with a ring through faces that `belongs` accepts, in the order of their distance in edges.
 fn around(
-    group: &Group,
+    group: &SkinGroup,
     ring: &[u32],
     separated: &[bool],
     belongs: impl Fn(u32) -> bool,
@@ -251,7 +251,7 @@ fn around(
 
 /// Marks the faces of necks: near the half-edges of rings, those whose other side is not parallel to them. Without them patches
 /// continue the outer skin.
-fn remove_necks(group: &Group, rings: &[u32], removed: &mut Vec<bool>) {
+fn remove_necks(group: &SkinGroup, rings: &[u32], removed: &mut Vec<bool>) {
     let rules = &tuning().solid;
     let (mesh, opposite) = (&group.found.mesh, &group.found.topology.opposite);
     let inner = removed.clone();

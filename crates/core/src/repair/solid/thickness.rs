@@ -10,7 +10,7 @@ use crate::tuning::tuning;
 
 /// The geometry of a face and of the face on the other side of the material behind it.
 #[derive(Clone, Copy)]
-pub(super) struct Side {
+pub(super) struct SkinSide {
     /// The face's centroid.
     pub(super) centre: DVec3,
     /// The face's unit normal; zero for a face without area.
@@ -26,7 +26,7 @@ pub(super) struct Side {
 }
 
 /// The sides of all faces of a mesh. `bvh` holds the faces that rays may meet.
-pub(super) fn sides(mesh: &Mesh, bvh: &Bvh) -> Vec<Side> {
+pub(super) fn sides(mesh: &Mesh, bvh: &Bvh) -> Vec<SkinSide> {
     let geometry: Vec<(DVec3, DVec3, f64)> = (0..mesh.faces.len() as u32)
         .into_par_iter()
         .map(|f| {
@@ -47,7 +47,7 @@ pub(super) fn sides(mesh: &Mesh, bvh: &Bvh) -> Vec<Side> {
         let (opposite, distance) = hit.filter(is_parallel).unwrap_or((NONE, f64::INFINITY));
         let is_faced =
             normal != DVec3::ZERO && bvh.first_along(centre, normal, |g| g != f).is_some();
-        Side {
+        SkinSide {
             centre,
             normal,
             area,
@@ -62,7 +62,7 @@ pub(super) fn sides(mesh: &Mesh, bvh: &Bvh) -> Vec<Side> {
 
 /// The area-weighted median of the distances of some faces to their other sides, and the fraction of their area that has one; none
 /// if no face has one.
-pub(super) fn median(sides: &[Side], faces: &[u32]) -> Option<(f64, f64)> {
+pub(super) fn median(sides: &[SkinSide], faces: &[u32]) -> Option<(f64, f64)> {
     let own = || faces.iter().map(|f| &sides[*f as usize]);
     let mut known: Vec<(f64, f64)> = own()
         .filter(|s| s.opposite != NONE)
