@@ -1,7 +1,7 @@
 //! Planar caps on request (`flat`), and the remark on patches that rise far above their rims.
 
 use crate::desk::{Desk, assert_code, text};
-use crate::shapes::{bits, cut, polar, sphere, topology};
+use crate::shapes::{bits, cut, polar, sphere, topology, volume};
 use glam::DVec3;
 use isomend::io::Format;
 use isomend::{FillParams, HoleOutcome, HolePlan, Inspection, Mesh, fill};
@@ -87,6 +87,44 @@ fn a_flat_cap_does_not_depend_on_other_holes_and_is_in_the_plan() {
         report.regions.iter().find(of).unwrap().new_vertices
     };
     assert_eq!(caps(&both.report, 1), caps(&mixed.report, 1));
+}
+
+/// A square block of side 4 and height 1 with a round hole through it, without its top. `n` edges round the hole, a multiple of four.
+fn topless_block(n: u32) -> Mesh {
+    let angle = |k: u32, of: u32| std::f64::consts::TAU * f64::from(k) / f64::from(of);
+    let ring = (0..n).map(|k| DVec3::new(angle(k, n).cos(), angle(k, n).sin(), 0.0));
+    let corners = (0..4).map(|k| {
+        let a = angle(2 * k + 1, 8);
+        DVec3::new(2.0 * a.cos().signum(), 2.0 * a.sin().signum(), 0.0)
+    });
+    let low: Vec<DVec3> = ring.chain(corners).collect();
+    let count = n + 4;
+    let positions = [0.0, 1.0]
+        .iter()
+        .flat_map(|z| low.iter().map(move |p| *p + *z * DVec3::Z));
+    let mut faces = Vec::new();
+    for k in 0..n {
+        let (a, b) = (k, (k + 1) % n);
+        let corner = n + 4 * k / n;
+        faces.extend([[a, b, corner], [a, a + count, b], [b, a + count, b + count]]);
+    }
+    for k in 0..4 {
+        let (a, b) = (n + k, n + (k + 1) % 4);
+        let shared = (k + 1) * n / 4 % n;
+        faces.extend([[a, shared, b], [a, b, a + count], [b, b + count, a + count]]);
+    }
+    Mesh::new(positions.collect(), faces)
+}
+
+#[test]
+fn a_missing_side_round_a_hole_is_a_cap_with_a_hole_however_few_edges_its_outline_has() {
+    let block = topless_block(24);
+    let filled = fill(&block, &FillParams::default()).unwrap();
+    assert_eq!(topology(&filled.mesh), (0, 0));
+    assert_eq!(filled.report.tally().flat, 2);
+    assert_eq!(filled.report.tally().intersecting_faces, 0);
+    let hole = 12.0 * (std::f64::consts::TAU / 24.0).sin();
+    assert!((volume(&filled.mesh) - (16.0 - hole)).abs() < 1e-9);
 }
 
 #[test]

@@ -80,8 +80,8 @@ pub(super) fn choose(
     Ok((outcomes, chosen))
 }
 
-/// Groups the chosen holes into regions. The rims of one flat cap form a region, also if there are several. Holes of few edges and holes with flat caps or bases form regions of their own. Rims of
-/// small components join the hole around them, or are left open.
+/// Groups the chosen holes into regions. The rims of one flat cap form a region, also if there are several. Holes of few edges and holes
+/// with flat caps or bases form regions of their own. Rims of small components join the hole around them, or are left open.
 pub(super) fn groups(
     found: &Inspection,
     params: &FillParams,

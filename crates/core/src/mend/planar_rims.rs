@@ -22,11 +22,9 @@ pub(super) fn planar_rims(
         return Vec::new();
     }
     let is_free = |h: &Hole| !params.bridges(&[h.id]) && !h.outer_boundary;
-    let is_planar = |h: &Hole| {
-        h.edges > tuning().fill.few_edges
-            && h.height <= tuning().fill.planar_rim * h.diameter
-            && h.normal != DVec3::ZERO
-    };
+    let has_few_edges = |h: usize| found.holes[h].edges <= tuning().fill.few_edges;
+    let is_planar =
+        |h: &Hole| h.height <= tuning().fill.planar_rim * h.diameter && h.normal != DVec3::ZERO;
     let mut flat: Vec<usize> = chosen.to_vec();
     flat.retain(|&h| is_free(&found.holes[h]) && is_planar(&found.holes[h]));
     if flat.is_empty() {
@@ -49,14 +47,18 @@ pub(super) fn planar_rims(
     let component = |i: usize| found.holes[flat[i]].component;
     let is_cut = |i: usize| {
         let others = (0..flat.len()).filter(|&j| j != i && component(j) == component(i));
-        let mut cut = others.filter(|&j| straight[j].leave_plane && coplanar(flat[i], flat[j]));
-        straight[i].leave_plane && cut.next().is_some()
+        let leaves_plane = |j: usize| straight[j].leave_plane && !has_few_edges(flat[j]);
+        let mut cut = others.filter(|&j| leaves_plane(j) && coplanar(flat[i], flat[j]));
+        leaves_plane(i) && cut.next().is_some()
     };
     let own: Vec<usize> = (0..flat.len())
         .filter(|&i| straight[i].are_straight || is_cut(i))
         .map(|i| flat[i])
         .collect();
-    nested(found, &own, &coplanar)
+    let mut groups = nested(found, &own, &coplanar);
+    // Triangles between its vertices close a rim of few edges, unless there are others inside it.
+    groups.retain(|group| group.len() > 1 || !has_few_edges(group[0]));
+    groups
 }
 
 /// Groups of rims of the same planes: each rim that winds the other way round joins the smallest one around it.

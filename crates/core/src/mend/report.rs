@@ -94,6 +94,13 @@ impl FillReport {
         pairs
     }
 
+    /// Whether a patch joins several rims, although the caller did not ask for it; flat caps with holes do not count.
+    pub(crate) fn joins_rims(&self) -> bool {
+        let joins = |r: &RegionReport| r.holes.len() > 1 && !r.bridge;
+        let is_flat = |r: &RegionReport| r.closed_by == Some(ClosedBy::Flat);
+        self.regions.iter().any(|r| joins(r) && !is_flat(r))
+    }
+
     /// Whether something that was to be filled is still open: a hole, or a boundary chain that does not close.
     pub fn incomplete(&self) -> bool {
         self.tally().failed > 0 || (self.all_holes && !self.open_chains.is_empty())

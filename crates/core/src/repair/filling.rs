@@ -126,14 +126,15 @@ impl Run<'_> {
             bridge: Vec::new(),
             flat: Vec::new(),
             crease: Vec::new(),
+            apart: self.apart || self.params.fill.apart,
             ..self.params.fill.clone()
         };
         if which == Filling::Made || !self.params.does(RepairStep::Holes) {
             return Ok(only(made));
         }
-        let own = &self.params.fill;
         let origins = &self.draft.origins.vertices;
-        let chosen = self.choice.params(found, origins, &made, own);
+        let mut chosen = (self.choice).params(found, origins, &made, &self.params.fill);
+        chosen.apart |= self.apart;
         if which == Filling::Chosen {
             return Ok(chosen);
         }

@@ -4,7 +4,11 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::check::self_intersections;
 use crate::mend::Inspection;
-use crate::spatial::intersecting_pairs;
+use crate::spatial::{intersecting_pairs, partners};
+
+/// If more than one in this many faces is unknown, those that intersect any others are found first, which is quicker for many long
+/// and thin faces.
+const LARGE_PART: usize = 16;
 
 /// The corners of a face, ascending.
 pub(super) fn sorted([a, b, c]: [u32; 3]) -> [u32; 3] {
@@ -76,6 +80,10 @@ impl IntersectionCache {
             }
         } else if !is_same {
             let faces: Vec<[u32; 3]> = all.iter().map(|f| mesh.faces[*f as usize]).collect();
+            if LARGE_PART * asked.len() > all.len() {
+                let hit = partners(&mesh.positions, &faces, &asked);
+                asked = hit.into_iter().map(|(i, _)| i).collect();
+            }
             for [i, j] in intersecting_pairs(&mesh.positions, &faces, &asked) {
                 pair(i, j);
                 pair(j, i);

@@ -129,6 +129,7 @@ pub fn repair(
             is_united: false,
             joins: false,
             compares: false,
+            apart: false,
             early: Vec::new(),
             asked: HashSet::new(),
             border: HashSet::new(),
@@ -168,6 +169,8 @@ struct Run<'a> {
     joins: bool,
     /// Whether several plans are compared: a fill that fails is one of many.
     compares: bool,
+    /// Whether each hole is closed by itself.
+    apart: bool,
     /// Holes closed before the fill of the chosen ones.
     early: Vec<HoleReport>,
     /// Input faces removed because the caller asked for it.

@@ -83,8 +83,26 @@ impl Quality {
     /// Whether only the area lost is doubtful.
     fn is_tolerable(&self) -> bool {
         let is_clean = self.faults.intersecting_or_not_manifold() == 0 && !self.destroys;
-        is_clean && self.differs <= tuning().repair.doubtful_difference
+        is_clean && !self.has_another_solid()
     }
+
+    /// Whether the solid is doubtful.
+    fn has_another_solid(&self) -> bool {
+        self.differs > tuning().repair.doubtful_difference
+    }
+}
+
+/// A search in progress.
+struct Search<'a> {
+    cleaned: State,
+    /// The mesh before it was cleaned, if faces intersect.
+    given: Option<Given>,
+    carried: &'a Carried<'a>,
+    intersects: bool,
+    /// The solid that the input means, once it was needed.
+    witness: Option<Witness>,
+    /// The best result with its plan.
+    best: Option<(Quality, State, Plan)>,
 }
 
 /// What the steps change.
@@ -124,61 +142,93 @@ impl Run<'_> {
         given: Option<Given>,
         carried: &Carried,
     ) -> Result<(), FillError> {
-        let cleaned = self.state();
         self.joins = self.report.welded_vertices + self.report.stitched_junctions > 0;
-        let mut witness = None;
         let intersects = self.params.does(RepairStep::Intersections)
             && !self.draft.self_intersections()?.is_empty();
         let is_open = self.params.does(RepairStep::Holes)
             && self.draft.inspect()?.topology.boundary.contains(&true);
         let plans = Plan::list(intersects, is_open);
         self.compares = plans.len() > 1;
-        let mut best: Option<(Quality, State)> = None;
+        let mut search = Search {
+            cleaned: self.state(),
+            given,
+            carried,
+            intersects,
+            witness: None,
+            best: None,
+        };
         for &plan in plans {
-            let is_last_resort = plan == Plan::Keep;
-            if is_last_resort && best.as_ref().is_some_and(|(q, _)| !q.destroys) {
+            let best = search.best.as_ref().map(|(quality, ..)| quality);
+            if plan == Plan::Keep && best.is_some_and(|q| !q.destroys) {
                 break;
             }
             // Vertices stay if the bodies could be united.
-            if plan == Plan::Relax && best.as_ref().is_some_and(|(q, _)| !q.is_wrong) {
+            if plan == Plan::Relax && best.is_some_and(|q| !q.is_wrong) {
                 continue;
             }
-            self.restore(cleaned.clone());
-            if !self.follow(plan, given.as_ref(), carried)? {
+            let Some(quality) = self.attempt(plan, &mut search)? else {
                 continue;
-            }
-            // The solid of closed bodies is decided everywhere.
-            if let Some(meant) = self.meant.take() {
-                witness = Some(Witness::new(
-                    &meant,
-                    self.input,
-                    self.params.does(RepairStep::Orientation),
-                )?);
-            }
-            let shape = self.shape(&cleaned.draft, intersects, &mut witness)?;
-            let quality = self.quality(&shape)?;
-            log::debug!("plan {plan:?}: {quality:?}");
-            self.report.doubt = shape.doubt();
-            if best.as_ref().is_none_or(|(known, _)| quality < *known) {
-                best = Some((quality, self.state()));
-            }
+            };
             // Another way to close what the bodies mean loses no less.
             let unites = matches!(plan, Plan::UniteGiven | Plan::UniteCleaned);
-            let differs = quality.differs > tuning().repair.doubtful_difference;
-            if unites && quality.faults.intersecting_or_not_manifold() == 0 && !differs {
+            let is_large = self.input.faces.len() > tuning().repair.settled_faces;
+            let is_meant = match is_large {
+                true => !quality.destroys,
+                false => !quality.has_another_solid(),
+            };
+            if unites && quality.faults.intersecting_or_not_manifold() == 0 && is_meant {
                 self.is_united = true;
             }
-            let is_large = self.input.faces.len() > tuning().repair.settled_faces;
             let loses_little = quality.lost <= tuning().repair.little_lost;
             if !quality.is_wrong && (loses_little || is_large) || is_large && quality.is_tolerable()
             {
                 break;
             }
         }
-        if let Some((_, state)) = best {
+        self.try_apart(&mut search)?;
+        if let Some((_, state, _)) = search.best {
             self.restore(state);
         }
         Ok(())
+    }
+
+    /// Follows the best plan once more, with each hole closed by itself, if it joined rims and has quite another solid than the input.
+    fn try_apart(&mut self, search: &mut Search) -> Result<(), FillError> {
+        let best = search.best.as_ref();
+        let Some((_, state, plan)) = best.filter(|(q, ..)| q.destroys) else {
+            return Ok(());
+        };
+        if self.params.fill.apart || !state.report.fill.joins_rims() {
+            return Ok(());
+        }
+        let plan = *plan;
+        (self.apart, self.is_united) = (true, false);
+        self.attempt(plan, search)?;
+        self.apart = false;
+        Ok(())
+    }
+
+    /// Follows a plan from the cleaned mesh; its state is kept if it is the best. Returns its quality, if it could be followed to its
+    /// end.
+    fn attempt(&mut self, plan: Plan, search: &mut Search) -> Result<Option<Quality>, FillError> {
+        self.restore(search.cleaned.clone());
+        if !self.follow(plan, search.given.as_ref(), search.carried)? {
+            return Ok(None);
+        }
+        // The solid of closed bodies is decided everywhere.
+        if let Some(meant) = self.meant.take() {
+            let turns = self.params.does(RepairStep::Orientation);
+            search.witness = Some(Witness::new(&meant, self.input, turns)?);
+        }
+        let shape = self.shape(search)?;
+        let quality = self.quality(&shape)?;
+        log::debug!("plan {plan:?}: {quality:?}");
+        self.report.doubt = shape.doubt();
+        let best = search.best.as_ref();
+        if best.is_none_or(|(known, ..)| quality < *known) {
+            search.best = Some((quality, self.state(), plan));
+        }
+        Ok(Some(quality))
     }
 
     /// Runs a plan; returns whether it could be followed to its end.
@@ -326,25 +376,21 @@ impl Run<'_> {
         self.go_on()
     }
 
-    /// The shape of the present state. The witness is the solid of the `cleaned` mesh, made if needed: where nothing intersected and
-    /// no face is gone, the shape is the input's.
-    fn shape(
-        &self,
-        cleaned: &Draft,
-        intersects: bool,
-        witness: &mut Option<Witness>,
-    ) -> Result<Shape, FillError> {
+    /// The shape of the present state: the input's where nothing intersected, no face is gone, and each hole was closed by itself.
+    fn shape(&self, search: &mut Search) -> Result<Shape, FillError> {
         let faces = self.input.faces.len();
-        if !intersects && cleaned.origins.living(faces) == self.draft.origins.living(faces) {
+        let cleaned = &search.cleaned.draft;
+        let is_whole = || cleaned.origins.living(faces) == self.draft.origins.living(faces);
+        let closes_apart = || self.report.walls.is_empty() && !self.report.fill.joins_rims();
+        if !search.intersects && is_whole() && closes_apart() {
             return Ok(Shape::whole());
         }
-        let witness = match witness {
+        let witness = match &mut search.witness {
             Some(witness) => witness,
-            None => witness.insert(Witness::new(
-                cleaned,
-                self.input,
-                self.params.does(RepairStep::Orientation),
-            )?),
+            unmade => {
+                let turns = self.params.does(RepairStep::Orientation);
+                unmade.insert(Witness::new(cleaned, self.input, turns)?)
+            }
         };
         witness.shape(&self.draft, &self.asked)
     }

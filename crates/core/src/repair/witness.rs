@@ -3,7 +3,7 @@
 //!
 //! The generalized winding number (Jacobson, Kavan, Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding
 //! numbers", 2013) tells the inside of a mesh with holes, with intersecting parts and with bodies inside others. Points where it is
-//! near one half, and points near the input's holes, decide nothing.
+//! near one half decide nothing, nor points near the input's holes but for those deep inside.
 
 use std::collections::HashSet;
 
@@ -105,17 +105,21 @@ impl Witness {
             .map(|h| (h.centre, rules.near_hole * h.diameter))
             .collect();
         let is_near_hole = |p: &DVec3| balls.iter().any(|(c, r)| p.distance_squared(*c) < r * r);
-        let decided: Vec<(DVec3, bool)> = (1..=rules.witness_points as u32)
+        let sampled: Vec<(DVec3, f64)> = (1..=rules.witness_points as u32)
             .into_par_iter()
             .map(|i| from + halton(i) * size)
-            .filter(|p| !is_near_hole(p))
-            .filter_map(|p| {
-                let winding = solid.winding(p);
-                let sure = (winding - 0.5).abs() > rules.undecided;
-                sure.then_some((p, winding > 0.5))
-            })
+            .map(|p| (p, solid.winding(p)))
             .collect();
-        let (points, inside) = decided.into_iter().unzip();
+        let is_deep = |winding: f64| winding > 0.5 + rules.deep;
+        let deep = sampled.iter().filter(|(_, w)| is_deep(*w)).count();
+        // However wide a hole of a body is: no patch of it passes deep inside. A sheet has no inside.
+        let is_body = deep as f64 > rules.least_deep * sampled.len() as f64;
+        let decides = |(p, winding): &(DVec3, f64)| match is_near_hole(p) {
+            true => is_body && is_deep(*winding),
+            false => (winding - 0.5).abs() > rules.undecided,
+        };
+        let decided = sampled.iter().filter(|of| decides(of));
+        let (points, inside) = decided.map(|(p, winding)| (*p, *winding > 0.5)).unzip();
         let mut faces: Vec<[DVec3; 3]> = (0..input.faces.len() as u32)
             .map(|f| input.corners(f))
             .collect();
@@ -245,4 +249,47 @@ fn halton(index: u32) -> DVec3 {
         sum
     };
     DVec3::new(radical(2), radical(3), radical(5))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mend::Inspection;
+    use crate::mesh::shapes::{icosphere, punch};
+
+    fn draft(mesh: &Mesh) -> Draft {
+        let found = Inspection::new(mesh).unwrap();
+        Draft::new(mesh, found.topology.component.clone())
+    }
+
+    /// The agreement of a mesh with a copy of it that is hollow: it has an inner skin, a tenth smaller and reversed.
+    fn agreement_of_hollow(mesh: &Mesh) -> f64 {
+        let witness = Witness::new(&draft(mesh), mesh, true).unwrap();
+        let mut hollow = mesh.clone();
+        let (low, high) = crate::mesh::bounds(mesh.positions.iter().copied());
+        let centre = 0.5 * (low + high);
+        let known = mesh.positions.len() as u32;
+        let inner = mesh.positions.iter().map(|p| centre + 0.9 * (*p - centre));
+        hollow.positions.extend(inner);
+        let reversed = mesh.faces.iter().map(|[a, b, c]| [*a, *c, *b]);
+        hollow.faces.extend(reversed.map(|f| f.map(|v| v + known)));
+        let shape = witness.shape(&draft(&hollow), &HashSet::new()).unwrap();
+        shape.agreement
+    }
+
+    #[test]
+    fn a_housing_with_a_wide_opening_is_solid_deep_inside() {
+        let housing = punch(&icosphere(3), |p| p.z > 0.6);
+        assert!(agreement_of_hollow(&housing) < 0.5);
+    }
+
+    #[test]
+    fn a_bowl_and_a_sheet_may_have_walls() {
+        let bowl = punch(&icosphere(3), |p| p.z > -0.05);
+        let mut sheet = bowl.clone();
+        sheet.positions.iter_mut().for_each(|p| p.z *= 0.2);
+        for mesh in [bowl, sheet] {
+            assert_eq!(agreement_of_hollow(&mesh), 1.0);
+        }
+    }
 }

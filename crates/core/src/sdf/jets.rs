@@ -16,6 +16,8 @@ const MAX_DEGREE: usize = 4;
 const MAX_TERMS: usize = terms(MAX_DEGREE);
 /// Number of vertices wanted for a fit; further rings are added until it is reached.
 const WANTED: usize = 19;
+/// Number of vertices with which no vertex's neighbours are added any more.
+const ENOUGH: usize = 120;
 /// Maximum number of rings of vertices around a vertex to which its jet is fitted.
 pub const JET_RINGS: usize = 5;
 /// Newton's method for a foot point ends with a step this short, in radii of the neighbourhood. The remaining error is its
@@ -286,6 +288,10 @@ fn neighbourhood(mesh: &Mesh, around: &VertexFaces, vertex: u32, normal: DVec3) 
             break;
         }
         for &f in around.of(v) {
+            // Of a fan with more faces, a part decides.
+            if found.len() > 2 * ENOUGH {
+                return found;
+            }
             if crate::mesh::face_normal(mesh, f).dot(normal) < SAME_SIDE {
                 continue;
             }
@@ -296,7 +302,7 @@ fn neighbourhood(mesh: &Mesh, around: &VertexFaces, vertex: u32, normal: DVec3) 
                 }
             }
         }
-        if found.len() > 120 {
+        if found.len() > ENOUGH {
             break;
         }
     }

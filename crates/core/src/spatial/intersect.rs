@@ -16,6 +16,10 @@ const MAX_WITHOUT_TREE: usize = 8;
 /// With many more most faces intersect others, and searching only the first partner of each face is faster; or most faces are long
 /// and thin, and oriented boxes are.
 const MAX_PAIRS_PER_FACE: usize = 64;
+/// Number of faces that are tested first if there are more than [`LEAST_SAMPLED`].
+const SAMPLE: usize = 128;
+/// Least number of faces of which some are tested first.
+const LEAST_SAMPLED: usize = 4096;
 /// Lower bound of the pairs that are tested before oriented boxes are made.
 const MIN_PAIRS: usize = 10_000;
 
@@ -91,7 +95,18 @@ impl Soup<'_> {
             true => usize::MAX,
             false => most,
         };
-        if let Some(found) = self.first_partners(asked, most) {
+        // Of many faces, a few show whether oriented boxes are quicker.
+        let (size, step) = (asked.len(), asked.len() / SAMPLE);
+        let sample = || asked.iter().copied().step_by(step).collect::<Vec<u32>>();
+        let is_slow = || {
+            let most = MAX_PAIRS_PER_FACE * SAMPLE;
+            self.first_partners(&sample(), most).is_none()
+        };
+        let found = match !all_have_one && size > LEAST_SAMPLED && is_slow() {
+            true => None,
+            false => self.first_partners(asked, most),
+        };
+        if let Some(found) = found {
             return found;
         }
         let has = have_partners(self.positions, self.faces, asked);

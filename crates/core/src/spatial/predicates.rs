@@ -191,8 +191,17 @@ fn quick_side(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Option<f64> {
     (volume.abs() > bound).then_some(volume)
 }
 
+/// A number of the sign of six times the volume of (a, b, c, d), exactly: positive if `d` is below the plane of (a, b, c) seen from
+/// where they turn left.
 #[inline]
 fn side(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
+    if let Some(volume) = quick_side(a, b, c, d) {
+        return volume;
+    }
+    // Flat sides across an axis are frequent, and exact arithmetic is slow where the volume is zero.
+    if (a.cmpeq(b) & a.cmpeq(c) & a.cmpeq(d)).any() {
+        return 0.0;
+    }
     let of = |p: DVec3| Coord3D {
         x: p.x,
         y: p.y,

@@ -187,8 +187,14 @@ thresholds! {
         least_side: f64 = 0.1,
         /// Distance of a winding number from one half. Points nearer to it decide nothing: they lie near large holes.
         undecided: f64 = 0.1,
-        /// Diameters of a hole. Points nearer to its centre decide nothing: the patch there is not the input's.
+        /// Diameters of a hole. Points nearer to its centre decide nothing, unless they are [`Self::deep`] inside: the patch there is
+        /// not the input's.
         near_hole: f64 = 0.75,
+        /// By how much a winding number exceeds one half deep inside. A half ball has 0.65 at the middle between its pole and centre.
+        deep: f64 = 0.2,
+        /// Fraction of the bounding box. A mesh with less than this deep inside may be a sheet or a bowl: 0.003 of a scan of an
+        /// excavation, 0.2 of half a ball, 0.4 to 0.7 of open housings.
+        least_deep: f64 = 0.3,
         /// Diagonals of the mesh's bounding box. Cracks up to this width are closed. Of 24 solids of a program that makes boolean
         /// operations with a tolerance of 1e-5 the widest cracks were 3e-5.
         crack: f64 = 1e-3,
