@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from isomend import _isomend, _params
 from isomend._check import Verdict
-from isomend._errors import EmptyMaskError, IsomendError
+from isomend._errors import EmptyMaskError, IsomendError, ParameterError
 from isomend._holes import CreaseEnd, Hole, crease_end_of, hole_of
 from isomend._isomend import Found, Mended as CoreMended, Model as CoreModel
 from isomend._reports import Drawn, report_of
@@ -299,6 +299,7 @@ class Mended(Shape, Drawn):
         unit: Literal["um", "mm", "cm", "m", "in", "ft"] | None = None,
         tolerance: float | None = None,
         texture: bool = True,
+        paint: Literal["none", "continue"] = "none",
     ) -> Mended:
         """The same result with further files and marks for :meth:`write`, as by the options of ``isomend restore``.
 
@@ -310,6 +311,8 @@ class Mended(Shape, Drawn):
                 give equal bytes.
             tolerance: The largest error allowed: ``report["invented"]`` then lists the holes whose patches exceed it.
             texture: Whether patches across seams of a texture get texels of their own in OBJ, glTF and GLB files.
+            paint: ``"continue"`` paints patches as the triangles beside them, where a 3MF file with the paint of a slicer was read and is
+                written.
 
         Raises:
             ParameterError: The options contradict each other or do not suit this result.
@@ -328,10 +331,18 @@ class Mended(Shape, Drawn):
             unit,
             None if tolerance is None else float(tolerance),
             texture,
+            _continues(paint),
         )
         mended = Mended.__new__(Mended)
         mended._core, mended._made, mended._given = core, {}, self._given
         return mended
+
+
+def _continues(paint: str) -> bool:
+    """Whether patches are painted as their neighbours."""
+    if paint not in ("none", "continue"):
+        raise ParameterError(f'paint is {paint!r}; give "none" or "continue"')
+    return paint == "continue"
 
 
 def _templates(given: Any) -> Any:

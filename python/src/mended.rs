@@ -145,9 +145,11 @@ impl Mended {
         unit: Option<&str>,
         tolerance: Option<f64>,
         texture: bool,
+        paint: bool,
     ) -> PyResult<Self> {
         let mut wanted = deliverables([patches, piece], mark, unit, tolerance)?;
         wanted.no_texture = !texture;
+        wanted.continue_paint = paint;
         let mended = (*self.mended).clone().delivering(wanted);
         Ok(Self::new(mended.map_err(Failure::from)?))
     }

@@ -340,6 +340,7 @@ impl<'s> Mended<'s> {
                     source: &self.spec.source.place,
                     unwanted: &self.spec.work.painted(),
                     plain_patches: wanted.has_plain_patches(),
+                    continues_paint: wanted.continue_paint,
                     cancel: &self.cancel,
                 };
                 let mut saved = output.write_mended(own, &saving, regions, &mut staging)?;

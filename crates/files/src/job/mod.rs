@@ -36,6 +36,7 @@ mod marks;
 mod mended;
 mod outcome;
 mod output;
+mod paint;
 mod painted;
 mod places;
 mod read;

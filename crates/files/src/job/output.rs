@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::bodies::checked;
 use super::deliver::{Component, Mark};
 use super::hash::sha256;
+use super::paint::continue_paint;
 use super::result::{ReplacedBody, label_replaced};
 use super::rounding::collapse_note;
 use super::staging::{Staging, make_folder};
@@ -16,8 +17,8 @@ use super::texels::{Texels, add_material, refer_to_material};
 use super::units::unit_notes;
 use super::{JobError, Place};
 use crate::io::{
-    Contents, Format, GltfDocument, IoError, Loaded, Precision, WriteOptions, Written,
-    model_to_bytes, no_side_files, read_bytes, replace_file,
+    Contents, FileDocument, Format, GltfDocument, IoError, Loaded, Precision, WriteOptions,
+    Written, model_to_bytes, no_side_files, read_bytes, replace_file,
 };
 use isomend_core::attributes::{UnwantedColour, transfer_without};
 use isomend_core::cancel::Cancel;
@@ -82,6 +83,8 @@ pub(super) struct Saving<'a> {
     pub(super) unwanted: &'a [UnwantedColour],
     /// Whether patches across seams of a texture stay without texels.
     pub(super) plain_patches: bool,
+    /// Whether patches are painted as their neighbours.
+    pub(super) continues_paint: bool,
     /// The token that stops the writing.
     pub(super) cancel: &'a Cancel,
 }
@@ -156,10 +159,12 @@ impl Output {
     /// The transform from the file's coordinates to the mesh's, if the file stores 32-bit floats; else `None`.
     pub(super) fn stored(&self, input: &Loaded) -> Option<DMat4> {
         match self.format {
-            Format::Gltf | Format::Glb => Some(match &input.document {
-                Some(document) => document.largest_transform(),
-                None => DMat4::IDENTITY,
-            }),
+            Format::Gltf | Format::Glb => {
+                Some(match input.document.as_ref().and_then(FileDocument::gltf) {
+                    Some(document) => document.largest_transform(),
+                    None => DMat4::IDENTITY,
+                })
+            }
             Format::Stl if !self.ascii => Some(DMat4::IDENTITY),
             Format::Obj | Format::Off | Format::ThreeMf => None,
             _ => input.f32_exact.then_some(DMat4::IDENTITY),
@@ -245,6 +250,9 @@ impl Output {
             &mut done.attributes,
             faces,
         );
+        if saving.continues_paint {
+            continue_paint(&mut done, input.mesh.faces.len());
+        }
         if !saving.plain_patches {
             let texels = Texels {
                 place: &self.place,
@@ -262,7 +270,8 @@ impl Output {
         }
         if let Some(mark) = saving.mark {
             let kept = input.mesh.faces.len();
-            let file = (self.format, input.document.as_ref());
+            let document = input.document.as_ref().and_then(FileDocument::gltf);
+            let file = (self.format, document);
             let notes = mark.apply(&mut done, kept, saving.components, file);
             done.notes.extend(notes);
         }
@@ -310,7 +319,10 @@ impl Output {
         label_replaced(saving.replaced, before, &mut attributes, faces);
         let is_lost = |kind| attributes.labels_of(kind).is_none();
         let listed = before.listed_where(|_| true, is_lost);
-        let mut saved = self.write_model(mesh, attributes, None, saving, staging)?;
+        // A 3MF package keeps its settings, also if all faces are new; a glTF document needs its vertices.
+        let document = saving.input.document.as_ref();
+        let document = document.filter(|document| document.three_mf().is_some());
+        let mut saved = self.write_model(mesh, attributes, document, saving, staging)?;
         let own = saving.input.attributes.unit;
         saved
             .notes
@@ -326,7 +338,7 @@ impl Output {
         &self,
         mesh: Mesh,
         attributes: Attributes,
-        document: Option<&GltfDocument>,
+        document: Option<&FileDocument>,
         saving: &Saving,
         staging: &mut Staging,
     ) -> Result<Saved, JobError> {
@@ -443,7 +455,8 @@ impl Output {
             }
             (Format::Ply, Format::Ply) => input.attributes.textures.clone(),
             (Format::Gltf | Format::Glb, Format::Gltf | Format::Glb) => {
-                input.document.as_ref().map(GltfDocument::side_files)?
+                let document = input.document.as_ref().and_then(FileDocument::gltf);
+                document.map(GltfDocument::side_files)?
             }
             _ => return None,
         };
