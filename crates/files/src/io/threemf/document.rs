@@ -34,7 +34,7 @@ pub(super) struct Placement {
     /// Name of the model part that contains the object, and the object's number there.
     pub(super) model: String,
     pub(super) object: u32,
-    /// The transform to the build. Coordinates are first multiplied by `scale`, from the unit of the part to that of the main model.
+    /// The transform to the build. Coordinates are first multiplied by `scale`, from the unit of the part to the unit of the main model.
     pub(super) transform: DAffine3,
     pub(super) scale: f64,
     /// First vertex and number of vertices in the mesh that was read; the same for faces.

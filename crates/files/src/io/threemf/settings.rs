@@ -124,7 +124,7 @@ impl Settings {
         self.objects.get_mut(&object?)
     }
 
-    /// The volumes of an object with so many triangles. None if they are fewer than two, overlap or are not all in the object.
+    /// The volumes of an object with this number of triangles. None if they are fewer than two, overlap or are not all in the object.
     pub(super) fn volumes(&self, object: u32, triangles: usize) -> &[Volume] {
         let all = self.objects.get(&object).map(|own| &own.volumes[..]);
         all.filter(|all| all.len() > 1 && are_ranges(all, triangles))
@@ -132,7 +132,7 @@ impl Settings {
     }
 }
 
-/// Whether sorted volumes are disjoint ranges of so many triangles.
+/// Whether sorted volumes are disjoint ranges of this number of triangles.
 pub(super) fn are_ranges(volumes: &[Volume], triangles: usize) -> bool {
     let mut next = 0;
     volumes.iter().all(|volume| {

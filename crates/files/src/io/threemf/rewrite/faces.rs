@@ -25,7 +25,7 @@ pub(super) fn sorted(
     let faces = &model.mesh.faces;
     let origins = model.attributes.file_faces.as_deref();
     if origins.is_some_and(|origins| origins.len() != faces.len()) {
-        return Err("its faces are not those of the file".to_owned());
+        return Err("its faces do not belong to the file".to_owned());
     }
     let names = Names::new(document, model);
     let mut homes: Vec<Option<Home>> = Vec::with_capacity(faces.len());
@@ -99,7 +99,7 @@ impl<'a> Names<'a> {
     }
 }
 
-/// Gives faces without a place that of a face before or after them that shares a vertex.
+/// Gives each face without a place the place of a face that shares a vertex, or of the face before it.
 fn find_by_vertices(model: &Contents<'_>, homes: &mut [Option<Home>]) {
     let mut of_vertex: Vec<Option<Home>> = vec![None; model.mesh.positions.len()];
     let faces = &model.mesh.faces;
@@ -180,7 +180,7 @@ impl<'a> PlacedObject<'a> {
         }
     }
 
-    /// Whether its mesh is that of the file. `of_file` is filled by [`PlacedObject::find_vertices`].
+    /// Whether its mesh is the same as in the file. `of_file` is filled by [`PlacedObject::find_vertices`].
     pub(super) fn is_same(&self, of_file: &[u32]) -> bool {
         let mut vertex_of = vec![NONE; self.object.positions.len()];
         let mut count = 0;

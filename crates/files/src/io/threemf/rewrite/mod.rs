@@ -9,6 +9,8 @@ mod edits;
 mod faces;
 mod object;
 mod outline;
+#[cfg(test)]
+mod tests;
 mod triangle;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -212,7 +214,7 @@ impl<'a> Rewriting<'a> {
         }
         if outline.has_slices {
             self.notes.push(format!(
-                "the slices of object {id} are those of the mesh before"
+                "the slices of object {id} were made of the mesh before"
             ));
         }
         let has_marks = recount.has_marks;

@@ -168,7 +168,7 @@ impl ObjectText<'_> {
         (0..old).all(is_old)
     }
 
-    /// The vertices, part by part: first those of the file in their order, then new ones. Fills in the number of each vertex of the mesh.
+    /// The vertices, part by part: first the vertices of the file in their order, then new ones. Fills in the number of each vertex of the mesh.
     fn vertices(&self, number_of: &mut [u32], keeps_all: bool) -> Result<String, String> {
         let (own, points) = (&self.own, &self.outline.points);
         let back = own.placement.back();

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use quick_xml::events::{BytesStart, Event};
 
-/// Names of attributes with the paint of a triangle, without prefix: those of PrusaSlicer. Bambu Studio and OrcaSlicer begin theirs with
+/// Names of attributes with the paint of a triangle, without prefix, as PrusaSlicer writes them. Names of Bambu Studio and OrcaSlicer begin with
 /// `paint_`.
 const PAINT: [&str; 5] = [
     "custom_supports",
