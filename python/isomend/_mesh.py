@@ -251,6 +251,19 @@ class Mended(Shape, Drawn):
         return self._once("report", lambda: report_of(self._core.document()))
 
     @property
+    def holes(self) -> list[dict[str, Any]]:
+        """The holes and what became of each, as in ``report["holes"]``: number, sizes, outcome, expected error."""
+        rows: list[dict[str, Any]] = self.report.get("holes", [])
+        return rows
+
+    def to_trimesh(self) -> Any:
+        """The mesh as a ``trimesh.Trimesh`` with its named values, ``isomend_sigma`` and ``isomend_patch``, and with the report as JSON
+        under ``isomend_report`` in its metadata. It takes trimesh, which isomend does not install."""
+        from isomend._adapters import to_trimesh
+
+        return to_trimesh(self)
+
+    @property
     def kept_vertices(self) -> NDArray[Any] | None:
         """bool: whether each vertex of the input is kept; ``None`` if nothing was cut out."""
         kept = self._core.kept()

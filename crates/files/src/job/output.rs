@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::bodies::checked;
 use super::deliver::{Component, Mark};
 use super::hash::sha256;
-use super::paint::continue_paint;
+use super::paint::{continue_paint, paint_note};
 use super::result::{ReplacedBody, label_replaced};
 use super::rounding::collapse_note;
 use super::staging::{Staging, make_folder};
@@ -18,7 +18,7 @@ use super::units::unit_notes;
 use super::{JobError, Place};
 use crate::io::{
     Contents, FileDocument, Format, GltfDocument, IoError, Loaded, Precision, WriteOptions,
-    Written, model_to_bytes, no_side_files, read_bytes, replace_file,
+    Written, model_to_bytes, no_side_files, read_bytes,
 };
 use isomend_core::attributes::{UnwantedColour, transfer_without};
 use isomend_core::cancel::Cancel;
@@ -219,6 +219,11 @@ impl Output {
         let document = input.document.as_ref();
         let mut saved = self.write_model(done.mesh, done.attributes, document, saving, staging)?;
         saved.notes = [done.notes, saved.notes].concat();
+        if saving.continues_paint {
+            saved
+                .notes
+                .extend(paint_note(self.format, &saved.attributes));
+        }
         saved.notes.extend(collapsed);
         if material {
             add_material(&self.place, self.make_folder, &mut side_files)?;
@@ -490,19 +495,4 @@ fn precision_of(input: &Loaded) -> Precision {
         true => Precision::F32,
         false => Precision::F64,
     }
-}
-
-/// Writes a text file atomically: to a temporary file next to the target, then renamed.
-///
-/// # Errors
-/// [`IoError::Write`].
-#[doc(hidden)]
-pub fn write_text(path: &Path, text: &str) -> Result<(), JobError> {
-    write_bytes(path, text.as_bytes())
-}
-
-/// Writes a file atomically: to a temporary file next to the target, then renamed.
-pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), JobError> {
-    let path = path.to_path_buf();
-    replace_file(&path, bytes).map_err(|cause| JobError::Io(IoError::Write { path, cause }))
 }

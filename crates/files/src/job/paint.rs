@@ -2,8 +2,9 @@
 
 use std::collections::VecDeque;
 
+use crate::io::Format;
 use isomend_core::mesh::attributes::NONE;
-use isomend_core::mesh::{FaceOrigin, Model};
+use isomend_core::mesh::{Attributes, FaceOrigin, Model};
 
 /// Names for each new face the face of the file whose paint it gets. The first `kept` faces are not new.
 pub(super) fn continue_paint(model: &mut Model, kept: usize) {
@@ -51,6 +52,13 @@ pub(super) fn continue_paint(model: &mut Model, kept: usize) {
     }
 }
 
+/// A remark if paint is not continued, since the format has none or the mesh comes from another.
+pub(super) fn paint_note(format: Format, attributes: &Attributes) -> Option<String> {
+    let has_none = format != Format::ThreeMf || attributes.file_faces.is_none();
+    let what = "paint is continued on patches only where a 3MF file is read and written";
+    has_none.then(|| what.to_owned())
+}
+
 fn edges_of([a, b, c]: &[u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [b, c], [c, a]].map(|[p, q]| [*p.min(q), *p.max(q)])
 }
@@ -58,7 +66,7 @@ fn edges_of([a, b, c]: &[u32; 3]) -> [[u32; 2]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use isomend_core::mesh::{Attributes, Mesh};
+    use isomend_core::mesh::Mesh;
 
     #[test]
     fn new_faces_are_painted_as_the_nearest_face_over_edges() {

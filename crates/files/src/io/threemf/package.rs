@@ -31,6 +31,8 @@ const MOST_PARTS: usize = 10_000;
 const MAIN: &str = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
 /// The part with the types of the others.
 const CONTENT_TYPES: &str = "[Content_Types].xml";
+/// Characters of a part's name that a remark repeats.
+const LONGEST_NAME: usize = 100;
 /// Most parts that a remark names.
 const MOST_LISTED: usize = 4;
 /// The usual part name of the main model, for packages without relationships.
@@ -125,7 +127,10 @@ impl<'a> Package<'a> {
             models.parts.contains_key(name) || name.ends_with(".rels") || name.ends_with('/')
         };
         let others = self.names().filter(|name| !own(&part_name(name)));
-        let others: Vec<&str> = others.filter(|name| *name != CONTENT_TYPES).collect();
+        let others = others.filter(|name| *name != CONTENT_TYPES);
+        let others: Vec<String> = others
+            .map(|name| name.chars().take(LONGEST_NAME).collect())
+            .collect();
         let mut rest = Vec::new();
         if !marks.is_empty() {
             let marks: Vec<&str> = marks.into_iter().collect();

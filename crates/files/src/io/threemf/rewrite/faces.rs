@@ -184,7 +184,10 @@ impl<'a> PlacedObject<'a> {
     pub(super) fn is_same(&self, of_file: &[u32]) -> bool {
         let mut vertex_of = vec![NONE; self.object.positions.len()];
         let mut count = 0;
-        for (number, f) in self.faces().enumerate() {
+        // In the order of the file, in which triangles between two parts may belong to none.
+        let mut faces: Vec<u32> = self.faces().collect();
+        faces.sort_unstable();
+        for (number, f) in faces.into_iter().enumerate() {
             if self.origin(f) != Some((number, [0, 1, 2])) {
                 return false;
             }
