@@ -190,6 +190,9 @@ impl<'a> Rewriting<'a> {
         let unusual = || format!("the markup of object {id} is unusual");
         let outline = own.outline.objects.get(&id).ok_or_else(unusual)?;
         let counts = [outline.points.len(), outline.faces.len()];
+        if !outline.is_plain(own.text) {
+            return Err(unusual());
+        }
         if counts != [placed.object.positions.len(), placed.object.triangles.len()] {
             return Err(unusual());
         }

@@ -338,11 +338,10 @@ impl ObjectText<'_> {
     /// The blanks before each element of a list; a line break if the list is empty.
     fn lead(&self, list: &std::ops::Range<usize>, first: Option<&std::ops::Range<usize>>) -> &str {
         let blank = first.and_then(|first| self.model.text.get(list.start..first.start));
-        let is_blank = |text: &&str| text.trim().is_empty();
-        blank.filter(is_blank).unwrap_or("\n")
+        blank.unwrap_or("\n")
     }
 
-    /// The text after the last element of a list.
+    /// The blanks after the last element of a list.
     fn tail(&self, list: &std::ops::Range<usize>, last: Option<&std::ops::Range<usize>>) -> &str {
         let text = last.and_then(|last| self.model.text.get(last.end..list.end));
         text.unwrap_or("\n")

@@ -47,6 +47,20 @@ pub(super) struct ObjectOutline {
     pub(super) others: Vec<(String, Range<usize>)>,
 }
 
+impl ObjectOutline {
+    /// Whether its lists hold vertices and triangles only, with blanks between them.
+    pub(super) fn is_plain(&self, text: &str) -> bool {
+        let is_plain = |list: &Range<usize>, elements: &[Range<usize>]| {
+            let ends = elements.iter().map(|element| element.end);
+            let starts = elements.iter().map(|element| element.start);
+            let gaps = [list.start].into_iter().chain(ends);
+            let mut gaps = gaps.zip(starts.chain([list.end]));
+            gaps.all(|(from, to)| text.get(from..to).is_some_and(|gap| gap.trim().is_empty()))
+        };
+        is_plain(&self.vertices, &self.points) && is_plain(&self.triangles, &self.faces)
+    }
+}
+
 impl Outline {
     /// The places in a text that was read without a fault before. Vertices and triangles are listed for the `wanted` objects.
     pub(super) fn new(text: &str, wanted: &BTreeSet<u32>) -> Self {
@@ -144,38 +158,35 @@ impl Walk<'_> {
         let Some((name, start)) = self.open.pop() else {
             return;
         };
-        if self.open.len() == 2 {
+        let depth = self.open.len();
+        if depth == 2 {
             self.object = None;
+        }
+        // Model, resources, object, mesh, list: nothing is looked for further inside.
+        if !(3..=5).contains(&depth) {
             return;
         }
         let Outline {
             prefix, objects, ..
         } = &mut self.outline;
-        let core = |name: &'_ str| -> String {
-            let own = name.strip_prefix(&prefix[..]);
-            own.unwrap_or_default().to_owned()
+        let parent = |depth: usize| {
+            let open = self.open.get(depth);
+            open.map_or("", |(name, _)| core_name(name, prefix))
         };
-        let parents: Vec<String> = self
-            .open
-            .iter()
-            .skip(3)
-            .map(|(name, _)| core(name))
-            .collect();
-        let parents: Vec<&str> = parents.iter().map(|name| &name[..]).collect();
         let is_wanted = self.object.is_some_and(|id| self.wanted.contains(&id));
         let whole = start.start..end.end;
         let inner = start.end..end.start.max(start.end);
         let Some(own) = self.object.and_then(|id| objects.get_mut(&id)) else {
             return;
         };
-        match (&parents[..], &core(&name)[..]) {
-            ([], "metadatagroup") => own.metadata_end = Some(end.start),
-            ([] | ["metadatagroup"], _) if name == PATCH_FACES => own.marks = Some(whole),
-            (["mesh"], "vertices") => own.vertices = inner,
-            (["mesh"], "triangles") => own.triangles = inner,
-            (["mesh", "vertices"], "vertex") if is_wanted => own.points.push(whole),
-            (["mesh", "triangles"], "triangle") if is_wanted => own.faces.push(whole),
-            (["mesh"], _) => own.others.push((name, whole)),
+        match (depth, parent(3), parent(4), core_name(&name, prefix)) {
+            (3, ..) | (4, "metadatagroup", ..) if name == PATCH_FACES => own.marks = Some(whole),
+            (3, .., "metadatagroup") => own.metadata_end = Some(end.start),
+            (4, "mesh", _, "vertices") => own.vertices = inner,
+            (4, "mesh", _, "triangles") => own.triangles = inner,
+            (4, "mesh", ..) => own.others.push((name, whole)),
+            (5, "mesh", "vertices", "vertex") if is_wanted => own.points.push(whole),
+            (5, "mesh", "triangles", "triangle") if is_wanted => own.faces.push(whole),
             _ => {}
         }
     }
@@ -183,4 +194,9 @@ impl Walk<'_> {
     fn is_core(&self, name: &str, core: &str) -> bool {
         name.strip_prefix(&self.outline.prefix[..]) == Some(core)
     }
+}
+
+/// A name without the prefix of the core namespace; empty for a name with another.
+fn core_name<'n>(name: &'n str, prefix: &str) -> &'n str {
+    name.strip_prefix(prefix).unwrap_or_default()
 }
