@@ -343,8 +343,7 @@ class Mended(Shape, Drawn):
             mark,
             unit,
             None if tolerance is None else float(tolerance),
-            texture,
-            _continues(paint),
+            [texture, _continues(paint)],
         )
         mended = Mended.__new__(Mended)
         mended._core, mended._made, mended._given = core, {}, self._given

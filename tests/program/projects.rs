@@ -301,6 +301,26 @@ fn a_restored_region_leaves_the_other_paint() {
 }
 
 #[test]
+fn a_project_that_is_faired_as_a_whole_keeps_its_settings_and_names_the_paint() {
+    let desk = Desk::new();
+    let ball = moved(&sphere(4), 3.0, DVec3::ZERO);
+    prusa(&desk, "in.3mf", &[("ball", ball)], false);
+    let done = desk.run(&["fair", "in.3mf", "-o", "out.3mf", "--strength", "0.2"]);
+    assert_code(&done, 0);
+    let said = text(&done.stderr);
+    assert!(
+        said.contains("has no attributes: custom_seam, custom_supports, mmu_segmentation of"),
+        "{said}"
+    );
+    let both = ["in.3mf", "out.3mf"];
+    assert_eq!(changed(&desk, both), ["3D/3dmodel.model", VOLUMES]);
+    let after = triangles(&part(&desk, "out.3mf", "3D/3dmodel.model"), 1);
+    assert!(after.iter().all(|(_, paint)| paint.is_empty()));
+    let ranges = ranges(&part(&desk, "out.3mf", VOLUMES));
+    assert_eq!(ranges, [[0, after.len() - 1]]);
+}
+
+#[test]
 fn an_object_placed_twice_is_mended_once() {
     let desk = Desk::new();
     prusa(&desk, "in.3mf", &[("ball", holed(5.0, DVec3::ZERO))], true);

@@ -275,7 +275,7 @@ pub fn model_to_bytes(
     let mut written = written?;
     lost::note_rest(
         &mut written,
-        rest.map_or(&[], |package| package.rest()),
+        &rest.map_or_else(Vec::new, ThreeMfDocument::rest),
         format,
     );
     Ok(written)

@@ -249,12 +249,8 @@ impl Output {
         let input = saving.input;
         let mut done = transfer_without(&input.mesh, &input.attributes, mesh, saving.unwanted);
         let faces = done.mesh.faces.len();
-        label_replaced(
-            saving.replaced,
-            &input.attributes,
-            &mut done.attributes,
-            faces,
-        );
+        let (replaced, before) = (saving.replaced, &input.attributes);
+        label_replaced(replaced, before, &mut done.attributes, faces);
         if saving.continues_paint {
             continue_paint(&mut done, input.mesh.faces.len());
         }
@@ -327,13 +323,18 @@ impl Output {
         // A 3MF package keeps its settings, also if all faces are new; a glTF document needs its vertices.
         let document = saving.input.document.as_ref();
         let document = document.filter(|document| document.three_mf().is_some());
+        let marks = document.and_then(|document| document.three_mf()?.marks());
+        let lost: Vec<&str> = (marks.into_iter().chain([&listed[..]]))
+            .filter(|what| !what.is_empty())
+            .collect();
         let mut saved = self.write_model(mesh, attributes, document, saving, staging)?;
         let own = saving.input.attributes.unit;
         saved
             .notes
             .extend(unit_notes(own, saving.unit, self.format));
-        if !listed.is_empty() {
-            let what = format!("left out, because a whole level set has no attributes: {listed}");
+        if !lost.is_empty() {
+            let lost = lost.join(", ");
+            let what = format!("left out, because a whole level set has no attributes: {lost}");
             saved.notes.push(what);
         }
         Ok(saved)

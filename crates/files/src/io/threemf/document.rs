@@ -17,14 +17,21 @@ pub struct ThreeMfDocument {
     pub(super) unit: Unit,
     /// The meshes that make up the mesh, in its order.
     pub(super) placements: Vec<Placement>,
+    /// The attributes of triangles that are not read, such as paint, in words.
+    pub(super) marks: Option<String>,
     /// What else the package holds, in words, for formats that cannot hold it.
     pub(super) rest: Vec<String>,
 }
 
 impl ThreeMfDocument {
+    /// The attributes of triangles that a mesh does not hold, for example paint, in words.
+    pub(crate) fn marks(&self) -> Option<&str> {
+        self.marks.as_deref()
+    }
+
     /// What the package holds besides the mesh and the attributes, for example paint and settings.
-    pub(in super::super) fn rest(&self) -> &[String] {
-        &self.rest
+    pub(in super::super) fn rest(&self) -> Vec<String> {
+        self.marks.iter().chain(&self.rest).cloned().collect()
     }
 }
 

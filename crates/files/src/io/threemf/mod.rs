@@ -37,6 +37,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
         bytes: Arc::new(bytes.to_vec()),
         unit: models.parts[&models.main].unit,
         placements,
+        marks: models.marks(),
         rest: package.rest(&models),
     }));
     Ok(loaded)

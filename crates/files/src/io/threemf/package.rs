@@ -45,6 +45,16 @@ pub(super) struct Models {
     pub(super) settings: Settings,
 }
 
+impl Models {
+    /// The attributes of triangles that are not read, in words.
+    pub(super) fn marks(&self) -> Option<String> {
+        let all = self.parts.values().flat_map(|part| &part.marks);
+        let all: BTreeSet<&str> = all.map(|mark| &mark[..]).collect();
+        let all: Vec<&str> = all.into_iter().collect();
+        (!all.is_empty()).then(|| format!("{} of triangles", all.join(", ")))
+    }
+}
+
 /// The options of a part that is written: compressed, with a constant time stamp, so that the same mesh gives the same bytes.
 pub(super) fn options(text: &str) -> SimpleFileOptions {
     SimpleFileOptions::default()
@@ -116,13 +126,9 @@ impl<'a> Package<'a> {
         })
     }
 
-    /// What the package holds besides objects and their properties, in words: paint, metadata, other parts.
+    /// What the package holds besides objects and their properties, in words: metadata, other parts.
     pub(super) fn rest(&self, models: &Models) -> Vec<String> {
         let parts = || models.parts.values();
-        let marks: BTreeSet<&str> = parts()
-            .flat_map(|p| &p.marks)
-            .map(|mark| &mark[..])
-            .collect();
         let own = |name: &str| {
             models.parts.contains_key(name) || name.ends_with(".rels") || name.ends_with('/')
         };
@@ -132,10 +138,6 @@ impl<'a> Package<'a> {
             .map(|name| name.chars().take(LONGEST_NAME).collect())
             .collect();
         let mut rest = Vec::new();
-        if !marks.is_empty() {
-            let marks: Vec<&str> = marks.into_iter().collect();
-            rest.push(format!("{} of triangles", marks.join(", ")));
-        }
         if parts().any(|part| part.has_metadata) {
             rest.push("metadata of the model".to_owned());
         }
