@@ -305,7 +305,7 @@ fn a_project_that_is_faired_as_a_whole_keeps_its_settings_and_names_the_paint() 
     let desk = Desk::new();
     let ball = moved(&sphere(4), 3.0, DVec3::ZERO);
     prusa(&desk, "in.3mf", &[("ball", ball)], false);
-    let done = desk.run(&["fair", "in.3mf", "-o", "out.3mf", "--strength", "0.2"]);
+    let done = desk.run(&["fair", "in.3mf", "-o", "out.3mf"]);
     assert_code(&done, 0);
     let said = text(&done.stderr);
     assert!(
