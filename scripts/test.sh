@@ -153,6 +153,7 @@ wheel() {
 written_files() {
     "$python" scripts/crosscheck.py --isomend "$ISOMEND"
     "$python" -W ignore scripts/crosscheck_attributes.py --isomend "$ISOMEND"
+    "$python" -W ignore scripts/crosscheck_readers.py --isomend "$ISOMEND"
     "$python" scripts/crosscheck_volumes.py --isomend "$ISOMEND"
     "$python" scripts/crosscheck_check.py --isomend "$ISOMEND"
     "$python" scripts/crosscheck_libigl.py --isomend "$ISOMEND"
@@ -172,6 +173,7 @@ speed() {
 
 blender() {
     "$python" scripts/blender_test.py --isomend "$ISOMEND" --wheel .venv/wheels/*.whl
+    "$python" -W ignore scripts/crosscheck_readers.py --isomend "$ISOMEND" --blender
 }
 
 webassembly() {

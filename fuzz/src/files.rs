@@ -7,8 +7,8 @@ use isomend::LabelKind;
 use isomend::Mesh;
 use isomend::Volume;
 use isomend::io::{
-    Contents, Format, IoError, Loaded, Precision, WriteOptions, model_to_bytes, no_side_files,
-    read_bytes, read_volume_bytes, volume_to_bytes,
+    Contents, FileDocument, Format, IoError, Loaded, Precision, WriteOptions, model_to_bytes,
+    no_side_files, read_bytes, read_volume_bytes, volume_to_bytes,
 };
 
 /// Reads OBJ; what it names as its materials and textures are its own bytes.
@@ -225,7 +225,8 @@ fn has_objects(loaded: &Loaded, format: Format) -> bool {
 /// The order in which the faces are written. A new glTF scene has a primitive for each material, and for patches; 3MF has objects.
 fn order(loaded: &Loaded, format: Format) -> Vec<usize> {
     let mut order: Vec<usize> = (0..loaded.mesh.faces.len()).collect();
-    if matches!(format, Format::Gltf | Format::Glb) && loaded.document.is_none() {
+    let document = loaded.document.as_ref().and_then(FileDocument::gltf);
+    if matches!(format, Format::Gltf | Format::Glb) && document.is_none() {
         let materials = loaded.attributes.labels_of(LabelKind::Material);
         let key = |f: usize| {
             let material = materials.map(|m| m.of_face[f]);

@@ -218,6 +218,18 @@ def _trimesh(mesh: Any) -> Adapted:
     return Model(mesh.vertices, mesh.faces, point_data=points, cell_data=cells), back
 
 
+def to_trimesh(mended: Mended) -> Any:
+    """The mesh as a ``trimesh.Trimesh``; see :meth:`isomend.Mended.to_trimesh`."""
+    import trimesh
+
+    cells = dict(mended.cell_data)
+    cells["isomend_patch"] = mended.is_patch
+    return trimesh.Trimesh(
+        vertices=mended.vertices, faces=mended.faces, vertex_attributes=dict(mended.point_data) | _errors(mended),
+        face_attributes=cells, metadata={REPORT: json.dumps(mended.report)}, process=False, validate=False,
+    )  # fmt: skip
+
+
 def _pyvista(mesh: Any) -> Adapted:
     import numpy as np
 

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Literal, Union
+from typing import TYPE_CHECKING, Any, Literal, Union, overload
 
 from isomend import _isomend, _params
 from isomend._adapters import as_model
 from isomend._check import Verdict
 from isomend._compare import Comparison, comparison
+from isomend._errors import ParameterError
 from isomend._mesh import Inspection, Mended, Model
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
     from typing_extensions import Unpack
 
-    from isomend._options import FairOptions, RestoreOptions
+    from isomend._options import FairOptions, FillOptions, RepairOptions, RestoreOptions
     from isomend._params import Mask, Progress, Voxel
 
     Path = Union[str, os.PathLike[str]]
@@ -41,11 +42,29 @@ def read(source: str | os.PathLike[str] | bytes, *, format: str | None = None) -
     return Model._read(os.fspath(source), format)
 
 
-def inspect(vertices: ArrayLike, faces: ArrayLike) -> Inspection:
+def _model_of(
+    vertices: Any,
+    faces: ArrayLike | None,
+    point_data: Mapping[str, ArrayLike] | None = None,
+    cell_data: Mapping[str, ArrayLike] | None = None,
+) -> Model:
+    """The model of vertices and faces, or of a mesh in place of the vertices."""
+    if faces is not None:
+        return Model(vertices, faces, point_data=point_data, cell_data=cell_data)
+    if point_data is not None or cell_data is not None:
+        raise ParameterError("point_data and cell_data belong to vertices and faces; a mesh or a file has values of its own")
+    return as_model(vertices)
+
+
+@overload
+def inspect(vertices: ArrayLike, faces: ArrayLike) -> Inspection: ...
+@overload
+def inspect(vertices: Any) -> Inspection: ...
+def inspect(vertices: Any, faces: ArrayLike | None = None) -> Inspection:
     """Finds the holes, connected components and defects of a mesh.
 
     Args:
-        vertices: (n, 3), numbers of any type.
+        vertices: (n, 3), numbers of any type. Or a mesh, without ``faces``, as for :func:`fill`.
         faces: (m, 3), indices from 0.
 
     Returns:
@@ -60,12 +79,23 @@ def inspect(vertices: ArrayLike, faces: ArrayLike) -> Inspection:
     >>> hole.id, hole.edges, round(hole.length, 3), hole.is_outer_boundary
     (1, 3, 4.243, True)
     """
-    return Model(vertices, faces).inspect()
+    return _model_of(vertices, faces).inspect()
 
 
+@overload
 def fill(
     vertices: ArrayLike,
     faces: ArrayLike,
+    *,
+    point_data: Mapping[str, ArrayLike] | None = None,
+    cell_data: Mapping[str, ArrayLike] | None = None,
+    **options: Unpack[FillOptions],
+) -> Mended: ...
+@overload
+def fill(vertices: Any, **options: Unpack[FillOptions]) -> Mended: ...
+def fill(
+    vertices: Any,
+    faces: ArrayLike | None = None,
     *,
     holes: Iterable[int] | Literal['all'] | None = None,
     max_diameter: float | None = None,
@@ -92,7 +122,8 @@ def fill(
     """Fills holes of a mesh. The mesh's own vertices and faces stay bit for bit and in order; patches come after them.
 
     Args:
-        vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
+        vertices: (n, 3), numbers of any type whose values 64-bit floats hold. Or a mesh, without ``faces``: a path, vertices and
+            faces as a pair, a :class:`Model` or :class:`Mended`, or a mesh of trimesh, pyvista, meshio or Open3D.
         faces: (m, 3), indices from 0, counter-clockwise from outside.
         holes: Numbers of the holes to fill; with ``all``, the outer borders of open sheets stay open.
         max_diameter: Leave holes open that are wider than this, in the mesh's units.
@@ -140,7 +171,7 @@ def fill(
     >>> filled.is_patch.tolist(), filled.report["outcomes"]["triangulated"]
     ([False, False, False, True], 1)
     """
-    model = Model(vertices, faces, point_data=point_data, cell_data=cell_data)
+    model = _model_of(vertices, faces, point_data, cell_data)
     return model.fill(
         holes=holes, max_diameter=max_diameter, keep_open=keep_open, bridge=bridge, flat=flat, crease=crease,
         flat_base=flat_base, base_offset=base_offset, voxel=voxel, energy=energy, finish=finish, sharp=sharp, like=like,
@@ -149,9 +180,20 @@ def fill(
     )  # fmt: skip
 
 
+@overload
 def repair(
     vertices: ArrayLike,
     faces: ArrayLike,
+    *,
+    point_data: Mapping[str, ArrayLike] | None = None,
+    cell_data: Mapping[str, ArrayLike] | None = None,
+    **options: Unpack[RepairOptions],
+) -> Mended: ...
+@overload
+def repair(vertices: Any, **options: Unpack[RepairOptions]) -> Mended: ...
+def repair(
+    vertices: Any,
+    faces: ArrayLike | None = None,
     *,
     weld: float | None = None,
     debris: float | None = None,
@@ -192,7 +234,7 @@ def repair(
     ``complete`` of the result is the verdict of :func:`check` on it; ``report`` has the verdicts before and after.
 
     Args:
-        vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
+        vertices: (n, 3), numbers of any type whose values 64-bit floats hold. Or a mesh, without ``faces``, as for :func:`fill`.
         faces: (m, 3), indices from 0.
         weld: Merge boundary vertices that are no farther apart than this, in the mesh's units. Vertices at exactly the same
             position are always merged; by default also vertices of edges that coincide within the precision of the coordinates.
@@ -235,7 +277,7 @@ def repair(
     >>> repaired.complete, repaired.faces.tolist(), repaired.report["steps"]["reoriented_faces"]
     (True, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], 1)
     """
-    model = Model(vertices, faces, point_data=point_data, cell_data=cell_data)
+    model = _model_of(vertices, faces, point_data, cell_data)
     return model.repair(
         weld=weld, debris=debris, flat_base=flat_base, base_offset=base_offset, drop_inside=drop_inside, solid=solid, skip=skip,
         drop_unused=drop_unused, close_borders=close_borders, wall=wall, min_wall=min_wall, holes=holes,
@@ -245,9 +287,28 @@ def repair(
     )  # fmt: skip
 
 
+@overload
 def check(
     vertices: ArrayLike,
     faces: ArrayLike,
+    *,
+    thin: float | None = None,
+    min_wall: float | None = None,
+    debris: float = 0.01,
+    threads: int | None = None,
+) -> Verdict: ...
+@overload
+def check(
+    vertices: Any,
+    *,
+    thin: float | None = None,
+    min_wall: float | None = None,
+    debris: float = 0.01,
+    threads: int | None = None,
+) -> Verdict: ...
+def check(
+    vertices: Any,
+    faces: ArrayLike | None = None,
     *,
     thin: float | None = None,
     min_wall: float | None = None,
@@ -261,7 +322,7 @@ def check(
     as one. Intersections are decided exactly.
 
     Args:
-        vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
+        vertices: (n, 3), numbers of any type whose values 64-bit floats hold. Or a mesh, without ``faces``, as for :func:`fill`.
         faces: (m, 3), indices from 0.
         thin: Also report parts thinner than this, in the mesh's units.
         min_wall: Report walls thinner than this as a defect, in the mesh's units. By default the thinnest and the mean wall are only
@@ -286,7 +347,7 @@ def check(
     >>> verdict.watertight, verdict.oriented, verdict.defects["misoriented"].count
     (True, False, 3)
     """
-    return Model(vertices, faces).check(thin=thin, min_wall=min_wall, debris=debris, threads=threads)
+    return _model_of(vertices, faces).check(thin=thin, min_wall=min_wall, debris=debris, threads=threads)
 
 
 def compare(a: Any, b: Any, *, samples: int = 100_000, threads: int | None = None) -> Comparison:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from isomend import _isomend, _params
 from isomend._check import Verdict
-from isomend._errors import EmptyMaskError, IsomendError
+from isomend._errors import EmptyMaskError, IsomendError, ParameterError
 from isomend._holes import CreaseEnd, Hole, crease_end_of, hole_of
 from isomend._isomend import Found, Mended as CoreMended, Model as CoreModel
 from isomend._reports import Drawn, report_of
@@ -251,6 +251,19 @@ class Mended(Shape, Drawn):
         return self._once("report", lambda: report_of(self._core.document()))
 
     @property
+    def holes(self) -> list[dict[str, Any]]:
+        """The holes and what became of each, as in ``report["holes"]``: number, sizes, outcome, expected error."""
+        rows: list[dict[str, Any]] = self.report.get("holes", [])
+        return rows
+
+    def to_trimesh(self) -> Any:
+        """The mesh as a ``trimesh.Trimesh`` with its named values, ``isomend_sigma`` and ``isomend_patch``, and with the report as JSON
+        under ``isomend_report`` in its metadata. It takes trimesh, which isomend does not install."""
+        from isomend._adapters import to_trimesh
+
+        return to_trimesh(self)
+
+    @property
     def kept_vertices(self) -> NDArray[Any] | None:
         """bool: whether each vertex of the input is kept; ``None`` if nothing was cut out."""
         kept = self._core.kept()
@@ -299,6 +312,7 @@ class Mended(Shape, Drawn):
         unit: Literal["um", "mm", "cm", "m", "in", "ft"] | None = None,
         tolerance: float | None = None,
         texture: bool = True,
+        paint: Literal["none", "continue"] = "none",
     ) -> Mended:
         """The same result with further files and marks for :meth:`write`, as by the options of ``isomend restore``.
 
@@ -310,6 +324,8 @@ class Mended(Shape, Drawn):
                 give equal bytes.
             tolerance: The largest error allowed: ``report["invented"]`` then lists the holes whose patches exceed it.
             texture: Whether patches across seams of a texture get texels of their own in OBJ, glTF and GLB files.
+            paint: ``"continue"`` paints patches as the triangles beside them, where a 3MF file with the paint of a slicer was read and is
+                written.
 
         Raises:
             ParameterError: The options contradict each other or do not suit this result.
@@ -327,11 +343,18 @@ class Mended(Shape, Drawn):
             mark,
             unit,
             None if tolerance is None else float(tolerance),
-            texture,
+            [texture, _continues(paint)],
         )
         mended = Mended.__new__(Mended)
         mended._core, mended._made, mended._given = core, {}, self._given
         return mended
+
+
+def _continues(paint: str) -> bool:
+    """Whether patches are painted as their neighbours."""
+    if paint not in ("none", "continue"):
+        raise ParameterError(f'paint is {paint!r}; give "none" or "continue"')
+    return paint == "continue"
 
 
 def _templates(given: Any) -> Any:

@@ -136,7 +136,7 @@ impl Mended {
     }
 
     /// The same result with further outputs: files of the patches and of the missing piece, marks on patches, the unit and the
-    /// tolerance of the report.
+    /// tolerance of the report. `looks`: whether patches across seams get texels, and whether patches are painted as their neighbours.
     fn delivering(
         &self,
         patches: Option<PathBuf>,
@@ -144,10 +144,12 @@ impl Mended {
         mark: Option<&str>,
         unit: Option<&str>,
         tolerance: Option<f64>,
-        texture: bool,
+        looks: [bool; 2],
     ) -> PyResult<Self> {
         let mut wanted = deliverables([patches, piece], mark, unit, tolerance)?;
+        let [texture, paint] = looks;
         wanted.no_texture = !texture;
+        wanted.continue_paint = paint;
         let mended = (*self.mended).clone().delivering(wanted);
         Ok(Self::new(mended.map_err(Failure::from)?))
     }

@@ -13,6 +13,30 @@ import shapes
 import isomend
 
 
+def test_functions_take_meshes_and_files_in_place_of_arrays(sphere, filled, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    mesh = trimesh.Trimesh(*sphere, process=False)
+    path = tmp_path / "sphere.obj"
+    isomend.Model(*sphere).repair(skip=["holes"]).write(path)
+    for given in (mesh, path, str(path), isomend.Model(*sphere), sphere):
+        assert isomend.fill(given).faces.tolist() == filled.faces.tolist()
+        assert len(isomend.inspect(given).holes) == len(filled.holes) and not isomend.check(given)
+        assert isomend.repair(given).complete
+    with pytest.raises(isomend.ParameterError, match="belong to vertices and faces"):
+        isomend.fill(mesh, point_data={"a": sphere[0][:, 0]})
+    with pytest.raises(TypeError, match="no mesh of"):
+        isomend.check(7)
+
+
+def test_a_result_becomes_a_trimesh_mesh(sphere, filled):
+    pytest.importorskip("trimesh")
+    mesh = filled.to_trimesh()
+    assert mesh.is_watertight and mesh.vertices.tobytes() == filled.vertices.tobytes()
+    assert np.array_equal(mesh.face_attributes["isomend_patch"], filled.is_patch)
+    assert np.array_equal(mesh.vertex_attributes["isomend_sigma"], np.nan_to_num(filled.sigma, nan=-1))
+    assert json.loads(mesh.metadata["isomend_report"])["holes"] == filled.holes == filled.report["holes"]
+
+
 @pytest.fixture(scope="module")
 def colours(sphere):
     return np.full((len(sphere[0]), 4), (200, 30, 10, 255), np.uint8)

@@ -1,6 +1,7 @@
 """Files that are filled, restored, faired and copied: the same bytes as from the command line."""
 
 import subprocess
+import zipfile
 
 import numpy as np
 import pytest
@@ -71,6 +72,29 @@ def test_a_file_is_read_and_written_unchanged(tmp_path):
         assert isomend.read(tmp_path / "copy.ply").faces.tobytes() == model.faces.tobytes()
     assert model.to_bytes("ply", ascii=True).startswith(b"ply\nformat ascii")
     assert "sheet" not in repr(model) and "vertices" in repr(model)
+
+
+def test_a_3mf_package_keeps_what_a_model_does_not_hold(tmp_path):
+    plain, painted, out = (tmp_path / f"{name}.3mf" for name in ("plain", "painted", "out"))
+    isomend.convert(DATA / "sphere.ply", plain)
+    with zipfile.ZipFile(plain) as package:
+        parts = {name: package.read(name) for name in package.namelist()}
+    name = "3D/3dmodel.model"
+    count = parts[name].count(b"<triangle ")
+    parts[name] = parts[name].replace(b'"/>\n<triangle ', b'" paint_color="8"/>\n<triangle ')
+    parts["Metadata/project_settings.config"] = b"{}"
+    with zipfile.ZipFile(painted, "w") as package:
+        for part, content in parts.items():
+            package.writestr(part, content)
+    for paint in ("none", "continue"):
+        filled = isomend.fill(painted)
+        filled.delivering(paint=paint).write(out)
+        with zipfile.ZipFile(out) as package:
+            assert package.read("Metadata/project_settings.config") == b"{}"
+            painted_faces = package.read(name).count(b"paint_color")
+        assert painted_faces == count - 1 if paint == "none" else painted_faces > count
+    with pytest.raises(isomend.ParameterError, match='"none" or "continue"'):
+        filled.delivering(paint="red")
 
 
 def test_values_of_a_file_are_arrays_of_the_model(tmp_path):

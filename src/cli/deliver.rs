@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueHint};
+use clap::{Args, ValueEnum, ValueHint};
 use isomend::job::{Deliverables, Mark, Output};
 
 use super::arguments;
@@ -28,10 +28,24 @@ pub struct DeliverArgs {
     #[arg(long)]
     no_texture: bool,
 
+    /// The paint of a slicer (colours, supports, seams, fuzzy skin) on patches, where a 3MF file is read and written.
+    #[arg(long, value_enum, default_value_t, hide_default_value = true)]
+    paint: PatchPaint,
+
     /// The largest error that is allowed, in the mesh's units: exit with 3 and list the holes where twice the expected error is larger
     /// on more than 5 % of their patches.
     #[arg(long, value_name = "LENGTH", value_parser = arguments::positive)]
     tolerance: Option<f64>,
+}
+
+/// The paint of patches.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum PatchPaint {
+    /// Patches are not painted
+    #[default]
+    None,
+    /// Patches are painted as the triangles beside them
+    Continue,
 }
 
 impl DeliverArgs {
@@ -44,6 +58,7 @@ impl DeliverArgs {
             patches: self.patches.as_deref().map(output).transpose()?,
             mark: self.mark,
             no_texture: self.no_texture,
+            continue_paint: matches!(self.paint, PatchPaint::Continue),
             tolerance: self.tolerance,
             ..Deliverables::default()
         })

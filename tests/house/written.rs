@@ -193,7 +193,8 @@ fn documented(parameter: &Parameter) -> String {
 
 /// Replaces the lines after the first mark (searched from `place`) up to the second mark.
 fn between(text: &str, place: &str, marks: [&str; 2], new: &str) -> String {
-    let from = text.find(place).unwrap();
+    // The last one: overloads of a function come before it.
+    let from = text.rfind(place).unwrap();
     let begin = from + text[from..].find(marks[0]).unwrap() + marks[0].len();
     let begin = begin + text[begin..].find('\n').unwrap() + 1;
     let end = begin + text[begin..].find(marks[1]).unwrap();

@@ -4,7 +4,7 @@ use std::fs;
 
 use glam::DVec3;
 use isomend::io::{Contents, Format, Loaded, WriteOptions, model_to_bytes, read_path};
-use isomend::{Attribute, Attributes, Role, Scalar};
+use isomend::{Attribute, Attributes, LabelKind, Role, Scalar};
 
 use crate::desk::{Desk, assert_code, text};
 use crate::shapes::{cut, polar, sphere};
@@ -81,7 +81,20 @@ fn what_is_coloured_at_corners_or_by_materials_shows_the_mark() {
                 let at_corner = corner.and_then(|c| c.get(f, k));
                 let at_face = || face.and_then(|a| a.get(f));
                 let at_vertex = || vertex.and_then(|a| a.get(own.mesh.faces[f][k] as usize));
-                at_corner.or_else(at_face).or_else(at_vertex).unwrap()[..3].to_vec()
+                let found = at_corner.or_else(at_face).or_else(at_vertex);
+                // In a package that is kept, faces of the input keep their materials.
+                let of_material = || {
+                    let label = own.attributes.labels_of(LabelKind::Material)?.get(f)?;
+                    let material = own.attributes.materials.iter().find(|m| m.name == label)?;
+                    Some(
+                        material
+                            .colour?
+                            .map(|x| f64::from(255.0 * x).round())
+                            .to_vec(),
+                    )
+                };
+                let found = found.map(|found| found[..3].to_vec());
+                found.or_else(of_material).unwrap()
             };
             let kept = mesh.faces.len();
             for f in kept..own.mesh.faces.len() {

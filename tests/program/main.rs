@@ -13,6 +13,8 @@ mod handed_on;
 mod manual;
 mod objects;
 mod outputs;
+mod packages;
+mod projects;
 mod report;
 mod several;
 mod signals;

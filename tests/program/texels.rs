@@ -5,7 +5,9 @@ use std::fmt::Write;
 use std::fs;
 
 use glam::{DVec2, DVec3};
-use isomend::io::{Contents, Format, Image, Loaded, WriteOptions, model_to_bytes, read_path};
+use isomend::io::{
+    Contents, FileDocument, Format, Image, Loaded, WriteOptions, model_to_bytes, read_path,
+};
 use isomend::{LabelKind, PATCH_NAME, Role};
 
 use crate::desk::{Desk, assert_code, text};
@@ -194,7 +196,7 @@ impl Seen {
         let file = |name: &String| fs::read(desk.path(name)).unwrap();
         let mut images = Vec::new();
         let mut of_face = vec![usize::MAX; loaded.mesh.faces.len()];
-        if let Some(document) = &loaded.document {
+        if let Some(document) = loaded.document.as_ref().and_then(FileDocument::gltf) {
             for image in (0..).map_while(|i| document.image(i)) {
                 images.push(Texels::read(&match image {
                     Image::Bytes(bytes) => bytes,

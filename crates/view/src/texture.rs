@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use isomend_core::mesh::attributes::{LabelKind, Role};
-use isomend_files::io::{Format, Image, Loaded, beside};
+use isomend_files::io::{FileDocument, Format, Image, Loaded, beside};
 
 /// Upper bound of the number of images; their numbers are stored in a byte.
 const MOST: usize = 255;
@@ -36,7 +36,7 @@ impl Textures {
             images: Vec::new(),
             of_face: vec![NONE; loaded.mesh.faces.len()],
         };
-        if let Some(document) = &loaded.document {
+        if let Some(document) = loaded.document.as_ref().and_then(FileDocument::gltf) {
             // glTF: the file's own materials.
             for (faces, image) in document.images_of_faces() {
                 let number = image.map_or(NONE, |image| textures.number(ImagePlace::Inside(image)));
@@ -97,7 +97,7 @@ impl Textures {
         input: &Path,
     ) -> Option<(&'static str, Vec<u8>)> {
         let found = match self.images.get(index)? {
-            ImagePlace::Inside(image) => loaded.document.as_ref()?.image(*image)?,
+            ImagePlace::Inside(image) => loaded.document.as_ref()?.gltf()?.image(*image)?,
             ImagePlace::File(name) => Image::File(name.clone()),
         };
         let bytes = match found {

@@ -23,7 +23,7 @@ use crate::mesh::attributes::{
     Attribute, CornerAttribute, EXPECTED_ERROR_NAME, LabelKind, Labels, NONE, PATCH_NAME, Role,
     Scalar,
 };
-use crate::mesh::{Attributes, Bodies, Mesh, Model, area_vector};
+use crate::mesh::{Attributes, Bodies, FaceOrigin, Mesh, Model, area_vector};
 pub use field::FieldSource;
 pub use harmonic::Laplacian;
 pub use rim::{Patches, Slot};
@@ -65,6 +65,9 @@ pub fn transfer_without(
         Transfer::new(original, attributes, &out.mesh, unwanted).finish(&mut out);
     }
     mark_patches(&mut out.attributes, original.faces.len(), new_faces);
+    if let Some(of) = &mut out.attributes.file_faces {
+        of.resize(original.faces.len() + new_faces, FaceOrigin::NEW);
+    }
     out
 }
 

@@ -1,10 +1,12 @@
 //! Provenance of the vertices and faces of a changed mesh.
 
+use serde::{Deserialize, Serialize};
+
 use super::Mesh;
 use super::attributes::NONE;
 
 /// The origin of a face.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FaceOrigin {
     /// The old face that it is, or from which it was made; `u32::MAX` for a new face.
     pub face: u32,
@@ -24,6 +26,21 @@ impl FaceOrigin {
         Self {
             face,
             corners: [0, 1, 2],
+        }
+    }
+
+    /// The origin in an earlier mesh. `earlier` gives for each old face its origin there.
+    pub(crate) fn before(self, earlier: &[Self]) -> Self {
+        let Some(old) = earlier.get(self.face as usize) else {
+            return Self::NEW;
+        };
+        let corner = |k: u8| old.corners.get(usize::from(k)).copied().unwrap_or(3);
+        match old.face {
+            NONE => Self::NEW,
+            face => Self {
+                face,
+                corners: self.corners.map(corner),
+            },
         }
     }
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::samples::read_alone;
 use super::{Contents, Format, Loaded, Precision, WriteOptions, model_to_bytes};
-use isomend_core::mesh::attributes::{Attribute, Role};
+use isomend_core::mesh::attributes::{Attribute, NONE, PATCH_NAME, Role, Scalar};
 
 /// A roof of two squares with a texture seam along the ridge, and a vertex that no face uses.
 const SEAMS: &str = "v 0 0 0\nv 1 0 1\nv 1 1 1\nv 0 1 0\nv 2 0 0\nv 2 1 0\nv 7 7 7\nvt 0 0\nvt 0.5 0\nvt 0.5 1\nvt 0 1\n\
@@ -169,4 +169,26 @@ fn seams_and_hard_normals_go_to_every_format_or_are_said_to_be_left_out() {
             }
         }
     }
+}
+
+#[test]
+fn corners_of_a_patch_in_obj_all_have_a_value_or_none() {
+    let loaded = read_alone(SEAMS.as_bytes(), Format::Obj).unwrap();
+    let mut attributes = loaded.attributes.clone();
+    let mut marks = Attribute::new(PATCH_NAME, Role::Other, Scalar::U8, 1);
+    (0..4).for_each(|f| marks.push(Some(&[f64::from(u8::from(f == 3))])));
+    attributes.face.push(marks);
+    // Without a value at one corner of a face of the input and of a patch.
+    for f in [2, 3] {
+        attributes.corner[0].corners[f][1] = NONE;
+    }
+    let model = Contents {
+        mesh: &loaded.mesh,
+        attributes: &attributes,
+        document: None,
+    };
+    let written = model_to_bytes(&model, Format::Obj, &WriteOptions::default()).unwrap();
+    let text = String::from_utf8(written.bytes).unwrap();
+    let faces: Vec<&str> = text.lines().filter(|line| line.starts_with("f ")).collect();
+    assert_eq!(faces[2..], ["f 2/5 5 6/7", "f 2 6 3"]);
 }

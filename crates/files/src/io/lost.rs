@@ -15,3 +15,20 @@ pub(super) fn note(listed: &str, format: Format) -> Option<String> {
     (!listed.is_empty())
         .then(|| format!("left out, because {format} has no place for it: {listed}"))
 }
+
+/// Adds what a file held besides the mesh and its attributes to the remark on what is left out.
+pub(super) fn note_rest(written: &mut Written, rest: &[String], format: Format) {
+    let listed = rest.join(", ");
+    let Some(beginning) = note(&listed, format) else {
+        return;
+    };
+    let start = beginning.trim_end_matches(&listed[..]);
+    match written
+        .notes
+        .iter_mut()
+        .find(|note| note.starts_with(start))
+    {
+        Some(note) => *note += &format!(", {listed}"),
+        None => written.notes.push(beginning),
+    }
+}

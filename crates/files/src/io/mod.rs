@@ -25,6 +25,7 @@ mod binary;
 #[cfg(test)]
 mod corner_tests;
 mod detect;
+mod document;
 mod error;
 mod files;
 mod format;
@@ -43,6 +44,8 @@ mod threemf;
 mod vtk;
 
 pub use self::gltf::{GltfDocument, Image};
+pub use self::threemf::ThreeMfDocument;
+pub use document::FileDocument;
 pub use error::{IoError, Location};
 pub use files::{
     read_path, read_text, read_volume_path, write_model, write_path, write_volume_path,
@@ -78,8 +81,8 @@ pub struct Loaded {
     pub f32_exact: bool,
     /// Data other than the shape: colours, texture coordinates, materials and so on.
     pub attributes: Attributes,
-    /// The rest of a glTF file, kept so that the same format can be written again.
-    pub document: Option<GltfDocument>,
+    /// The rest of a glTF or 3MF file, kept so that the same format can be written again.
+    pub document: Option<FileDocument>,
     /// Remarks for the user, one sentence each, such as how many faces are degenerate.
     pub notes: Vec<String>,
 }
@@ -171,9 +174,10 @@ pub struct Contents<'a> {
     pub mesh: &'a Mesh,
     /// Data other than the shape.
     pub attributes: &'a Attributes,
-    /// The rest of the glTF file that the mesh came from. The first vertices and faces of the mesh must be the file's,
-    /// apart from faces that [`Attributes::with_faces`] removed. Only used when writing glTF or GLB.
-    pub document: Option<&'a GltfDocument>,
+    /// The rest of the file that the mesh came from; used when the same format is written. glTF: the first vertices and faces of the
+    /// mesh must be the file's, apart from faces that [`Attributes::with_faces`] removed. 3MF: [`Attributes::file_faces`] says which
+    /// faces are the file's.
+    pub document: Option<&'a FileDocument>,
 }
 
 /// A mesh as the bytes of a file.
@@ -255,7 +259,7 @@ pub fn model_to_bytes(
     options: &WriteOptions,
 ) -> Result<Written, IoError> {
     check(model.mesh, format)?;
-    match format {
+    let written = match format {
         Format::Obj => Ok(obj::write(model)),
         Format::Ply => ply::write(model, options),
         Format::Stl => stl::write(model.mesh, options).map(|w| lost::all(w, model, format)),
@@ -265,7 +269,16 @@ pub fn model_to_bytes(
         Format::Off => Ok(off::write(model)),
         Format::ThreeMf => threemf::write(model),
         Format::Vti => Err(no_mesh()),
-    }
+    };
+    let package = model.document.and_then(FileDocument::three_mf);
+    let rest = package.filter(|_| format != Format::ThreeMf);
+    let mut written = written?;
+    lost::note_rest(
+        &mut written,
+        &rest.map_or_else(Vec::new, ThreeMfDocument::rest),
+        format,
+    );
+    Ok(written)
 }
 
 /// The error for a volume file where a mesh is expected.

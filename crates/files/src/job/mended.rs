@@ -317,8 +317,7 @@ impl<'s> Mended<'s> {
             ..Delivered::default()
         };
         let regions: &mut [RegionReport] = &mut self.report.regions;
-        let own = std::mem::take(&mut self.made);
-        let mut staging = Staging::default();
+        let (own, mut staging) = (std::mem::take(&mut self.made), Staging::default());
         let wanted = &self.spec.deliverables;
         let (mesh, notes, bytes, sha256) = match &self.extent {
             OperationReport::Copied => {
@@ -340,6 +339,7 @@ impl<'s> Mended<'s> {
                     source: &self.spec.source.place,
                     unwanted: &self.spec.work.painted(),
                     plain_patches: wanted.has_plain_patches(),
+                    continues_paint: wanted.continue_paint,
                     cancel: &self.cancel,
                 };
                 let mut saved = output.write_mended(own, &saving, regions, &mut staging)?;

@@ -36,6 +36,7 @@ mod marks;
 mod mended;
 mod outcome;
 mod output;
+mod paint;
 mod painted;
 mod places;
 mod read;
@@ -71,6 +72,6 @@ pub use unchanged::Unchanged;
 pub use volumes::{MeasuredFile, VolumeSeconds, measure, write_volume};
 
 pub use {
-    each::default_plan, hash::sha256, output::write_text, texels::INTERMEDIATE,
+    each::default_plan, hash::sha256, staging::write_text, texels::INTERMEDIATE,
     units::contradiction, volumes::DISTANCE,
 };

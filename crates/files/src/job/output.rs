@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::bodies::checked;
 use super::deliver::{Component, Mark};
 use super::hash::sha256;
+use super::paint::{continue_paint, paint_note};
 use super::result::{ReplacedBody, label_replaced};
 use super::rounding::collapse_note;
 use super::staging::{Staging, make_folder};
@@ -16,8 +17,8 @@ use super::texels::{Texels, add_material, refer_to_material};
 use super::units::unit_notes;
 use super::{JobError, Place};
 use crate::io::{
-    Contents, Format, GltfDocument, IoError, Loaded, Precision, WriteOptions, Written,
-    model_to_bytes, no_side_files, read_bytes, replace_file,
+    Contents, FileDocument, Format, GltfDocument, IoError, Loaded, Precision, WriteOptions,
+    Written, model_to_bytes, no_side_files, read_bytes,
 };
 use isomend_core::attributes::{UnwantedColour, transfer_without};
 use isomend_core::cancel::Cancel;
@@ -82,6 +83,8 @@ pub(super) struct Saving<'a> {
     pub(super) unwanted: &'a [UnwantedColour],
     /// Whether patches across seams of a texture stay without texels.
     pub(super) plain_patches: bool,
+    /// Whether patches are painted as their neighbours.
+    pub(super) continues_paint: bool,
     /// The token that stops the writing.
     pub(super) cancel: &'a Cancel,
 }
@@ -156,10 +159,12 @@ impl Output {
     /// The transform from the file's coordinates to the mesh's, if the file stores 32-bit floats; else `None`.
     pub(super) fn stored(&self, input: &Loaded) -> Option<DMat4> {
         match self.format {
-            Format::Gltf | Format::Glb => Some(match &input.document {
-                Some(document) => document.largest_transform(),
-                None => DMat4::IDENTITY,
-            }),
+            Format::Gltf | Format::Glb => {
+                Some(match input.document.as_ref().and_then(FileDocument::gltf) {
+                    Some(document) => document.largest_transform(),
+                    None => DMat4::IDENTITY,
+                })
+            }
             Format::Stl if !self.ascii => Some(DMat4::IDENTITY),
             Format::Obj | Format::Off | Format::ThreeMf => None,
             _ => input.f32_exact.then_some(DMat4::IDENTITY),
@@ -214,6 +219,11 @@ impl Output {
         let document = input.document.as_ref();
         let mut saved = self.write_model(done.mesh, done.attributes, document, saving, staging)?;
         saved.notes = [done.notes, saved.notes].concat();
+        if saving.continues_paint {
+            saved
+                .notes
+                .extend(paint_note(self.format, &saved.attributes));
+        }
         saved.notes.extend(collapsed);
         if material {
             add_material(&self.place, self.make_folder, &mut side_files)?;
@@ -239,12 +249,11 @@ impl Output {
         let input = saving.input;
         let mut done = transfer_without(&input.mesh, &input.attributes, mesh, saving.unwanted);
         let faces = done.mesh.faces.len();
-        label_replaced(
-            saving.replaced,
-            &input.attributes,
-            &mut done.attributes,
-            faces,
-        );
+        let (replaced, before) = (saving.replaced, &input.attributes);
+        label_replaced(replaced, before, &mut done.attributes, faces);
+        if saving.continues_paint {
+            continue_paint(&mut done, input.mesh.faces.len());
+        }
         if !saving.plain_patches {
             let texels = Texels {
                 place: &self.place,
@@ -262,7 +271,8 @@ impl Output {
         }
         if let Some(mark) = saving.mark {
             let kept = input.mesh.faces.len();
-            let file = (self.format, input.document.as_ref());
+            let document = input.document.as_ref().and_then(FileDocument::gltf);
+            let file = (self.format, document);
             let notes = mark.apply(&mut done, kept, saving.components, file);
             done.notes.extend(notes);
         }
@@ -310,13 +320,21 @@ impl Output {
         label_replaced(saving.replaced, before, &mut attributes, faces);
         let is_lost = |kind| attributes.labels_of(kind).is_none();
         let listed = before.listed_where(|_| true, is_lost);
-        let mut saved = self.write_model(mesh, attributes, None, saving, staging)?;
+        // A 3MF package keeps its settings, also if all faces are new; a glTF document needs its vertices.
+        let document = saving.input.document.as_ref();
+        let document = document.filter(|document| document.three_mf().is_some());
+        let marks = document.and_then(|document| document.three_mf()?.marks());
+        let lost: Vec<&str> = (marks.into_iter().chain([&listed[..]]))
+            .filter(|what| !what.is_empty())
+            .collect();
+        let mut saved = self.write_model(mesh, attributes, document, saving, staging)?;
         let own = saving.input.attributes.unit;
         saved
             .notes
             .extend(unit_notes(own, saving.unit, self.format));
-        if !listed.is_empty() {
-            let what = format!("left out, because a whole level set has no attributes: {listed}");
+        if !lost.is_empty() {
+            let lost = lost.join(", ");
+            let what = format!("left out, because a whole level set has no attributes: {lost}");
             saved.notes.push(what);
         }
         Ok(saved)
@@ -326,7 +344,7 @@ impl Output {
         &self,
         mesh: Mesh,
         attributes: Attributes,
-        document: Option<&GltfDocument>,
+        document: Option<&FileDocument>,
         saving: &Saving,
         staging: &mut Staging,
     ) -> Result<Saved, JobError> {
@@ -443,7 +461,8 @@ impl Output {
             }
             (Format::Ply, Format::Ply) => input.attributes.textures.clone(),
             (Format::Gltf | Format::Glb, Format::Gltf | Format::Glb) => {
-                input.document.as_ref().map(GltfDocument::side_files)?
+                let document = input.document.as_ref().and_then(FileDocument::gltf);
+                document.map(GltfDocument::side_files)?
             }
             _ => return None,
         };
@@ -477,19 +496,4 @@ fn precision_of(input: &Loaded) -> Precision {
         true => Precision::F32,
         false => Precision::F64,
     }
-}
-
-/// Writes a text file atomically: to a temporary file next to the target, then renamed.
-///
-/// # Errors
-/// [`IoError::Write`].
-#[doc(hidden)]
-pub fn write_text(path: &Path, text: &str) -> Result<(), JobError> {
-    write_bytes(path, text.as_bytes())
-}
-
-/// Writes a file atomically: to a temporary file next to the target, then renamed.
-pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), JobError> {
-    let path = path.to_path_buf();
-    replace_file(&path, bytes).map_err(|cause| JobError::Io(IoError::Write { path, cause }))
 }

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::JobError;
-use crate::io::{IoError, Staged};
+use crate::io::{IoError, Staged, replace_file};
 use isomend_core::cancel::Cancel;
 use isomend_core::mend::FillError;
 
@@ -101,6 +101,21 @@ pub(super) fn make_folder(path: &Path, wanted: bool) -> Result<(), JobError> {
         }),
         None => Ok(()),
     }
+}
+
+/// Writes a text file atomically: to a temporary file next to the target, then renamed.
+///
+/// # Errors
+/// [`IoError::Write`].
+#[doc(hidden)]
+pub fn write_text(path: &Path, text: &str) -> Result<(), JobError> {
+    write_bytes(path, text.as_bytes())
+}
+
+/// Writes a file atomically: to a temporary file next to the target, then renamed.
+pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), JobError> {
+    let path = path.to_path_buf();
+    replace_file(&path, bytes).map_err(|cause| JobError::Io(IoError::Write { path, cause }))
 }
 
 #[cfg(test)]

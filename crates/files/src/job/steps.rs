@@ -78,7 +78,7 @@ impl JobSpec {
     /// through unchanged, so vertices must keep their numbers. Without an output yet, glTF output is assumed.
     fn keeps_vertices(&self, loaded: &Loaded) -> bool {
         let to_gltf = self.output.as_ref().is_none_or(|o| o.is_gltf());
-        to_gltf && loaded.document.is_some()
+        to_gltf && loaded.document.as_ref().is_some_and(|d| d.gltf().is_some())
     }
 
     /// A remark on how far the positions of the input were rounded, if a repair works on 32-bit floats because its output stores them.

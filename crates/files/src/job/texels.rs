@@ -10,7 +10,7 @@ use base64::engine::general_purpose::STANDARD;
 use super::deliver::Component;
 use super::staging::{Staging, make_folder};
 use super::{JobError, Place};
-use crate::io::{Format, Image, IoError, Loaded, beside, no_side_files};
+use crate::io::{FileDocument, Format, Image, IoError, Loaded, beside, no_side_files};
 use crate::report::ranges;
 use crate::texture::{TexturePage, is_own, paint};
 use isomend_core::attributes::SEAM_NOTE;
@@ -155,7 +155,7 @@ impl Texels<'_> {
                 .iter()
                 .filter_map(|m| m.texture.clone()),
         );
-        if let Some(document) = &self.input.document {
+        if let Some(document) = self.input.document.as_ref().and_then(FileDocument::gltf) {
             let files = (0..)
                 .map_while(|i| document.image(i))
                 .map(|image| match image {

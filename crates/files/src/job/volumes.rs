@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde::Serialize;
 
-use super::output::write_bytes;
+use super::staging::write_bytes;
 use super::{Document, FileInfo, JobError, Place, Source};
 use crate::io::{IoError, Loaded, Precision, volume_to_bytes};
 use isomend_core::grid::Volume;

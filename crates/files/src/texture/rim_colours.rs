@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::image::{Image, Linear, MOST_BYTES, Wrap};
-use crate::io::{BaseImage, Format, Image as Stored, Loaded, Resolve, Wrapping};
+use crate::io::{BaseImage, FileDocument, Format, Image as Stored, Loaded, Resolve, Wrapping};
 use isomend_core::attributes::FieldSource;
 use isomend_core::elementary::{hypot, sin_cos};
 use isomend_core::mesh::attributes::{LabelKind, NONE, Role};
@@ -123,7 +123,7 @@ impl<'a> RimColours<'a> {
         if label == NONE {
             return plain;
         }
-        if let Some(document) = &self.loaded.document {
+        if let Some(document) = self.loaded.document.as_ref().and_then(FileDocument::gltf) {
             let found = document.base_colour(label as usize);
             return MaterialColour {
                 factor: found.factor,
@@ -173,7 +173,7 @@ impl<'a> RimColours<'a> {
     }
 
     fn bytes(&self, key: &Key, resolve: &Resolve<'_>) -> Result<Vec<u8>, String> {
-        let document = self.loaded.document.as_ref();
+        let document = self.loaded.document.as_ref().and_then(FileDocument::gltf);
         let found = match key {
             Key::Beside(name) => Some(Stored::File(name.clone())),
             Key::Inside(number) => document.and_then(|d| d.image(*number)),

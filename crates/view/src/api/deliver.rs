@@ -74,6 +74,7 @@ impl DeliveryRequest {
             patches: file("patches", patches)?,
             piece: file("piece", piece)?,
             no_texture: false,
+            continue_paint: false,
         })
     }
 }

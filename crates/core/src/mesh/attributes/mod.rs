@@ -5,6 +5,8 @@
 
 mod roles;
 mod scalar;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeMap;
 
@@ -271,6 +273,10 @@ pub struct Attributes {
     pub copies: Vec<(u32, u32)>,
     /// After faces were removed: which faces of the file still exist, in the file's order.
     pub kept_of_file: Option<Vec<bool>>,
+    /// For each face, the face of the file from which it comes. Only for files that are written back together with what they hold
+    /// besides the mesh, as 3MF.
+    #[serde(default)]
+    pub file_faces: Option<Vec<FaceOrigin>>,
     /// The unit of the coordinates, if known.
     #[serde(default)]
     pub unit: Option<Unit>,
@@ -336,6 +342,7 @@ impl Attributes {
             textures: self.textures.clone(),
             copies: self.copies.clone(),
             kept_of_file: Some(kept_of_file),
+            file_faces: (self.file_faces.as_ref()).map(|of| kept().map(|f| of[f]).collect()),
             unit: self.unit,
             separate: self.separate,
         }
@@ -400,6 +407,8 @@ impl Attributes {
                 .filter_map(|&(copy, of)| Some((at(copy)?, at(of)?)))
                 .collect(),
             kept_of_file: self.with_faces(kept).kept_of_file,
+            file_faces: (self.file_faces.as_ref())
+                .map(|of| origins.faces.iter().map(|o| o.before(of)).collect()),
             unit: self.unit,
             separate: self.separate,
         }
@@ -455,43 +464,5 @@ impl Attributes {
         let mut seen = std::collections::BTreeSet::new();
         words.retain(|w| seen.insert(w.clone()));
         words.join(", ")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn values_are_rounded_to_their_type_and_may_be_missing() {
-        let mut colour = Attribute::new("red", Role::Colour, Scalar::U8, 1);
-        colour.push(Some(&[12.6]));
-        colour.push(None);
-        colour.push(Some(&[300.0]));
-        assert_eq!(colour.values, [13.0, 0.0, 255.0]);
-        assert_eq!(colour.get(1), None);
-        assert_eq!(colour.get(2), Some(&[255.0][..]));
-        assert_eq!((colour.len(), colour.unit()), (3, 255.0));
-        assert_eq!(colour.get(3), None);
-    }
-
-    #[test]
-    fn faces_taken_out_take_their_values_along() {
-        let mut face = Attribute::new("id", Role::Other, Scalar::I32, 1);
-        (0..4).for_each(|i| face.push(Some(&[f64::from(i)])));
-        let mut material = Labels::new(LabelKind::Material);
-        material.of_face = ["a", "b", "a", "c"].map(|n| material.place(n)).to_vec();
-        let all = Attributes {
-            face: vec![face],
-            labels: vec![material],
-            ..Attributes::default()
-        };
-        let some = all.with_faces(&[true, false, true, true]);
-        assert_eq!(some.face[0].values, [0.0, 2.0, 3.0]);
-        assert_eq!(some.labels[0].get(2), Some("c"));
-        let fewer = some.with_faces(&[false, true, true]);
-        assert_eq!(fewer.face[0].values, [2.0, 3.0]);
-        assert_eq!(fewer.kept_of_file, Some(vec![false, false, true, true]));
-        assert_eq!(fewer.listed(), "'id', materials");
     }
 }

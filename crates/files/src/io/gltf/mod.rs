@@ -20,7 +20,7 @@ use instances::INSTANCING;
 
 use gltf_json::{Root, Value};
 
-use super::{Contents, Format, IoError, Loaded, Location, Resolve, Written, text};
+use super::{Contents, FileDocument, Format, IoError, Loaded, Location, Resolve, Written, text};
 
 /// Reads all triangles of the default scene of a glTF or GLB file into one mesh.
 pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result<Loaded, IoError> {
@@ -65,7 +65,8 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
         [vertices, faces],
         materials,
     );
-    loaded.document = GltfDocument::new(json, buffers.all(), scene.blocks, scene.parts);
+    let document = GltfDocument::new(json, buffers.all(), scene.blocks, scene.parts);
+    loaded.document = document.map(FileDocument::Gltf);
     Ok(loaded)
 }
 
@@ -97,7 +98,8 @@ fn other_than_two(format: Format, version: &str) -> IoError {
 
 /// Writes a mesh into the document that it came from, or else into a new document.
 pub(super) fn write(model: &Contents<'_>, format: Format) -> Result<Written, IoError> {
-    match model.document.filter(|document| document.fits(model)) {
+    let document = model.document.and_then(FileDocument::gltf);
+    match document.filter(|document| document.fits(model)) {
         Some(document) => patch::write(document, model, format),
         None => write::write(model, format),
     }

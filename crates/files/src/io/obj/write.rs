@@ -39,7 +39,9 @@ fn notes(model: &Contents<'_>) -> Vec<String> {
         |a: &Attribute| matches!(a.role, Role::Uv(0) | Role::Normal | Role::Colour) && !of_face(a);
     let listed = all.listed_where(|a| !held(a), |_| false);
     let mut notes: Vec<String> = lost::note(&listed, Format::Obj).into_iter().collect();
-    if model.document.is_some() && all.labels_of(LabelKind::Material).is_some() {
+    if model.document.is_some_and(|d| d.gltf().is_some())
+        && all.labels_of(LabelKind::Material).is_some()
+    {
         notes.push("materials are written by name only: no material file is made".to_owned());
     }
     notes
@@ -106,12 +108,20 @@ fn faces(bytes: &mut Vec<u8>, model: &Contents<'_>, corners: &[Corners<'_>; 2]) 
     for (f, face) in model.mesh.faces.iter().enumerate() {
         states.write(bytes, f);
         bytes.push(b'f');
+        // VTK refuses a face whose corners have different kinds of values: on patches all three have one, or none.
+        let is_patch = model.attributes.is_patch(f);
+        let is_whole = corners
+            .each_ref()
+            .map(|values| !is_patch || (0..3).all(|k| values.number(f, k, face[k]).is_some()));
         for (k, &vertex) in face.iter().enumerate() {
             let number = u64::from(vertex) + 1;
             let _ = if plain {
                 write!(bytes, " {number}")
             } else {
-                let [uv, normal] = [0, 1].map(|i| corners[i].number(f, k, vertex));
+                let [uv, normal] = [0, 1].map(|i| {
+                    let number = corners[i].number(f, k, vertex);
+                    number.filter(|_| is_whole[i])
+                });
                 match (uv, normal) {
                     (None, None) => write!(bytes, " {number}"),
                     (Some(uv), None) => write!(bytes, " {number}/{uv}"),

@@ -2,13 +2,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 
 use super::super::mesh_builder::MeshBuilder;
 use super::super::{Format, IoError, Loaded};
+use super::document::{PlacedPart, Placement};
 use super::fault;
 use super::model::{Group, NO_MATERIAL, Object, Part, Use};
 use super::package::Models;
+use super::settings::{ObjectSettings, Volume};
 use isomend_core::mesh::Unit;
 use isomend_core::mesh::attributes::{
     Attribute, CornerAttribute, LabelKind, Labels, Material, NONE, PATCH_NAME, Role, Scalar,
@@ -20,18 +22,18 @@ use isomend_core::mesh::attributes::{
 const ALLOWANCE: [usize; 2] = [256 << 20, 64];
 /// Bytes per vertex (three 8-byte floats) and per face (corners, colour indices, labels, and their copies during
 /// assembly). Estimated, not measured.
-const BYTES: [usize; 2] = [24, 64];
+const BYTES: [usize; 2] = [24, 72];
 /// Deepest nesting of objects within objects.
 const MOST_DEPTH: usize = 32;
 /// Most objects placed, counting each use.
 const MOST_USES: usize = 100_000;
 
-/// Places all build items of the main model.
-pub(super) fn build(models: Models, file: usize) -> Result<Loaded, IoError> {
+/// Places all build items of the main model. Returns the mesh and the origins of its vertices and faces.
+pub(super) fn build(models: &Models, file: usize) -> Result<(Loaded, Vec<Placement>), IoError> {
     let main = &models.parts[&models.main];
     let [least, times] = ALLOWANCE;
     let mut build = Build {
-        models: &models,
+        models,
         unit: main.unit,
         surface: MeshBuilder::new(Format::ThreeMf),
         left: least.max(times.saturating_mul(file)),
@@ -47,6 +49,8 @@ pub(super) fn build(models: Models, file: usize) -> Result<Loaded, IoError> {
         patches: Vec::new(),
         unread_properties: 0,
         supports: 0,
+        placements: Vec::new(),
+        item: None,
     };
     let all: Vec<Use> = match main.items.is_empty() {
         false => main.items.clone(),
@@ -54,6 +58,8 @@ pub(super) fn build(models: Models, file: usize) -> Result<Loaded, IoError> {
         true => top_objects(main),
     };
     for item in &all {
+        let own = || models.settings.objects.get(&item.object);
+        build.item = own().filter(|_| item.part.is_none());
         build.has_names |= build.given_name(item).is_some();
         let name = build.name_of(item);
         let name = build.names.own(name);
@@ -102,6 +108,10 @@ struct Build<'a> {
     unread_properties: usize,
     /// Number of placed support objects, which are not read.
     supports: usize,
+    /// The meshes placed so far.
+    placements: Vec<Placement>,
+    /// What a slicer notes about the present item.
+    item: Option<&'a ObjectSettings>,
 }
 
 /// Labels, and the index of each name.
@@ -175,12 +185,22 @@ impl<'a> Build<'a> {
         Ok((part, part.objects.get(&id).ok_or_else(missing)?))
     }
 
-    /// The name of an item's object, if it has one.
+    /// The name of an item's object in the model or in the notes of a slicer, if it has one.
     fn given_name(&self, item: &Use) -> Option<String> {
         let part = item.part.as_ref().unwrap_or(&self.models.main);
         let object = self.object(part, item.object).ok();
-        let name = object.map(|(_, o)| o.name.trim().to_owned());
-        name.filter(|name| !name.is_empty())
+        let own = object.map(|(_, o)| o.name.trim());
+        let noted = self.item.map(|noted| &noted.name[..]);
+        let mut names = own.into_iter().chain(noted);
+        names.find(|name| !name.is_empty()).map(str::to_owned)
+    }
+
+    /// The name of a mesh of the present item.
+    fn part_name(&self, object: &Object, id: u32) -> String {
+        let noted = self.item.and_then(|noted| noted.parts.get(&id));
+        let names = [object.name.trim(), noted.map_or("", |name| name)];
+        let name = names.into_iter().find(|name| !name.is_empty());
+        name.map_or_else(|| format!("object_{id}"), str::to_owned)
     }
 
     /// The name of an item's object, or else a name with the object's number.
@@ -193,6 +213,14 @@ impl<'a> Build<'a> {
     fn end_item(&mut self, first: usize) {
         if self.part_names.taken.len() < 2 {
             self.parts.labels.of_face[first..].fill(NONE);
+            let own = self.placements.iter_mut().rev();
+            let own = own.take_while(|placement| placement.faces.0 >= first);
+            own.for_each(|placement| {
+                placement
+                    .parts
+                    .iter_mut()
+                    .for_each(|part| part.name.clear())
+            });
         }
         self.part_names = UniqueNames::default();
     }
@@ -217,7 +245,7 @@ impl<'a> Build<'a> {
             )));
         }
         let own = used.part.as_deref().unwrap_or(part);
-        let (model, object) = self.object(own, used.object)?;
+        let (_, object) = self.object(own, used.object)?;
         if object.is_support {
             self.supports += 1;
             return Ok(());
@@ -230,21 +258,21 @@ impl<'a> Build<'a> {
         for component in &object.components {
             self.place(own, component, transform, name, depth + 1)?;
         }
-        let scale = ratio(model.unit, self.unit);
-        self.add(model, (object, used.object), transform, scale, name)
+        self.add((own, used.object), transform, name)
     }
 
+    /// Adds the mesh of an object of the model `own`.
     fn add(
         &mut self,
-        model: &Part,
-        (object, id): (&Object, u32),
+        (own, id): (&str, u32),
         transform: DAffine3,
-        scale: f64,
         name: &str,
     ) -> Result<(), IoError> {
+        let (model, object) = self.object(own, id)?;
         if object.triangles.is_empty() {
             return Ok(());
         }
+        let scale = ratio(model.unit, self.unit);
         // Charge the memory before anything is allocated.
         let bytes = BYTES[0].saturating_mul(object.positions.len())
             + BYTES[1].saturating_mul(object.triangles.len());
@@ -256,23 +284,23 @@ impl<'a> Build<'a> {
             return Err(fault("it has more vertices than 32-bit indices can name"));
         }
         let base = (after - object.positions.len()) as u32;
-        let is_plain = transform == DAffine3::IDENTITY && scale == 1.0;
-        let placed = |p: &DVec3| match is_plain {
-            true => *p,
-            false => transform.transform_point3(scale * *p),
+        let first = self.surface.face_count();
+        let mut placement = Placement {
+            model: own.to_owned(),
+            object: id,
+            transform,
+            scale,
+            vertices: (base as usize, object.positions.len()),
+            faces: (first, object.triangles.len()),
+            name: name.to_owned(),
+            parts: Vec::new(),
         };
         // Append the vertices, transformed and in the unit of the main model.
-        self.surface
-            .positions
-            .extend(object.positions.iter().map(placed));
-        let is_mirrored = transform.matrix3.determinant() < 0.0;
+        let placed = object.positions.iter().map(|p| placement.placed(*p));
+        self.surface.positions.extend(placed);
+        let is_mirrored = placement.is_mirrored();
         let (label, _) = self.objects.place(name);
-        let part = match object.name.trim() {
-            "" => format!("object_{id}"),
-            name => name.to_owned(),
-        };
-        let (part, _) = self.parts.place(&self.part_names.own(part));
-        let first = self.surface.face_count();
+        self.add_parts(object, &mut placement);
         // Append the triangles; a mirroring transform reverses their orientation.
         for triangle in &object.triangles {
             let count = object.positions.len();
@@ -284,14 +312,47 @@ impl<'a> Build<'a> {
             let turned = |[p, q, r]: [u32; 3]| if is_mirrored { [p, r, q] } else { [p, q, r] };
             self.surface.push_triangle(turned([a, b, c]));
             self.objects.labels.of_face.push(label);
-            self.parts.labels.of_face.push(part);
             let turned_places = turned(triangle.places);
             let group = model.groups.get(&triangle.group);
             self.unread_properties += usize::from(group.is_none() && triangle.group != NONE);
             self.add_property(group, turned_places, triangle.places[0]);
         }
         self.mark(object, first);
+        self.placements.push(placement);
         Ok(())
+    }
+
+    /// Labels the faces of a mesh with the part that they belong to: the mesh, or one of the volumes that a slicer notes.
+    fn add_parts(&mut self, object: &Object, placement: &mut Placement) {
+        let (id, count) = (placement.object, object.triangles.len());
+        let is_main = placement.model == self.models.main;
+        let volumes = self.models.settings.volumes(id, count);
+        let whole = [Volume {
+            faces: [0, count - 1],
+            name: self.part_name(object, id),
+        }];
+        let volumes = if is_main && !volumes.is_empty() {
+            volumes
+        } else {
+            &whole
+        };
+        let of_face = &mut self.parts.labels.of_face;
+        let first = of_face.len();
+        of_face.resize(first + count, NONE);
+        for (number, volume) in volumes.iter().enumerate() {
+            let name = match &volume.name[..] {
+                "" => format!("volume_{}", number + 1),
+                name => name.to_owned(),
+            };
+            let name = self.part_names.own(name);
+            let (label, _) = self.parts.place(&name);
+            let [from, to] = volume.faces;
+            self.parts.labels.of_face[first + from..=first + to].fill(label);
+            placement.parts.push(PlacedPart {
+                faces: volume.faces,
+                name,
+            });
+        }
     }
 
     /// Adds the property of the last triangle. `places` are the indices in the group of its corners; `first_place` is
@@ -358,7 +419,7 @@ impl<'a> Build<'a> {
             .collect()
     }
 
-    fn finish(self) -> Result<Loaded, IoError> {
+    fn finish(self) -> Result<(Loaded, Vec<Placement>), IoError> {
         let beams: usize = self.models.parts.values().map(|part| part.beams).sum();
         if beams > 0 && self.surface.face_count() == 0 {
             return Err(IoError::Unsupported {
@@ -405,7 +466,7 @@ impl<'a> Build<'a> {
             all.face.push(marks);
         }
         loaded.notes.extend(notes);
-        Ok(loaded)
+        Ok((loaded, self.placements))
     }
 }
 

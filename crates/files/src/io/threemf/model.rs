@@ -28,6 +28,9 @@ pub(super) const UNITS: [(&str, Unit); 6] = [
     ("meter", Unit::Metre),
 ];
 
+/// Most names of attributes of triangles that are listed as not read.
+const MOST_MARKS: usize = 16;
+
 /// Most attributes of a tag. The check for duplicate attributes takes quadratic time.
 const MOST_ATTRIBUTES: usize = 256;
 
@@ -41,6 +44,10 @@ pub(super) struct Part {
     pub(super) items: Vec<Use>,
     /// Number of beams of the lattices of its objects, which are not read.
     pub(super) beams: usize,
+    /// Names of the attributes of triangles that are not read, such as paint; at most [`MOST_MARKS`].
+    pub(super) marks: Vec<String>,
+    /// Whether it has metadata besides the name of the program that wrote it.
+    pub(super) has_metadata: bool,
 }
 
 impl Part {
@@ -103,6 +110,8 @@ pub(super) fn parse(markup: &str, left: &mut usize) -> Result<Part, IoError> {
             groups: BTreeMap::new(),
             items: Vec::new(),
             beams: 0,
+            marks: Vec::new(),
+            has_metadata: false,
         },
         left,
         core: Vec::new(),
@@ -197,6 +206,7 @@ impl Open<'_> {
                         name = value.to_owned();
                     }
                 })?;
+                self.part.has_metadata |= self.object.is_none() && name != "Application";
                 self.reads_patches = name == PATCH_FACES && self.object.is_some();
             }
             "resources" | "build" | "vertices" | "triangles" | "components" | "metadatagroup" => {}
@@ -375,6 +385,7 @@ impl Open<'_> {
     fn triangle(&mut self, tag: &BytesStart<'_>) -> Result<(), String> {
         let [mut corners, mut places] = [[None; 3]; 2];
         let mut group = NONE;
+        let marks = &mut self.part.marks;
         each(tag, |key, value| match key {
             "v1" => corners[0] = whole(value),
             "v2" => corners[1] = whole(value),
@@ -383,6 +394,9 @@ impl Open<'_> {
             "p2" => places[1] = whole(value),
             "p3" => places[2] = whole(value),
             "pid" => group = whole(value).unwrap_or(NONE),
+            _ if marks.len() < MOST_MARKS && !marks.iter().any(|mark| mark == key) => {
+                marks.push(text::shown(key.as_bytes()).trim_matches('\'').to_owned());
+            }
             _ => {}
         })?;
         let [Some(a), Some(b), Some(c)] = corners else {

@@ -1,16 +1,19 @@
 //! Opens a 3MF package: finds and unpacks its model parts within memory limits.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
-use std::io::{Cursor, Read};
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{Cursor, Read, Write};
 use std::string::FromUtf8Error;
 
 use quick_xml::events::Event;
-use zip::ZipArchive;
+use zip::result::ZipError;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use super::super::{IoError, text};
 use super::fault;
 use super::model::{Part, parse, part_name};
+use super::settings::{PARTS, Settings, VOLUMES};
 
 /// Unpacked size that all parts together may have: the larger of this many bytes and [`ALLOWANCE_TIMES`] times the file
 /// size. Mesh XML is compressed by a factor of 5 to 20.
@@ -26,18 +29,46 @@ const MOST_PARSED: u64 = 8 << 30;
 const MOST_PARTS: usize = 10_000;
 /// The type of the relationship to the main model.
 const MAIN: &str = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
+/// The part with the types of the others.
+const CONTENT_TYPES: &str = "[Content_Types].xml";
+/// Characters of a part's name that a remark repeats.
+const LONGEST_NAME: usize = 100;
+/// Most parts that a remark names.
+const MOST_LISTED: usize = 4;
 /// The usual part name of the main model, for packages without relationships.
 const USUAL: &str = "3D/3dmodel.model";
 
-/// The models of a package by part name (lower case), and the name of the main model.
+/// The models of a package by part name (lower case), the name of the main model, and what slicers note about its objects.
 pub(super) struct Models {
     pub(super) parts: BTreeMap<String, Part>,
     pub(super) main: String,
+    pub(super) settings: Settings,
+}
+
+impl Models {
+    /// The attributes of triangles that are not read, in words.
+    pub(super) fn marks(&self) -> Option<String> {
+        let all = self.parts.values().flat_map(|part| &part.marks);
+        let all: BTreeSet<&str> = all.map(|mark| &mark[..]).collect();
+        let all: Vec<&str> = all.into_iter().collect();
+        (!all.is_empty()).then(|| format!("{} of triangles", all.join(", ")))
+    }
+}
+
+/// The options of a part that is written: compressed, with a constant time stamp, so that the same mesh gives the same bytes.
+pub(super) fn options(text: &str) -> SimpleFileOptions {
+    SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .last_modified_time(DateTime::default())
+        // Parts of 4 GB or more need ZIP64.
+        .large_file(text.len() >= u32::MAX as usize)
 }
 
 /// A package being read.
 pub(super) struct Package<'a> {
     archive: ZipArchive<Cursor<&'a [u8]>>,
+    /// The name of each part in the archive.
+    names: Vec<String>,
     /// The index of each part in the archive, by lower-case name.
     index: BTreeMap<String, usize>,
     /// Bytes that may still be unpacked.
@@ -48,16 +79,20 @@ impl<'a> Package<'a> {
     pub(super) fn open(bytes: &'a [u8]) -> Result<Self, IoError> {
         let archive = ZipArchive::new(Cursor::new(bytes))
             .map_err(|error| fault(format!("the ZIP archive is damaged ({error})")))?;
-        let mut index = BTreeMap::new();
+        let (mut names, mut index) = (Vec::new(), BTreeMap::new());
         for place in 0..archive.len() {
-            if let Some(Ok(name)) = archive.name_for_index(place) {
+            let name = archive.name_for_index(place).and_then(Result::ok);
+            let name = name.map(|name| name.to_string()).unwrap_or_default();
+            if !name.is_empty() {
                 // If two parts have the same name, the first is used.
                 index.entry(part_name(&name)).or_insert(place);
             }
+            names.push(name);
         }
         let times = ALLOWANCE_TIMES.saturating_mul(bytes.len() as u64);
         Ok(Self {
             archive,
+            names,
             index,
             left: ALLOWANCE.max(times).min(MOST_UNPACKED),
         })
@@ -82,7 +117,44 @@ impl<'a> Package<'a> {
             wanted.extend(part.other_parts());
             parts.insert(name, part);
         }
-        Ok(Models { parts, main })
+        let files = [VOLUMES, PARTS].into_iter();
+        let files: Vec<String> = files.filter_map(|name| self.text(name).ok()).collect();
+        Ok(Models {
+            parts,
+            main,
+            settings: Settings::new(&files),
+        })
+    }
+
+    /// What the package holds besides objects and their properties, in words: metadata, other parts.
+    pub(super) fn rest(&self, models: &Models) -> Vec<String> {
+        let parts = || models.parts.values();
+        let own = |name: &str| {
+            models.parts.contains_key(name) || name.ends_with(".rels") || name.ends_with('/')
+        };
+        let others = self.names().filter(|name| !own(&part_name(name)));
+        let others = others.filter(|name| *name != CONTENT_TYPES);
+        let others: Vec<String> = others
+            .map(|name| name.chars().take(LONGEST_NAME).collect())
+            .collect();
+        let mut rest = Vec::new();
+        if parts().any(|part| part.has_metadata) {
+            rest.push("metadata of the model".to_owned());
+        }
+        if !others.is_empty() {
+            let more = others.len().saturating_sub(MOST_LISTED);
+            let mut listed = others[..others.len() - more].join(", ");
+            if more > 0 {
+                listed += &format!(" and {more} more");
+            }
+            rest.push(format!("the parts {listed}"));
+        }
+        rest
+    }
+
+    /// The names of its parts, in the order of the archive.
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        self.names.iter().map(|name| &name[..])
     }
 
     /// Whether its relationships name a main model.
@@ -127,10 +199,29 @@ impl<'a> Package<'a> {
         self.index.get(&part_name(name)).copied()
     }
 
-    fn text(&mut self, name: &str) -> Result<String, IoError> {
+    /// The text of a part.
+    pub(super) fn text(&mut self, name: &str) -> Result<String, IoError> {
         let index = self.index(name);
         let index = index.ok_or_else(|| fault(format!("there is no part '{name}' in it")))?;
         self.unpacked(index)
+    }
+
+    /// Writes the package with other texts for some parts, by their names as compared. All other parts are copied as they are.
+    pub(super) fn copied(&mut self, texts: &BTreeMap<String, String>) -> Result<Vec<u8>, ZipError> {
+        let mut out = ZipWriter::new(Cursor::new(Vec::new()));
+        for place in 0..self.archive.len() {
+            let name = &self.names[place];
+            let key = part_name(name);
+            let own = self.index.get(&key) == Some(&place);
+            match texts.get(&key).filter(|_| own) {
+                Some(text) => {
+                    out.start_file(name.as_str(), options(text))?;
+                    out.write_all(text.as_bytes())?;
+                }
+                None => out.raw_copy_file(self.archive.by_index_raw(place)?)?,
+            }
+        }
+        Ok(out.finish()?.into_inner())
     }
 
     fn unpacked(&mut self, index: usize) -> Result<String, IoError> {

@@ -1,5 +1,6 @@
 //! Tests of 3MF: round trips, packages of other programs, damaged and malicious packages.
 
+use std::collections::BTreeMap;
 use std::io::{Cursor, Read, Write};
 
 use glam::DVec3;
@@ -189,13 +190,22 @@ fn bombs_and_loops_are_refused() {
     assert!(message.contains("uses objects more than"), "{message}");
 }
 
+/// The parts of a package as texts.
+pub(super) fn parts_of(bytes: &[u8]) -> BTreeMap<String, String> {
+    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
+    let count = archive.len();
+    let read = |place: usize| {
+        let mut part = archive.by_index(place).unwrap();
+        let mut text = String::new();
+        part.read_to_string(&mut text).unwrap();
+        (part.name().unwrap().into_owned(), text)
+    };
+    (0..count).map(read).collect()
+}
+
 /// The text of the model in a package.
 fn markup_of(bytes: &[u8]) -> String {
-    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
-    let mut text = String::new();
-    let mut part = archive.by_name("3D/3dmodel.model").unwrap();
-    part.read_to_string(&mut text).unwrap();
-    text
+    parts_of(bytes)["3D/3dmodel.model"].clone()
 }
 
 fn written(mesh: &Mesh, attributes: &Attributes) -> Written {

@@ -41,6 +41,8 @@ pub struct Deliverables {
     pub tolerance: Option<f64>,
     /// Leave patches across seams of a texture without texels, with a plain material.
     pub no_texture: bool,
+    /// Paint patches as their neighbours, where a 3MF file with the paint of a slicer is written again. Without it they have no paint.
+    pub continue_paint: bool,
 }
 
 impl Deliverables {

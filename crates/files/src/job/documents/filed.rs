@@ -37,6 +37,9 @@ impl FiledRow {
             "work": spec.work, "mark": wanted.mark, "unit": wanted.unit, "tolerance": wanted.tolerance,
             "no_texture": wanted.no_texture,
         });
+        if wanted.continue_paint {
+            options["continue_paint"] = Value::Bool(true);
+        }
         let options_sha256 = sha256(options.to_string().as_bytes());
         for command in ["restore", "fair"] {
             let faces = options.pointer_mut(&format!("/work/{command}/0/faces"));

@@ -1,0 +1,90 @@
+//! A 3MF package that was read, and where the vertices and faces of its mesh come from.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+use serde::{Deserialize, Serialize};
+
+use isomend_core::mesh::Unit;
+
+/// A 3MF package, kept so that it can be written again with all that isomend does not read: paint, settings of slicers, thumbnails, UUIDs,
+/// slices, parts and elements of other programs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ThreeMfDocument {
+    /// The file.
+    pub(super) bytes: Arc<Vec<u8>>,
+    /// The unit of the mesh.
+    pub(super) unit: Unit,
+    /// The meshes that make up the mesh, in its order.
+    pub(super) placements: Vec<Placement>,
+    /// The attributes of triangles that are not read, such as paint, in words.
+    pub(super) marks: Option<String>,
+    /// What else the package holds, in words, for formats that cannot hold it.
+    pub(super) rest: Vec<String>,
+}
+
+impl ThreeMfDocument {
+    /// The attributes of triangles that a mesh does not hold, for example paint, in words.
+    pub(crate) fn marks(&self) -> Option<&str> {
+        self.marks.as_deref()
+    }
+
+    /// What the package holds besides the mesh and the attributes, for example paint and settings.
+    pub(in super::super) fn rest(&self) -> Vec<String> {
+        self.marks.iter().chain(&self.rest).cloned().collect()
+    }
+}
+
+/// The mesh of an object in the place that the build gives it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Placement {
+    /// Name of the model part that contains the object, and the object's number there.
+    pub(super) model: String,
+    pub(super) object: u32,
+    /// The transform to the build. Coordinates are first multiplied by `scale`, from the unit of the part to the unit of the main model.
+    pub(super) transform: DAffine3,
+    pub(super) scale: f64,
+    /// First vertex and number of vertices in the mesh that was read; the same for faces.
+    pub(super) vertices: (usize, usize),
+    pub(super) faces: (usize, usize),
+    /// The label of its object.
+    pub(super) name: String,
+    /// Its parts, in the order of their faces.
+    pub(super) parts: Vec<PlacedPart>,
+}
+
+/// A range of an object's faces with a label of its own: the whole object, or a volume of PrusaSlicer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct PlacedPart {
+    /// First and last face, counted from the first of the object.
+    pub(super) faces: [usize; 2],
+    /// The label of the part; empty if its faces have none.
+    pub(super) name: String,
+}
+
+impl Placement {
+    /// A point of the object in the build.
+    pub(super) fn placed(&self, p: DVec3) -> DVec3 {
+        match self.transform == DAffine3::IDENTITY && self.scale == 1.0 {
+            true => p,
+            false => self.transform.transform_point3(self.scale * p),
+        }
+    }
+
+    /// A point of the build in the object. None if the transform has no inverse.
+    pub(super) fn back(&self) -> Option<impl Fn(DVec3) -> DVec3> {
+        let is_plain = self.transform == DAffine3::IDENTITY && self.scale == 1.0;
+        let (inverse, scale) = (self.transform.inverse(), self.scale);
+        inverse
+            .is_finite()
+            .then_some(move |p: DVec3| match is_plain {
+                true => p,
+                false => inverse.transform_point3(p) / scale,
+            })
+    }
+
+    /// Whether the transform reverses the orientation of faces.
+    pub(super) fn is_mirrored(&self) -> bool {
+        self.transform.matrix3.determinant() < 0.0
+    }
+}

@@ -1,0 +1,155 @@
+//! Corrects what slicers note about the triangles of objects in their own files: ranges and numbers of triangles.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use quick_xml::events::{BytesStart, Event};
+
+use super::super::values::whole;
+use super::edits::{Edits, value_range};
+use super::object::Recount;
+
+/// The changed objects by model part and number.
+pub(super) type Recounts = BTreeMap<(String, u32), Recount>;
+
+/// The components of the objects of the main model: model part and number of each.
+pub(super) type Components = BTreeMap<u32, Vec<(String, u32)>>;
+
+/// A file of a slicer that is being corrected.
+pub(super) struct Config<'a> {
+    pub(super) text: &'a str,
+    /// The name of the main model.
+    pub(super) main: &'a str,
+    pub(super) recounts: &'a Recounts,
+    pub(super) components: &'a Components,
+}
+
+/// What was corrected.
+pub(super) struct Corrected {
+    pub(super) edits: Edits,
+    /// Number of volumes that lost all triangles, and of volumes of changed objects whose range is none of the mesh.
+    pub(super) emptied: usize,
+    pub(super) unknown: usize,
+}
+
+impl Config<'_> {
+    /// Corrects ranges of volumes (PrusaSlicer) and numbers of faces (Bambu Studio, OrcaSlicer).
+    pub(super) fn corrected(&self) -> Corrected {
+        let mut done = Corrected {
+            edits: Edits::default(),
+            emptied: 0,
+            unknown: 0,
+        };
+        let mut reader = quick_xml::Reader::from_str(self.text);
+        let (mut object, mut part) = (None, None);
+        // The start of the volume that is being removed.
+        let mut removed: Option<usize> = None;
+        loop {
+            let from = reader.buffer_position() as usize;
+            let event = reader.read_event();
+            let to = reader.buffer_position() as usize;
+            match event {
+                Err(_) | Ok(Event::Eof) => return done,
+                Ok(Event::End(tag)) => match tag.name().as_ref() {
+                    "object" => object = None,
+                    "part" => part = None,
+                    "volume" => {
+                        if let Some(start) = removed.take() {
+                            done.edits.replace(start..to, "");
+                        }
+                    }
+                    _ => {}
+                },
+                Ok(Event::Start(tag)) => match tag.name().as_ref() {
+                    "object" => object = number(&tag, "id"),
+                    "part" => part = number(&tag, "id"),
+                    "volume" if self.is_emptied(object, &tag) => {
+                        removed = Some(from);
+                        done.emptied += 1;
+                    }
+                    _ => self.tag(&tag, object, part, &mut done),
+                },
+                Ok(Event::Empty(tag)) if self.is_emptied(object, &tag) => {
+                    done.edits.replace(from..to, "");
+                    done.emptied += 1;
+                }
+                Ok(Event::Empty(tag)) if removed.is_none() => {
+                    self.tag(&tag, object, part, &mut done);
+                }
+                Ok(_) => {}
+            }
+        }
+    }
+
+    /// Whether a tag is a volume that has no triangles any more.
+    fn is_emptied(&self, object: Option<u32>, tag: &BytesStart<'_>) -> bool {
+        tag.name().as_ref() == "volume" && self.range(object, tag) == Some(None)
+    }
+
+    /// The new range of a volume of a changed object; `Some(None)` if it has no triangles any more.
+    fn range(&self, object: Option<u32>, tag: &BytesStart<'_>) -> Option<Option<[usize; 2]>> {
+        let recount = self.recounts.get(&(self.main.to_owned(), object?))?;
+        let [first, last] = ["firstid", "lastid"].map(|name| number(tag, name));
+        let old = [first? as usize, last? as usize];
+        let found = recount.parts.iter().find(|(before, _)| *before == old);
+        Some(found?.1)
+    }
+
+    fn tag(
+        &self,
+        tag: &BytesStart<'_>,
+        object: Option<u32>,
+        part: Option<u32>,
+        done: &mut Corrected,
+    ) {
+        let edits = &mut done.edits;
+        match tag.name().as_ref() {
+            "volume" => {
+                let key = object.map(|id| (self.main.to_owned(), id));
+                let is_changed = key.is_some_and(|key| self.recounts.contains_key(&key));
+                let Some(Some(range)) = self.range(object, tag) else {
+                    done.unknown += usize::from(is_changed);
+                    return;
+                };
+                for (name, new) in ["firstid", "lastid"].into_iter().zip(range) {
+                    self.set(tag, name, new, edits);
+                }
+            }
+            "mesh_stat" => {
+                let components = object.and_then(|id| self.components.get(&id));
+                let own = components.and_then(|all| all.iter().find(|(_, id)| Some(*id) == part));
+                if let Some(recount) = own.and_then(|own| self.recounts.get(own)) {
+                    self.set(tag, "face_count", recount.triangles[1], edits);
+                }
+            }
+            "metadata" if part.is_none() => {
+                let Some(old) = number(tag, "face_count") else {
+                    return;
+                };
+                let components = object.and_then(|id| self.components.get(&id));
+                let recounts = components.into_iter().flatten();
+                let recounts = recounts.filter_map(|own| self.recounts.get(own));
+                let mut new = old as usize;
+                for Recount { triangles, .. } in recounts {
+                    new = (new + triangles[1]).saturating_sub(triangles[0]);
+                }
+                self.set(tag, "face_count", new, edits);
+            }
+            _ => {}
+        }
+    }
+
+    /// Sets the value of an attribute if it is another.
+    fn set(&self, tag: &BytesStart<'_>, name: &str, value: usize, edits: &mut Edits) {
+        let range: Option<Range<usize>> = value_range(self.text, tag, name);
+        let value = value.to_string();
+        if let Some(range) = range.filter(|range| self.text[range.clone()] != value) {
+            edits.replace(range, value);
+        }
+    }
+}
+
+fn number(tag: &BytesStart<'_>, name: &str) -> Option<u32> {
+    let found = tag.try_get_attribute(name).ok().flatten()?;
+    whole(&found.value)
+}

@@ -1,0 +1,147 @@
+//! The attributes of a triangle whose corners changed: what is kept of its properties and of its paint.
+
+use std::fmt::Write as _;
+
+use quick_xml::events::{BytesStart, Event};
+
+/// Names of attributes with the paint of a triangle, without prefix, as PrusaSlicer writes them. Names of Bambu Studio and OrcaSlicer begin with
+/// `paint_`.
+const PAINT: [&str; 5] = [
+    "custom_supports",
+    "custom_seam",
+    "mmu_segmentation",
+    "fuzzy_skin",
+    "texture_skin",
+];
+
+/// Which of the attributes of a triangle a new triangle takes over.
+#[derive(Clone, Copy)]
+pub(super) enum Take {
+    /// All: it is the same.
+    All,
+    /// All except paint that depends on the corners. Each corner has the properties of the given corner of the old triangle.
+    Turned([usize; 3]),
+    /// Only paint that does not depend on the corners: it is a part of the old triangle, or beside it.
+    Paint,
+}
+
+/// Writes the start of a triangle element up to its corners.
+pub(super) fn begin(out: &mut String, prefix: &str, [a, b, c]: [u32; 3]) {
+    let _ = write!(out, "<{prefix}triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"");
+}
+
+/// Writes the attributes of the triangle element `old` that a new one takes over. Returns whether paint was left out, and the rest of the
+/// element from the end of its start tag on.
+pub(super) fn attributes<'t>(out: &mut String, old: &'t str, take: Take) -> (bool, &'t str) {
+    let mut reader = quick_xml::Reader::from_str(old);
+    let event = reader.read_event();
+    let rest = match &event {
+        Ok(Event::Start(_)) => old.get(reader.buffer_position() as usize - 1..),
+        _ => None,
+    };
+    let (Ok(Event::Start(tag)) | Ok(Event::Empty(tag))) = &event else {
+        return (false, "/>");
+    };
+    let mut loses = false;
+    for attribute in tag.attributes().flatten() {
+        let key = attribute.key.as_ref();
+        let local = attribute.key.local_name();
+        let (is_paint, value) = (is_paint(local.as_ref()), &attribute.value);
+        let is_kept = match (local.as_ref(), take) {
+            ("v1" | "v2" | "v3", _) => false,
+            (_, Take::All) => true,
+            ("p1" | "p2" | "p3", Take::Turned(_)) => false,
+            (_, Take::Turned(_)) => !is_paint || is_whole(value),
+            (_, Take::Paint) => is_paint && is_whole(value),
+        };
+        loses |= is_paint && !is_kept;
+        if is_kept {
+            let value = value.replace('"', "&quot;");
+            let _ = write!(out, " {key}=\"{value}\"");
+        }
+    }
+    if let Take::Turned(corners) = take {
+        properties(out, tag, corners);
+    }
+    (loses, rest.unwrap_or("/>"))
+}
+
+/// Writes the properties of the corners of a turned triangle.
+fn properties(out: &mut String, tag: &BytesStart<'_>, corners: [usize; 3]) {
+    let value = |name: &str| {
+        let found = tag.try_get_attribute(name).ok().flatten()?;
+        Some(found.value.to_string())
+    };
+    let Some(first) = value("p1") else {
+        return;
+    };
+    let others = ["p2", "p3"].map(value);
+    if others.iter().all(Option::is_none) {
+        let _ = write!(out, " p1=\"{first}\"");
+        return;
+    }
+    let [second, third] = others.map(|value| value.unwrap_or_else(|| first.clone()));
+    let all = [first, second, third];
+    for (number, corner) in (1..).zip(corners) {
+        let _ = write!(out, " p{number}=\"{}\"", all[corner % 3]);
+    }
+}
+
+fn is_paint(name: &str) -> bool {
+    name.starts_with("paint_") || PAINT.contains(&name)
+}
+
+/// Whether paint is one state for the whole triangle. Slicers write a tree of parts as hexadecimal digits, the root last; the two lower
+/// bits of a digit are the number of sides that are split.
+fn is_whole(paint: &str) -> bool {
+    let root = paint
+        .bytes()
+        .last()
+        .and_then(|digit| (digit as char).to_digit(16));
+    root.is_some_and(|root| root & 3 == 0) && paint.bytes().all(|b| b.is_ascii_hexdigit())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn kept(old: &str, take: Take) -> (String, bool) {
+        let mut out = String::new();
+        let (loses, rest) = attributes(&mut out, old, take);
+        (out + rest, loses)
+    }
+
+    #[test]
+    fn paint_of_a_whole_triangle_stays_on_its_parts() {
+        for (paint, whole) in [
+            ("4", true),
+            ("0C", true),
+            ("3FC", true),
+            ("4C3", false),
+            ("", false),
+            ("x4", false),
+        ] {
+            assert_eq!(is_whole(paint), whole, "{paint}");
+        }
+        let old = "<triangle v1=\"0\" v2=\"1\" v3=\"2\" pid='5' p1=\"7\" p2=\"8\" paint_color=\"8\" s:mmu_segmentation=\"4C3\" a='\"'/>";
+        let (all, loses) = kept(old, Take::All);
+        let rest = " paint_color=\"8\" s:mmu_segmentation=\"4C3\" a=\"&quot;\"/>";
+        assert_eq!(
+            (all, loses),
+            (" pid=\"5\" p1=\"7\" p2=\"8\"".to_owned() + rest, false)
+        );
+        assert_eq!(
+            kept(old, Take::Paint),
+            (" paint_color=\"8\"/>".to_owned(), true)
+        );
+        let turned = " pid=\"5\" paint_color=\"8\" a=\"&quot;\" p1=\"7\" p2=\"7\" p3=\"8\"/>";
+        assert_eq!(
+            kept(old, Take::Turned([0, 2, 1])),
+            (turned.to_owned(), true)
+        );
+        assert_eq!(
+            kept("<k:triangle v1='0'>\n<x/></k:triangle>", Take::Paint).0,
+            ">\n<x/></k:triangle>"
+        );
+    }
+}

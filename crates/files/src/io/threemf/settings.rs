@@ -1,0 +1,158 @@
+//! Reads what slicers note about the objects of a 3MF project: names, and the volumes that an object's triangles belong to.
+//!
+//! PrusaSlicer writes the meshes of all volumes of an object as one mesh, and the range of triangles of each volume into
+//! `Metadata/Slic3r_PE_model.config`. Bambu Studio and OrcaSlicer write an object for each volume, and its name into
+//! `Metadata/model_settings.config`. Both files may be missing or damaged: then there are no names and no volumes.
+
+use std::collections::BTreeMap;
+
+use quick_xml::events::{BytesStart, Event};
+
+use super::values::{check_name, unescaped, whole};
+
+/// The file of PrusaSlicer with the volumes of each object.
+pub(super) const VOLUMES: &str = "Metadata/Slic3r_PE_model.config";
+/// The file of Bambu Studio and OrcaSlicer with the parts of each object.
+pub(super) const PARTS: &str = "Metadata/model_settings.config";
+
+/// What slicers note about the objects of the main model, by the numbers of these.
+#[derive(Default)]
+pub(super) struct Settings {
+    pub(super) objects: BTreeMap<u32, ObjectSettings>,
+}
+
+/// What slicers note about an object.
+#[derive(Default)]
+pub(super) struct ObjectSettings {
+    /// Its name; empty for none.
+    pub(super) name: String,
+    /// Its volumes in the order of their triangles.
+    pub(super) volumes: Vec<Volume>,
+    /// The names of its components, by the numbers of their objects.
+    pub(super) parts: BTreeMap<u32, String>,
+}
+
+/// A range of an object's triangles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Volume {
+    /// First and last triangle.
+    pub(super) faces: [usize; 2],
+    pub(super) name: String,
+}
+
+impl Settings {
+    /// Reads the given files; faults end the reading of a file without an error.
+    pub(super) fn new(files: &[String]) -> Self {
+        let mut settings = Self::default();
+        for text in files {
+            settings.read(text);
+        }
+        for object in settings.objects.values_mut() {
+            object.volumes.sort_by_key(|volume| volume.faces);
+        }
+        settings
+    }
+
+    fn read(&mut self, text: &str) {
+        let mut reader = quick_xml::Reader::from_str(text);
+        let (mut object, mut inner) = (None, Inner::Object);
+        loop {
+            match reader.read_event() {
+                Err(_) | Ok(Event::Eof) => return,
+                Ok(Event::Start(tag)) => self.start(&tag, &mut object, &mut inner),
+                Ok(Event::Empty(tag)) => {
+                    let before = (object, inner);
+                    self.start(&tag, &mut object, &mut inner);
+                    (object, inner) = before;
+                }
+                Ok(Event::End(tag)) => match tag.name().as_ref() {
+                    "object" => object = None,
+                    "volume" | "part" => inner = Inner::Object,
+                    _ => {}
+                },
+                Ok(_) => {}
+            }
+        }
+    }
+
+    fn start(&mut self, tag: &BytesStart<'_>, object: &mut Option<u32>, inner: &mut Inner) {
+        let number = |name: &str| whole(&value(tag, name)?);
+        match tag.name().as_ref() {
+            "object" => {
+                *object = number("id");
+                *inner = Inner::Object;
+                if let Some(id) = *object {
+                    self.objects.entry(id).or_default();
+                }
+            }
+            "volume" => {
+                let faces = number("firstid").zip(number("lastid"));
+                if let (Some(own), Some((first, last))) = (self.of(*object), faces) {
+                    own.volumes.push(Volume {
+                        faces: [first as usize, last as usize],
+                        name: String::new(),
+                    });
+                    *inner = Inner::Volume;
+                }
+            }
+            "part" => {
+                if let (Some(own), Some(id)) = (self.of(*object), number("id")) {
+                    own.parts.entry(id).or_default();
+                    *inner = Inner::Part(id);
+                }
+            }
+            "metadata" if value(tag, "key").as_deref() == Some("name") => {
+                let name = value(tag, "value").map(|name| unescaped(&name));
+                let name = name.filter(|name| check_name(name).is_ok());
+                let (Some(own), Some(name)) = (self.of(*object), name) else {
+                    return;
+                };
+                let place = match *inner {
+                    Inner::Object => Some(&mut own.name),
+                    Inner::Volume => own.volumes.last_mut().map(|volume| &mut volume.name),
+                    Inner::Part(id) => own.parts.get_mut(&id),
+                };
+                if let Some(place) = place {
+                    name.trim().clone_into(place);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn of(&mut self, object: Option<u32>) -> Option<&mut ObjectSettings> {
+        self.objects.get_mut(&object?)
+    }
+
+    /// The volumes of an object with this number of triangles. None if they are fewer than two, overlap or are not all in the object.
+    pub(super) fn volumes(&self, object: u32, triangles: usize) -> &[Volume] {
+        let all = self.objects.get(&object).map(|own| &own.volumes[..]);
+        all.filter(|all| all.len() > 1 && are_ranges(all, triangles))
+            .unwrap_or_default()
+    }
+}
+
+/// Whether sorted volumes are disjoint ranges of this number of triangles.
+pub(super) fn are_ranges(volumes: &[Volume], triangles: usize) -> bool {
+    let mut next = 0;
+    volumes.iter().all(|volume| {
+        let [first, last] = volume.faces;
+        let fits = next <= first && first <= last && last < triangles;
+        next = last.saturating_add(1);
+        fits
+    })
+}
+
+/// The element to which a name belongs.
+#[derive(Clone, Copy)]
+enum Inner {
+    Object,
+    Volume,
+    Part(u32),
+}
+
+/// The raw value of an attribute.
+fn value(tag: &BytesStart<'_>, name: &str) -> Option<String> {
+    let found = tag.try_get_attribute(name).ok().flatten()?;
+    Some(found.value.to_string())
+}
