@@ -299,6 +299,7 @@ class Mended(Shape, Drawn):
         unit: Literal["um", "mm", "cm", "m", "in", "ft"] | None = None,
         tolerance: float | None = None,
         texture: bool = True,
+        clearance: float | None = None,
     ) -> Mended:
         """The same result with further files and marks for :meth:`write`, as by the options of ``isomend restore``.
 
@@ -310,6 +311,7 @@ class Mended(Shape, Drawn):
                 give equal bytes.
             tolerance: The largest error allowed: ``report["invented"]`` then lists the holes whose patches exceed it.
             texture: Whether patches across seams of a texture get texels of their own in OBJ, glTF and GLB files.
+            clearance: How far the contact surface of the piece is moved inward; the rim of the patch stays.
 
         Raises:
             ParameterError: The options contradict each other or do not suit this result.
@@ -328,6 +330,7 @@ class Mended(Shape, Drawn):
             unit,
             None if tolerance is None else float(tolerance),
             texture,
+            None if clearance is None else float(clearance),
         )
         mended = Mended.__new__(Mended)
         mended._core, mended._made, mended._given = core, {}, self._given

@@ -136,7 +136,7 @@ impl Mended {
     }
 
     /// The same result with further outputs: files of the patches and of the missing piece, marks on patches, the unit and the
-    /// tolerance of the report.
+    /// tolerance of the report, the clearance of the piece.
     fn delivering(
         &self,
         patches: Option<PathBuf>,
@@ -145,8 +145,10 @@ impl Mended {
         unit: Option<&str>,
         tolerance: Option<f64>,
         texture: bool,
+        clearance: Option<f64>,
     ) -> PyResult<Self> {
         let mut wanted = deliverables([patches, piece], mark, unit, tolerance)?;
+        wanted.clearance = clearance;
         wanted.no_texture = !texture;
         let mended = (*self.mended).clone().delivering(wanted);
         Ok(Self::new(mended.map_err(Failure::from)?))

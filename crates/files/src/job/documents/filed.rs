@@ -18,7 +18,7 @@ pub(super) struct FiledRow {
     unit: Option<Unit>,
     #[serde(skip_serializing_if = "Option::is_none")]
     tolerance: Option<f64>,
-    /// The work with its parameters, the mark, the unit and the tolerance. Long lists of face numbers are null.
+    /// The work with its parameters, the mark, the unit, the tolerance and the clearance. Long lists of face numbers are null.
     options: Value,
     /// SHA-256 of the complete options, as JSON without blanks.
     options_sha256: String,
@@ -37,6 +37,9 @@ impl FiledRow {
             "work": spec.work, "mark": wanted.mark, "unit": wanted.unit, "tolerance": wanted.tolerance,
             "no_texture": wanted.no_texture,
         });
+        if let Some(clearance) = wanted.clearance {
+            options["clearance"] = json!(clearance);
+        }
         let options_sha256 = sha256(options.to_string().as_bytes());
         for command in ["restore", "fair"] {
             let faces = options.pointer_mut(&format!("/work/{command}/0/faces"));
