@@ -105,8 +105,7 @@ class Mended:
     def sigma(self) -> NDArray[np.float64]: ...
     def delivering(
         self,
-        patches: str | None,
-        piece: str | None,
+        files: tuple[str | None, str | None],
         mark: str | None,
         unit: str | None,
         tolerance: float | None,

@@ -324,8 +324,7 @@ class Mended(Shape, Drawn):
         ('mm', 0.866, [])
         """
         core = self._core.delivering(
-            None if patches is None else os.fspath(patches),
-            None if piece is None else os.fspath(piece),
+            (None if patches is None else os.fspath(patches), None if piece is None else os.fspath(piece)),
             mark,
             unit,
             None if tolerance is None else float(tolerance),

@@ -139,15 +139,14 @@ impl Mended {
     /// tolerance of the report, the clearance of the piece.
     fn delivering(
         &self,
-        patches: Option<PathBuf>,
-        piece: Option<PathBuf>,
+        files: [Option<PathBuf>; 2],
         mark: Option<&str>,
         unit: Option<&str>,
         tolerance: Option<f64>,
         texture: bool,
         clearance: Option<f64>,
     ) -> PyResult<Self> {
-        let mut wanted = deliverables([patches, piece], mark, unit, tolerance)?;
+        let mut wanted = deliverables(files, mark, unit, tolerance)?;
         wanted.clearance = clearance;
         wanted.no_texture = !texture;
         let mended = (*self.mended).clone().delivering(wanted);

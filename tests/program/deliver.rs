@@ -175,13 +175,15 @@ fn a_clearance_makes_the_piece_smaller_and_needs_one() {
     let loose = piece(&["--clearance", "0.01", "--json", "out.json"]);
     assert!((0.5..0.99).contains(&(loose / tight)), "{loose} of {tight}");
     assert_eq!(desk.json("out.json")["options"]["clearance"], 0.01);
-    assert_usage(&made(&["--clearance", "0.01"]), &["--piece"]);
+    let refused = |more: &[&str], why: &str| {
+        let done = made(more);
+        assert_code(&done, 2);
+        assert!(text(&done.stderr).contains(why));
+    };
+    refused(&["--clearance", "0.01"], "--piece");
     for wrong in ["0", "-1", "nan"] {
         let given = format!("--clearance={wrong}");
-        assert_usage(
-            &made(&["--piece", "chip.stl", &given]),
-            &["positive number"],
-        );
+        refused(&["--piece", "chip.stl", &given], "positive number");
     }
 }
 
