@@ -438,9 +438,9 @@ mod tests {
 
     #[test]
     fn too_few_data_or_none_apart_give_no_surface() {
-        assert!(Model::estimate(&scattered(5), &[0.0; 5], 0.1, &Cancel::new()).is_none());
+        assert!(Model::estimate(&scattered(5), &[0.0; 5], 0.1, &ORDERS, &Cancel::new()).is_none());
         let heap = vec![DVec2::ONE; 40];
-        let model = Model::estimate(&heap, &[1.0; 40], 0.1, &Cancel::new());
+        let model = Model::estimate(&heap, &[1.0; 40], 0.1, &ORDERS, &Cancel::new());
         let kriging = model.and_then(|m| Kriging::new(heap, &[1.0; 40], 0.1, m));
         assert!(kriging.is_none());
     }
