@@ -2,7 +2,8 @@
 # requires-python = ">=3.11"
 # dependencies = ["numpy==2.4.6", "pillow==13.0.0", "pymeshlab==2025.7.post1", "pyvista==0.49.1"]
 # ///
-"""Draw the pictures of docs/restoration.md and docs/formats.md: data/piece.png, counterpart.png, grain.png, expected.png, texels.png.
+"""Draw the pictures of docs/restoration.md and docs/formats.md: data/piece.png, implant.png, counterpart.png, grain.png,
+expected.png, texels.png.
 
     cargo build --release && python3 scripts/restoration_pictures.py [--isomend PROGRAM] [--out DIR] [NAME...]
 
@@ -162,6 +163,30 @@ def piece(program, folder, target):
     sheet(target, images + [panel([plain(alone, ORANGE)], towards, alone.center, 0.42, (210, 270), title) for towards, title in views])
 
 
+def implant(program, folder, target):
+    """A hole through a shell: the break, the shell closed on both sides, and the implant from outside and from within."""
+
+    def shell(p):
+        outer = ball(p, (0, 0.06, 0.2), (0.7, 0.84, 0.86)) - 0.02 * bump(np.abs(p[..., :1]) * (1, 0, 0) + p * (0, 1, 1), (0.4, -0.3, 0.8), 0.4)
+        inner = ball(p, (0, 0.06, 0.17), (0.61, 0.75, 0.75))
+        return np.maximum(np.maximum(outer, -inner), -0.3 - p[..., 2])
+
+    def broken(p):
+        rough = sum(0.012 * np.sin(k * (p @ np.array(d)) + k) for k, d in ((14, (1, 0.4, 0.2)), (19, (-0.3, 1, 0.5)), (23, (0.2, -0.5, 1))))
+        return -join(-shell(p), np.linalg.norm(p - at, axis=-1) - 0.4 - rough, 0.03)
+
+    at = np.array([0.42, -0.3, 0.82])
+    save(folder / "skull.ply", *surface(broken, 0.022))
+    words = "restore", folder / "skull.ply", "-o", folder / "whole.vtp", "--ball", "0.42,-0.3,0.82,0.48", "--apart"
+    isomend(program, *words, "--piece", folder / "implant.stl", "--clearance", 0.01)
+    scan, whole, alone = (pv.read(folder / name) for name in ("skull.ply", "whole.vtp", "implant.stl"))
+    views = CROWN, (0.0, 0.0, 0.25), 0.95, (210, 250)
+    layers = plain(scan), painted(whole, whole.cell_data["isomend_patch"] > 0, ORANGE)
+    images = [panel([x], *views, title) for x, title in zip(layers, ("break", "--apart"))]
+    views = (CROWN, "--piece"), ((-0.75, 0.6, -0.9), "its inside")
+    sheet(target, images + [panel([plain(alone, ORANGE)], towards, alone.center, 0.52, (210, 250), title) for towards, title in views])
+
+
 def counterpart(program, folder, target):
     """An ear that is broken off: open, filled smoothly, filled with the shape of the other side, and as it was."""
     v, f = surface(bust, 0.028, 0.5)
@@ -283,7 +308,7 @@ def texels(program, folder, target):
 
 
 def main():
-    pictures = {p.__name__: p for p in (piece, counterpart, grain, expected, texels)}
+    pictures = {p.__name__: p for p in (piece, implant, counterpart, grain, expected, texels)}
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME", help="the pictures [default: all]")
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend", help="the program")

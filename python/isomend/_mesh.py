@@ -313,6 +313,7 @@ class Mended(Shape, Drawn):
         tolerance: float | None = None,
         texture: bool = True,
         paint: Literal["none", "continue"] = "none",
+        clearance: float | None = None,
     ) -> Mended:
         """The same result with further files and marks for :meth:`write`, as by the options of ``isomend restore``.
 
@@ -326,6 +327,7 @@ class Mended(Shape, Drawn):
             texture: Whether patches across seams of a texture get texels of their own in OBJ, glTF and GLB files.
             paint: ``"continue"`` paints patches as the triangles beside them, where a 3MF file with the paint of a slicer was read and is
                 written.
+            clearance: How far the contact surface of the piece is moved inward; the rim of the patch stays.
 
         Raises:
             ParameterError: The options contradict each other or do not suit this result.
@@ -338,12 +340,12 @@ class Mended(Shape, Drawn):
         ('mm', 0.866, [])
         """
         core = self._core.delivering(
-            None if patches is None else os.fspath(patches),
-            None if piece is None else os.fspath(piece),
+            (None if patches is None else os.fspath(patches), None if piece is None else os.fspath(piece)),
             mark,
             unit,
             None if tolerance is None else float(tolerance),
             [texture, _continues(paint)],
+            None if clearance is None else float(clearance),
         )
         mended = Mended.__new__(Mended)
         mended._core, mended._made, mended._given = core, {}, self._given

@@ -136,18 +136,20 @@ impl Mended {
     }
 
     /// The same result with further outputs: files of the patches and of the missing piece, marks on patches, the unit and the
-    /// tolerance of the report. `looks`: whether patches across seams get texels, and whether patches are painted as their neighbours.
+    /// tolerance of the report, the clearance of the piece. `looks`: whether patches across seams get texels, and whether patches are
+    /// painted as their neighbours.
     fn delivering(
         &self,
-        patches: Option<PathBuf>,
-        piece: Option<PathBuf>,
+        files: [Option<PathBuf>; 2],
         mark: Option<&str>,
         unit: Option<&str>,
         tolerance: Option<f64>,
         looks: [bool; 2],
+        clearance: Option<f64>,
     ) -> PyResult<Self> {
-        let mut wanted = deliverables([patches, piece], mark, unit, tolerance)?;
+        let mut wanted = deliverables(files, mark, unit, tolerance)?;
         let [texture, paint] = looks;
+        wanted.clearance = clearance;
         wanted.no_texture = !texture;
         wanted.continue_paint = paint;
         let mended = (*self.mended).clone().delivering(wanted);

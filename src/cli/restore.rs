@@ -7,6 +7,7 @@ use clap::{Args, ValueHint};
 use isomend::RestoreParams;
 use isomend::job::Work;
 
+use super::arguments;
 use super::console::Console;
 use super::deliver::{self, DeliverArgs};
 use super::files::{FilesArgs, Task};
@@ -48,6 +49,12 @@ pub struct RestoreArgs {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     piece: Option<PathBuf>,
 
+    /// Move the contact surface of the piece inward by this length, in the mesh's units, so that a printed piece goes in.
+    ///
+    /// The contact surface is made of the faces that were cut out. The rim of the patch stays.
+    #[arg(long, value_name = "LENGTH", value_parser = arguments::positive, requires = "piece")]
+    clearance: Option<f64>,
+
     #[command(flatten)]
     deliver: DeliverArgs,
 
@@ -78,6 +85,7 @@ impl RestoreArgs {
 pub fn run(args: &RestoreArgs, console: &Console) -> anyhow::Result<End> {
     let mut deliverables = args.deliver.deliverables()?;
     deliverables.piece = args.piece.as_deref().map(deliver::output).transpose()?;
+    deliverables.clearance = args.clearance;
     let task = Task {
         work: args.work()?,
         common: &args.common,

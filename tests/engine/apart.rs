@@ -6,7 +6,7 @@ use isomend::check::CheckParams;
 use isomend::glam::DVec3;
 use isomend::{Control, FillParams, HoleOutcome, LeftReason, Mesh, RestoreParams, fill, inspect};
 
-use crate::shapes::{cut, joined, moved, sheet, slab, topology, volume};
+use crate::shapes::{HALF, cut, joined, moved, sheet, slab, topology, volume};
 
 /// A plate with a hole through it, and the whole plate; bent into a bowl.
 fn plate(bend: f64) -> [Mesh; 2] {
@@ -114,4 +114,122 @@ fn the_border_of_an_island_stays_open() {
         outcomes.filter(|o| *o == left).count()
     };
     assert_eq!([open(false), open(true)], [1, 2]);
+}
+
+/// A wall with a hole through it: heights of its upper and lower side.
+struct Wall {
+    name: &'static str,
+    sides: [fn(f64, f64) -> f64; 2],
+    /// Upper bound of the root mean square error of a patch, in diameters of the hole.
+    most_error: f64,
+}
+
+/// Plates, a bowl, a saddle whose rims lie in no plane, and a lens that thins outward.
+const WALLS: [Wall; 4] = [
+    Wall {
+        name: "plate",
+        sides: [|_, _| 0.2, |_, _| 0.0],
+        most_error: 1e-6,
+    },
+    Wall {
+        name: "bowl",
+        sides: [
+            |x, y| 0.2 + 0.4 * (x * x + y * y),
+            |x, y| 0.4 * (x * x + y * y),
+        ],
+        most_error: 4e-3,
+    },
+    Wall {
+        name: "saddle",
+        sides: [
+            |x, y| 0.15 + 0.4 * (x * x - y * y),
+            |x, y| 0.4 * (x * x - y * y),
+        ],
+        most_error: 4e-3,
+    },
+    Wall {
+        name: "lens",
+        sides: [
+            |x, y| (3.0 - x * x - y * y).sqrt() - 0.9,
+            |x, y| 0.9 - (3.0 - x * x - y * y).sqrt(),
+        ],
+        most_error: 2e-3,
+    },
+];
+
+/// A wall over the square from -1 to 1, with edges of `1 / n`, and a round hole of radius 0.5.
+fn pierced(wall: &Wall, n: u32) -> Mesh {
+    let mut whole = slab(n);
+    for p in &mut whole.positions {
+        let [upper, lower] = wall.sides.map(|side| side(p.x, p.y));
+        p.z = lower + (p.z + HALF) * (upper - lower);
+    }
+    cut(&whole, |c| c.x.hypot(c.y) < 0.5)
+}
+
+#[test]
+fn patches_of_wide_walls_are_near_the_known_sides() {
+    for (wall, n) in WALLS.iter().zip([28, 28, 40, 75]) {
+        let open = pierced(wall, n);
+        let filled = fill(&open, &FillParams::new().with_apart(true)).unwrap();
+        assert_eq!(filled.report.regions.len(), 2, "{}", wall.name);
+        for hole in &filled.report.holes {
+            assert!(
+                (100..=330).contains(&hole.hole.edges),
+                "{}",
+                hole.hole.edges
+            );
+        }
+        let verdict = inspect(&filled.mesh)
+            .unwrap()
+            .check(&CheckParams::default());
+        assert!(verdict.is_sound(), "{}: {}", wall.name, verdict.line());
+        let first = open.positions.len();
+        let new = filled.mesh.positions[first..].iter();
+        let errors: Vec<f64> = new
+            .map(|p| {
+                let off = wall.sides.map(|side| (p.z - side(p.x, p.y)).abs());
+                off[0].min(off[1])
+            })
+            .collect();
+        let mean = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
+        assert!(mean < wall.most_error, "{}: {mean}", wall.name);
+        for (error, expected) in errors.iter().zip(&filled.expected_error) {
+            let expected = expected.unwrap();
+            assert!(
+                *error <= 5.0 * expected + 1e-6,
+                "{}: {error}, {expected}",
+                wall.name
+            );
+        }
+    }
+}
+
+#[test]
+fn the_edge_of_a_wide_window_is_made_again() {
+    let wall = &WALLS[1];
+    let open = pierced(wall, 28);
+    let window = with_edge(&open);
+    let before = volume(&window);
+    let centre = |f: &[u32; 3]| {
+        let corners = f.iter().map(|v| window.positions[*v as usize] / 3.0);
+        corners.sum::<DVec3>()
+    };
+    // One half of the edge is marked.
+    let is_marked = |f: &[u32; 3]| {
+        let c = centre(f);
+        c.x > 0.0 && c.truncate().length() < 0.6
+    };
+    let marked: Vec<bool> = window.faces.iter().map(is_marked).collect();
+    let found = inspect(&window).unwrap();
+    let restored = found
+        .restore(&marked, &RestoreParams::default(), &Control::new())
+        .unwrap();
+    let verdict = inspect(&restored.mesh)
+        .unwrap()
+        .check(&CheckParams::default());
+    assert!(verdict.is_sound(), "{}", verdict.line());
+    assert_eq!(topology(&restored.mesh), topology(&window));
+    let relative = volume(&restored.mesh) / before;
+    assert!((relative - 1.0).abs() < 0.05, "{relative}");
 }

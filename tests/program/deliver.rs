@@ -148,6 +148,46 @@ fn the_missing_piece_is_a_sound_solid_of_the_missing_volume() {
 }
 
 #[test]
+fn a_clearance_makes_the_piece_smaller_and_needs_one() {
+    let desk = Desk::new();
+    desk.save("chipped.ply", &chipped(), Format::Ply);
+    let made = |more: &[&str]| {
+        let words = [
+            "restore",
+            "chipped.ply",
+            "-o",
+            "out.ply",
+            "--ball",
+            "0,0,0.9,0.55",
+        ];
+        desk.run(&[&words[..], more].concat())
+    };
+    let piece = |more: &[&str]| {
+        assert_code(&made(&[&["--piece", "chip.stl"], more].concat()), 0);
+        let piece = loaded(&desk, "chip.stl").mesh;
+        let verdict = Inspection::new(&piece)
+            .unwrap()
+            .check(&CheckParams::default());
+        assert!(verdict.is_sound(), "{}", verdict.line());
+        volume(&piece)
+    };
+    let tight = piece(&[]);
+    let loose = piece(&["--clearance", "0.01", "--json", "out.json"]);
+    assert!((0.5..0.99).contains(&(loose / tight)), "{loose} of {tight}");
+    assert_eq!(desk.json("out.json")["options"]["clearance"], 0.01);
+    let refused = |more: &[&str], why: &str| {
+        let done = made(more);
+        assert_code(&done, 2);
+        assert!(text(&done.stderr).contains(why));
+    };
+    refused(&["--clearance", "0.01"], "--piece");
+    for wrong in ["0", "-1", "nan"] {
+        let given = format!("--clearance={wrong}");
+        refused(&["--piece", "chip.stl", &given], "positive number");
+    }
+}
+
+#[test]
 fn marks_are_written_in_formats_with_colours_and_refused_in_others() {
     let desk = Desk::new();
     for format in ["ply", "obj", "glb", "vtp", "off", "3mf"] {

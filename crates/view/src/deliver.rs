@@ -27,6 +27,9 @@ pub fn add_options(
             command.option(name, argument(path));
         }
     }
+    if let Some(clearance) = wanted.clearance {
+        command.option("clearance", clearance);
+    }
     if let Some(mark) = wanted.mark {
         command.option("mark", mark_text(mark));
     }
@@ -56,6 +59,7 @@ pub fn without_files(wanted: &Deliverables) -> Deliverables {
     Deliverables {
         patches: None,
         piece: None,
+        clearance: None,
         ..wanted.clone()
     }
 }

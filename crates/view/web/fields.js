@@ -6,7 +6,7 @@ import { has, tr } from "./strings.js";
 export const KINDS = ["fill", "restore", "fair", "repair"];
 /** The parameters that are always visible; the others are folded away. */
 const FIRST = {
-  fill: ["edge_ratio", "max_diameter", "grain"], restore: ["keep_shape", "edge_ratio", "grain"], fair: ["strength"], repair: ["debris", "wall", "close_borders", "flat_base"],
+  fill: ["edge_ratio", "max_diameter", "grain"], restore: ["keep_shape", "edge_ratio", "apart", "grain"], fair: ["strength"], repair: ["debris", "wall", "close_borders", "flat_base"],
 };
 const OWN_UNIT = "the mesh's unit";
 

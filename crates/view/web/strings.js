@@ -241,6 +241,8 @@ const WORDS = {
   p_voxel: ["Grid size", "Gitterweite"],
   p_energy: ["Smoothness", "Glattheit"],
   p_finish: ["Finish", "Nachbearbeitung"],
+  p_apart: ["Close each rim by itself", "Jeden Rand für sich schließen"],
+  s_apart: ["Both sides of a wall get a patch of their own, as for an implant.", "Beide Seiten einer Wand erhalten je einen Flicken, wie für ein Implantat."],
   p_sharp: ["Sharp edges", "Scharfe Kanten"],
   p_variant: ["Scheme", "Verfahren"],
   p_time_step: ["Time step", "Zeitschritt"],

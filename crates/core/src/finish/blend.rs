@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::candidates::{Continuation, Models, candidates, models};
+use super::large;
 use super::params::{FinishMethod, FinishParams};
 use super::patch::{Patch, test_rings};
 use super::report::{Candidate, Refusal};
@@ -18,16 +19,15 @@ pub(super) fn blend(
     minimum: &[DVec3],
     params: &FinishParams,
 ) -> (Vec<Continuation>, Result<Vec<DVec3>, Refusal>) {
-    // Why there is no blend, if there is none: not requested, or too many vertices for kriging.
+    // Why there is no blend by the ring test, if there is none: not requested, or too many vertices.
     let is_large = minimum.len() > params.most_blended;
-    let reason = if params.method == FinishMethod::Willmore {
-        Some(Refusal::NotRequested)
-    } else if is_large {
-        Some(Refusal::TooLarge)
-    } else {
-        None
+    let reason = match (params.method, is_large) {
+        (FinishMethod::Willmore, _) => Some(Refusal::NotRequested),
+        (FinishMethod::Auto, true) => Some(Refusal::TooLarge),
+        (FinishMethod::Auto, false) => None,
     };
     let others = reason.is_none();
+    let is_continued = reason == Some(Refusal::TooLarge);
     // Without other surfaces the ring test only serves the expected error of the patch, for which one ring is enough.
     let rings = &test_rings()[if others { 0 } else { 1 }..];
     // Deletes a ring of known vertices and minimises the energy on the wider hole.
@@ -40,10 +40,15 @@ pub(super) fn blend(
         let shape = minimise(wider, &wider.shape(), params).shape;
         Some((ring, shape))
     };
-    let (mut surfaces, refilled) = rayon::join(
-        || candidates(patch, minimum, others, &Models::new(), params),
-        || rings.par_iter().filter_map(refill).collect::<Vec<_>>(),
-    );
+    let own = || {
+        let mut all = candidates(patch, minimum, others, &Models::new(), params);
+        let continuation = is_continued.then(|| large::continuation(patch, minimum, params));
+        all.extend(continuation.flatten());
+        all
+    };
+    let (mut surfaces, refilled) = rayon::join(own, || {
+        rings.par_iter().filter_map(refill).collect::<Vec<_>>()
+    });
     if patch.cancel.is_cancelled() {
         return (surfaces, Err(Refusal::Stopped));
     }
@@ -63,7 +68,13 @@ pub(super) fn blend(
     }
     // Converts errors to weights, and averages the surfaces if there are others than the minimum.
     weigh(&mut surfaces, &ring_errors);
+    if is_continued {
+        large::share(&mut surfaces);
+    }
     let blended = match reason {
+        Some(Refusal::TooLarge) if surfaces.len() > 1 => {
+            Ok(combined(patch, minimum, &surfaces, params))
+        }
         Some(reason) => Err(reason),
         None if surfaces.len() == 1 => Err(Refusal::NoChart),
         None => Ok(combined(patch, minimum, &surfaces, params)),

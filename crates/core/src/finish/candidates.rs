@@ -6,7 +6,7 @@ use super::biharmonic::{polyharmonic, solve_for};
 use super::chart::Chart;
 use super::collar::Collar;
 use super::geometry::{Stiffness, barycentric, clamped_cotangents, quantile, vertex_normals};
-use super::kriging::{Kriging, Model};
+use super::kriging::{Kriging, Model, ORDERS};
 use super::params::FinishParams;
 use super::patch::Patch;
 use super::report::{Candidate, CandidateRecord, ChartKind};
@@ -164,7 +164,16 @@ fn kriged_surfaces(
     if lifted.is_empty() {
         return Vec::new();
     }
-    // With noise a kriged surface misses the rim: the difference is added to it and decays into the patch.
+    let mut all = attached(patch, lifted);
+    let first = all.iter().find(|s| s.is_over_plane());
+    let second = first.zip(repeated).map(|(s, c)| s.repeated(c));
+    all.extend(second);
+    all
+}
+
+/// Kriged surfaces attached to the rim. With noise a kriged surface misses the rim: the difference is added to it and decays into
+/// the patch.
+pub(super) fn attached(patch: &Patch, lifted: Vec<(Candidate, Lifted)>) -> Vec<Continuation> {
     let mismatches: Vec<&[DVec3]> = lifted.iter().map(|(_, l)| &l.mismatch[..]).collect();
     let decayed = spread(patch, &mismatches).unwrap_or_default();
     let mut all: Vec<Continuation> = Vec::new();
@@ -178,9 +187,6 @@ fn kriged_surfaces(
             all.push(Continuation::kriged(candidate, shape, surface.kriged));
         }
     }
-    let first = all.iter().find(|s| s.is_over_plane());
-    let second = first.zip(repeated).map(|(s, c)| s.repeated(c));
-    all.extend(second);
     all
 }
 
@@ -195,7 +201,7 @@ fn is_slight(patch: &Patch, shape: &[DVec3]) -> bool {
 }
 
 /// A kriged surface before it is attached to the rim.
-struct Lifted {
+pub(super) struct Lifted {
     /// Positions of the moving vertices.
     shape: Vec<DVec3>,
     /// For each vertex of the rim, the vector to it from the kriged surface.
@@ -217,6 +223,28 @@ fn kriged(
         return None;
     }
     let chart = Chart::new(patch, minimum, &collar.vertices, normals, largest)?;
+    let model = model.map_or(ModelChoice::Orders(&ORDERS), ModelChoice::Given);
+    kriged_over(chart, patch, minimum, collar, model, params)
+}
+
+/// The model of a kriging.
+#[derive(Clone, Copy)]
+pub(super) enum ModelChoice {
+    /// This model.
+    Given(Model),
+    /// The most likely model of these orders.
+    Orders(&'static [u8]),
+}
+
+/// The same over a given chart.
+pub(super) fn kriged_over(
+    chart: Chart,
+    patch: &Patch,
+    minimum: &[DVec3],
+    collar: &Collar,
+    model: ModelChoice,
+    params: &FinishParams,
+) -> Option<Lifted> {
     // Data: chart coordinates and heights, in diameters of the hole, of at most `most` known vertices.
     let coordinates = |most: usize| -> (Vec<DVec2>, Vec<f64>) {
         let data = collar.data(most);
@@ -226,10 +254,10 @@ fn kriged(
     let edge = patch.edge / patch.diameter;
     // Order and noise by restricted likelihood, from fewer data than the kriging itself, unless given.
     let model = match model {
-        Some(model) => model,
-        None => {
+        ModelChoice::Given(model) => model,
+        ModelChoice::Orders(orders) => {
             let (points, heights) = coordinates(params.most_estimated.min(params.most_data));
-            Model::estimate(&points, &heights, edge, &patch.cancel)?
+            Model::estimate(&points, &heights, edge, orders, &patch.cancel)?
         }
     };
     let (points, heights) = coordinates(params.most_data);

@@ -83,6 +83,14 @@ impl Chart {
         })
     }
 
+    /// The unit normal of the chart at the foot of a point.
+    pub(super) fn normal(&self, point: DVec3) -> DVec3 {
+        match self.surface {
+            ChartSurface::Plane { .. } => self.frame.z_axis,
+            ChartSurface::Sphere { .. } => self.surface.over(point),
+        }
+    }
+
     /// The kind of chart, for the report.
     pub(super) fn kind(&self) -> ChartKind {
         match self.surface {

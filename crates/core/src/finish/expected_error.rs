@@ -6,13 +6,15 @@
 //! added to the deviation. Where nothing could be kriged (48 holes) the best predictor is the error on the ring over the length
 //! of an edge, an error of slope. In both cases patches that bend more have larger errors than these predict. The exponents are
 //! from regressions over these holes, rounded; the factors are such that 0.70 of all vertices of a mean hole are within σ of the
-//! truth and 0.92 within 2 σ.
+//! truth and 0.92 within 2 σ. Where the candidates of the blend differ, their spread is added: on few holes they are farther apart than
+//! these predict.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::candidates::{Continuation, Kriged};
 use super::geometry::corners;
+use super::large;
 use super::patch::Patch;
 use crate::elementary::{hypot, powf};
 use crate::mesh::area_vector;
@@ -43,11 +45,31 @@ pub(super) fn expected_error(
             let factor = rules.ring_error
                 * powf(bend, rules.ring_error_bend)
                 * powf(slope, rules.ring_error_slope);
-            (factor, by_depth(patch))
+            let part = match large::is_continued(surfaces) {
+                true => rules.large_error,
+                false => 1.0,
+            };
+            (part * factor, by_depth(patch))
         }
     };
     let unit = factor * patch.diameter;
-    values.iter().map(|v| unit * v).collect()
+    let spread = spread(shape, surfaces);
+    values
+        .iter()
+        .zip(spread)
+        .map(|(v, s)| hypot(unit * v, s))
+        .collect()
+}
+
+/// Weighted standard deviation of the candidate surfaces from the final shape, at each moving vertex.
+fn spread(shape: &[DVec3], surfaces: &[Continuation]) -> Vec<f64> {
+    let mut squares = vec![0.0; shape.len()];
+    for surface in surfaces.iter().filter(|s| s.found.weight > 0.0) {
+        for ((sum, own), p) in squares.iter_mut().zip(&surface.shape).zip(shape) {
+            *sum += surface.found.weight * own.distance_squared(*p);
+        }
+    }
+    squares.into_iter().map(f64::sqrt).collect()
 }
 
 /// Shape of the error over the vertices from kriging: `d̄ᵖ √((d/d̄)² + f²)` with deviations d and their root mean square d̄.

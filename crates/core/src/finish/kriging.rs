@@ -14,7 +14,7 @@ use crate::linalg::{Symmetric, Triangle, Tridiagonal};
 use crate::tuning::tuning;
 
 /// Candidate orders of the kernel.
-const ORDERS: [u8; 4] = [2, 3, 4, 5];
+pub(super) const ORDERS: [u8; 4] = [2, 3, 4, 5];
 /// Candidate noise levels: the distance, in mean edges, at which the kernel equals the variance of the noise. Noisy meshes need
 /// the larger ones: on a sphere with noise of 3 % and 10 % of an edge, every patch took 1.6 when the list ended there, with a
 /// kernel too rough.
@@ -191,20 +191,21 @@ impl Contrasts {
 }
 
 impl Model {
-    /// The model of largest restricted likelihood, `−½ (n ln mean(yᵀ (ZᵀKZ + ν)⁻¹ y) + ln det (ZᵀKZ + ν))` with `y = Zᵀ z`.
+    /// The model with one of these orders of largest restricted likelihood, `−½ (n ln mean(yᵀ (ZᵀKZ + ν)⁻¹ y) + ln det (ZᵀKZ + ν))` with `y = Zᵀ z`.
     /// `edge` is the mean edge in the points' unit. `ZᵀKZ` is reduced to tridiagonal form once for each order; the form serves
     /// all nuggets. `None` if there are too few data, if no likelihood is finite, or if the token is set.
     pub(super) fn estimate(
         points: &[DVec2],
         heights: &[f64],
         edge: f64,
+        orders: &[u8],
         cancel: &Cancel,
     ) -> Option<Self> {
         if points.len() < 2 * TERMS {
             return None;
         }
         let mut best = None::<(f64, Self)>;
-        for order in ORDERS {
+        for &order in orders {
             if cancel.is_cancelled() {
                 return None;
             }
@@ -426,20 +427,20 @@ mod tests {
     fn the_likelihood_separates_noise_from_shape() {
         let points = scattered(150);
         let smooth: Vec<f64> = points.iter().map(|p| (2.0 * p.x + p.y).cos()).collect();
-        let exact = Model::estimate(&points, &smooth, 0.15, &Cancel::new()).unwrap();
+        let exact = Model::estimate(&points, &smooth, 0.15, &ORDERS, &Cancel::new()).unwrap();
         assert!(exact.order >= 4 && exact.nugget <= 0.4, "{exact:?}");
         let noisy: Vec<f64> = (0..150)
             .map(|i| smooth[i] + 0.2 * (i as f64 * 78.233).sin())
             .collect();
-        let noisy = Model::estimate(&points, &noisy, 0.15, &Cancel::new()).unwrap();
+        let noisy = Model::estimate(&points, &noisy, 0.15, &ORDERS, &Cancel::new()).unwrap();
         assert!(noisy.nugget > exact.nugget, "{noisy:?}");
     }
 
     #[test]
     fn too_few_data_or_none_apart_give_no_surface() {
-        assert!(Model::estimate(&scattered(5), &[0.0; 5], 0.1, &Cancel::new()).is_none());
+        assert!(Model::estimate(&scattered(5), &[0.0; 5], 0.1, &ORDERS, &Cancel::new()).is_none());
         let heap = vec![DVec2::ONE; 40];
-        let model = Model::estimate(&heap, &[1.0; 40], 0.1, &Cancel::new());
+        let model = Model::estimate(&heap, &[1.0; 40], 0.1, &ORDERS, &Cancel::new());
         let kriging = model.and_then(|m| Kriging::new(heap, &[1.0; 40], 0.1, m));
         assert!(kriging.is_none());
     }

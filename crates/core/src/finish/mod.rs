@@ -27,6 +27,7 @@ mod expected_error;
 mod geometry;
 mod grain;
 mod kriging;
+mod large;
 mod offset_field;
 mod params;
 mod patch;

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec2, DVec3};
 
 use super::collar::farthest_points;
-use super::kriging::{Kriging, Model};
+use super::kriging::{Kriging, Model, ORDERS};
 use super::params::FinishParams;
 use crate::cancel::Cancel;
 
@@ -56,7 +56,7 @@ impl OffsetField {
         // Order and noise maximise the restricted likelihood of the normal component.
         let heights = along(normal);
         let few = params.most_estimated.min(points.len());
-        let model = Model::estimate(&points[..few], &heights[..few], edge, cancel)?;
+        let model = Model::estimate(&points[..few], &heights[..few], edge, &ORDERS, cancel)?;
         let fitted = |axis: DVec3| Kriging::new(points.clone(), &along(axis), edge, model);
         Some(Self {
             origin,

@@ -39,7 +39,21 @@ impl Solid {
         let winding = self.tree.winding_number(&self.bvh, p);
         if self.turns { winding.abs() } else { winding }
     }
+
+    /// Whether rays from a point meet the surface in more than a fraction of the directions. Unlike the winding number, this does not
+    /// rise where several sheets lie above each other.
+    fn encloses(&self, p: DVec3, fraction: f64) -> bool {
+        let within = (1..).map(|i| 2.0 * halton(i) - DVec3::ONE);
+        let rays = within.filter(|d| d.length_squared() < 1.0).take(RAYS);
+        let meets = rays.filter(|d| self.bvh.first_along(p, *d, |_| true).is_some());
+        meets.count() as f64 > fraction * RAYS as f64
+    }
 }
+
+/// Number of rays from a point.
+const RAYS: usize = 64;
+/// About how many points deep inside are tested by rays.
+const CAST_FROM: usize = 128;
 
 /// What a result says of the solid that the input means.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -104,22 +118,12 @@ impl Witness {
         let balls: Vec<(DVec3, f64)> = (found.holes.iter())
             .map(|h| (h.centre, rules.near_hole * h.diameter))
             .collect();
-        let is_near_hole = |p: &DVec3| balls.iter().any(|(c, r)| p.distance_squared(*c) < r * r);
         let sampled: Vec<(DVec3, f64)> = (1..=rules.witness_points as u32)
             .into_par_iter()
             .map(|i| from + halton(i) * size)
             .map(|p| (p, solid.winding(p)))
             .collect();
-        let is_deep = |winding: f64| winding > 0.5 + rules.deep;
-        let deep = sampled.iter().filter(|(_, w)| is_deep(*w)).count();
-        // However wide a hole of a body is: no patch of it passes deep inside. A sheet has no inside.
-        let is_body = deep as f64 > rules.least_deep * sampled.len() as f64;
-        let decides = |(p, winding): &(DVec3, f64)| match is_near_hole(p) {
-            true => is_body && is_deep(*winding),
-            false => (winding - 0.5).abs() > rules.undecided,
-        };
-        let decided = sampled.iter().filter(|of| decides(of));
-        let (points, inside) = decided.map(|(p, winding)| (*p, *winding > 0.5)).unzip();
+        let (points, inside) = deciding(&solid, &sampled, &balls);
         let mut faces: Vec<[DVec3; 3]> = (0..input.faces.len() as u32)
             .map(|f| input.corners(f))
             .collect();
@@ -236,6 +240,32 @@ impl Witness {
     }
 }
 
+/// The points that decide, among points with winding numbers, and whether they are inside. `balls` are centres and radii round holes.
+fn deciding(
+    solid: &Solid,
+    sampled: &[(DVec3, f64)],
+    balls: &[(DVec3, f64)],
+) -> (Vec<DVec3>, Vec<bool>) {
+    let rules = &tuning().repair;
+    let is_near_hole = |p: &DVec3| balls.iter().any(|(c, r)| p.distance_squared(*c) < r * r);
+    let is_deep = |winding: f64| winding > 0.5 + rules.deep;
+    let deep = sampled.iter().filter(|(_, w)| is_deep(*w));
+    let deep: Vec<DVec3> = deep.map(|(p, _)| *p).collect();
+    // However wide a hole of a body is: no patch of it passes deep inside. A sheet has no inside.
+    let is_body = deep.len() as f64 > rules.least_deep * sampled.len() as f64 && {
+        let step = 1 + deep.len() / CAST_FROM;
+        let cast: Vec<DVec3> = deep.iter().copied().step_by(step).collect();
+        let enclosed = |p: &&DVec3| solid.encloses(**p, 0.5 + rules.deep);
+        2 * cast.par_iter().filter(enclosed).count() > cast.len()
+    };
+    let decides = |(p, winding): &(DVec3, f64)| match is_near_hole(p) {
+        true => is_body && is_deep(*winding),
+        false => (winding - 0.5).abs() > rules.undecided,
+    };
+    let decided = sampled.iter().filter(|of| decides(of));
+    decided.map(|(p, winding)| (*p, *winding > 0.5)).unzip()
+}
+
 /// A point of the Halton sequence with the bases 2, 3 and 5 in the unit cube (J. H. Halton, "On the efficiency of certain
 /// quasi-random sequences of points in evaluating multi-dimensional integrals", 1960).
 fn halton(index: u32) -> DVec3 {
@@ -288,7 +318,17 @@ mod tests {
         let bowl = punch(&icosphere(3), |p| p.z > -0.05);
         let mut sheet = bowl.clone();
         sheet.positions.iter_mut().for_each(|p| p.z *= 0.2);
-        for mesh in [bowl, sheet] {
+        let above = {
+            let mut above = sheet.clone();
+            let known = sheet.positions.len() as u32;
+            let raised = sheet.positions.iter().map(|p| *p + 0.01 * DVec3::Z);
+            above.positions.extend(raised);
+            above
+                .faces
+                .extend(sheet.faces.iter().map(|f| f.map(|v| v + known)));
+            above
+        };
+        for mesh in [bowl, sheet, above] {
             assert_eq!(agreement_of_hollow(&mesh), 1.0);
         }
     }

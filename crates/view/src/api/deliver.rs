@@ -73,8 +73,7 @@ impl DeliveryRequest {
                 .map_err(|error| Refused::wrong(error, "mark"))?,
             patches: file("patches", patches)?,
             piece: file("piece", piece)?,
-            no_texture: false,
-            continue_paint: false,
+            ..Deliverables::default()
         })
     }
 }

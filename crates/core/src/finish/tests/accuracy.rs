@@ -44,7 +44,7 @@ fn clifford_tori_are_mended_to_tori() {
     });
     let energy = minimum(&mesh, &patch);
     let error = rms(&energy, torus_distance);
-    assert!(error < 5e-4, "{error}");
+    assert!(error < 1e-3, "{error}");
     let blend = finished(&mesh, &patch);
     assert_eq!(blend.found.result, FinishResult::Blend);
     let error = rms(&blend, torus_distance);
@@ -141,13 +141,14 @@ fn the_expected_error_grows_from_the_rim_inwards() {
 }
 
 #[test]
-fn large_patches_get_the_energy_alone() {
+fn large_patches_are_blended_with_one_continuation() {
     let cap = |p: DVec3| p.z > 0.4;
     let (mesh, patch) = with_patch(icosphere(5), cap, |_, p| p * -0.05 * (p.z - 0.4));
     assert!(patch.len() > 3000);
     let result = finished(&mesh, &patch);
-    assert_eq!(result.found.result, FinishResult::Willmore);
-    assert_eq!(result.found.blend_refused, Some(Refusal::TooLarge));
+    assert_eq!(result.found.result, FinishResult::Blend);
+    assert_eq!(result.found.blend_refused, None);
+    assert_eq!(result.found.candidates.len(), 2);
     let error = rms(&result, |p| p.length() - 1.0);
     assert!(error < 1e-3, "{error}");
     assert!(result.expected_error.iter().all(|s| *s > 0.0));

@@ -31,6 +31,9 @@ pub struct Deliverables {
     pub patches: Option<Output>,
     /// File for the solid between the faces that were cut out and the patches; only after a restoration.
     pub piece: Option<Output>,
+    /// How far the contact surface of the piece, the faces that were cut out, is moved into the piece, in the mesh's units; the rim of the
+    /// patch stays.
+    pub clearance: Option<f64>,
     /// How patches are marked in the files.
     pub mark: Option<Mark>,
     /// The unit of the mesh's coordinates; reports print it with every length. With a unit or a tolerance, reports contain no run times, so
@@ -64,6 +67,16 @@ impl Deliverables {
             return wrong(format!(
                 "the tolerance must be a positive number, but it is {tolerance}"
             ));
+        }
+        if let Some(clearance) = self.clearance.filter(|c| !(c.is_finite() && *c > 0.0)) {
+            return wrong(format!(
+                "the clearance must be a positive number, but it is {clearance}"
+            ));
+        }
+        if self.clearance.is_some() && self.piece.is_none() {
+            return wrong(
+                "a clearance belongs to the missing piece, and none is to be written; name a file for the piece".to_owned(),
+            );
         }
         if self.piece.is_some() && !matches!(spec.work, Work::Restore(..)) {
             return wrong(piece::ONLY_RESTORED.to_owned());

@@ -1,10 +1,10 @@
 //! The missing piece as a printable solid: the volume between the faces that a restoration cut out and its patches.
 
-use glam::DMat4;
+use glam::{DMat4, DVec3};
 
 use isomend_core::check::{CheckParams, DefectKind, Verdict};
 use isomend_core::mend::{Control, Inspection};
-use isomend_core::mesh::{Mesh, Topology, weld_map};
+use isomend_core::mesh::{Mesh, Topology, VertexFaces, face_normal, vertex_normal, weld_map};
 use isomend_core::repair::{Carried, RepairParams, RepairStep, repair};
 use isomend_core::tuning::tuning;
 
@@ -24,17 +24,21 @@ pub(in crate::job) struct Piece {
 ///
 /// The solid is bounded by the patches on the outside and by the flipped cut faces on the inside. Where the two surfaces intersect, only
 /// the volume that the patches add is kept: a point belongs to the solid if its winding number is positive. Holes in the cut faces are
-/// filled.
+/// filled. The cut faces are first moved by `clearance` into the solid, except at the rim.
 ///
 /// # Errors
 /// A message that says why there is no solid.
 pub(in crate::job) fn piece(
     patches: &Mesh,
     cut: &Mesh,
+    clearance: f64,
     stored: Option<DMat4>,
     control: &Control,
 ) -> Result<Piece, String> {
-    let mut between = joined(patches, cut);
+    let mut between = match clearance > 0.0 {
+        true => joined(patches, &moved(cut, clearance)),
+        false => joined(patches, cut),
+    };
     if between.faces.is_empty() {
         return Err(
             "there is no volume between the patch and the faces that were cut out".to_owned(),
@@ -82,6 +86,47 @@ pub(in crate::job) fn piece(
 /// Message if the patch adds no volume.
 const BELOW: &str =
     "the patch is below the faces that were cut out, so nothing is missing and there is no piece";
+
+/// Longest displacement of a vertex in a clearance, in clearances: at edges sharper than 60° the faces come closer than the clearance.
+const LONGEST_MOVE: f64 = 2.0;
+
+/// The cut faces, moved outward by the clearance. A vertex moves along its normal until it is at the clearance from the planes of its faces;
+/// vertices on boundary edges, which are the rim, stay.
+fn moved(cut: &Mesh, clearance: f64) -> Mesh {
+    let weld = weld_map(cut);
+    let face = |f: &[u32; 3]| f.map(|v| weld[v as usize]);
+    let welded = Mesh::new(
+        cut.positions.clone(),
+        cut.faces.iter().map(face).collect::<Vec<_>>(),
+    );
+    let around = VertexFaces::new(&welded);
+    let mut on_rim = vec![false; welded.positions.len()];
+    let mut edges: Vec<[u32; 2]> = Vec::with_capacity(3 * welded.faces.len());
+    for [a, b, c] in &welded.faces {
+        edges.extend([[a, b], [b, c], [c, a]].map(|[v, w]| [*v.min(w), *v.max(w)]));
+    }
+    edges.sort_unstable();
+    for same in edges.chunk_by(|a, b| a == b).filter(|same| same.len() == 1) {
+        same[0].iter().for_each(|&v| on_rim[v as usize] = true);
+    }
+    let displacement = |v: u32| {
+        let normal = vertex_normal(&welded, &around, v);
+        let cosines = around
+            .of(v)
+            .iter()
+            .map(|&f| face_normal(&welded, f).dot(normal));
+        let least = cosines.fold(1.0, f64::min).max(1.0 / LONGEST_MOVE);
+        normal * (clearance / least)
+    };
+    let shifts = (0..welded.positions.len() as u32).map(|v| match on_rim[v as usize] {
+        true => DVec3::ZERO,
+        false => displacement(v),
+    });
+    let shifts: Vec<DVec3> = shifts.collect();
+    let positions = cut.positions.iter().zip(&weld);
+    let positions = positions.map(|(p, w)| *p + shifts[*w as usize]);
+    Mesh::new(positions.collect(), cut.faces.clone())
+}
 
 /// The patches and the flipped cut faces as one mesh, with vertices at equal positions merged.
 fn joined(patches: &Mesh, cut: &Mesh) -> Mesh {
@@ -183,8 +228,6 @@ fn finished(mesh: Mesh, notes: Vec<String>) -> Result<Piece, String> {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
 
     /// A square of `2 n²` faces over [0, 1]², with height 0 on its outer border.
@@ -222,7 +265,22 @@ mod tests {
     }
 
     fn made(patch: &Mesh, cut: &Mesh) -> Result<Piece, String> {
-        piece(patch, cut, None, &Control::new())
+        piece(patch, cut, 0.0, None, &Control::new())
+    }
+
+    #[test]
+    fn a_clearance_moves_the_lower_sheet_into_the_piece_and_keeps_the_rim() {
+        let (upper, lower) = (sheet(16, |_, _| 0.3), sheet(16, |_, _| -0.1));
+        let with = |clearance| piece(&upper, &lower, clearance, None, &Control::new());
+        let (tight, loose) = (with(0.0).unwrap().mesh, with(0.05).unwrap().mesh);
+        assert!(judged(&loose).unwrap().0.is_sound());
+        let between = volume(&tight) - volume(&loose);
+        assert!((between - 0.05 * 0.875).abs() < 0.006, "{between}");
+        let inner = |p: &&DVec3| p.x.min(p.y).min(1.0 - p.x).min(1.0 - p.y) > 0.1;
+        let lowest = loose.positions.iter().filter(inner).map(|p| p.z);
+        assert!((lowest.fold(1.0, f64::min) + 0.05).abs() < 1e-9);
+        assert_eq!(loose.positions.iter().filter(|p| p.z == 0.0).count(), 64);
+        assert_eq!(with(0.5).err().as_deref(), Some(BELOW));
     }
 
     #[test]

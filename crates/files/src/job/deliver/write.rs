@@ -218,7 +218,8 @@ impl Mended<'_> {
         let cut = before.gone.iter().zip(0u32..).filter(|(gone, _)| **gone);
         let cut: Vec<u32> = cut.map(|(_, f)| f).collect();
         let cut = Part::new(&before.loaded.mesh, &cut, std::iter::empty());
-        piece(&patches.mesh, &cut.mesh, stored, control)
+        let clearance = self.spec.deliverables.clearance.unwrap_or(0.0);
+        piece(&patches.mesh, &cut.mesh, clearance, stored, control)
     }
 
     /// The facts of an archived report for the page: unit, invented surface, warnings and hashes. Measures the invented surface if

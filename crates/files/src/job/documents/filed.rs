@@ -18,7 +18,7 @@ pub(super) struct FiledRow {
     unit: Option<Unit>,
     #[serde(skip_serializing_if = "Option::is_none")]
     tolerance: Option<f64>,
-    /// The work with its parameters, the mark, the unit and the tolerance. Long lists of face numbers are null.
+    /// The work with its parameters, the mark, the unit, the tolerance and the clearance. Long lists of face numbers are null.
     options: Value,
     /// SHA-256 of the complete options, as JSON without blanks.
     options_sha256: String,
@@ -39,6 +39,9 @@ impl FiledRow {
         });
         if wanted.continue_paint {
             options["continue_paint"] = Value::Bool(true);
+        }
+        if let Some(clearance) = wanted.clearance {
+            options["clearance"] = json!(clearance);
         }
         let options_sha256 = sha256(options.to_string().as_bytes());
         for command in ["restore", "fair"] {
