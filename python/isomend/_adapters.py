@@ -222,11 +222,14 @@ def to_trimesh(mended: Mended) -> Any:
     """The mesh as a ``trimesh.Trimesh``; see :meth:`isomend.Mended.to_trimesh`."""
     import trimesh
 
-    cells = dict(mended.cell_data)
+    points: dict[str, Any] = dict(mended.point_data) | _errors(mended)
+    cells: dict[str, Any] = dict(mended.cell_data)
+    colours = {"vertex_colors": points.pop("vertex_colors", None), "face_colors": cells.pop("face_colors", None)}
     cells["isomend_patch"] = mended.is_patch
     return trimesh.Trimesh(
-        vertices=mended.vertices, faces=mended.faces, vertex_attributes=dict(mended.point_data) | _errors(mended),
+        vertices=mended.vertices, faces=mended.faces, vertex_attributes=points,
         face_attributes=cells, metadata={REPORT: json.dumps(mended.report)}, process=False, validate=False,
+        **{name: values for name, values in colours.items() if values is not None},
     )  # fmt: skip
 
 

@@ -252,7 +252,8 @@ class Mended(Shape, Drawn):
 
     @property
     def holes(self) -> list[dict[str, Any]]:
-        """The holes and what became of each, as in ``report["holes"]``: number, sizes, outcome, expected error."""
+        """The holes and what became of each, as in ``report["holes"]``: number, sizes, outcome and region. Expected errors are in
+        ``report["regions"]`` and ``report["invented"]``."""
         rows: list[dict[str, Any]] = self.report.get("holes", [])
         return rows
 

@@ -63,11 +63,13 @@ pub(super) fn blend(
     if patch.cancel.is_cancelled() {
         return (surfaces, Err(Refusal::Stopped));
     }
-    if ring_errors.is_empty() {
+    if ring_errors.is_empty() && !is_continued {
         return (surfaces, Err(reason.unwrap_or(Refusal::NoRing)));
     }
     // Converts errors to weights, and averages the surfaces if there are others than the minimum.
-    weigh(&mut surfaces, &ring_errors);
+    if !ring_errors.is_empty() {
+        weigh(&mut surfaces, &ring_errors);
+    }
     if is_continued {
         large::share(&mut surfaces);
     }

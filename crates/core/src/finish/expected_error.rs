@@ -20,11 +20,13 @@ use crate::elementary::{hypot, powf};
 use crate::mesh::area_vector;
 use crate::tuning::tuning;
 
-/// The expected error of each moving vertex, in the patch's units.
+/// The expected error of each moving vertex, in the patch's units. Whether the shape is the blend of the surfaces: else it is the
+/// minimum, and the others were refused.
 pub(super) fn expected_error(
     patch: &Patch,
     shape: &[DVec3],
     surfaces: &[Continuation],
+    is_blend: bool,
 ) -> Vec<f64> {
     let rules = &tuning().finish;
     let bend = bend(patch, shape);
@@ -45,7 +47,7 @@ pub(super) fn expected_error(
             let factor = rules.ring_error
                 * powf(bend, rules.ring_error_bend)
                 * powf(slope, rules.ring_error_slope);
-            let part = match large::is_continued(surfaces) {
+            let part = match is_blend && large::is_continued(surfaces) {
                 true => rules.large_error,
                 false => 1.0,
             };
@@ -53,16 +55,19 @@ pub(super) fn expected_error(
         }
     };
     let unit = factor * patch.diameter;
-    let spread = spread(shape, surfaces);
+    let deviation = match is_blend {
+        true => candidate_deviation(shape, surfaces),
+        false => vec![0.0; shape.len()],
+    };
     values
         .iter()
-        .zip(spread)
+        .zip(deviation)
         .map(|(v, s)| hypot(unit * v, s))
         .collect()
 }
 
 /// Weighted standard deviation of the candidate surfaces from the final shape, at each moving vertex.
-fn spread(shape: &[DVec3], surfaces: &[Continuation]) -> Vec<f64> {
+fn candidate_deviation(shape: &[DVec3], surfaces: &[Continuation]) -> Vec<f64> {
     let mut squares = vec![0.0; shape.len()];
     for surface in surfaces.iter().filter(|s| s.found.weight > 0.0) {
         for ((sum, own), p) in squares.iter_mut().zip(&surface.shape).zip(shape) {

@@ -191,8 +191,8 @@ impl Contrasts {
 }
 
 impl Model {
-    /// The model with one of these orders of largest restricted likelihood, `−½ (n ln mean(yᵀ (ZᵀKZ + ν)⁻¹ y) + ln det (ZᵀKZ + ν))` with `y = Zᵀ z`.
-    /// `edge` is the mean edge in the points' unit. `ZᵀKZ` is reduced to tridiagonal form once for each order; the form serves
+    /// The model with one of these orders of largest restricted likelihood, `−½ (n ln mean(yᵀ (ZᵀKZ + ν)⁻¹ y) + ln det (ZᵀKZ + ν))`
+    /// with `y = Zᵀ z`. `edge` is the mean edge in the points' unit. `ZᵀKZ` is reduced to tridiagonal form once for each order; the form serves
     /// all nuggets. `None` if there are too few data, if no likelihood is finite, or if the token is set.
     pub(super) fn estimate(
         points: &[DVec2],

@@ -1,4 +1,4 @@
-//! The kriged candidate of a large patch, which has no ring test.
+//! The kriged candidate of a large patch: the ring test does not decide its weight.
 
 use super::candidates::{Continuation, ModelChoice, attached, kriged_over};
 use super::chart::Chart;
@@ -9,10 +9,9 @@ use super::report::Candidate;
 use crate::tuning::tuning;
 
 /// The continuation of a large patch: kriging of heights over a sphere that fits the faces next to the rim, with the kernel of order 2, a
-/// thin plate bent from this sphere. The data next to the rim often have smoother kernels as the more likely ones; across a wide hole those
-/// follow slopes and curvatures at the rim too far. Only vertices that face this
-/// sphere are data: within the width of a collar, the surface around a wide hole may turn back, as a skull does at its base. `None` if
-/// nothing can be kriged.
+/// thin plate bent from this sphere. The data next to the rim often have smoother kernels as the more likely ones; across a wide hole these
+/// follow slopes and curvatures at the rim too far. Only vertices that face this sphere are data: within the width of a collar, the surface
+/// around a wide hole may turn back, as a skull does at its base. `None` if nothing can be kriged.
 pub(super) fn continuation(
     patch: &Patch,
     minimum: &[glam::DVec3],
@@ -41,8 +40,7 @@ pub(super) fn continuation(
     )?;
     let mut attached = attached(patch, vec![(Candidate::Sphere, lifted)]);
     // Deviations of this many vertices take too long: the expected error is predicted as for a patch without kriging.
-    let continuation = attached.pop().map(|c| Continuation { kriged: None, ..c });
-    continuation.filter(|c| c.shape.len() == minimum.len())
+    attached.pop().map(|c| Continuation { kriged: None, ..c })
 }
 
 /// Whether surfaces are the minimum of a large patch and its continuation: the latter has no error on rings.

@@ -9,7 +9,8 @@
 //! 2. Other candidates: universal kriging of heights over a sphere or plane fitted to the surroundings, with kernel and noise by
 //!    restricted likelihood; the triharmonic fill; where the patch bends little, the biharmonic fill.
 //! 3. A ring test: rings of known vertices are deleted and refilled; the error there measures each candidate.
-//! 4. The blend of all candidates, weighted by the inverse fourth powers of these errors.
+//! 4. The blend of all candidates, weighted by the inverse fourth powers of these errors. A large patch has the minimum and one kriged
+//!    continuation, with fixed weights.
 //! 5. Safeguards: a result with more folded faces, a higher energy, or too large displacements is refused, and the one before kept.
 //!
 //! All lengths are relative to the rim's middle and diameter, so results depend neither on the unit nor on the position of the
@@ -196,7 +197,8 @@ fn run(located: &Located, params: &FinishParams, finished: &mut Finished) {
         one.ring_error = one.ring_error.map(|e| e * located.scale);
         found.candidates.push(one);
     }
-    let expected_error = expected_error::expected_error(patch, &shape, &surfaces);
+    let is_blend = found.result == FinishResult::Blend;
+    let expected_error = expected_error::expected_error(patch, &shape, &surfaces, is_blend);
     if patch.cancel.is_cancelled() {
         finished.set_stopped();
         return;

@@ -286,6 +286,8 @@ mod tests {
     use super::*;
     use crate::mend::Inspection;
     use crate::mesh::shapes::{icosphere, punch};
+    use crate::repair::filling::CAP;
+    use crate::repair::rim_triangles::push;
 
     fn draft(mesh: &Mesh) -> Draft {
         let found = Inspection::new(mesh).unwrap();
@@ -295,15 +297,20 @@ mod tests {
     /// The agreement of a mesh with a copy of it that is hollow: it has an inner skin, a tenth smaller and reversed.
     fn agreement_of_hollow(mesh: &Mesh) -> f64 {
         let witness = Witness::new(&draft(mesh), mesh, true).unwrap();
-        let mut hollow = mesh.clone();
+        let mut hollow = draft(mesh);
         let (low, high) = crate::mesh::bounds(mesh.positions.iter().copied());
         let centre = 0.5 * (low + high);
         let known = mesh.positions.len() as u32;
-        let inner = mesh.positions.iter().map(|p| centre + 0.9 * (*p - centre));
-        hollow.positions.extend(inner);
-        let reversed = mesh.faces.iter().map(|[a, b, c]| [*a, *c, *b]);
-        hollow.faces.extend(reversed.map(|f| f.map(|v| v + known)));
-        let shape = witness.shape(&draft(&hollow), &HashSet::new()).unwrap();
+        for p in &mesh.positions {
+            hollow.mesh.positions.push(centre + 0.9 * (*p - centre));
+            hollow.origins.vertices.push(NONE);
+            hollow.expected_error.push(None);
+        }
+        for f in &mesh.faces {
+            let [a, b, c] = f.map(|v| v + known);
+            push(&mut hollow, CAP, [a, c, b]);
+        }
+        let shape = witness.shape(&hollow, &HashSet::new()).unwrap();
         shape.agreement
     }
 
