@@ -44,8 +44,7 @@ pub(super) struct Placement {
     /// The transform to the build. Coordinates are first multiplied by `scale`, from the unit of the part to the unit of the main model.
     pub(super) transform: DAffine3,
     pub(super) scale: f64,
-    /// First vertex and number of vertices in the mesh that was read; the same for faces.
-    pub(super) vertices: (usize, usize),
+    /// First face and number of faces in the mesh that was read.
     pub(super) faces: (usize, usize),
     /// The label of its object.
     pub(super) name: String,
@@ -63,6 +62,16 @@ pub(super) struct PlacedPart {
 }
 
 impl Placement {
+    /// The index of the part of a face, counted from the first of the object; the number of parts if it belongs to none.
+    pub(super) fn part_of(&self, face: usize) -> usize {
+        // The ranges of the parts are sorted and disjoint.
+        let after = |part: &PlacedPart| part.faces[1] < face;
+        let number = self.parts.partition_point(after);
+        let part = self.parts.get(number);
+        part.filter(|part| part.faces[0] <= face)
+            .map_or(self.parts.len(), |_| number)
+    }
+
     /// A point of the object in the build.
     pub(super) fn placed(&self, p: DVec3) -> DVec3 {
         match self.transform == DAffine3::IDENTITY && self.scale == 1.0 {
