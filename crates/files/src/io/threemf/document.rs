@@ -52,6 +52,9 @@ pub(super) struct Placement {
     pub(super) parts: Vec<PlacedPart>,
 }
 
+/// The corners in the origin of a face that lies beside a face of the file and continues its paint. Other corners are up to 3.
+pub(crate) const BESIDE: [u8; 3] = [4; 3];
+
 /// A range of an object's faces with a label of its own: the whole object, or a volume of PrusaSlicer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct PlacedPart {
