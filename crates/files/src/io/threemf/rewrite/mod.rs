@@ -117,18 +117,19 @@ impl<'a> Rewriting<'a> {
                 outline: &outline,
                 properties: group,
             };
-            let [mut has_marks, mut takes_none] = [false; 2];
+            let mut needs = Needs::default();
             for (id, placed) in objects.into_iter().flatten() {
                 match self.object(&own, (name, *id), *placed, &mut edits) {
                     Ok(()) => {
                         let done = &self.recounts[&(name.clone(), *id)];
-                        has_marks |= done.has_marks;
-                        takes_none |= done.takes_none;
+                        needs.marks |= done.has_marks;
+                        needs.properties |= done.has_new_properties;
+                        needs.none |= done.takes_none;
                     }
                     Err(reason) => return Ok(Err(reason)),
                 }
             }
-            declare(&own, [has_marks, takes_none], &mut edits);
+            declare(&own, &needs, &mut edits);
             self.texts.insert(name.clone(), edits.applied(&text));
         }
         Ok(Ok(()))
@@ -309,14 +310,22 @@ fn set_unit(outline: &Outline, unit: Unit, edits: &mut Edits) {
     }
 }
 
+/// What the objects of a model need: the namespace of marks, groups of new properties, the group of no material.
+#[derive(Default)]
+struct Needs {
+    marks: bool,
+    properties: bool,
+    none: bool,
+}
+
 /// Adds the groups of properties of new faces, and declares the namespaces that the model needs.
-fn declare(own: &ModelText<'_>, [has_marks, takes_none]: [bool; 2], edits: &mut Edits) {
+fn declare(own: &ModelText<'_>, needs: &Needs, edits: &mut Edits) {
     let end = own.outline.model.end - 1;
     let prefixes = &own.outline.prefixes;
-    if has_marks && !prefixes.contains("isomend") {
+    if needs.marks && !prefixes.contains("isomend") {
         edits.insert(end, format!(" xmlns:isomend=\"{ISOMEND}\""));
     }
-    let Some((properties, number)) = own.properties else {
+    let Some((properties, number)) = own.properties.filter(|_| needs.properties) else {
         return;
     };
     let known = own.outline.namespaces.get(MATERIAL).cloned();
@@ -329,6 +338,6 @@ fn declare(own: &ModelText<'_>, [has_marks, takes_none]: [bool; 2], edits: &mut 
         edits.insert(end, format!(" xmlns:{prefix}=\"{MATERIAL}\""));
         format!("{prefix}:")
     });
-    let groups = properties.markup(number, [&own.outline.prefix, &prefix], takes_none);
+    let groups = properties.markup(number, [&own.outline.prefix, &prefix], needs.none);
     edits.insert(own.outline.resources, groups);
 }

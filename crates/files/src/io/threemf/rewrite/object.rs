@@ -137,7 +137,7 @@ pub(super) struct Recount {
     /// Whether it lists patches.
     pub(super) has_marks: bool,
     /// Whether new properties were written for its triangles.
-    has_new_properties: bool,
+    pub(super) has_new_properties: bool,
     /// Whether it takes the group of no material as its default.
     pub(super) takes_none: bool,
 }
