@@ -20,7 +20,8 @@ pub const VOLUMES: &str = "Metadata/Slic3r_PE_model.config";
 
 pub const PARTS: &str = "Metadata/model_settings.config";
 
-fn package(desk: &Desk, name: &str, parts: &[(&str, &[u8])]) {
+/// Writes a package of parts.
+pub fn package(desk: &Desk, name: &str, parts: &[(&str, &[u8])]) {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, bytes) in parts {
         zip.start_file(*name, SimpleFileOptions::default()).unwrap();

@@ -3,9 +3,10 @@
 use std::fs;
 
 use glam::DVec3;
+use isomend::Mesh;
 
 use crate::desk::{Desk, assert_code, text};
-use crate::packages::{PARTS, VOLUMES, bambu, holed, prusa, unpacked};
+use crate::packages::{PARTS, VOLUMES, bambu, holed, package, prusa, unpacked};
 use crate::shapes::{cube, joined, moved, sphere};
 
 fn part(desk: &Desk, name: &str, part: &str) -> String {
@@ -358,4 +359,65 @@ fn other_formats_name_what_they_leave_out() {
             assert!(notes[0].contains(word), "{said}");
         }
     }
+}
+
+#[test]
+fn paint_is_continued_where_vertices_are_doubled() {
+    let desk = Desk::new();
+    let ball = holed(5.0, DVec3::ZERO);
+    let corners = ball.faces.iter().flatten();
+    let positions = corners.map(|v| ball.positions[*v as usize]).collect();
+    let count = ball.faces.len() as u32;
+    let faces = (0..count).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+    prusa(
+        &desk,
+        "in.3mf",
+        &[("ball", Mesh::new(positions, faces))],
+        false,
+    );
+    let done = desk.run(&["fill", "in.3mf", "-o", "out.3mf", "--paint", "continue"]);
+    assert_code(&done, 0);
+    let [before, after] =
+        ["in.3mf", "out.3mf"].map(|name| triangles(&part(&desk, name, "3D/3dmodel.model"), 1));
+    let new = new_triangles(&before, &after);
+    let is_painted = |paint: &&String| paint.contains("custom_supports=4");
+    assert!(new.iter().any(|paint| is_painted(&paint)), "{new:?}");
+    assert!(!text(&done.stderr).contains("patches without paint"));
+}
+
+#[test]
+fn divided_triangles_keep_their_colour_beside_marks_of_another() {
+    let desk = Desk::new();
+    let shift = DVec3::new(1.3, 1.4, 1.6);
+    let both = joined(
+        &moved(&cube(2), 1.0, DVec3::ZERO),
+        &moved(&cube(2), 1.0, shift),
+    );
+    prusa(&desk, "plain.3mf", &[("both", both)], false);
+    let mut parts = unpacked(&desk, "plain.3mf");
+    let colours = " xmlns:m=\"http://schemas.microsoft.com/3dmanufacturing/material/2015/02\">";
+    let group = "<resources><m:colorgroup id=\"9\"><m:color color=\"#00FF00\"/></m:colorgroup>";
+    let model = text(&parts["3D/3dmodel.model"])
+        .replacen("2017/06\">", &format!("2017/06\"{colours}"), 1)
+        .replacen("<resources>", group, 1)
+        .replace("supports=\"4\"", "supports=\"4\" pid=\"9\" p1=\"0\"");
+    parts.insert("3D/3dmodel.model".to_owned(), model.into_bytes());
+    let list: Vec<(&str, &[u8])> = parts.iter().map(|(k, v)| (&k[..], &v[..])).collect();
+    package(&desk, "in.3mf", &list);
+    let mark = "colour=ff8000";
+    assert_code(
+        &desk.run(&["repair", "in.3mf", "-o", "out.3mf", "--mark", mark]),
+        0,
+    );
+    let coloured = ["in.3mf", "out.3mf"].map(|name| {
+        let all = triangles(&part(&desk, name, "3D/3dmodel.model"), 1);
+        let own = all.into_iter().map(|(_, rest)| rest);
+        own.filter(|rest| rest.contains("supports=4"))
+            .collect::<Vec<String>>()
+    });
+    assert!(coloured[1].len() > coloured[0].len());
+    assert!(
+        coloured[1].iter().all(|rest| rest.contains("pid=9 p1=0")),
+        "{coloured:?}"
+    );
 }

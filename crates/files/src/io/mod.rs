@@ -44,6 +44,7 @@ mod threemf;
 mod vtk;
 
 pub use self::gltf::{GltfDocument, Image};
+pub(crate) use self::threemf::BESIDE;
 pub use self::threemf::ThreeMfDocument;
 pub use document::FileDocument;
 pub use error::{IoError, Location};

@@ -251,7 +251,7 @@ impl Output {
         let faces = done.mesh.faces.len();
         let (replaced, before) = (saving.replaced, &input.attributes);
         label_replaced(replaced, before, &mut done.attributes, faces);
-        if saving.continues_paint {
+        if saving.continues_paint && self.format == Format::ThreeMf {
             continue_paint(&mut done, input.mesh.faces.len());
         }
         if !saving.plain_patches {

@@ -2,13 +2,22 @@
 
 use std::collections::VecDeque;
 
-use crate::io::Format;
+use crate::io::{BESIDE, Format};
 use isomend_core::mesh::attributes::NONE;
-use isomend_core::mesh::{Attributes, FaceOrigin, Model};
+use isomend_core::mesh::{Attributes, Bodies, FaceOrigin, Model, weld_map, weld_map_of_bodies};
 
-/// Names for each new face the face of the file whose paint it gets. The first `kept` faces are not new.
+/// Names for each new face the face of the file whose paint it gets, and notes how many have none. The first `kept` faces are not new.
 pub(super) fn continue_paint(model: &mut Model, kept: usize) {
-    let faces = &model.mesh.faces;
+    if model.attributes.file_faces.is_none() {
+        return;
+    }
+    // Faces are beside each other also where the file has the vertices of an edge several times.
+    let weld = match Bodies::new(&model.mesh, &model.attributes) {
+        None => weld_map(&model.mesh),
+        Some(bodies) => weld_map_of_bodies(&model.mesh, &bodies),
+    };
+    let faces = model.mesh.faces.iter();
+    let faces: Vec<[u32; 3]> = faces.map(|face| face.map(|v| weld[v as usize])).collect();
     let Some(origins) = &mut model.attributes.file_faces else {
         return;
     };
@@ -44,10 +53,16 @@ pub(super) fn continue_paint(model: &mut Model, kept: usize) {
             }
         }
     }
+    let without = source.iter().filter(|face| **face == NONE).count();
+    if without > 0 {
+        model.notes.push(format!(
+            "faces of patches without paint, since no face of the file is beside them: {without}"
+        ));
+    }
     for (origin, face) in origins[kept..].iter_mut().zip(source) {
         *origin = FaceOrigin {
             face,
-            corners: [3; 3],
+            corners: BESIDE,
         };
     }
 }
@@ -66,24 +81,27 @@ fn edges_of([a, b, c]: &[u32; 3]) -> [[u32; 2]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
     use isomend_core::mesh::Mesh;
 
     #[test]
     fn new_faces_are_painted_as_the_nearest_face_over_edges() {
-        // A strip of two old faces and three new ones between them, and a new one by itself.
+        // A strip of two old faces and three new ones between them, and a new one by itself. The last two vertices are copies.
         let faces = vec![
             [0, 1, 2],
             [4, 5, 6],
-            [2, 1, 3],
+            [11, 10, 3],
             [2, 3, 4],
             [4, 3, 5],
             [7, 8, 9],
         ];
+        let places = (0..10).chain([1, 2]);
+        let positions = places.map(|v| DVec3::splat(f64::from(v))).collect();
         let mut origins = vec![FaceOrigin::NEW; 6];
         origins[0] = FaceOrigin::same(7);
         origins[1] = FaceOrigin::same(9);
         let mut model = Model {
-            mesh: Mesh::new(Vec::new(), faces),
+            mesh: Mesh::new(positions, faces),
             attributes: Attributes {
                 file_faces: Some(origins),
                 ..Attributes::default()
@@ -94,6 +112,7 @@ mod tests {
         let origins = model.attributes.file_faces.unwrap();
         let of: Vec<u32> = origins.iter().map(|origin| origin.face).collect();
         assert_eq!(of, [7, 9, 7, 7, 9, NONE]);
-        assert_eq!(origins[2].corners, [3; 3]);
+        assert_eq!(origins[2].corners, BESIDE);
+        assert_eq!(model.notes.len(), 1);
     }
 }

@@ -23,6 +23,10 @@ const ALLOWANCE: [usize; 2] = [256 << 20, 64];
 /// Bytes per vertex (three 8-byte floats) and per face (corners, colour indices, labels, and their copies during
 /// assembly). Estimated, not measured.
 const BYTES: [usize; 2] = [24, 72];
+/// Bytes per part of a placed object besides its name. Estimated, not measured.
+const PART_BYTES: usize = 256;
+/// Copies of each name: of its label, of the names taken so far, of their index, of the placement.
+const COPIES: usize = 4;
 /// Deepest nesting of objects within objects.
 const MOST_DEPTH: usize = 32;
 /// Most objects placed, counting each use.
@@ -64,6 +68,7 @@ pub(super) fn build(models: &Models, file: usize) -> Result<(Loaded, Vec<Placeme
         let name = build.name_of(item);
         let name = build.names.own(name);
         let first = build.surface.face_count();
+        build.charge(COPIES * name.len())?;
         build.place(&models.main, item, DAffine3::IDENTITY, &name, 0)?;
         build.end_item(first);
     }
@@ -215,12 +220,8 @@ impl<'a> Build<'a> {
             self.parts.labels.of_face[first..].fill(NONE);
             let own = self.placements.iter_mut().rev();
             let own = own.take_while(|placement| placement.faces.0 >= first);
-            own.for_each(|placement| {
-                placement
-                    .parts
-                    .iter_mut()
-                    .for_each(|part| part.name.clear())
-            });
+            let parts = own.flat_map(|placement| &mut placement.parts);
+            parts.for_each(|part| part.name.clear());
         }
         self.part_names = UniqueNames::default();
     }
@@ -276,9 +277,7 @@ impl<'a> Build<'a> {
         // Charge the memory before anything is allocated.
         let bytes = BYTES[0].saturating_mul(object.positions.len())
             + BYTES[1].saturating_mul(object.triangles.len());
-        self.left = self.left.checked_sub(bytes).ok_or_else(|| {
-            fault("its objects are placed so often that they do not fit into memory")
-        })?;
+        self.charge(bytes.saturating_add(own.len() + name.len()))?;
         let after = self.surface.positions.len() + object.positions.len();
         if u32::try_from(after).is_err() {
             return Err(fault("it has more vertices than 32-bit indices can name"));
@@ -290,7 +289,6 @@ impl<'a> Build<'a> {
             object: id,
             transform,
             scale,
-            vertices: (base as usize, object.positions.len()),
             faces: (first, object.triangles.len()),
             name: name.to_owned(),
             parts: Vec::new(),
@@ -300,7 +298,7 @@ impl<'a> Build<'a> {
         self.surface.positions.extend(placed);
         let is_mirrored = placement.is_mirrored();
         let (label, _) = self.objects.place(name);
-        self.add_parts(object, &mut placement);
+        self.add_parts(object, &mut placement)?;
         // Append the triangles; a mirroring transform reverses their orientation.
         for triangle in &object.triangles {
             let count = object.positions.len();
@@ -323,7 +321,7 @@ impl<'a> Build<'a> {
     }
 
     /// Labels the faces of a mesh with the part that they belong to: the mesh, or one of the volumes that a slicer notes.
-    fn add_parts(&mut self, object: &Object, placement: &mut Placement) {
+    fn add_parts(&mut self, object: &Object, placement: &mut Placement) -> Result<(), IoError> {
         let (id, count) = (placement.object, object.triangles.len());
         let is_main = placement.model == self.models.main;
         let volumes = self.models.settings.volumes(id, count);
@@ -344,6 +342,7 @@ impl<'a> Build<'a> {
                 "" => format!("volume_{}", number + 1),
                 name => name.to_owned(),
             };
+            self.charge(PART_BYTES + COPIES * name.len())?;
             let name = self.part_names.own(name);
             let (label, _) = self.parts.place(&name);
             let [from, to] = volume.faces;
@@ -353,6 +352,15 @@ impl<'a> Build<'a> {
                 name,
             });
         }
+        Ok(())
+    }
+
+    /// Charges memory for placed objects, before it is allocated.
+    fn charge(&mut self, bytes: usize) -> Result<(), IoError> {
+        self.left = self.left.checked_sub(bytes).ok_or_else(|| {
+            fault("its objects are placed so often that they do not fit into memory")
+        })?;
+        Ok(())
     }
 
     /// Adds the property of the last triangle. `places` are the indices in the group of its corners; `first_place` is

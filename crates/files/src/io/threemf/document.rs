@@ -44,14 +44,16 @@ pub(super) struct Placement {
     /// The transform to the build. Coordinates are first multiplied by `scale`, from the unit of the part to the unit of the main model.
     pub(super) transform: DAffine3,
     pub(super) scale: f64,
-    /// First vertex and number of vertices in the mesh that was read; the same for faces.
-    pub(super) vertices: (usize, usize),
+    /// First face and number of faces in the mesh that was read.
     pub(super) faces: (usize, usize),
     /// The label of its object.
     pub(super) name: String,
     /// Its parts, in the order of their faces.
     pub(super) parts: Vec<PlacedPart>,
 }
+
+/// The corners in the origin of a face that lies beside a face of the file and continues its paint. Other corners are up to 3.
+pub(crate) const BESIDE: [u8; 3] = [4; 3];
 
 /// A range of an object's faces with a label of its own: the whole object, or a volume of PrusaSlicer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,6 +65,16 @@ pub(super) struct PlacedPart {
 }
 
 impl Placement {
+    /// The index of the part of a face, counted from the first of the object; the number of parts if it belongs to none.
+    pub(super) fn part_of(&self, face: usize) -> usize {
+        // The ranges of the parts are sorted and disjoint.
+        let after = |part: &PlacedPart| part.faces[1] < face;
+        let number = self.parts.partition_point(after);
+        let part = self.parts.get(number);
+        part.filter(|part| part.faces[0] <= face)
+            .map_or(self.parts.len(), |_| number)
+    }
+
     /// A point of the object in the build.
     pub(super) fn placed(&self, p: DVec3) -> DVec3 {
         match self.transform == DAffine3::IDENTITY && self.scale == 1.0 {

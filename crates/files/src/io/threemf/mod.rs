@@ -24,6 +24,7 @@ use std::sync::Arc;
 use super::{Contents, FileDocument, Format, IoError, Loaded, Location, Written, text};
 use isomend_core::mesh::FaceOrigin;
 
+pub(crate) use document::BESIDE;
 pub use document::ThreeMfDocument;
 
 /// Reads the build of a package as one mesh.

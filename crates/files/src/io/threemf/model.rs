@@ -19,7 +19,7 @@ pub(super) const PATCH_FACES: &str = "isomend:patch";
 pub(super) const NO_MATERIAL: &str = "isomend:none";
 
 /// Names of units in the `unit` attribute.
-pub(super) const UNITS: [(&str, Unit); 6] = [
+const UNITS: [(&str, Unit); 6] = [
     ("micron", Unit::Micrometre),
     ("millimeter", Unit::Millimetre),
     ("centimeter", Unit::Centimetre),
@@ -27,6 +27,12 @@ pub(super) const UNITS: [(&str, Unit); 6] = [
     ("foot", Unit::Foot),
     ("meter", Unit::Metre),
 ];
+
+/// The word for a unit in the `unit` attribute.
+pub(super) fn unit_word(unit: Unit) -> &'static str {
+    let known = UNITS.iter().find(|(_, known)| *known == unit);
+    known.map_or("millimeter", |(word, _)| word)
+}
 
 /// Most names of attributes of triangles that are listed as not read.
 const MOST_MARKS: usize = 16;

@@ -95,3 +95,24 @@ fn each_placed_mesh_of_an_object_is_a_part_with_a_name_of_its_own() {
     );
     assert!(loaded.bodies().is_none());
 }
+
+#[test]
+fn long_names_of_many_placed_objects_are_charged_to_the_memory_allowance() {
+    let named = triangle(1, "").replace("\"o1\"", &format!("\"{}\"", "o".repeat(4000)));
+    let items = "<item objectid=\"1\"/>".repeat(20_000);
+    let message = refusal(&alone(&model("inch", &named, &items)), Format::ThreeMf);
+    assert!(message.contains("do not fit into memory"), "{message}");
+}
+
+#[test]
+fn notes_on_unknown_volumes_and_parts_name_no_object() {
+    let name = |name: &str| format!("<metadata key=\"name\" value=\"{name}\"/>");
+    let text = format!(
+        "<config><object id=\"1\">{}<volume firstid=\"a\">{}</volume><part>{}</part></object></config>",
+        name("Body"),
+        name("volume"),
+        name("part")
+    );
+    let settings = super::settings::Settings::new(&[text]);
+    assert_eq!(settings.objects[&1].name, "Body");
+}

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Cursor, Read, Write};
-use std::string::FromUtf8Error;
+use std::ops::Range;
 
 use quick_xml::events::Event;
 use zip::result::ZipError;
@@ -33,6 +33,8 @@ const MAIN: &str = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel
 const CONTENT_TYPES: &str = "[Content_Types].xml";
 /// Characters of a part's name that a remark repeats.
 const LONGEST_NAME: usize = 100;
+/// Bytes of a part in which its XML declaration must end.
+const LONGEST_DECLARATION: usize = 256;
 /// Most parts that a remark names.
 const MOST_LISTED: usize = 4;
 /// The usual part name of the main model, for packages without relationships.
@@ -62,6 +64,26 @@ pub(super) fn options(text: &str) -> SimpleFileOptions {
         .last_modified_time(DateTime::default())
         // Parts of 4 GB or more need ZIP64.
         .large_file(text.len() >= u32::MAX as usize)
+}
+
+/// The first of the names for a remark, cut to a length, and the number of the others.
+pub(super) fn listed(names: &[impl AsRef<str>]) -> String {
+    let more = names.len().saturating_sub(MOST_LISTED);
+    let first = names[..names.len() - more].iter();
+    let first: Vec<String> = first
+        .map(|name| name.as_ref().chars().take(LONGEST_NAME).collect())
+        .collect();
+    match more {
+        0 => first.join(", "),
+        more => format!("{} and {more} more", first.join(", ")),
+    }
+}
+
+/// A text of a part.
+struct Decoded {
+    text: String,
+    /// Whether it says the same as the bytes: nothing was replaced since it is not valid.
+    is_exact: bool,
 }
 
 /// A package being read.
@@ -133,21 +155,13 @@ impl<'a> Package<'a> {
             models.parts.contains_key(name) || name.ends_with(".rels") || name.ends_with('/')
         };
         let others = self.names().filter(|name| !own(&part_name(name)));
-        let others = others.filter(|name| *name != CONTENT_TYPES);
-        let others: Vec<String> = others
-            .map(|name| name.chars().take(LONGEST_NAME).collect())
-            .collect();
+        let others: Vec<&str> = others.filter(|name| *name != CONTENT_TYPES).collect();
         let mut rest = Vec::new();
         if parts().any(|part| part.has_metadata) {
             rest.push("metadata of the model".to_owned());
         }
         if !others.is_empty() {
-            let more = others.len().saturating_sub(MOST_LISTED);
-            let mut listed = others[..others.len() - more].join(", ");
-            if more > 0 {
-                listed += &format!(" and {more} more");
-            }
-            rest.push(format!("the parts {listed}"));
+            rest.push(format!("the parts {}", listed(&others)));
         }
         rest
     }
@@ -172,7 +186,7 @@ impl<'a> Package<'a> {
         let Some(index) = self.index("_rels/.rels") else {
             return Ok(None);
         };
-        let relationships = self.unpacked(index)?;
+        let relationships = self.unpacked(index)?.text;
         let mut reader = quick_xml::Reader::from_str(&relationships);
         loop {
             let damaged = |e| fault(format!("the XML of its relationships is damaged ({e})"));
@@ -199,8 +213,23 @@ impl<'a> Package<'a> {
         self.index.get(&part_name(name)).copied()
     }
 
-    /// The text of a part.
-    pub(super) fn text(&mut self, name: &str) -> Result<String, IoError> {
+    /// Whether there is a part of this name.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.index(name).is_some()
+    }
+
+    /// The text of a part. Bytes that are no text are replaced.
+    fn text(&mut self, name: &str) -> Result<String, IoError> {
+        Ok(self.decoded(name)?.text)
+    }
+
+    /// The text of a part, if all its bytes are text.
+    pub(super) fn exact_text(&mut self, name: &str) -> Result<Option<String>, IoError> {
+        let decoded = self.decoded(name)?;
+        Ok(Some(decoded.text).filter(|_| decoded.is_exact))
+    }
+
+    fn decoded(&mut self, name: &str) -> Result<Decoded, IoError> {
         let index = self.index(name);
         let index = index.ok_or_else(|| fault(format!("there is no part '{name}' in it")))?;
         self.unpacked(index)
@@ -224,7 +253,7 @@ impl<'a> Package<'a> {
         Ok(out.finish()?.into_inner())
     }
 
-    fn unpacked(&mut self, index: usize) -> Result<String, IoError> {
+    fn unpacked(&mut self, index: usize) -> Result<Decoded, IoError> {
         let damaged = |what: String| fault(format!("a part of it cannot be unpacked ({what})"));
         let part = self
             .archive
@@ -240,13 +269,57 @@ impl<'a> Package<'a> {
                 MOST_UNPACKED >> 30
             ))
         })?;
-        // UTF-8 text, which needs no decoding, is not copied.
-        if let Cow::Owned(text) = text::decode(&bytes) {
-            bytes = text;
-        } else if text::strip_bom(&bytes).len() < bytes.len() {
-            bytes.drain(..bytes.len() - text::strip_bom(&bytes).len());
-        }
-        let lossy = |e: FromUtf8Error| String::from_utf8_lossy(e.as_bytes()).into_owned();
-        Ok(String::from_utf8(bytes).unwrap_or_else(lossy))
+        Ok(decoded(bytes))
     }
+}
+
+/// The text of a part. UTF-8 text, which needs no decoding, is not copied. Text of another encoding declares itself as UTF-8 afterwards.
+fn decoded(mut bytes: Vec<u8>) -> Decoded {
+    if let Cow::Owned(wide) = text::decode(&bytes) {
+        return Decoded::as_utf8(String::from_utf8(wide).unwrap_or_default());
+    }
+    bytes.drain(..bytes.len() - text::strip_bom(&bytes).len());
+    let bytes = match String::from_utf8(bytes) {
+        Ok(text) => {
+            return Decoded {
+                text,
+                is_exact: true,
+            };
+        }
+        Err(error) => error.into_bytes(),
+    };
+    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(LONGEST_DECLARATION)]);
+    let encoding = encoding(&head).map(|range| head[range].to_ascii_lowercase());
+    match encoding.as_deref() {
+        // Each byte is the code point of its character.
+        Some("iso-8859-1") => Decoded::as_utf8(bytes.into_iter().map(char::from).collect()),
+        _ => Decoded {
+            text: String::from_utf8_lossy(&bytes).into_owned(),
+            is_exact: false,
+        },
+    }
+}
+
+impl Decoded {
+    /// A text of another encoding, with UTF-8 in its declaration.
+    fn as_utf8(mut text: String) -> Self {
+        if let Some(range) = encoding(&text) {
+            text.replace_range(range, "UTF-8");
+        }
+        Self {
+            text,
+            is_exact: true,
+        }
+    }
+}
+
+/// Where the XML declaration of a text names its encoding.
+fn encoding(text: &str) -> Option<Range<usize>> {
+    let end = text.find("?>").filter(|_| text.starts_with("<?xml"))?;
+    let word = "encoding";
+    let after = text[..end].find(word)? + word.len();
+    let quote = after + text[after..end].find(['"', '\''])?;
+    let from = quote + 1;
+    let length = text[from..end].find(&text[quote..from])?;
+    Some(from..from + length)
 }

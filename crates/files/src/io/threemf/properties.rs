@@ -19,6 +19,8 @@ pub(super) enum Properties<'a> {
         palette: Vec<[u8; 4]>,
         /// The index in the palette of each corner's colour.
         of_face: Vec<[u32; 3]>,
+        /// Whether each face has a colour; grey stands for none.
+        coloured: Vec<bool>,
         /// The attributes that the colours represent completely.
         held: Vec<&'a Attribute>,
     },
@@ -33,18 +35,8 @@ impl<'a> Properties<'a> {
         if let Some(colours) = Self::colours(model) {
             return colours;
         }
-        let labels = all.labels_of(LabelKind::Material);
-        if let Some(labels) = labels.filter(|l| !l.names.is_empty()) {
-            let look = |name: &String| {
-                let look = all.materials.iter().find(|m| m.name == *name);
-                let byte = |x: f32| (255.0 * x).round().clamp(0.0, 255.0) as u8;
-                let patch = if name == PATCH_NAME { ORANGE } else { GREY };
-                look.and_then(|m| Some((m, m.colour?)))
-                    .map_or(patch, |(m, [r, g, b])| {
-                        [r, g, b, m.opacity.unwrap_or(1.0)].map(byte)
-                    })
-            };
-            return Self::Materials(labels, labels.names.iter().map(look).collect());
+        if let Some(materials) = Self::materials(model) {
+            return materials;
         }
         let patches: Vec<bool> = (0..model.mesh.faces.len())
             .map(|f| all.is_patch(f))
@@ -55,8 +47,36 @@ impl<'a> Properties<'a> {
         }
     }
 
+    /// The materials; none if there are no names.
+    pub(super) fn materials(model: &Contents<'a>) -> Option<Self> {
+        let all = model.attributes;
+        let labels = all.labels_of(LabelKind::Material);
+        let labels = labels.filter(|l| !l.names.is_empty())?;
+        let look = |name: &String| {
+            let look = all.materials.iter().find(|m| m.name == *name);
+            let byte = |x: f32| (255.0 * x).round().clamp(0.0, 255.0) as u8;
+            let patch = if name == PATCH_NAME { ORANGE } else { GREY };
+            look.and_then(|m| Some((m, m.colour?)))
+                .map_or(patch, |(m, [r, g, b])| {
+                    [r, g, b, m.opacity.unwrap_or(1.0)].map(byte)
+                })
+        };
+        let looks = labels.names.iter().map(look).collect();
+        Some(Self::Materials(labels, looks))
+    }
+
+    /// Whether a face has a property of its own.
+    pub(super) fn has(&self, f: usize) -> bool {
+        match self {
+            Self::Colours { coloured, .. } => coloured[f],
+            Self::Materials(labels, _) => labels.of_face[f] != NONE,
+            Self::Patches(patches) => patches[f],
+            Self::Nothing => false,
+        }
+    }
+
     /// Corner colours. Faces of patches take their face colour first; otherwise the order is corner, vertex, face.
-    fn colours(model: &Contents<'a>) -> Option<Self> {
+    pub(super) fn colours(model: &Contents<'a>) -> Option<Self> {
         let all = model.attributes;
         let is_colour = |a: &&Attribute| a.role == Role::Colour && (3..=4).contains(&a.components);
         let vertex = all.vertex.iter().find(is_colour);
@@ -80,11 +100,13 @@ impl<'a> Properties<'a> {
             })
         };
         let mut of_face = Vec::with_capacity(model.mesh.faces.len());
+        let mut coloured = vec![false; model.mesh.faces.len()];
         let (mut uses_corner, mut uses_vertex, mut uses_face) = (false, false, face.is_some());
         for (f, vertices) in model.mesh.faces.iter().enumerate() {
             let own = face.and_then(|a| Some(bytes(a, a.get(f)?)));
             let first = own.filter(|_| all.is_patch(f));
             let mut colour = |k: usize| {
+                coloured[f] |= own.is_some();
                 if let Some(colour) = first {
                     return colour;
                 }
@@ -99,6 +121,7 @@ impl<'a> Properties<'a> {
                 });
                 // The face colour is lost where a corner or vertex colour replaces it.
                 uses_face &= own.is_none() || found.is_none();
+                coloured[f] |= found.is_some();
                 found.or(own).unwrap_or(GREY)
             };
             of_face.push([0, 1, 2].map(|k| place(colour(k))));
@@ -109,6 +132,7 @@ impl<'a> Properties<'a> {
         Some(Self::Colours {
             palette,
             of_face,
+            coloured,
             held: corner.into_iter().chain(vertex).chain(face).collect(),
         })
     }
@@ -140,17 +164,6 @@ impl<'a> Properties<'a> {
 
     /// Writes the group of properties, with the prefixes of the core and the material namespaces.
     pub(super) fn write(&self, out: &mut String, group: u32, [core, material]: [&str; 2]) {
-        let hex = |colour: &[u8; 4]| {
-            let digits: String = colour.iter().map(|byte| format!("{byte:02X}")).collect();
-            format!("#{digits}")
-        };
-        let base = |out: &mut String, name: &str, colour: &[u8; 4]| {
-            let (name, colour) = (escape(name), hex(colour));
-            let _ = writeln!(
-                out,
-                "<{core}base name=\"{name}\" displaycolor=\"{colour}\"/>"
-            );
-        };
         match self {
             Self::Nothing => {}
             Self::Colours { palette, .. } => {
@@ -163,17 +176,17 @@ impl<'a> Properties<'a> {
             Self::Materials(labels, appearances) => {
                 let _ = writeln!(out, "<{core}basematerials id=\"{group}\">");
                 for (name, look) in labels.names.iter().zip(appearances) {
-                    base(out, name, look);
+                    base(out, core, (name, look));
                 }
                 if labels.of_face.contains(&NONE) {
-                    base(out, NO_MATERIAL, &GREY);
+                    base(out, core, (NO_MATERIAL, &GREY));
                 }
                 let _ = writeln!(out, "</{core}basematerials>");
             }
             Self::Patches(_) => {
                 let _ = writeln!(out, "<{core}basematerials id=\"{group}\">");
-                base(out, "surface", &GREY);
-                base(out, PATCH_NAME, &ORANGE);
+                base(out, core, ("surface", &GREY));
+                base(out, core, (PATCH_NAME, &ORANGE));
                 let _ = writeln!(out, "</{core}basematerials>");
             }
         }
@@ -196,4 +209,25 @@ impl<'a> Properties<'a> {
             _ => Ok(()),
         };
     }
+}
+
+/// Writes a group with the material that stands for none: the default of objects of which only some triangles have properties.
+pub(super) fn write_none(out: &mut String, group: u32, core: &str) {
+    let _ = writeln!(out, "<{core}basematerials id=\"{group}\">");
+    base(out, core, (NO_MATERIAL, &GREY));
+    let _ = writeln!(out, "</{core}basematerials>");
+}
+
+/// Writes a base material.
+fn base(out: &mut String, core: &str, (name, colour): (&str, &[u8; 4])) {
+    let (name, colour) = (escape(name), hex(colour));
+    let _ = writeln!(
+        out,
+        "<{core}base name=\"{name}\" displaycolor=\"{colour}\"/>"
+    );
+}
+
+fn hex(colour: &[u8; 4]) -> String {
+    let digits: String = colour.iter().map(|byte| format!("{byte:02X}")).collect();
+    format!("#{digits}")
 }

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use quick_xml::events::{BytesStart, Event};
 
-use super::values::{check_name, unescaped, whole};
+use super::values::{check_name, number, unescaped};
 
 /// The file of PrusaSlicer with the volumes of each object.
 pub(super) const VOLUMES: &str = "Metadata/Slic3r_PE_model.config";
@@ -76,17 +76,17 @@ impl Settings {
     }
 
     fn start(&mut self, tag: &BytesStart<'_>, object: &mut Option<u32>, inner: &mut Inner) {
-        let number = |name: &str| whole(&value(tag, name)?);
         match tag.name().as_ref() {
             "object" => {
-                *object = number("id");
+                *object = number(tag, "id");
                 *inner = Inner::Object;
                 if let Some(id) = *object {
                     self.objects.entry(id).or_default();
                 }
             }
             "volume" => {
-                let faces = number("firstid").zip(number("lastid"));
+                let faces = number(tag, "firstid").zip(number(tag, "lastid"));
+                *inner = Inner::Unknown;
                 if let (Some(own), Some((first, last))) = (self.of(*object), faces) {
                     own.volumes.push(Volume {
                         faces: [first as usize, last as usize],
@@ -96,7 +96,8 @@ impl Settings {
                 }
             }
             "part" => {
-                if let (Some(own), Some(id)) = (self.of(*object), number("id")) {
+                *inner = Inner::Unknown;
+                if let (Some(own), Some(id)) = (self.of(*object), number(tag, "id")) {
                     own.parts.entry(id).or_default();
                     *inner = Inner::Part(id);
                 }
@@ -111,6 +112,7 @@ impl Settings {
                     Inner::Object => Some(&mut own.name),
                     Inner::Volume => own.volumes.last_mut().map(|volume| &mut volume.name),
                     Inner::Part(id) => own.parts.get_mut(&id),
+                    Inner::Unknown => None,
                 };
                 if let Some(place) = place {
                     name.trim().clone_into(place);
@@ -133,7 +135,7 @@ impl Settings {
 }
 
 /// Whether sorted volumes are disjoint ranges of this number of triangles.
-pub(super) fn are_ranges(volumes: &[Volume], triangles: usize) -> bool {
+fn are_ranges(volumes: &[Volume], triangles: usize) -> bool {
     let mut next = 0;
     volumes.iter().all(|volume| {
         let [first, last] = volume.faces;
@@ -149,6 +151,8 @@ enum Inner {
     Object,
     Volume,
     Part(u32),
+    /// A volume without a range of triangles, or a part without a number.
+    Unknown,
 }
 
 /// The raw value of an attribute.

@@ -1,6 +1,7 @@
 //! Parses attribute values of a 3MF model: integers, names, colours, transforms, ranges of faces.
 
 use glam::{DAffine3, DMat3, DVec3};
+use quick_xml::events::BytesStart;
 
 use super::super::text;
 
@@ -40,6 +41,12 @@ pub(super) fn patch_ranges(text: &str, faces: usize) -> Option<Vec<[usize; 2]>> 
 
 pub(super) fn whole(value: &str) -> Option<u32> {
     value.trim().parse().ok()
+}
+
+/// The value of an attribute that is a whole number.
+pub(super) fn number(tag: &BytesStart<'_>, name: &str) -> Option<u32> {
+    let found = tag.try_get_attribute(name).ok().flatten()?;
+    whole(&found.value)
 }
 
 pub(super) fn unescaped(value: &str) -> String {

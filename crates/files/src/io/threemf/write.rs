@@ -8,7 +8,7 @@ use quick_xml::escape::escape;
 use zip::ZipWriter;
 
 use super::super::{Contents, Format, IoError, Written, lost};
-use super::model::{PATCH_FACES, UNITS};
+use super::model::{PATCH_FACES, unit_word};
 use super::package::options;
 use super::properties::Properties;
 use isomend_core::mesh::Unit;
@@ -72,10 +72,7 @@ fn packed(model: &str) -> Result<Vec<u8>, zip::result::ZipError> {
 
 fn markup(model: &Contents<'_>, unit: Unit, properties: &Properties) -> String {
     let mesh = model.mesh;
-    let word = UNITS
-        .iter()
-        .find(|(_, u)| *u == unit)
-        .map_or("millimeter", |(word, _)| word);
+    let word = unit_word(unit);
     let mut out = String::with_capacity(mesh.positions.len() * 60 + mesh.faces.len() * 50);
     // Writing to a string does not fail.
     let _ = writeln!(

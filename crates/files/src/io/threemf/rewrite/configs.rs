@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use quick_xml::events::{BytesStart, Event};
 
-use super::super::values::whole;
+use super::super::values::number;
 use super::edits::{Edits, value_range};
 use super::object::Recount;
 
@@ -91,8 +91,9 @@ impl Config<'_> {
         let recount = self.recounts.get(&(self.main.to_owned(), object?))?;
         let [first, last] = ["firstid", "lastid"].map(|name| number(tag, name));
         let old = [first? as usize, last? as usize];
-        let found = recount.parts.iter().find(|(before, _)| *before == old);
-        Some(found?.1)
+        // The parts are in the order of their triangles.
+        let found = recount.parts.binary_search_by_key(&old, |part| part.0);
+        Some(recount.parts[found.ok()?].1)
     }
 
     fn tag(
@@ -147,9 +148,4 @@ impl Config<'_> {
             edits.replace(range, value);
         }
     }
-}
-
-fn number(tag: &BytesStart<'_>, name: &str) -> Option<u32> {
-    let found = tag.try_get_attribute(name).ok().flatten()?;
-    whole(&found.value)
 }

@@ -56,11 +56,7 @@ fn home(placements: &[Placement], face: usize) -> Result<Home, String> {
     let placement = placements.get(number);
     let placement = placement.ok_or("it has faces that the file does not have")?;
     let own = face - placement.faces.0;
-    let part = placement.parts.iter().position(|part| {
-        let [first, last] = part.faces;
-        first <= own && own <= last
-    });
-    Ok([number, part.unwrap_or(placement.parts.len())])
+    Ok([number, placement.part_of(own)])
 }
 
 /// The places that the labels of objects and parts name.

@@ -17,8 +17,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::{Contents, Format, IoError, Written};
 use super::document::ThreeMfDocument;
-use super::model::UNITS;
-use super::package::{Models, Package};
+use super::model::unit_word;
+use super::package::{Models, Package, listed};
 use super::settings::{PARTS, VOLUMES};
 use super::write::{ISOMEND, MATERIAL};
 use configs::{Components, Config, Recounts};
@@ -36,6 +36,8 @@ pub(super) fn rewrite(
 ) -> Result<Result<Written, String>, IoError> {
     let mut package = Package::open(&document.bytes)?;
     let models = package.models()?;
+    // What fitted into the memory allowance once fits again: the texts of changed parts are unpacked a second time.
+    let mut package = Package::open(&document.bytes)?;
     let sorted = match sorted(document, model) {
         Ok(sorted) => sorted,
         Err(reason) => return Ok(Err(reason)),
@@ -99,7 +101,9 @@ impl<'a> Rewriting<'a> {
             if objects.is_none() && unit.is_none() {
                 continue;
             }
-            let text = as_utf8(package.text(name)?);
+            let Some(text) = package.exact_text(name)? else {
+                return Ok(Err(format!("{name} holds bytes that are no text")));
+            };
             let wanted: BTreeSet<u32> = objects.into_iter().flatten().map(|(id, _)| *id).collect();
             let outline = Outline::new(&text, &wanted);
             let group = properties.as_ref().filter(|_| objects.is_some());
@@ -113,14 +117,19 @@ impl<'a> Rewriting<'a> {
                 outline: &outline,
                 properties: group,
             };
-            let mut has_marks = false;
+            let mut needs = Needs::default();
             for (id, placed) in objects.into_iter().flatten() {
                 match self.object(&own, (name, *id), *placed, &mut edits) {
-                    Ok(marks) => has_marks |= marks,
+                    Ok(()) => {
+                        let done = &self.recounts[&(name.clone(), *id)];
+                        needs.marks |= done.has_marks;
+                        needs.properties |= done.has_new_properties;
+                        needs.none |= done.takes_none;
+                    }
                     Err(reason) => return Ok(Err(reason)),
                 }
             }
-            declare(&own, has_marks, &mut edits);
+            declare(&own, &needs, &mut edits);
             self.texts.insert(name.clone(), edits.applied(&text));
         }
         Ok(Ok(()))
@@ -173,20 +182,20 @@ impl<'a> Rewriting<'a> {
             let names: Vec<&str> = names.into_iter().collect();
             self.notes.push(format!(
                 "objects that share a mesh came out differently: the file has it as in the first of them that changed: {}",
-                names.join(", ")
+                listed(&names)
             ));
         }
         changed
     }
 
-    /// Writes a changed object. Returns whether it lists patches.
+    /// Writes a changed object.
     fn object(
         &mut self,
         own: &ModelText<'_>,
         (name, id): (&str, u32),
         placed: PlacedObject<'_>,
         edits: &mut Edits,
-    ) -> Result<bool, String> {
+    ) -> Result<(), String> {
         let unusual = || format!("the markup of object {id} is unusual");
         let outline = own.outline.objects.get(&id).ok_or_else(unusual)?;
         let counts = [outline.points.len(), outline.faces.len()];
@@ -212,7 +221,7 @@ impl<'a> Rewriting<'a> {
         if !recount.lost.is_empty() {
             self.notes.push(format!(
                 "left out, because they refer to vertices and triangles of object {id}, which changed: {}",
-                recount.lost.join(", ")
+                listed(&Vec::from_iter(&recount.lost))
             ));
         }
         if outline.has_slices {
@@ -220,9 +229,8 @@ impl<'a> Rewriting<'a> {
                 "the slices of object {id} were made of the mesh before"
             ));
         }
-        let has_marks = recount.has_marks;
         self.recounts.insert((name.to_owned(), id), recount);
-        Ok(has_marks)
+        Ok(())
     }
 
     /// Corrects the files of slicers.
@@ -240,10 +248,15 @@ impl<'a> Rewriting<'a> {
             .map(|(id, object)| (*id, object.components.iter().map(own).collect()))
             .collect();
         for name in [VOLUMES, PARTS] {
-            let Ok(text) = package.text(name) else {
+            if !package.has(name) {
+                continue;
+            }
+            let Ok(Some(text)) = package.exact_text(name) else {
+                self.notes.push(format!(
+                    "numbers of triangles were not corrected in {name}, which is too large or no text"
+                ));
                 continue;
             };
-            let text = as_utf8(text);
             let config = Config {
                 text: &text,
                 main: &self.models.main,
@@ -278,7 +291,7 @@ impl<'a> Rewriting<'a> {
             .sum();
         if unpainted > 0 {
             self.notes.push(format!(
-                "triangles that were divided or turned and lost paint, since it depends on their corners: {unpainted}"
+                "triangles that were divided or turned and lost paint or properties, since these depend on their corners: {unpainted}"
             ));
         }
         let is_code = |name: &&str| name.to_ascii_lowercase().ends_with(".gcode");
@@ -289,44 +302,42 @@ impl<'a> Rewriting<'a> {
     }
 }
 
-/// A text that was decoded, with a declaration that says so.
-fn as_utf8(text: String) -> String {
-    let end = text.find("?>").filter(|_| text.starts_with("<?xml"));
-    let declaration = &text[..end.unwrap_or(0)];
-    match declaration.to_ascii_lowercase().find("utf-16") {
-        Some(at) => format!("{}UTF-8{}", &text[..at], &text[at + "utf-16".len()..]),
-        None => text,
-    }
-}
-
 fn set_unit(outline: &Outline, unit: Unit, edits: &mut Edits) {
-    let word = UNITS.iter().find(|(_, known)| *known == unit);
-    let word = word.map_or("millimeter", |(word, _)| word);
+    let word = unit_word(unit);
     match &outline.unit {
         Some(range) => edits.replace(range.clone(), word),
         None => edits.insert(outline.model.end - 1, format!(" unit=\"{word}\"")),
     }
 }
 
-/// Adds the group of properties of new faces, and declares the namespaces that the model needs.
-fn declare(own: &ModelText<'_>, has_marks: bool, edits: &mut Edits) {
+/// What the objects of a model need: the namespace of marks, groups of new properties, the group of no material.
+#[derive(Default)]
+struct Needs {
+    marks: bool,
+    properties: bool,
+    none: bool,
+}
+
+/// Adds the groups of properties of new faces, and declares the namespaces that the model needs.
+fn declare(own: &ModelText<'_>, needs: &Needs, edits: &mut Edits) {
     let end = own.outline.model.end - 1;
-    let tag = &own.text[own.outline.model.clone()];
-    if has_marks && !tag.contains("xmlns:isomend=") {
+    let prefixes = &own.outline.prefixes;
+    if needs.marks && !prefixes.contains("isomend") {
         edits.insert(end, format!(" xmlns:isomend=\"{ISOMEND}\""));
     }
-    let Some((properties, number)) = own.properties else {
+    let Some((properties, number)) = own.properties.filter(|_| needs.properties) else {
         return;
     };
     let known = own.outline.namespaces.get(MATERIAL).cloned();
+    let known = known.or_else(|| (!properties.has_colours()).then(String::new));
     let prefix = known.unwrap_or_else(|| {
         let free = ["m", "m3", "material"]
             .into_iter()
-            .find(|prefix| !tag.contains(&format!("xmlns:{prefix}=")));
+            .find(|prefix| !prefixes.contains(*prefix));
         let prefix = free.unwrap_or("isomendm");
         edits.insert(end, format!(" xmlns:{prefix}=\"{MATERIAL}\""));
         format!("{prefix}:")
     });
-    let group = properties.group(number, [&own.outline.prefix, &prefix]);
-    edits.insert(own.outline.resources, group);
+    let groups = properties.markup(number, [&own.outline.prefix, &prefix], needs.none);
+    edits.insert(own.outline.resources, groups);
 }

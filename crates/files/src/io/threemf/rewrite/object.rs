@@ -1,10 +1,12 @@
 //! Writes the changed mesh of an object into the text of its model.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use super::super::super::Contents;
+use super::super::document::BESIDE;
 use super::super::model::PATCH_FACES;
-use super::super::properties::Properties;
+use super::super::properties::{Properties, write_none};
 use super::super::write::ranges;
 use super::edits::Edits;
 use super::faces::PlacedObject;
@@ -15,7 +17,8 @@ use isomend_core::mesh::{Attributes, Mesh};
 
 /// The properties of faces that are not the file's.
 pub(super) struct NewProperties<'a> {
-    properties: Properties<'a>,
+    /// Colours and materials. A face has the first property that there is.
+    groups: Vec<Properties<'a>>,
     /// For each face its index among the new ones; none for the others.
     index: &'a [u32],
 }
@@ -61,33 +64,54 @@ impl NewFaces {
             attributes: &self.attributes,
             document: None,
         };
-        let properties = Properties::new(&contents);
-        let has_some = matches!(
-            properties,
-            Properties::Colours { .. } | Properties::Materials(..)
-        );
-        has_some.then_some(NewProperties {
-            properties,
+        let groups = [
+            Properties::colours(&contents),
+            Properties::materials(&contents),
+        ];
+        let has_some = |group: &Properties<'_>| (0..self.mesh.faces.len()).any(|f| group.has(f));
+        let groups: Vec<Properties<'_>> = groups.into_iter().flatten().filter(has_some).collect();
+        (!groups.is_empty()).then_some(NewProperties {
+            groups,
             index: &self.index,
         })
     }
 }
 
 impl NewProperties<'_> {
-    /// The group of properties, with the prefixes of the core and the material namespaces.
-    pub(super) fn group(&self, number: u32, prefixes: [&str; 2]) -> String {
+    /// The groups of properties from a number on, with the prefixes of the core and the material namespaces. With the group of no material
+    /// if an object takes it as its default.
+    pub(super) fn markup(&self, first: u32, prefixes: [&str; 2], with_none: bool) -> String {
         let mut out = String::from("\n");
-        self.properties.write(&mut out, number, prefixes);
+        for (number, group) in (first..).zip(&self.groups) {
+            group.write(&mut out, number, prefixes);
+        }
+        if with_none {
+            write_none(&mut out, self.none(first), prefixes[0]);
+        }
         out.truncate(out.trim_end().len());
         out
     }
 
-    fn of_face(&self, out: &mut String, face: u32, group: u32, is_mirrored: bool) {
-        let index = self.index[face as usize];
-        if index != NONE {
-            self.properties
-                .of_face(out, index as usize, group, is_mirrored);
+    /// Whether its colours need the namespace of materials.
+    pub(super) fn has_colours(&self) -> bool {
+        let is_colour = |group: &Properties<'_>| matches!(group, Properties::Colours { .. });
+        self.groups.iter().any(is_colour)
+    }
+
+    /// The number of the group of no material, which follows the others.
+    fn none(&self, first: u32) -> u32 {
+        first.saturating_add(self.groups.len() as u32)
+    }
+
+    /// Writes the property of a face. Returns whether it has one.
+    fn of_face(&self, out: &mut String, face: u32, first: u32, is_mirrored: bool) -> bool {
+        let index = self.index[face as usize] as usize;
+        let mut groups = (first..).zip(&self.groups);
+        let own = groups.find(|(_, group)| index != NONE as usize && group.has(index));
+        if let Some((number, group)) = own {
+            group.of_face(out, index, number, is_mirrored);
         }
+        own.is_some()
     }
 }
 
@@ -95,7 +119,7 @@ impl NewProperties<'_> {
 pub(super) struct ModelText<'a> {
     pub(super) text: &'a str,
     pub(super) outline: &'a Outline,
-    /// The properties of new faces, and the number of their group.
+    /// The properties of new faces, and the number of their first group.
     pub(super) properties: Option<(&'a NewProperties<'a>, u32)>,
 }
 
@@ -106,12 +130,16 @@ pub(super) struct Recount {
     pub(super) triangles: [usize; 2],
     /// The first and the last triangle of each part, before and after; none for a part that lost all.
     pub(super) parts: Vec<([usize; 2], Option<[usize; 2]>)>,
-    /// Number of triangles that lost paint.
+    /// Number of triangles that lost paint or properties.
     pub(super) unpainted: usize,
     /// Names of elements of its mesh that were left out, since they number its vertices or triangles.
-    pub(super) lost: Vec<String>,
+    pub(super) lost: BTreeSet<String>,
     /// Whether it lists patches.
     pub(super) has_marks: bool,
+    /// Whether new properties were written for its triangles.
+    pub(super) has_new_properties: bool,
+    /// Whether it takes the group of no material as its default.
+    pub(super) takes_none: bool,
 }
 
 /// An object that is being written. `of_file` gives the vertex of the file for each vertex of the mesh.
@@ -142,7 +170,7 @@ impl ObjectText<'_> {
         if !keeps_numbers {
             for (name, range) in &self.outline.others {
                 edits.replace(range.clone(), "");
-                recount.lost.push(name.clone());
+                recount.lost.insert(name.clone());
             }
         }
         edits.replace(
@@ -153,6 +181,14 @@ impl ObjectText<'_> {
         edits.replace(self.outline.triangles.clone(), triangles);
         self.own.forget_vertices(number_of);
         self.mark(edits, &mut recount);
+        // An object needs a default property if a triangle has one.
+        let needs_default = recount.has_new_properties && !self.outline.has_default;
+        let new = self.model.properties.filter(|_| needs_default);
+        if let Some((properties, first)) = new {
+            let default = format!(" pid=\"{}\" pindex=\"0\"", properties.none(first));
+            edits.insert(self.outline.start.end - 1, default);
+            recount.takes_none = true;
+        }
         Ok(recount)
     }
 
@@ -226,10 +262,7 @@ impl ObjectText<'_> {
         let count = own.object.positions.len();
         let mut part_of = vec![NONE; count];
         for (t, triangle) in own.object.triangles.iter().enumerate() {
-            let part = parts
-                .iter()
-                .position(|p| p.faces[0] <= t && t <= p.faces[1]);
-            let part = part.unwrap_or(parts.len()) as u32;
+            let part = own.placement.part_of(t) as u32;
             for v in triangle.corners {
                 part_of[v as usize] = part_of[v as usize].min(part);
             }
@@ -261,7 +294,7 @@ impl ObjectText<'_> {
         for (part, faces) in self.own.parts.iter().enumerate() {
             for &f in faces {
                 out.push_str(lead);
-                recount.unpainted += usize::from(self.triangle(&mut out, f, number_of));
+                self.triangle(&mut out, f, number_of, recount);
             }
             if let Some(old) = self.own.placement.parts.get(part) {
                 let range = (!faces.is_empty()).then(|| [first, first + faces.len() - 1]);
@@ -273,8 +306,8 @@ impl ObjectText<'_> {
         out
     }
 
-    /// Writes a triangle. Returns whether it lost paint.
-    fn triangle(&self, out: &mut String, f: u32, number_of: &[u32]) -> bool {
+    /// Writes a triangle.
+    fn triangle(&self, out: &mut String, f: u32, number_of: &[u32], recount: &mut Recount) {
         let own = &self.own;
         let face = own.model.mesh.faces[f as usize].map(|v| number_of[v as usize]);
         let (prefix, corners) = (&self.model.outline.prefix, own.turned(face));
@@ -286,30 +319,46 @@ impl ObjectText<'_> {
                 let of_file = |k: u8| own.turned([0, 1, 2])[usize::from(k)];
                 Take::Turned(own.turned(corners.map(of_file)))
             }
-            _ => Take::Paint,
+            BESIDE => Take::Paint,
+            _ => Take::Part,
         });
         match (old, take) {
             (Some((text, t)), Some(Take::All)) if own.object.triangles[t].corners == corners => {
                 out.push_str(text);
-                false
             }
             (Some((text, _)), Some(take @ (Take::All | Take::Turned(_)))) => {
                 begin(out, prefix, corners);
-                let (loses, rest) = attributes(out, text, take);
-                out.push_str(rest);
-                loses
+                let taken = attributes(out, text, take);
+                out.push_str(taken.rest);
+                recount.unpainted += usize::from(taken.loses_paint);
+            }
+            (Some((text, _)), Some(Take::Part)) => {
+                begin(out, prefix, corners);
+                let taken = attributes(out, text, Take::Part);
+                // Properties that differ between the corners were interpolated, if they were read.
+                let loses = taken.loses_properties && !self.new_property(out, f, recount);
+                recount.unpainted += usize::from(taken.loses_paint || loses);
+                out.push_str("/>");
             }
             (old, _) => {
                 begin(out, prefix, corners);
-                if let Some((properties, group)) = self.model.properties {
-                    properties.of_face(out, f, group, own.placement.is_mirrored());
+                self.new_property(out, f, recount);
+                // A face beside the triangle, which continues its paint, loses none.
+                if let Some((text, _)) = old {
+                    attributes(out, text, Take::Paint);
                 }
-                let loses = old.is_some_and(|(text, _)| attributes(out, text, Take::Paint).0);
                 out.push_str("/>");
-                // A face beside the triangle, which continues its paint, has lost none.
-                loses && origin.is_some_and(|(_, corners)| corners != [3; 3])
             }
         }
+    }
+
+    /// Writes the property of a new face. Returns whether it has one.
+    fn new_property(&self, out: &mut String, f: u32, recount: &mut Recount) -> bool {
+        let is_mirrored = self.own.placement.is_mirrored();
+        let own = self.model.properties;
+        let has = own.is_some_and(|(own, first)| own.of_face(out, f, first, is_mirrored));
+        recount.has_new_properties |= has;
+        has
     }
 
     /// Writes the list of faces of patches.
@@ -324,14 +373,13 @@ impl ObjectText<'_> {
                 "<{prefix}metadata name=\"{PATCH_FACES}\" type=\"xs:string\" preserve=\"1\">{patches}</{prefix}metadata>"
             ),
         };
-        match (&self.outline.marks, self.outline.metadata_end) {
+        let group = |element| format!("<{prefix}metadatagroup>{element}</{prefix}metadatagroup>");
+        match (&self.outline.marks, self.outline.metadata.clone()) {
             (Some(range), _) => edits.replace(range.clone(), element),
             (None, _) if element.is_empty() => {}
-            (None, Some(end)) => edits.insert(end, element),
-            (None, None) => edits.insert(
-                self.outline.start.end,
-                format!("<{prefix}metadatagroup>{element}</{prefix}metadatagroup>"),
-            ),
+            (None, Some(range)) if range.is_empty() => edits.replace(range, element),
+            (None, Some(empty_group)) => edits.replace(empty_group, group(element)),
+            (None, None) => edits.insert(self.outline.start.end, group(element)),
         }
     }
 

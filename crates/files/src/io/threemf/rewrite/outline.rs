@@ -6,7 +6,7 @@ use std::ops::Range;
 use quick_xml::events::{BytesStart, Event};
 
 use super::super::model::PATCH_FACES;
-use super::super::values::whole;
+use super::super::values::number;
 use super::edits::value_range;
 
 /// The places of a model's elements in its text, in bytes.
@@ -20,6 +20,8 @@ pub(super) struct Outline {
     pub(super) prefix: String,
     /// Each namespace that its tag declares, with the prefix and a colon.
     pub(super) namespaces: BTreeMap<String, String>,
+    /// The prefixes that its tag declares.
+    pub(super) prefixes: BTreeSet<String>,
     /// The end of the start tag of its resources.
     pub(super) resources: usize,
     /// The largest number of a resource.
@@ -33,8 +35,10 @@ pub(super) struct ObjectOutline {
     pub(super) start: Range<usize>,
     /// Whether it has slices, by the attribute that names them.
     pub(super) has_slices: bool,
-    /// The end tag of its group of metadata.
-    pub(super) metadata_end: Option<usize>,
+    /// Whether it has a default property.
+    pub(super) has_default: bool,
+    /// Where metadata can be added to its group: before the end tag, or the whole element if that has none.
+    pub(super) metadata: Option<Range<usize>>,
     /// The list of faces of patches.
     pub(super) marks: Option<Range<usize>>,
     /// Between the tags of the list of vertices, and each vertex.
@@ -103,22 +107,22 @@ struct Walk<'a> {
 impl Walk<'_> {
     fn start(&mut self, tag: &BytesStart<'_>, range: Range<usize>) {
         let name = tag.name().as_ref().to_owned();
-        let number = |name: &str| {
-            let value = tag.try_get_attribute(name).ok().flatten()?;
-            whole(&value.value)
-        };
         match self.open.len() {
             0 => self.model(tag, range.clone()),
             1 if self.is_core(&name, "resources") => self.outline.resources = range.end,
             2 => {
-                if let Some(id) = number("id") {
+                if let Some(id) = number(tag, "id") {
                     self.outline.largest_id = self.outline.largest_id.max(id);
                 }
-                if let Some(id) = number("id").filter(|_| self.is_core(&name, "object")) {
-                    let mut names = tag.attributes().flatten().map(|a| a.key.local_name());
+                if let Some(id) = number(tag, "id").filter(|_| self.is_core(&name, "object")) {
+                    let has = |wanted: &str| {
+                        let mut names = tag.attributes().flatten().map(|a| a.key.local_name());
+                        names.any(|name| name.as_ref() == wanted)
+                    };
                     let own = ObjectOutline {
                         start: range.clone(),
-                        has_slices: names.any(|name| name.as_ref() == "slicestackid"),
+                        has_slices: has("slicestackid"),
+                        has_default: has("pid"),
                         ..ObjectOutline::default()
                     };
                     self.outline.objects.insert(id, own);
@@ -148,6 +152,7 @@ impl Walk<'_> {
         for attribute in tag.attributes().flatten() {
             if let Some(prefix) = attribute.key.as_ref().strip_prefix("xmlns:") {
                 let namespace = attribute.value.to_string();
+                outline.prefixes.insert(prefix.to_owned());
                 (outline.namespaces).insert(namespace, format!("{prefix}:"));
             }
         }
@@ -181,7 +186,8 @@ impl Walk<'_> {
         };
         match (depth, parent(3), parent(4), core_name(&name, prefix)) {
             (3, ..) | (4, "metadatagroup", ..) if name == PATCH_FACES => own.marks = Some(whole),
-            (3, .., "metadatagroup") => own.metadata_end = Some(end.start),
+            (3, .., "metadatagroup") if end.is_empty() => own.metadata = Some(whole),
+            (3, .., "metadatagroup") => own.metadata = Some(end.start..end.start),
             (4, "mesh", _, "vertices") => own.vertices = inner,
             (4, "mesh", _, "triangles") => own.triangles = inner,
             (4, "mesh", ..) => own.others.push((name, whole)),

@@ -281,3 +281,172 @@ fn volumes_that_lose_all_triangles_or_name_others_are_told_apart() {
         "{notes:?}"
     );
 }
+
+#[test]
+fn packages_near_the_memory_allowance_are_written_again() {
+    // Blanks between the resources, of more than half the allowance of 64 MB.
+    let blanks = " ".repeat(40 << 20);
+    let text = model("inch", &(blanks + &open(1, "", "")), ITEM);
+    let done = filled(&read(&alone(&text)), &[[1, 2, 3]]);
+    assert_eq!(read(&done.bytes).mesh.faces.len(), 4);
+}
+
+#[test]
+fn other_encodings_are_written_as_utf_8_and_damaged_text_is_written_anew() {
+    let named = |encoding: &str| {
+        let text = model("inch", &open(1, "", ""), ITEM);
+        let text = text.replace(
+            "version=\"1.0\"",
+            &format!("version=\"1.0\" encoding='{encoding}'"),
+        );
+        text.replace("id=\"1\" s:b=\"x\"", "id=\"1\" name=\"K\u{fc}hler\"")
+    };
+    let bytes = |text: &str| {
+        text.chars()
+            .map(|c| u32::from(c) as u8)
+            .collect::<Vec<u8>>()
+    };
+    let wide = named("UTF-16LE");
+    let wide: Vec<u8> = wide.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for (bytes, is_kept) in [
+        (bytes(&named("ISO-8859-1")), true),
+        (wide, true),
+        (bytes(&named("UTF-8")), false),
+    ] {
+        let done = filled(&read(&packed(&bytes)), &[[1, 2, 3]]);
+        let anew = done.notes.iter().any(|note| note.contains("written anew"));
+        let text = text(&done);
+        assert_eq!(text.contains("encoding='UTF-8'?"), is_kept, "{text}");
+        assert_eq!(text.contains("name=\"K\u{fc}hler\""), is_kept, "{text}");
+        assert_eq!(anew, !is_kept, "{:?}", done.notes);
+    }
+}
+
+fn packed(model: &[u8]) -> Vec<u8> {
+    let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    let options = zip::write::SimpleFileOptions::default();
+    for (name, bytes) in [("3D/3dmodel.model", model), ("Metadata/x.config", b"y")] {
+        zip.start_file(name, options).unwrap();
+        std::io::Write::write_all(&mut zip, bytes).unwrap();
+    }
+    zip.finish().unwrap().into_inner()
+}
+
+/// A file whose second triangle is divided at a new vertex, with a patch in the hole.
+fn divided(loaded: &Loaded) -> Written {
+    let mut mesh = loaded.mesh.clone();
+    mesh.positions.push(glam::DVec3::new(2.0, 0.0, 0.0));
+    mesh.faces[1] = [0, 4, 3];
+    mesh.faces.push([4, 1, 3]);
+    let mut origins = Origins::of(&mesh);
+    origins.vertices[4] = 0;
+    for (f, corners) in [(1, [0, 3, 2]), (3, [3; 3])] {
+        origins.faces[f] = FaceOrigin { face: 1, corners };
+    }
+    let done = loaded.derived(mesh, &origins, &[true, false, true, false]);
+    written(loaded, &done.mesh, &done.attributes)
+}
+
+#[test]
+fn divided_triangles_keep_what_holds_for_the_whole_triangle() {
+    let groups = "<m:texture2dgroup id=\"4\" texid=\"9\"/><m:colorgroup id=\"5\"><m:color color=\"#FF0000\"/></m:colorgroup>";
+    for (of_face, kept, loses) in [
+        (" pid=\"5\" p1=\"0\" face_property=\"2\"", true, false),
+        (" pid=\"4\" p1=\"1\" p2=\"1\" a=\"b\"", true, false),
+        (" pid=\"4\" p1=\"1\" p2=\"2\"", false, true),
+        (" paint_seam=\"4C3\"", false, true),
+    ] {
+        let resources = groups.to_owned() + &open(1, "", of_face);
+        let done = divided(&read(&alone(&model("inch", &resources, ITEM))));
+        let text = text(&done);
+        // All four triangles, or the two that stay.
+        let count = text.matches(&format!("{of_face}/>")).count();
+        assert_eq!(count, if kept { 4 } else { 2 }, "{text}");
+        let note = done.notes.iter().any(|note| note.ends_with("corners: 2"));
+        assert_eq!(note, loses, "{:?}", done.notes);
+        assert_eq!(text.matches("colorgroup id").count(), 1, "{text}");
+    }
+}
+
+#[test]
+fn patches_have_the_property_of_their_own_object_or_none() {
+    let groups = "<m:colorgroup id=\"5\"><m:color color=\"#FF0000\"/></m:colorgroup>\
+        <basematerials id=\"6\"><base name=\"oak\" displaycolor=\"#102030\"/></basematerials>";
+    let objects =
+        open(1, "", " pid=\"5\" p1=\"0\"") + &open(2, "", " pid=\"6\" p1=\"0\"") + &open(3, "", "");
+    let items: String = (1..=3)
+        .map(|id| format!("<item objectid=\"{id}\"/>"))
+        .collect();
+    let loaded = read(&alone(&model(
+        "inch",
+        &(groups.to_owned() + &objects),
+        &items,
+    )));
+    let done = filled(&loaded, &[[1, 2, 3], [5, 6, 7], [9, 10, 11]]);
+    let text = text(&done);
+    let new = text.split("v1=\"1\" v2=\"2\" v3=\"3\"").skip(1);
+    let new: Vec<&str> = new.map(|rest| rest.split("/>").next().unwrap()).collect();
+    assert_eq!(
+        new,
+        [" pid=\"7\" p1=\"0\"", " pid=\"8\" p1=\"0\"", ""],
+        "{text}"
+    );
+    // The objects with new properties get a default, which is no material; the other stays as it was.
+    assert_eq!(
+        text.matches(" s:b=\"x\" pid=\"9\" pindex=\"0\">").count(),
+        2
+    );
+    let again = read(&done.bytes).attributes;
+    let materials = again.labels_of(LabelKind::Material).unwrap();
+    assert_eq!(materials.names, ["oak"]);
+    let oak: Vec<usize> = (0..12).filter(|f| materials.get(*f).is_some()).collect();
+    assert_eq!(oak, [4, 5, 6, 7]);
+    let coloured: Vec<usize> = (0..12)
+        .filter(|f| again.corner[0].get(*f, 0).is_some())
+        .collect();
+    assert_eq!(coloured, [0, 1, 2, 3]);
+}
+
+#[test]
+fn markup_of_other_programs_stays_well_formed() {
+    // Blanks around signs of equality, and an empty group of metadata.
+    let colours = "<m3:colorgroup id=\"5\"><m3:color color=\"#FF0000\"/></m3:colorgroup>";
+    let object = open(1, "", " pid=\"5\" p1=\"0\"").replacen("<mesh>", "<metadatagroup/><mesh>", 1);
+    let text = model("inch", &(colours.to_owned() + &object), ITEM).replace(
+        "xmlns:m=\"m\"",
+        "xmlns:m =\"x\" xmlns:isomend =\"urn:isomend\" xmlns:m3=\"m\"",
+    );
+    let done = filled(&read(&alone(&text)), &[[1, 2, 3]]);
+    let out = self::text(&done);
+    let tag = out
+        .split("<model")
+        .nth(1)
+        .unwrap()
+        .split('>')
+        .next()
+        .unwrap();
+    for prefix in ["m", "isomend", "m3", "material"] {
+        let count = tag
+            .replace(" =", "=")
+            .matches(&format!("xmlns:{prefix}="))
+            .count();
+        assert_eq!(count, 1, "{prefix} in {tag}");
+    }
+    assert!(!out.contains("<metadatagroup/>"), "{out}");
+    assert!(read(&done.bytes).attributes.is_patch(3), "{out}");
+}
+
+#[test]
+fn remarks_name_few_elements_and_each_once() {
+    let inside: String = (0..100).map(|k| format!("<s:e{}/>", k / 4)).collect();
+    let loaded = read(&alone(&model("inch", &open(1, &inside, ""), ITEM)));
+    let mut mesh = loaded.mesh.clone();
+    mesh.faces.remove(1);
+    let attributes = loaded.attributes.with_faces(&[true, false, true]);
+    let done = written(&loaded, &mesh, &attributes);
+    assert!(
+        done.notes[0].ends_with(": s:e0, s:e1, s:e10, s:e11 and 21 more"),
+        "{:?}",
+        done.notes
+    );
+}

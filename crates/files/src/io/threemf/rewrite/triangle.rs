@@ -21,7 +21,9 @@ pub(super) enum Take {
     All,
     /// All except paint that depends on the corners. Each corner has the properties of the given corner of the old triangle.
     Turned([usize; 3]),
-    /// Only paint that does not depend on the corners: it is a part of the old triangle, or beside it.
+    /// All that does not depend on the corners: it is a part of the old triangle.
+    Part,
+    /// Only paint that does not depend on the corners: it is beside the old triangle.
     Paint,
 }
 
@@ -30,9 +32,18 @@ pub(super) fn begin(out: &mut String, prefix: &str, [a, b, c]: [u32; 3]) {
     let _ = write!(out, "<{prefix}triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"");
 }
 
-/// Writes the attributes of the triangle element `old` that a new one takes over. Returns whether paint was left out, and the rest of the
-/// element from the end of its start tag on.
-pub(super) fn attributes<'t>(out: &mut String, old: &'t str, take: Take) -> (bool, &'t str) {
+/// What a new triangle did not take over.
+pub(super) struct Taken<'t> {
+    /// Whether paint was left out.
+    pub(super) loses_paint: bool,
+    /// Whether properties were left out that differ between the corners.
+    pub(super) loses_properties: bool,
+    /// The rest of the element from the end of its start tag on.
+    pub(super) rest: &'t str,
+}
+
+/// Writes the attributes of the triangle element `old` that a new one takes over.
+pub(super) fn attributes<'t>(out: &mut String, old: &'t str, take: Take) -> Taken<'t> {
     let mut reader = quick_xml::Reader::from_str(old);
     let event = reader.read_event();
     let rest = match &event {
@@ -40,9 +51,13 @@ pub(super) fn attributes<'t>(out: &mut String, old: &'t str, take: Take) -> (boo
         _ => None,
     };
     let (Ok(Event::Start(tag)) | Ok(Event::Empty(tag))) = &event else {
-        return (false, "/>");
+        return Taken {
+            loses_paint: false,
+            loses_properties: false,
+            rest: "/>",
+        };
     };
-    let mut loses = false;
+    let (mut loses, varies) = (false, varies(tag));
     for attribute in tag.attributes().flatten() {
         let key = attribute.key.as_ref();
         let local = attribute.key.local_name();
@@ -52,6 +67,8 @@ pub(super) fn attributes<'t>(out: &mut String, old: &'t str, take: Take) -> (boo
             (_, Take::All) => true,
             ("p1" | "p2" | "p3", Take::Turned(_)) => false,
             (_, Take::Turned(_)) => !is_paint || is_whole(value),
+            ("pid" | "p1" | "p2" | "p3", Take::Part) => !varies,
+            (_, Take::Part) => !is_paint || is_whole(value),
             (_, Take::Paint) => is_paint && is_whole(value),
         };
         loses |= is_paint && !is_kept;
@@ -63,19 +80,31 @@ pub(super) fn attributes<'t>(out: &mut String, old: &'t str, take: Take) -> (boo
     if let Take::Turned(corners) = take {
         properties(out, tag, corners);
     }
-    (loses, rest.unwrap_or("/>"))
+    Taken {
+        loses_paint: loses,
+        loses_properties: varies && matches!(take, Take::Part),
+        rest: rest.unwrap_or("/>"),
+    }
+}
+
+/// Whether the corners of a triangle have different properties.
+fn varies(tag: &BytesStart<'_>) -> bool {
+    let [first, others @ ..] = ["p1", "p2", "p3"].map(|name| value(tag, name));
+    others.iter().any(|own| own.is_some() && *own != first)
+}
+
+/// The raw value of an attribute.
+fn value(tag: &BytesStart<'_>, name: &str) -> Option<String> {
+    let found = tag.try_get_attribute(name).ok().flatten()?;
+    Some(found.value.to_string())
 }
 
 /// Writes the properties of the corners of a turned triangle.
 fn properties(out: &mut String, tag: &BytesStart<'_>, corners: [usize; 3]) {
-    let value = |name: &str| {
-        let found = tag.try_get_attribute(name).ok().flatten()?;
-        Some(found.value.to_string())
-    };
-    let Some(first) = value("p1") else {
+    let Some(first) = value(tag, "p1") else {
         return;
     };
-    let others = ["p2", "p3"].map(value);
+    let others = ["p2", "p3"].map(|name| value(tag, name));
     if others.iter().all(Option::is_none) {
         let _ = write!(out, " p1=\"{first}\"");
         return;
@@ -107,8 +136,8 @@ mod tests {
 
     fn kept(old: &str, take: Take) -> (String, bool) {
         let mut out = String::new();
-        let (loses, rest) = attributes(&mut out, old, take);
-        (out + rest, loses)
+        let taken = attributes(&mut out, old, take);
+        (out + taken.rest, taken.loses_paint)
     }
 
     #[test]
@@ -134,6 +163,12 @@ mod tests {
             kept(old, Take::Paint),
             (" paint_color=\"8\"/>".to_owned(), true)
         );
+        // A part keeps the group only with an index for the whole triangle.
+        let part = " paint_color=\"8\" a=\"&quot;\"/>".to_owned();
+        assert_eq!(kept(old, Take::Part), (part, true));
+        let same = "<triangle v1='0' v2='1' v3='2' pid='5' p1='7' p3='7' face_property='2'/>";
+        let all = " pid=\"5\" p1=\"7\" p3=\"7\" face_property=\"2\"/>".to_owned();
+        assert_eq!(kept(same, Take::Part), (all, false));
         let turned = " pid=\"5\" paint_color=\"8\" a=\"&quot;\" p1=\"7\" p2=\"7\" p3=\"8\"/>";
         assert_eq!(
             kept(old, Take::Turned([0, 2, 1])),
