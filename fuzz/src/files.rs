@@ -225,8 +225,9 @@ fn has_objects(loaded: &Loaded, format: Format) -> bool {
 /// The order in which the faces are written. A new glTF scene has a primitive for each material, and for patches; 3MF has objects.
 fn order(loaded: &Loaded, format: Format) -> Vec<usize> {
     let mut order: Vec<usize> = (0..loaded.mesh.faces.len()).collect();
-    let document = loaded.document.as_ref().and_then(FileDocument::gltf);
-    if matches!(format, Format::Gltf | Format::Glb) && document.is_none() {
+    let document = loaded.document.as_ref();
+    let images = document.and_then(FileDocument::images_of_faces);
+    if matches!(format, Format::Gltf | Format::Glb) && images.is_none() {
         let materials = loaded.attributes.labels_of(LabelKind::Material);
         let key = |f: usize| {
             let material = materials.map(|m| m.of_face[f]);

@@ -196,14 +196,15 @@ impl Seen {
         let file = |name: &String| fs::read(desk.path(name)).unwrap();
         let mut images = Vec::new();
         let mut of_face = vec![usize::MAX; loaded.mesh.faces.len()];
-        if let Some(document) = loaded.document.as_ref().and_then(FileDocument::gltf) {
-            for image in (0..).map_while(|i| document.image(i)) {
+        let document = loaded.document.as_ref();
+        if let Some(of_faces) = document.and_then(FileDocument::images_of_faces) {
+            for image in (0..).map_while(|i| document?.image(i)) {
                 images.push(Texels::read(&match image {
                     Image::Bytes(bytes) => bytes,
                     Image::File(name) => file(&name),
                 }));
             }
-            for (faces, image) in document.images_of_faces() {
+            for (faces, image) in of_faces {
                 of_face[faces].fill(image.unwrap_or(usize::MAX));
             }
         } else {

@@ -36,9 +36,10 @@ impl Textures {
             images: Vec::new(),
             of_face: vec![NONE; loaded.mesh.faces.len()],
         };
-        if let Some(document) = loaded.document.as_ref().and_then(FileDocument::gltf) {
+        let document = loaded.document.as_ref();
+        if let Some(images) = document.and_then(FileDocument::images_of_faces) {
             // glTF: the file's own materials.
-            for (faces, image) in document.images_of_faces() {
+            for (faces, image) in images {
                 let number = image.map_or(NONE, |image| textures.number(ImagePlace::Inside(image)));
                 if let Some(part) = textures.of_face.get_mut(faces) {
                     part.fill(number);
@@ -97,7 +98,7 @@ impl Textures {
         input: &Path,
     ) -> Option<(&'static str, Vec<u8>)> {
         let found = match self.images.get(index)? {
-            ImagePlace::Inside(image) => loaded.document.as_ref()?.gltf()?.image(*image)?,
+            ImagePlace::Inside(image) => loaded.document.as_ref()?.image(*image)?,
             ImagePlace::File(name) => Image::File(name.clone()),
         };
         let bytes = match found {

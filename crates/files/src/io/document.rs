@@ -1,13 +1,19 @@
 //! The rest of a file that was read: all that a mesh and its attributes do not hold.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
-use super::gltf::GltfDocument;
+use super::gltf::{GltfDocument, Image};
 use super::threemf::ThreeMfDocument;
 
 /// A file that was read, kept so that the same format can be written with all that a mesh does not hold.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum FileDocument {
+pub struct FileDocument(Kept);
+
+/// What is kept of a file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+enum Kept {
     /// A glTF or GLB file.
     Gltf(GltfDocument),
     /// A 3MF package.
@@ -15,19 +21,42 @@ pub enum FileDocument {
 }
 
 impl FileDocument {
+    /// A glTF or GLB file.
+    pub(crate) fn of_gltf(document: GltfDocument) -> Self {
+        Self(Kept::Gltf(document))
+    }
+
+    /// A 3MF package.
+    pub(crate) fn of_three_mf(document: ThreeMfDocument) -> Self {
+        Self(Kept::ThreeMf(document))
+    }
+
     /// The document of a glTF or GLB file.
-    pub fn gltf(&self) -> Option<&GltfDocument> {
-        match self {
-            Self::Gltf(document) => Some(document),
-            Self::ThreeMf(_) => None,
+    pub(crate) fn gltf(&self) -> Option<&GltfDocument> {
+        match &self.0 {
+            Kept::Gltf(document) => Some(document),
+            Kept::ThreeMf(_) => None,
         }
     }
 
     /// The package of a 3MF file.
     pub(crate) fn three_mf(&self) -> Option<&ThreeMfDocument> {
-        match self {
-            Self::Gltf(_) => None,
-            Self::ThreeMf(document) => Some(document),
+        match &self.0 {
+            Kept::Gltf(_) => None,
+            Kept::ThreeMf(document) => Some(document),
         }
+    }
+
+    /// Of a glTF or GLB file: ranges of faces of the mesh, in order, with the index of their texture's image, if they have one. None of
+    /// other files.
+    pub fn images_of_faces(
+        &self,
+    ) -> Option<impl Iterator<Item = (Range<usize>, Option<usize>)> + '_> {
+        Some(self.gltf()?.images_of_faces())
+    }
+
+    /// An image of a glTF or GLB file; none behind the last one.
+    pub fn image(&self, index: usize) -> Option<Image> {
+        self.gltf()?.image(index)
     }
 }

@@ -43,9 +43,10 @@ mod text;
 mod threemf;
 mod vtk;
 
-pub use self::gltf::{GltfDocument, Image};
+pub(crate) use self::gltf::GltfDocument;
+pub use self::gltf::Image;
 pub(crate) use self::threemf::BESIDE;
-pub use self::threemf::ThreeMfDocument;
+pub(crate) use self::threemf::ThreeMfDocument;
 pub use document::FileDocument;
 pub use error::{IoError, Location};
 pub use files::{

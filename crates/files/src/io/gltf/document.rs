@@ -12,7 +12,7 @@ use super::scene::{Block, PlacedPrimitive};
 
 /// A glTF or GLB file with everything that a mesh does not hold: node tree, materials, textures, animations, extras.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct GltfDocument {
+pub(crate) struct GltfDocument {
     pub(super) json: Value,
     /// The buffers; `None` for a buffer that could not be loaded, which stays an external file and holds no triangles.
     #[serde(with = "buffers")]
@@ -106,7 +106,9 @@ impl GltfDocument {
     }
 
     /// For each placed primitive, its faces and the index of the image that colours them.
-    pub fn images_of_faces(&self) -> impl Iterator<Item = (Range<usize>, Option<usize>)> + '_ {
+    pub(crate) fn images_of_faces(
+        &self,
+    ) -> impl Iterator<Item = (Range<usize>, Option<usize>)> + '_ {
         let image = |material: usize| {
             let material = self.json.get("materials")?.get(material)?;
             let texture = material.pointer("/pbrMetallicRoughness/baseColorTexture/index")?;
@@ -118,7 +120,7 @@ impl GltfDocument {
     }
 
     /// The image of an index.
-    pub fn image(&self, index: usize) -> Option<Image> {
+    pub(crate) fn image(&self, index: usize) -> Option<Image> {
         let image = self.json.get("images")?.get(index)?;
         if let Some(uri) = image.get("uri").and_then(Value::as_str) {
             return match uri.strip_prefix("data:") {
@@ -135,7 +137,7 @@ impl GltfDocument {
     }
 
     /// The names of external files that the document refers to: images, and buffers that could not be loaded.
-    pub fn side_files(&self) -> Vec<String> {
+    pub(crate) fn side_files(&self) -> Vec<String> {
         let list = |key: &str| self.json.get(key).and_then(Value::as_array);
         let buffers = list("buffers").into_iter().flatten().enumerate();
         let outside = buffers.filter(|(i, _)| self.buffers.get(*i).is_some_and(Option::is_none));

@@ -15,7 +15,8 @@ mod values;
 mod write;
 
 pub(crate) use base_colour::{BaseImage, Wrapping};
-pub use document::{GltfDocument, Image};
+pub(crate) use document::GltfDocument;
+pub use document::Image;
 use instances::INSTANCING;
 
 use gltf_json::{Root, Value};
@@ -66,7 +67,7 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
         materials,
     );
     let document = GltfDocument::new(json, buffers.all(), scene.blocks, scene.parts);
-    loaded.document = document.map(FileDocument::Gltf);
+    loaded.document = document.map(FileDocument::of_gltf);
     Ok(loaded)
 }
 

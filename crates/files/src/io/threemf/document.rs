@@ -10,7 +10,7 @@ use isomend_core::mesh::Unit;
 /// A 3MF package, kept so that it can be written again with all that isomend does not read: paint, settings of slicers, thumbnails, UUIDs,
 /// slices, parts and elements of other programs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ThreeMfDocument {
+pub(crate) struct ThreeMfDocument {
     /// The file.
     pub(super) bytes: Arc<Vec<u8>>,
     /// The unit of the mesh.

@@ -25,7 +25,7 @@ use super::{Contents, FileDocument, Format, IoError, Loaded, Location, Written, 
 use isomend_core::mesh::FaceOrigin;
 
 pub(crate) use document::BESIDE;
-pub use document::ThreeMfDocument;
+pub(crate) use document::ThreeMfDocument;
 
 /// Reads the build of a package as one mesh.
 pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
@@ -34,7 +34,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     let (mut loaded, placements) = build::build(&models, bytes.len())?;
     let faces = 0..loaded.mesh.faces.len() as u32;
     loaded.attributes.file_faces = Some(faces.map(FaceOrigin::same).collect());
-    loaded.document = Some(FileDocument::ThreeMf(ThreeMfDocument {
+    loaded.document = Some(FileDocument::of_three_mf(ThreeMfDocument {
         bytes: Arc::new(bytes.to_vec()),
         unit: models.parts[&models.main].unit,
         placements,
