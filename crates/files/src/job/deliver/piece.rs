@@ -306,9 +306,11 @@ mod tests {
             .filter(|f| !f.iter().all(|v| is_middle(lower.positions[*v as usize])))
             .collect();
         let moved = moved(&pierced, &upper, 0.05);
-        let middle = moved.positions.iter().filter(|p| is_middle(**p));
-        assert!(middle.clone().count() > 4);
-        assert!(middle.into_iter().all(|p| (p.z + 0.05).abs() < 1e-9));
+        let used: HashSet<u32> = pierced.faces.iter().flatten().copied().collect();
+        let at = |v: &u32| moved.positions[*v as usize];
+        let middle: Vec<DVec3> = used.iter().map(at).filter(|p| is_middle(*p)).collect();
+        assert_eq!(middle.len(), 8);
+        assert!(middle.iter().all(|p| (p.z + 0.05).abs() < 1e-9));
     }
 
     #[test]
