@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from isomend._carried import REPORT, expected_errors
 from isomend._errors import MeshError
 from isomend._mesh import Mended, Model
 
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from isomend._options import FairOptions, FillOptions, RepairOptions, RestoreOptions
     from isomend._params import Mask
 
-# Name of the report (JSON) in the metadata of a mesh, for types that have metadata.
-REPORT = "isomend_report"
 # Name of the face values that hold the index of a face's meshio block during the work.
 BLOCK = "isomend_block"
 
@@ -171,21 +170,6 @@ def _adapted(mesh: Any) -> Adapted:
     )
 
 
-# The name of the expected errors of vertices, as in files.
-SIGMA = "isomend_sigma"
-
-
-def _errors(mended: Mended) -> dict[str, Any]:
-    """The expected error of each vertex as files have it, by its name: 0 for the input's vertices, -1 where it is unknown. Empty if no
-    patch has one."""
-    import numpy as np
-
-    sigma = mended.sigma
-    if not np.any(sigma > 0):
-        return {}
-    return {SIGMA: np.where(np.isnan(sigma), -1.0, sigma)}
-
-
 def _trimesh(mesh: Any) -> Adapted:
     points, cells = dict(mesh.vertex_attributes), dict(mesh.face_attributes)
     visual: Any = getattr(mesh, "visual", None)
@@ -198,7 +182,7 @@ def _trimesh(mesh: Any) -> Adapted:
         points["uv"] = visual.uv
 
     def back(mended: Mended) -> Any:
-        points, cells = dict(mended.point_data) | _errors(mended), dict(mended.cell_data)
+        points, cells = dict(mended.point_data) | expected_errors(mended), dict(mended.cell_data)
         colours = {
             "vertex_colors": points.pop("vertex_colors", None) if kind == "vertex" else None,
             "face_colors": cells.pop("face_colors", None) if kind == "face" else None,
@@ -218,21 +202,6 @@ def _trimesh(mesh: Any) -> Adapted:
     return Model(mesh.vertices, mesh.faces, point_data=points, cell_data=cells), back
 
 
-def to_trimesh(mended: Mended) -> Any:
-    """The mesh as a ``trimesh.Trimesh``; see :meth:`isomend.Mended.to_trimesh`."""
-    import trimesh
-
-    points: dict[str, Any] = dict(mended.point_data) | _errors(mended)
-    cells: dict[str, Any] = dict(mended.cell_data)
-    colours = {"vertex_colors": points.pop("vertex_colors", None), "face_colors": cells.pop("face_colors", None)}
-    cells["isomend_patch"] = mended.is_patch
-    return trimesh.Trimesh(
-        vertices=mended.vertices, faces=mended.faces, vertex_attributes=points,
-        face_attributes=cells, metadata={REPORT: json.dumps(mended.report)}, process=False, validate=False,
-        **{name: values for name, values in colours.items() if values is not None},
-    )  # fmt: skip
-
-
 def _pyvista(mesh: Any) -> Adapted:
     import numpy as np
 
@@ -246,7 +215,7 @@ def _pyvista(mesh: Any) -> Adapted:
     def back(mended: Mended) -> Any:
         rows = np.column_stack([np.full(len(mended.faces), 3), mended.faces])
         out = type(mesh)(_rounded(mended.vertices, np.asarray(whole.points).dtype), rows.ravel())
-        for name, values in {**mended.point_data, **_errors(mended)}.items():
+        for name, values in {**mended.point_data, **expected_errors(mended)}.items():
             out.point_data[name] = values
         for name, values in mended.cell_data.items():
             out.cell_data[name] = values
@@ -316,7 +285,7 @@ def _meshio(mesh: Any) -> Adapted:
         return type(mesh)(
             _rounded(mended.vertices, points.dtype),
             [("triangle", part) for part in np.split(triangles, ends)],
-            point_data=dict(mended.point_data) | _errors(mended),
+            point_data=dict(mended.point_data) | expected_errors(mended),
             cell_data={name: np.split(values, ends) for name, values in data.items()},
             field_data=mesh.field_data,
             info=dict(mesh.info or {}) | {REPORT: json.dumps(mended.report)},

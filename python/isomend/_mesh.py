@@ -260,7 +260,7 @@ class Mended(Shape, Drawn):
     def to_trimesh(self) -> Any:
         """The mesh as a ``trimesh.Trimesh`` with its named values, ``isomend_sigma`` and ``isomend_patch``, and with the report as JSON
         under ``isomend_report`` in its metadata. It takes trimesh, which isomend does not install."""
-        from isomend._adapters import to_trimesh
+        from isomend._carried import to_trimesh
 
         return to_trimesh(self)
 

@@ -22,7 +22,7 @@ def test_the_code_of_the_python_page_runs(tmp_path, monkeypatch):
     pytest.importorskip("meshio")
     monkeypatch.chdir(desk(tmp_path))
     recipes, names = blocks("python.md", "python"), {}
-    assert len(recipes) == 8
+    assert len(recipes) == 9
     for number, recipe in enumerate(recipes):
         exec(compile(recipe, f"recipe {number + 1}", "exec"), names)
     files = ("restored.glb", "smooth.ply", "repaired.ply", "repaired.html", "repaired.png", "distance.vti", "repaired.stl")
