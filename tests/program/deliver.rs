@@ -96,6 +96,15 @@ fn patches_are_written_alone_with_their_holes_and_errors() {
     assert_usage(&desk.run(&inside), &["dent.ply", "is the file of a mask"]);
 }
 
+/// The piece in `chip.stl`, which is sound.
+fn sound_piece(desk: &Desk) -> Mesh {
+    let piece = loaded(desk, "chip.stl").mesh;
+    let found = Inspection::new(&piece).unwrap();
+    let verdict = found.check(&CheckParams::default());
+    assert!(verdict.is_sound(), "{}", verdict.line());
+    piece
+}
+
 #[test]
 fn the_missing_piece_is_a_sound_solid_of_the_missing_volume() {
     let desk = Desk::new();
@@ -114,14 +123,9 @@ fn the_missing_piece_is_a_sound_solid_of_the_missing_volume() {
     ];
     let done = desk.run(&restore);
     assert_code(&done, 0);
-    let piece = loaded(&desk, "chip.stl").mesh;
-    let verdict = Inspection::new(&piece)
-        .unwrap()
-        .check(&CheckParams::default());
-    assert!(verdict.is_sound(), "{}", verdict.line());
+    let made = volume(&sound_piece(&desk));
     // The volume of the piece is the volume that is missing, up to the patch's error.
     let missing = volume(&sphere(12)) - volume(&chipped());
-    let made = volume(&piece);
     assert!((made / missing - 1.0).abs() < 0.2, "{made} of {missing}");
     let document = desk.json("out.json");
     assert_eq!(document["piece"]["path"], "chip.stl");
@@ -164,12 +168,7 @@ fn a_clearance_makes_the_piece_smaller_and_needs_one() {
     };
     let piece = |more: &[&str]| {
         assert_code(&made(&[&["--piece", "chip.stl"], more].concat()), 0);
-        let piece = loaded(&desk, "chip.stl").mesh;
-        let verdict = Inspection::new(&piece)
-            .unwrap()
-            .check(&CheckParams::default());
-        assert!(verdict.is_sound(), "{}", verdict.line());
-        volume(&piece)
+        volume(&sound_piece(&desk))
     };
     let tight = piece(&[]);
     let loose = piece(&["--clearance", "0.01", "--json", "out.json"]);

@@ -126,7 +126,7 @@ impl Run<'_> {
             bridge: Vec::new(),
             flat: Vec::new(),
             crease: Vec::new(),
-            apart: self.apart || self.params.fill.apart,
+            apart: self.apart,
             ..self.params.fill.clone()
         };
         if which == Filling::Made || !self.params.does(RepairStep::Holes) {
@@ -134,7 +134,7 @@ impl Run<'_> {
         }
         let origins = &self.draft.origins.vertices;
         let mut chosen = (self.choice).params(found, origins, &made, &self.params.fill);
-        chosen.apart |= self.apart;
+        chosen.apart = self.apart;
         if which == Filling::Chosen {
             return Ok(chosen);
         }

@@ -129,7 +129,7 @@ pub fn repair(
             is_united: false,
             joins: false,
             compares: false,
-            apart: false,
+            apart: params.fill.apart,
             early: Vec::new(),
             asked: HashSet::new(),
             border: HashSet::new(),

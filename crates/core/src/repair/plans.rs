@@ -198,7 +198,7 @@ impl Run<'_> {
         let Some((_, state, plan)) = best.filter(|(q, ..)| q.destroys) else {
             return Ok(());
         };
-        if self.params.fill.apart || !state.report.fill.joins_rims() {
+        if self.apart || !state.report.fill.joins_rims() {
             return Ok(());
         }
         let plan = *plan;
@@ -217,8 +217,7 @@ impl Run<'_> {
         }
         // The solid of closed bodies is decided everywhere.
         if let Some(meant) = self.meant.take() {
-            let turns = self.params.does(RepairStep::Orientation);
-            search.witness = Some(Witness::new(&meant, self.input, turns)?);
+            search.witness = Some(self.witness(&meant)?);
         }
         let shape = self.shape(search)?;
         let quality = self.quality(&shape)?;
@@ -387,12 +386,15 @@ impl Run<'_> {
         }
         let witness = match &mut search.witness {
             Some(witness) => witness,
-            unmade => {
-                let turns = self.params.does(RepairStep::Orientation);
-                unmade.insert(Witness::new(cleaned, self.input, turns)?)
-            }
+            unmade => unmade.insert(self.witness(cleaned)?),
         };
         witness.shape(&self.draft, &self.asked)
+    }
+
+    /// The witness of a cleaned draft.
+    fn witness(&self, cleaned: &Draft) -> Result<Witness, FillError> {
+        let turns = self.params.does(RepairStep::Orientation);
+        Witness::new(cleaned, self.input, turns)
     }
 
     fn quality(&mut self, shape: &Shape) -> Result<Quality, FillError> {

@@ -95,14 +95,7 @@ impl Soup<'_> {
             true => usize::MAX,
             false => most,
         };
-        // Of many faces, a few show whether oriented boxes are quicker.
-        let (size, step) = (asked.len(), asked.len() / SAMPLE);
-        let sample = || asked.iter().copied().step_by(step).collect::<Vec<u32>>();
-        let is_slow = || {
-            let most = MAX_PAIRS_PER_FACE * SAMPLE;
-            self.first_partners(&sample(), most).is_none()
-        };
-        let found = match !all_have_one && size > LEAST_SAMPLED && is_slow() {
+        let found = match !all_have_one && self.takes_many_pairs(asked) {
             true => None,
             false => self.first_partners(asked, most),
         };
@@ -115,7 +108,18 @@ impl Soup<'_> {
         self.first_partners(&left, usize::MAX).unwrap_or_default()
     }
 
-    /// The same, or none if more than `most` pairs of faces had to be tested.
+    /// Whether a few of many faces show that the search takes many pairs.
+    fn takes_many_pairs(&self, asked: &[u32]) -> bool {
+        if asked.len() <= LEAST_SAMPLED {
+            return false;
+        }
+        let sample = asked.iter().copied().step_by(asked.len() / SAMPLE);
+        let sample: Vec<u32> = sample.collect();
+        let most = MAX_PAIRS_PER_FACE * SAMPLE;
+        self.first_partners(&sample, most).is_none()
+    }
+
+    /// The faces among `asked` with a partner, as [`Self::partners`] finds them, or none if more than `most` pairs of faces had to be tested.
     fn first_partners(&self, asked: &[u32], most: usize) -> Option<Vec<(u32, u32)>> {
         let left = AtomicUsize::new(most);
         let is_over = || left.load(Relaxed) == 0;

@@ -1,11 +1,10 @@
 //! The missing piece as a printable solid: the volume between the faces that a restoration cut out and its patches.
 
-use std::collections::HashSet;
-
 use glam::{DMat4, DVec3};
 
 use isomend_core::check::{CheckParams, DefectKind, Verdict};
 use isomend_core::mend::{Control, Inspection};
+use isomend_core::mesh::topology::{end, start};
 use isomend_core::mesh::{Mesh, Topology, VertexFaces, face_normal, vertex_normal, weld_map};
 use isomend_core::repair::{Carried, RepairParams, RepairStep, repair};
 use isomend_core::tuning::tuning;
@@ -95,52 +94,36 @@ const LONGEST_MOVE: f64 = 2.0;
 /// The cut faces, moved outward by the clearance. A vertex moves along its normal until it is at the clearance from the planes of its faces;
 /// vertices at the rim of the patches stay.
 fn moved(cut: &Mesh, patches: &Mesh, clearance: f64) -> Mesh {
-    let (welded, weld) = welded(cut);
-    let around = VertexFaces::new(&welded);
-    let rim = rim_positions(patches);
+    // Both surfaces on the same welded vertices.
+    let positions = [&cut.positions[..], &patches.positions[..]].concat();
+    let weld = weld_map(&Mesh::new(positions.clone(), Vec::new()));
+    let on_welded = |mesh: &Mesh, base: usize| {
+        let faces = (mesh.faces.iter()).map(|f| f.map(|v| weld[base + v as usize]));
+        Mesh::new(positions.clone(), faces.collect())
+    };
+    let (surface, patches) = (on_welded(cut, 0), on_welded(patches, cut.positions.len()));
+    let mut on_rim = vec![false; positions.len()];
+    let boundary = Topology::without_orienting(&patches).boundary;
+    for (half_edge, _) in (0..).zip(boundary).filter(|(_, is_single)| *is_single) {
+        for v in [start(&patches, half_edge), end(&patches, half_edge)] {
+            on_rim[v as usize] = true;
+        }
+    }
+    let around = VertexFaces::new(&surface);
     let displacement = |v: u32| {
-        let normal = vertex_normal(&welded, &around, v);
-        let normals = around.of(v).iter().map(|&f| face_normal(&welded, f));
+        let normal = vertex_normal(&surface, &around, v);
+        let normals = around.of(v).iter().map(|&f| face_normal(&surface, f));
         // Faces without area have no plane.
         let cosines = normals.filter(|n| *n != DVec3::ZERO).map(|n| n.dot(normal));
         let least = cosines.fold(1.0, f64::min).max(1.0 / LONGEST_MOVE);
         normal * (clearance / least)
     };
-    let is_on_rim = |v: u32| rim.contains(&bits(welded.positions[v as usize]));
-    let shifts = (0..welded.positions.len() as u32).map(|v| match is_on_rim(v) {
-        true => DVec3::ZERO,
-        false => displacement(v),
+    let moved = cut.positions.iter().zip(&weld);
+    let moved = moved.map(|(p, &v)| match on_rim[v as usize] {
+        true => *p,
+        false => *p + displacement(v),
     });
-    let shifts: Vec<DVec3> = shifts.collect();
-    let positions = cut.positions.iter().zip(&weld);
-    let positions = positions.map(|(p, w)| *p + shifts[*w as usize]);
-    Mesh::new(positions.collect(), cut.faces.clone())
-}
-
-/// A mesh with vertices at equal positions merged, and the new number of each vertex.
-fn welded(mesh: &Mesh) -> (Mesh, Vec<u32>) {
-    let weld = weld_map(mesh);
-    let faces = (mesh.faces.iter()).map(|f| f.map(|v| weld[v as usize]));
-    (Mesh::new(mesh.positions.clone(), faces.collect()), weld)
-}
-
-/// The bits of a position; zero has one sign.
-fn bits(p: DVec3) -> [u64; 3] {
-    p.to_array().map(|x| (x + 0.0).to_bits())
-}
-
-/// The positions at the ends of edges with one face.
-fn rim_positions(patches: &Mesh) -> HashSet<[u64; 3]> {
-    let (welded, _) = welded(patches);
-    let mut edges: Vec<[u32; 2]> = Vec::with_capacity(3 * welded.faces.len());
-    let has_corners = |[a, b, c]: &&[u32; 3]| a != b && b != c && c != a;
-    for [a, b, c] in welded.faces.iter().filter(has_corners) {
-        edges.extend([[a, b], [b, c], [c, a]].map(|[v, w]| [*v.min(w), *v.max(w)]));
-    }
-    edges.sort_unstable();
-    let single = edges.chunk_by(|a, b| a == b).filter(|same| same.len() == 1);
-    let ends = single.flat_map(|same| same[0]);
-    ends.map(|v| bits(welded.positions[v as usize])).collect()
+    Mesh::new(moved.collect(), cut.faces.clone())
 }
 
 /// The patches and the flipped cut faces as one mesh, with vertices at equal positions merged.
@@ -243,6 +226,8 @@ fn finished(mesh: Mesh, notes: Vec<String>) -> Result<Piece, String> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashSet;
+
     use super::*;
 
     /// A square of `2 n²` faces over [0, 1]², with height 0 on its outer border.
