@@ -243,7 +243,7 @@ def summary(mended, taken, context, vertices, faces):
     report = mended.report
     parts = [f"{faces} new faces, {vertices} new vertices"]
     holes = [hole for hole in report.get("holes", []) if hole.get("outcome") not in (None, "left")]
-    failed = [hole for hole in holes if hole["outcome"] == "failed"]
+    failed = [hole for hole in holes if hole["outcome"] == "open"]
     if holes:
         parts.insert(0, f"{len(holes) - len(failed)} of {len(holes)} holes closed")
     errors = mended.sigma[mended.sigma > 0]

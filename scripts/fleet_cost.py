@@ -76,7 +76,7 @@ def driver(folder):
     """Measures the manifest: meshes recorded a second, meshes read again a second, bytes of memory and bytes of the file for each mesh."""
     row = {"input": "/data/scans/0001/scan-000001.ply", "output": "0001/scan-000001.ply", "state": [1, 1], "content": "0" * 32}
     row |= {"outcome": "done", "seconds": 1.0, "cpu": 1.0, "memory": 1, "bytes": 0, "vertices": 1, "faces": 1, "error": ""}
-    row |= dict.fromkeys(("filled", "faired", "triangulated", "left", "failed"), 0)
+    row |= dict.fromkeys(("closed", "faired", "rim_triangles", "left", "open"), 0)
     manifest, begun = Manifest(folder, "settings", retry=False), time.perf_counter()
     for number in range(KNOWN):
         manifest.add(row | {"output": f"{number // 1000:04}/scan-{number:06}.ply"})

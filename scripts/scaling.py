@@ -168,7 +168,7 @@ def median_run(program, source, folder, times, *options):
         "library_seconds": float(np.median([own["seconds"] for _, own in runs])),
         "triangles": report["faces"],
         "holes": len(outcomes),
-        "filled": outcomes.count("filled"),
+        "closed": outcomes.count("closed"),
     }, report
 
 

@@ -107,19 +107,18 @@ pub mod in_browser {
 }
 pub use isomend_core::extract::{VolumeSurfaceError, level_surface};
 pub use isomend_core::fill::{
-    AttemptFailure, ClosedBy, CounterpartKind, CounterpartReport, CreaseReport, FailedReason,
-    FillParams, Finish, FinishReport, GrainReport, HoleOutcome, LeftReason, Like, NotContinued,
-    NotLike, PatchInitialisation, Quality, RegionPatch, RegionReport, Sharp, Tally,
-    TriangulatedReason,
+    AttemptFailure, Closure, CounterpartKind, CounterpartReport, CreaseReport, FillParams, Finish,
+    FinishReport, GrainReport, HoleOutcome, LeftReason, Like, NotContinued, NotLike, NotSmooth,
+    OpenReason, PatchInitialisation, Quality, RegionPatch, RegionReport, Sharp, Tally,
 };
 pub use isomend_core::finish::{FinishRecord, FinishResult, Refusal};
 pub use isomend_core::flow::{BendingEnergy, Density, Energy, FlowOutcome, StepRecord, Variant};
 pub use isomend_core::grid::Volume;
 pub use isomend_core::mend::{
     Control, CreaseEnd, Event, FairError, FairExtent, FairParams, FairPlan, FairReport, Faired,
-    FillError, FillPlan, FillReport, Filled, HolePlan, HoleReport, Inspection, PlannedHole,
-    PlannedRegion, Progress, RegionTask, Regions, RestoreError, RestoreParams, RestorePlan,
-    RestoreReport, Restored, Step, fair, fill, inspect, restore,
+    FillError, FillPlan, FillReport, Filled, HoleReport, Inspection, PlannedHole, PlannedRegion,
+    Progress, RegionTask, Regions, RestoreError, RestoreParams, RestorePlan, RestoreReport,
+    Restored, Step, fair, fill, inspect, restore,
 };
 pub use isomend_core::mesh::attributes::{
     Active, Attribute, Attributes, CornerAttribute, EXPECTED_ERROR_NAME, LabelKind, Labels,

@@ -7,8 +7,8 @@ use isomend::Energy;
 use isomend::glam::DVec3;
 use isomend::io::{Format, WriteOptions, to_bytes};
 use isomend::{
-    Control, FailedReason, FillError, FillParams, FillReport, Finish, HoleId, HoleOutcome,
-    Inspection, Mesh, VoxelSize,
+    Control, FillError, FillParams, FillReport, Finish, HoleId, HoleOutcome, Inspection, Mesh,
+    OpenReason, VoxelSize,
 };
 use isomend_core::mesh::weld_map;
 
@@ -107,17 +107,6 @@ fn params(found: &Inspection, input: &mut Unstructured) -> Result<FillParams> {
     Ok(params)
 }
 
-/// Whether a fill with these parameters says that the hole is closed.
-fn is_closed(outcome: &HoleOutcome) -> bool {
-    matches!(
-        outcome,
-        HoleOutcome::Filled
-            | HoleOutcome::Faired(_)
-            | HoleOutcome::Flat
-            | HoleOutcome::Triangulated(_)
-    )
-}
-
 /// Every number of a report must be one, and every hole must have its end.
 fn check_report(report: &FillReport) {
     for hole in &report.holes {
@@ -126,9 +115,12 @@ fn check_report(report: &FillReport) {
         for value in [h.length, h.diameter, h.width, h.planarity] {
             assert!(value.is_finite(), "{what}: {value}");
         }
-        let reached = hole.outcome != HoleOutcome::Failed(FailedReason::NotReached);
+        let reached = hole.outcome != HoleOutcome::Open(OpenReason::NotReached);
         assert!(reached, "{what}");
-        assert!(!is_closed(&hole.outcome) || hole.region > 0, "{what}");
+        assert!(
+            hole.outcome.closure().is_none() || hole.region > 0,
+            "{what}"
+        );
         if hole.region > 0 {
             let region = &report.regions[hole.region - 1];
             assert!(region.holes.contains(&h.id), "{what}");
@@ -194,7 +186,7 @@ fn check_patches(mesh: &Mesh, filled: &Mesh, report: &FillReport) {
     }
     let mut rims: HashSet<(u32, u32)> = HashSet::new();
     for hole in &report.holes {
-        if !is_closed(&hole.outcome) {
+        if !hole.outcome.closure().is_some() {
             continue;
         }
         let rim = &hole.hole.rim;

@@ -116,7 +116,7 @@ class IsomendFill:
 def holes_of(result):
     """A line that says how many holes of a mesh were closed."""
     outcomes = [hole["outcome"] for hole in result.report["holes"]]
-    closed = sum(outcome not in ("left", "failed") for outcome in outcomes)
+    closed = outcomes.count("closed")
     return f"{closed} of {len(outcomes)} holes closed, {int(result.is_patch.sum())} new faces"
 
 

@@ -168,7 +168,7 @@ def fill(
     >>> filled = isomend.fill(vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2]], holes=[1])
     >>> filled.faces.tolist()
     [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
-    >>> filled.is_patch.tolist(), filled.report["outcomes"]["triangulated"]
+    >>> filled.is_patch.tolist(), filled.report["outcomes"]["rim_triangles"]
     ([False, False, False, True], 1)
     """
     model = _model_of(vertices, faces, point_data, cell_data)

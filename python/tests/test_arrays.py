@@ -20,7 +20,7 @@ def test_a_fill_keeps_the_input_and_continues_the_sphere(sphere, filled):
     assert len(new) > 50 and np.abs(np.linalg.norm(new, axis=1) - 1).max() < 0.01
     assert np.array_equal(filled.is_patch, np.arange(len(filled.faces)) >= len(faces))
     assert filled.complete and filled.flawless
-    assert filled.report["command"] == "fill" and filled.report["outcomes"]["filled"] == 1
+    assert filled.report["command"] == "fill" and filled.report["outcomes"]["closed"] == 1
     assert filled.report["input"] == {"vertices": len(vertices), "faces": len(faces)}
     assert len(filled.sigma) == len(filled.vertices) and not filled.sigma[: len(vertices)].any()
     assert np.nanmax(filled.sigma) > 0
@@ -68,8 +68,8 @@ def test_one_inspection_is_used_for_several_fills():
     assert np.allclose(vertices[upper.rim, 2], upper.centre[2], atol=1e-9)
     assert not upper.is_outer_boundary and np.allclose(np.abs(upper.normal), (0, 0, 1), atol=1e-9)
     one, other, both = found.fill(holes=[1]), found.fill(keep_open=[1]), found.fill()
-    assert [h["outcome"] for h in one.report["holes"]] == ["filled", "left"]
-    assert [h["outcome"] for h in other.report["holes"]] == ["left", "filled"]
+    assert [h["outcome"] for h in one.report["holes"]] == ["closed", "left"]
+    assert [h["outcome"] for h in other.report["holes"]] == ["left", "closed"]
     assert shapes.is_closed(both.faces) and not shapes.is_closed(one.faces)
     assert both.vertices.tobytes() == isomend.fill(vertices, faces).vertices.tobytes()
     assert found.fill(max_diameter=lower.diameter * 1.01).report["outcomes"]["left"] == 1
@@ -87,7 +87,7 @@ def test_parameters_of_the_library_are_keywords(sphere):
     report = done.report["regions"][0]
     assert report["voxel"] == 0.08 and report["finish"] is None
     plan = isomend.Model(*sphere).plan(voxel=0.08)
-    assert plan["dry_run"] and plan["holes"][0]["outcome"] == "would_be_filled"
+    assert plan["dry_run"] and plan["holes"][0]["outcome"] == "would_be_closed"
 
 
 def test_a_bridge_joins_two_holes():

@@ -120,7 +120,7 @@ def test_each_mesh_of_a_fleet_is_done_once(local, scans, tmp_path, program):
     assert len(table) == 9 and {row["outcome"] for row in table} == {"done"}
     assert all(float(row["seconds"]) > 0 and 5e6 < int(row["memory"]) < 1e9 for row in table)
     parquet = pytest.importorskip("pyarrow.parquet").read_table(output / "summary.parquet")
-    assert parquet.num_rows == 9 and parquet["filled"].to_pylist() == [1] * 9
+    assert parquet.num_rows == 9 and parquet["closed"].to_pylist() == [1] * 9
     # Other options give other results, so that all meshes are done again.
     assert fleet.run([scans], output, max_diameter=0.001).outcomes == {"done": 9}
 

@@ -126,7 +126,7 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
 /// Warns of the holes that could not be closed; without `-v` at most [`MOST_OPEN`].
 fn still_open(report: &FillReport, name: &str, console: &Console) {
     let failed = report.holes.iter().filter_map(|hole| match &hole.outcome {
-        HoleOutcome::Failed(why) => Some((hole.hole.id, why)),
+        HoleOutcome::Open(why) => Some((hole.hole.id, why)),
         _ => None,
     });
     let most = if console.is_verbose() {

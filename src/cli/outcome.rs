@@ -7,8 +7,7 @@ use isomend::report::{
     chain_lines, counted, defect_lines, left_holes, lost_creases, number, ranges, significant,
 };
 use isomend::{
-    ClosedBy, FillReport, HoleId, HoleOutcome, HoleReport, LeftReason, RegionReport,
-    TriangulatedReason, Unit,
+    Closure, FillReport, HoleId, HoleOutcome, HoleReport, LeftReason, NotSmooth, RegionReport, Unit,
 };
 
 /// Number of widest holes that the table always shows.
@@ -49,22 +48,15 @@ impl Remark {
 
     /// The most important remark on a region; `outcome` is the outcome of its first hole.
     fn of(region: &RegionReport, outcome: Option<&HoleOutcome>) -> Option<Self> {
-        let by_level_set = region.closed_by == Some(ClosedBy::LevelSet);
-        let triangulated = match outcome {
-            Some(HoleOutcome::Triangulated(why)) => Some(why),
-            _ => None,
-        };
-        Some(match region.closed_by {
-            Some(ClosedBy::Nothing) | None => Self::Open,
+        let unconverged = !region.levels.is_empty() && !region.converged;
+        let how = outcome.and_then(HoleOutcome::closure);
+        Some(match region.closure.as_ref().and(how) {
+            None => Self::Open,
             _ if region.intersecting_faces > 0 => Self::Intersects,
-            Some(ClosedBy::Faired) if matches!(outcome, Some(HoleOutcome::Faired(_))) => {
-                Self::NoSurface
-            }
-            _ if matches!(triangulated, Some(TriangulatedReason::NoSurface(_))) => Self::Triangles,
-            _ if matches!(triangulated, Some(TriangulatedReason::Flat)) => Self::NoCap,
-            _ if by_level_set && !region.levels.is_empty() && !region.converged => {
-                Self::NotConverged
-            }
+            Some(Closure::Faired(Some(_))) => Self::NoSurface,
+            Some(Closure::RimTriangles(NotSmooth::NoSurface(_))) => Self::Triangles,
+            Some(Closure::RimTriangles(NotSmooth::Flat)) => Self::NoCap,
+            Some(Closure::LevelSet) if unconverged => Self::NotConverged,
             _ if region.not_continued.is_some() => Self::LostCreases,
             _ if region.balloons() => Self::Bulges,
             _ if region.bridge && region.components > 1 => Self::Apart,
@@ -150,7 +142,7 @@ impl Row<'_> {
             hole: &short_list(&r.holes),
             diameter: &number(r.diameter),
             edges: &self.edges.to_string(),
-            closed_by: closed_by(r.closed_by, width.is_some_and(|width| width < WIDE)),
+            closed_by: closed_by(r.closure.as_ref(), width.is_some_and(|width| width < WIDE)),
             error: &error.map_or("-".to_owned(), |e| significant(e, 2)),
             remark: self.remark.map(Remark::short).unwrap_or_default(),
         };
@@ -226,12 +218,12 @@ impl Cells<'_> {
 const WIDE: usize = 80;
 
 /// The name of the surface that closed a region, in a narrow table at most 13 characters.
-fn closed_by(by: Option<ClosedBy>, is_narrow: bool) -> &'static str {
-    match by {
-        Some(ClosedBy::Sides) if is_narrow => "sides",
-        Some(ClosedBy::Faired) if is_narrow => "smoothed",
-        Some(ClosedBy::Seam) if is_narrow => "seam",
-        Some(by) => by.name(),
+fn closed_by(how: Option<&Closure>, is_narrow: bool) -> &'static str {
+    match how {
+        Some(Closure::Sides) if is_narrow => "sides",
+        Some(Closure::Faired(_)) if is_narrow => "smoothed",
+        Some(Closure::Seam) if is_narrow => "seam",
+        Some(how) => how.name(),
         None => "-",
     }
 }
@@ -321,10 +313,7 @@ fn lengths_in(unit: Unit) -> String {
 /// cap that intersected the sheet.
 fn regions(report: &FillReport) -> impl Iterator<Item = &RegionReport> {
     let in_use: BTreeSet<usize> = report.holes.iter().map(|h| h.region).collect();
-    let is_stale = move |r: &&RegionReport| {
-        let closed = r.closed_by.is_some_and(|by| by != ClosedBy::Nothing);
-        !closed && !in_use.contains(&r.id)
-    };
+    let is_stale = move |r: &&RegionReport| r.closure.is_none() && !in_use.contains(&r.id);
     report.regions.iter().filter(move |r| !is_stale(r))
 }
 
@@ -447,24 +436,28 @@ mod tests {
     #[test]
     fn rows_fit_sixty_and_eighty_columns() {
         let ways = [
-            ClosedBy::LevelSet,
-            ClosedBy::Sides,
-            ClosedBy::Counterpart,
-            ClosedBy::Faired,
-            ClosedBy::Flat,
-            ClosedBy::Base,
-            ClosedBy::Seam,
-            ClosedBy::RimTriangles,
-            ClosedBy::OffsetShell,
-            ClosedBy::Nothing,
+            Some(Closure::LevelSet),
+            Some(Closure::Sides),
+            Some(Closure::Counterpart),
+            Some(Closure::Faired(None)),
+            Some(Closure::Flat),
+            Some(Closure::Base),
+            Some(Closure::Walls),
+            Some(Closure::Seam),
+            Some(Closure::RimTriangles(NotSmooth::FewEdges)),
+            Some(Closure::OffsetShell(NotSmooth::LastSteps)),
+            None,
         ];
-        for (remark, way) in Remark::ALL.iter().flat_map(|r| ways.map(|way| (r, way))) {
+        for (remark, way) in Remark::ALL
+            .iter()
+            .flat_map(|r| ways.iter().map(move |way| (r, way)))
+        {
             for width in [60, 80] {
                 let widest = Cells {
                     hole: &short_list(&[1234, 2345, 3456].map(HoleId::from)),
                     diameter: "1.234e-9",
                     edges: "12345",
-                    closed_by: closed_by(Some(way), width < WIDE),
+                    closed_by: closed_by(way.as_ref(), width < WIDE),
                     error: "1.2e-9",
                     remark: remark.short(),
                 };

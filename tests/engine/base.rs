@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use isomend::{
-    Carried, ClosedBy, Control, FillParams, HoleOutcome, HolePlan, Inspection, Mesh, RegionTask,
-    RepairParams, fill, repair,
+    Carried, Closure, Control, FillParams, HoleOutcome, Inspection, Mesh, RegionTask, RepairParams,
+    fill, repair,
 };
 
 use crate::shapes::{bits, topology, volume};
@@ -58,9 +58,12 @@ fn a_terrain_is_closed_by_a_base_at_the_given_offset() {
         };
         let filled = fill(&mesh, &params).unwrap();
         assert_eq!(topology(&filled.mesh), (0, 2));
-        assert_eq!(filled.report.holes[0].outcome, HoleOutcome::Base);
+        assert_eq!(
+            filled.report.holes[0].outcome,
+            HoleOutcome::Closed(Closure::Base)
+        );
         let region = &filled.report.regions[0];
-        assert_eq!(region.closed_by, Some(ClosedBy::Base));
+        assert_eq!(region.closure, Some(Closure::Base));
         assert_eq!((region.intersecting_faces, region.balloons()), (0, false));
         let count = mesh.positions.len();
         assert_eq!(bits(&filled.mesh.positions[..count]), bits(&mesh.positions));
@@ -88,8 +91,8 @@ fn a_base_along_any_axis_encloses_the_same_volume() {
         let filled = fill(&terrain(up, true), &params).unwrap();
         // The inner hole is filled as usual.
         assert_eq!(topology(&filled.mesh), (0, 2));
-        assert_eq!(filled.report.tally().bases, 1);
-        assert_eq!(filled.report.tally().filled, 1);
+        assert_eq!(filled.report.tally().base, 1);
+        assert_eq!(filled.report.tally().level_set, 1);
         volume(&filled.mesh)
     });
     assert!(
@@ -106,9 +109,9 @@ fn tasks_plans_and_repairs_make_the_same_base() {
     let found = Inspection::new(&mesh).unwrap();
     let regions = found.regions(&params).unwrap();
     let plan = found.plan(&params).unwrap();
-    let mut plans: Vec<&HolePlan> = plan.holes.iter().map(|h| &h.plan).collect();
-    plans.sort_by_key(|p| **p == HolePlan::Base);
-    assert_eq!(plans, [&HolePlan::Fill, &HolePlan::Base]);
+    let mut plans: Vec<_> = plan.holes.iter().map(|h| &h.outcome).collect();
+    plans.sort_by_key(|p| p.is_some());
+    assert_eq!(plans, [&None, &Some(HoleOutcome::Closed(Closure::Base))]);
     let patches = regions.tasks().map(|task| {
         let written = serde_json::to_string(&task).unwrap();
         let read: RegionTask = serde_json::from_str(&written).unwrap();
@@ -129,7 +132,7 @@ fn the_border_stays_open_if_no_base_fits() {
     let mesh = terrain(|p| p, false);
     let touching = fill(&mesh, &params).unwrap();
     let text = touching.report.holes[0].outcome.clone();
-    assert!(matches!(text, HoleOutcome::Failed(_)), "{text:?}");
+    assert!(matches!(text, HoleOutcome::Open(_)), "{text:?}");
     assert!(format!("{text:?}").contains("base_offset"));
     assert_eq!(touching.mesh, mesh);
     // A border that intersects itself in the view from above.
@@ -138,10 +141,7 @@ fn the_border_stays_open_if_no_base_fits() {
         false,
     );
     let left = fill(&overhang, &FillParams::new().with_flat_base(true)).unwrap();
-    assert!(matches!(
-        left.report.holes[0].outcome,
-        HoleOutcome::Failed(_)
-    ));
+    assert!(matches!(left.report.holes[0].outcome, HoleOutcome::Open(_)));
     // An offset without a base and a negative offset are refused.
     let alone = FillParams::new().with_base_offset(1.0);
     assert!(alone.check().unwrap_err().to_string().contains("flat_base"));

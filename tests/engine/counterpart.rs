@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 use isomend::{
-    ClosedBy, Control, CounterpartKind, CounterpartReport, FillError, FillParams, Filled, Finish,
+    Closure, Control, CounterpartKind, CounterpartReport, FillError, FillParams, Filled, Finish,
     Inspection, Like, Mesh, NotLike, RestoreParams, fill, restore,
 };
 
@@ -93,7 +93,7 @@ fn what_was_cut_out_of_a_symmetric_body_comes_back() {
         let smooth = fill(&open, &FillParams::default()).unwrap();
         let like = fill(&open, &mirror()).unwrap();
         let region = &like.report.regions[0];
-        assert_eq!(region.closed_by, Some(ClosedBy::Counterpart), "{noise}");
+        assert_eq!(region.closure, Some(Closure::Counterpart), "{noise}");
         assert_eq!(region.intersecting_faces, 0);
         let errors = [&smooth, &like].map(|filled| error(filled, &open, &truth));
         assert!(errors[1] < errors[0] / 3.0, "{noise}: {errors:?}");
@@ -145,7 +145,7 @@ fn thin_walls_are_filled_after_their_counterpart_too() {
         let smooth = fill(&open, &FillParams::default()).unwrap();
         let like = fill(&open, &mirror()).unwrap();
         let region = &like.report.regions[0];
-        let used = region.closed_by == Some(ClosedBy::Counterpart);
+        let used = region.closure == Some(Closure::Counterpart);
         assert!(used, "{noise}: {:?}", region.counterpart);
         let errors = [&smooth, &like].map(|filled| error(filled, &open, &truth));
         assert!(errors[1] < errors[0] / 3.0, "{noise}: {errors:?}");
@@ -202,7 +202,7 @@ fn what_lies_on_the_plane_or_is_open_on_both_sides_is_refused() {
     let body = body(&symmetric(), 0.05);
     let own = fill(&opened(&body, middle), &with_plane).unwrap();
     assert_eq!(found(&own).refused, Some(NotLike::Own));
-    assert_ne!(own.report.regions[0].closed_by, Some(ClosedBy::Counterpart));
+    assert_ne!(own.report.regions[0].closure, Some(Closure::Counterpart));
     let both = opened(
         &opened(&body, place()),
         place() * DVec3::new(-1.0, 1.0, 1.0),
@@ -230,7 +230,7 @@ fn a_template_is_turned_shifted_and_scaled() {
         let like = FillParams::new().with_like(moved(matrix));
         let filled = fill(&open, &like).unwrap();
         let region = &filled.report.regions[0];
-        assert_eq!(region.closed_by, Some(ClosedBy::Counterpart), "{scale}");
+        assert_eq!(region.closure, Some(Closure::Counterpart), "{scale}");
         let Some(CounterpartKind::Template(by)) = found(&filled).kind else {
             panic!("no template");
         };
@@ -260,7 +260,7 @@ fn worn_parts_are_restored_from_the_other_side() {
     params.fill = mirror();
     let done = restore(&worn, &marked, &params).unwrap();
     let region = &done.report.fill.regions[0];
-    assert_eq!(region.closed_by, Some(ClosedBy::Counterpart));
+    assert_eq!(region.closure, Some(Closure::Counterpart));
     let top = at + place() * 0.15;
     let near = |mesh: &Mesh| {
         let all = mesh.positions.iter().map(|p| p.distance(top));

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use isomend::{
-    Attributes, Cancel, Carried, ClosedBy, Control, FillError, FillParams, Finish, Inspection,
-    Mask, Mesh, NotContinued, RepairParams, RestoreParams, Selector, Sharp, fill, repair, restore,
+    Attributes, Cancel, Carried, Closure, Control, FillError, FillParams, Finish, Inspection, Mask,
+    Mesh, NotContinued, RepairParams, RestoreParams, Selector, Sharp, fill, repair, restore,
 };
 
 use crate::shapes::{blocked_cube, cube, cut, open_cube, sphere, topology, turned, volume};
@@ -60,7 +60,7 @@ fn ends_of_edges_are_numbered_over_all_holes() {
 fn sharp_edges_that_are_not_continued_are_reported() {
     let open = fill(&turned(open_cube()), &FillParams::default()).unwrap();
     for region in &open.report.regions {
-        assert_eq!(region.closed_by, Some(ClosedBy::Sides));
+        assert_eq!(region.closure, Some(Closure::Sides));
         assert!(region.crease_ends >= 2 && region.not_continued.is_none());
         assert!(!region.balloons());
     }
@@ -94,7 +94,7 @@ fn an_edge_is_continued_between_two_ends_given_by_number() {
     for pair in [pair, [pair[1], pair[0]]] {
         let filled = found.fill(&asked(&[pair, pair]), &Control::new()).unwrap();
         let region = &filled.report.regions[filled.report.holes[hole - 1].region - 1];
-        assert_eq!(region.closed_by, Some(ClosedBy::Sides));
+        assert_eq!(region.closure, Some(Closure::Sides));
         assert_eq!(region.creases.len(), 1);
         assert!((region.creases[0].angle - 90.0).abs() < 1e-6);
         let own = found.fill(&FillParams::default(), &Control::new()).unwrap();
@@ -156,7 +156,7 @@ fn tasks_and_repairs_continue_the_given_pairs() {
     let params = RepairParams::new().with_fill(asked(&[pair]).with_holes([hole]));
     let repaired = repair(&dirty, &params, &Carried::default(), &Control::new()).unwrap();
     let region = &repaired.report.fill.regions[0];
-    assert_eq!(region.closed_by, Some(ClosedBy::Sides));
+    assert_eq!(region.closure, Some(Closure::Sides));
     assert_eq!((region.crease_ends, region.creases.len()), (2, 1));
 }
 

@@ -63,7 +63,7 @@ fn holes_up_to_a_diameter_are_filled_and_patches_coloured() {
     let report = choose_holes::run(&input, &output, 0.8).unwrap();
     let outcomes: Vec<&HoleOutcome> = report.holes.iter().map(|hole| &hole.outcome).collect();
     assert!(
-        matches!(outcomes[..], [HoleOutcome::Left(_), HoleOutcome::Filled]),
+        matches!(outcomes[..], [HoleOutcome::Left(_), HoleOutcome::Closed(_)]),
         "{outcomes:?}"
     );
     let written = read_path(&output, None).unwrap();

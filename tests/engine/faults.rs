@@ -55,7 +55,7 @@ fn coincident_faces_are_handled_in_time() {
         .extend(holed.faces.iter().map(|f| f.map(|v| v + base)));
     let filled = fill(&mesh, &FillParams::default()).unwrap();
     assert!(begun.elapsed() < SOON, "{:?}", begun.elapsed());
-    assert_eq!(filled.report.tally().filled, 1);
+    assert_eq!(filled.report.tally().closed, 1);
 }
 
 #[test]
@@ -67,7 +67,7 @@ fn an_inside_out_mesh_gets_the_mirror_image_of_the_fill() {
     );
     let [right, inverse] = [&mesh, &turned].map(|m| fill(m, &FillParams::default()).unwrap());
     let seam = |f: &isomend::Filled| f.report.regions[0].seam_angle_mean.unwrap();
-    assert_eq!(inverse.report.tally().filled, 1);
+    assert_eq!(inverse.report.tally().closed, 1);
     assert!((seam(&right) - seam(&inverse)).abs() < 0.05 * seam(&right));
     for new in &inverse.mesh.positions[mesh.positions.len()..] {
         assert!((new.length() - 1.0).abs() < 0.01, "{new}");

@@ -4,7 +4,7 @@ use crate::desk::{Desk, assert_code, text};
 use crate::shapes::{bits, cut, polar, sphere, topology, volume};
 use glam::DVec3;
 use isomend::io::Format;
-use isomend::{FillParams, HoleOutcome, HolePlan, Inspection, Mesh, fill};
+use isomend::{Closure, FillParams, HoleOutcome, Inspection, Mesh, fill};
 
 /// Half a ball: the sphere that continues it rises above the rim by half the diameter.
 fn half() -> Mesh {
@@ -24,7 +24,7 @@ fn a_flat_cap_is_in_the_plane_of_its_rim() {
     assert_eq!(bits(&filled.mesh.positions[..n]), bits(&mesh.positions));
     assert_eq!(filled.mesh.faces[..mesh.faces.len()], mesh.faces);
     let hole = &filled.report.holes[0];
-    assert_eq!(hole.outcome, HoleOutcome::Flat);
+    assert_eq!(hole.outcome, HoleOutcome::Closed(Closure::Flat));
     assert_eq!(filled.report.tally().flat, 1);
     assert!(filled.report.flawless());
     let rim = hole.hole.rim.iter().map(|&v| mesh.positions[v as usize].z);
@@ -74,14 +74,17 @@ fn a_flat_cap_does_not_depend_on_other_holes_and_is_in_the_plan() {
     };
     assert_eq!(
         outcomes(&mixed.report),
-        [HoleOutcome::Flat, HoleOutcome::Filled]
+        [
+            HoleOutcome::Closed(Closure::Flat),
+            HoleOutcome::Closed(Closure::LevelSet)
+        ]
     );
     let planned = Inspection::new(&two)
         .unwrap()
         .plan(&flat(&[1]).with_holes([2]))
         .unwrap();
-    let plans: Vec<HolePlan> = planned.holes.into_iter().map(|h| h.plan).collect();
-    assert_eq!(plans, [HolePlan::Flat, HolePlan::Fill]);
+    let plans: Vec<_> = planned.holes.into_iter().map(|h| h.outcome).collect();
+    assert_eq!(plans, [Some(HoleOutcome::Closed(Closure::Flat)), None]);
     let caps = |report: &isomend::FillReport, hole: usize| {
         let of = |r: &&isomend::RegionReport| r.holes == [isomend::HoleId::from(hole)];
         report.regions.iter().find(of).unwrap().new_vertices
@@ -151,7 +154,7 @@ fn the_command_line_suggests_flat_caps_and_refuses_invalid_ones() {
         "{said}"
     );
     let document = desk.json("flat.json");
-    assert_eq!(document["holes"][0]["outcome"], "flat");
+    assert_eq!(document["holes"][0]["closed_by"], "flat");
     assert_eq!(document["regions"][0]["closed_by"], "flat");
     assert_eq!(document["outcomes"]["flat"], 1);
     let wrong = desk.run(&["fill", "half.ply", "-o", "no.ply", "--flat", "7"]);

@@ -26,14 +26,14 @@ fn an_option_file_sets_options_that_the_command_line_omits() {
     assert_code(&done, 0);
     assert_eq!(text(&done.stderr), "");
     let report = desk.json("report.json");
-    assert_eq!(outcomes(&report), ["left", "filled"]);
+    assert_eq!(outcomes(&report), ["left", "closed"]);
     assert_eq!(report["regions"][0]["voxel"], 0.08);
     // Options of the command line override the file; `-v` overrides `quiet`, which it excludes.
     let done = desk.run(&[&with_file[..], &["--holes=1", "--voxel", "0.1", "-v"]].concat());
     assert_code(&done, 0);
     assert!(text(&done.stderr).contains("options from options.toml"));
     let report = desk.json("report.json");
-    assert_eq!(outcomes(&report), ["filled", "left"]);
+    assert_eq!(outcomes(&report), ["closed", "left"]);
     assert_eq!(report["regions"][0]["voxel"], 0.1);
 }
 
@@ -139,7 +139,7 @@ fn a_dry_run_reports_what_would_be_filled_and_writes_nothing() {
     ]);
     let plan: Value = serde_json::from_slice(&done.stdout).unwrap();
     assert_eq!(plan["dry_run"], true);
-    assert_eq!(outcomes(&plan), ["would_be_filled", "left"]);
+    assert_eq!(outcomes(&plan), ["would_be_closed", "left"]);
     assert_eq!(desk.files(), ["ball.ply"]);
     // The run does what the dry run reported.
     let fill = [

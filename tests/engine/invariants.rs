@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use isomend::io::{Format, Precision, WriteOptions, to_bytes};
 use isomend::{
-    FillParams, Filled, Finish, HoleOutcome, HoleReport, LeftReason, Mesh, VoxelSize, fill, inspect,
+    Closure, FillParams, Filled, Finish, HoleOutcome, HoleReport, LeftReason, Mesh, VoxelSize,
+    fill, inspect,
 };
 
 use crate::shapes::{self, bits, cut, polar, topology, turn, turned};
@@ -17,7 +18,8 @@ fn fill_all(mesh: &Mesh, euler: i64) -> Filled {
     params.finish = Finish::None;
     let filled = fill(mesh, &params).unwrap();
     for hole in &filled.report.holes {
-        assert_eq!(hole.outcome, HoleOutcome::Filled, "hole {}", hole.hole.id);
+        let how = hole.outcome.closure();
+        assert_eq!(how, Some(&Closure::LevelSet), "hole {}", hole.hole.id);
     }
     assert_kept(mesh, &filled.mesh);
     assert_eq!(
@@ -254,7 +256,8 @@ fn patches_of_holes_that_touch_twice_share_no_edge() {
     let mut params = FillParams::default();
     params.voxel = VoxelSize::Length(1.2);
     let filled = fill(&mesh, &params).unwrap();
-    let triangulated = |h: &HoleReport| matches!(h.outcome, HoleOutcome::Triangulated(_));
+    let triangulated =
+        |h: &HoleReport| matches!(h.outcome.closure(), Some(Closure::RimTriangles(_)));
     assert!(filled.report.holes.len() == 2 && filled.report.holes.iter().all(triangulated));
     assert_eq!(topology(&filled.mesh).0, 0, "edges without two faces");
 }

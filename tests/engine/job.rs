@@ -76,7 +76,7 @@ fn jobs_read_and_write_bytes_in_memory() {
     ));
     let document = serde_json::to_value(plan.document()).unwrap();
     assert_eq!(document["dry_run"], true);
-    assert_eq!(document["holes"][0]["outcome"], "would_be_filled");
+    assert_eq!(document["holes"][0]["outcome"], "would_be_closed");
     let place = Place::memory("download");
     spec.output = Some(Output::new(place, Some(Format::Obj)).unwrap());
     let filled = run(&spec, &Control::new()).unwrap();
@@ -178,7 +178,7 @@ fn a_result_can_be_written_several_times() {
         document["output"]["vertices"],
         mended.model().mesh.positions.len()
     );
-    assert_eq!(document["outcomes"]["filled"], 1);
+    assert_eq!(document["outcomes"]["closed"], 1);
     assert_eq!(
         mended.kept_size(),
         [loaded.mesh.positions.len(), loaded.mesh.faces.len()]

@@ -1,7 +1,7 @@
 //! A patch does not depend on the order of vertices and faces, nor on orientation, handedness and scale of the mesh.
 
 use glam::{DMat3, DVec3};
-use isomend::{FillParams, Filled, Mesh, fill};
+use isomend::{Closure, FillParams, Filled, Mesh, fill};
 
 use crate::shapes::{cut, sphere};
 
@@ -69,7 +69,7 @@ fn assert_same(one: &Filled, other: &Filled, kept: usize, back: impl Fn(DVec3) -
         f.report
             .regions
             .iter()
-            .map(|r| (r.closed_by, r.new_faces))
+            .map(|r| (r.closure.as_ref().map(Closure::key), r.new_faces))
             .collect()
     };
     assert_eq!(regions(one), regions(other));

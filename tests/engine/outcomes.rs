@@ -39,9 +39,9 @@ fn strict_fails_if_only_rim_triangles_close_a_hole() {
     let said = text(&done.stderr);
     let document = desk.json("out.json");
     assert_eq!(document["flawless"], false, "{said}");
-    assert_eq!(document["outcomes"]["triangulated"], 1, "{said}");
+    assert_eq!(document["outcomes"]["rim_triangles"], 1, "{said}");
     assert!(
-        said.contains("the hole is closed (1 by triangles between rim vertices)"),
+        said.contains("the hole is closed (1 by rim triangles)"),
         "{said}"
     );
     let region = &document["regions"][0];

@@ -6,7 +6,7 @@ use crate::shapes::{joined, volume};
 use glam::DVec3;
 use isomend::check::{CheckParams, DefectKind, Verdict};
 use isomend::{
-    Carried, ClosedBy, Control, HoleOutcome, Mesh, RepairParams, Repaired, inspect, repair,
+    Carried, Closure, Control, HoleOutcome, Mesh, RepairParams, Repaired, inspect, repair,
 };
 
 fn closed(mesh: &Mesh, params: RepairParams) -> Repaired {
@@ -132,11 +132,14 @@ fn a_terrain_gets_walls_of_the_given_thickness() {
         let regions = done.report.fill.regions.iter();
         assert!(
             regions
-                .filter_map(|r| r.closed_by)
-                .any(|by| by == ClosedBy::OffsetShell)
+                .filter_map(|r| r.closure.as_ref())
+                .any(|how| *how == Closure::Walls)
         );
         let outcomes = done.report.fill.holes.iter().map(|h| &h.outcome);
-        assert_eq!(outcomes.collect::<Vec<_>>(), [&HoleOutcome::Walls]);
+        assert_eq!(
+            outcomes.collect::<Vec<_>>(),
+            [&HoleOutcome::Closed(Closure::Walls)]
+        );
         let [(1, shell)] = done.report.offset_shells[..] else {
             panic!("{:?}", done.report.offset_shells);
         };
@@ -188,7 +191,9 @@ fn sheets_with_borders_near_each_other_get_separate_walls() {
     assert_eq!(verdict(&done.mesh, None).components.len(), 2);
     let holes = &done.report.fill.holes;
     assert!(
-        holes.iter().all(|h| h.outcome == HoleOutcome::Walls),
+        holes
+            .iter()
+            .all(|h| h.outcome == HoleOutcome::Closed(Closure::Walls)),
         "{holes:?}"
     );
 }

@@ -6,7 +6,7 @@ use crate::shapes::{Noise, cut, joined, moved, polar, sphere, turned};
 use glam::DVec3;
 use isomend::check::{CheckParams, DefectKind, Verdict};
 use isomend::{
-    Carried, ClosedBy, Control, HoleOutcome, Mesh, RepairParams, RepairStep, Repaired, inspect,
+    Carried, Closure, Control, HoleOutcome, Mesh, RepairParams, RepairStep, Repaired, inspect,
     repair,
 };
 
@@ -32,7 +32,7 @@ fn assert_not_worse(bad: &Mesh, done: &Repaired) {
     // Open sheets inside a solid are removed.
     let left = there.len() + done.report.inside[0];
     assert_eq!(left, before.components.len(), "components are lost");
-    let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Left(_) | HoleOutcome::Failed(_));
+    let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Left(_) | HoleOutcome::Open(_));
     let listed = done.report.fill.holes.iter();
     let listed = listed.filter(|h| is_open(&h.outcome)).count();
     assert!(
@@ -97,10 +97,11 @@ fn a_hole_that_something_sticks_through_is_closed_by_an_offset_shell_round_it() 
         .fill
         .regions
         .iter()
-        .map(|r| r.closed_by)
+        .filter_map(|r| r.closure.as_ref())
         .collect();
-    assert!(by.contains(&Some(ClosedBy::OffsetShell)), "{by:?}");
-    let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Left(_) | HoleOutcome::Failed(_));
+    let is_shell = |how: &&Closure| matches!(how, Closure::OffsetShell(_));
+    assert!(by.iter().any(is_shell), "{by:?}");
+    let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Left(_) | HoleOutcome::Open(_));
     let mut holes = done.report.fill.holes.iter();
     assert!(!holes.any(|h| is_open(&h.outcome)));
 }

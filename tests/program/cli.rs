@@ -180,7 +180,7 @@ fn the_json_report_of_a_fill_is_complete_and_alone_on_standard_output() {
     assert_eq!(report["input"]["format"], "ply");
     assert_eq!(report["input"]["faces"], report["faces"]);
     assert!(report["output"]["faces"].as_u64() > report["faces"].as_u64());
-    assert_eq!(outcomes(&report), ["filled", "filled"]);
+    assert_eq!(outcomes(&report), ["closed", "closed"]);
     let region = &report["regions"][0];
     assert!(region["levels"].as_array().is_some_and(|l| !l.is_empty()));
     for field in [
@@ -306,18 +306,18 @@ fn holes_are_chosen_by_number_and_by_diameter() {
     let desk = Desk::new();
     assert_eq!(
         outcomes(&desk.report(&["--holes", "2"])),
-        ["left", "filled"]
+        ["left", "closed"]
     );
     assert_eq!(
         outcomes(&desk.report(&["--holes", "2,1"])),
-        ["filled", "filled"]
+        ["closed", "closed"]
     );
     assert_eq!(
         outcomes(&desk.report(&["--keep-open", "2"])),
-        ["filled", "left"]
+        ["closed", "left"]
     );
     let report = desk.report(&["--max-diameter", "0.9"]);
-    assert_eq!(outcomes(&report), ["left", "filled"]);
+    assert_eq!(outcomes(&report), ["left", "closed"]);
     assert!(
         report["holes"][0]["reason"]
             .as_str()

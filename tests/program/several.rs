@@ -105,11 +105,11 @@ fn a_repair_takes_flat_caps_by_numbers_of_the_input_and_ends_with_the_verdict() 
     let holes = document["holes"].as_array().unwrap();
     let outcome = |id: u64| {
         let own = holes.iter().find(|h| h["id"] == id);
-        own.map(|h| h["outcome"].as_str().unwrap().to_owned())
+        own.map(|h| h["closed_by"].as_str().unwrap().to_owned())
     };
     assert_eq!(outcome(1), None, "{holes:?}");
     assert_eq!(outcome(2).as_deref(), Some("flat"), "{holes:?}");
-    assert_eq!(outcome(3).as_deref(), Some("filled"), "{holes:?}");
+    assert_eq!(outcome(3).as_deref(), Some("level_set"), "{holes:?}");
     let said = text(&done.stderr);
     let last = said.lines().last().unwrap();
     assert!(last.contains("watertight and printable: yes"), "{said}");

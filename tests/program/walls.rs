@@ -53,7 +53,7 @@ fn a_sheet_gets_walls_and_the_report_gives_their_thickness() {
         "{said}"
     );
     let document = desk.json("out.json");
-    assert_eq!(document["holes"][0]["outcome"], "walls");
+    assert_eq!(document["holes"][0]["closed_by"], "walls");
     let shell = &document["offset_shells"][0];
     assert_eq!(shell["component"], 1);
     assert!(

@@ -12,8 +12,8 @@ use super::runs::Runs;
 use super::texture::Textures;
 use super::words::Command;
 use isomend_core::check::CheckParams;
-use isomend_core::fill::LeftReason;
-use isomend_core::mend::{CreaseEnd, FillPlan, FillReport, HolePlan, PlannedHole};
+use isomend_core::fill::{HoleOutcome, LeftReason};
+use isomend_core::mend::{CreaseEnd, FillPlan, FillReport, PlannedHole};
 use isomend_core::mesh::{Hole, HoleId, Mesh};
 use isomend_files::io::Loaded;
 use isomend_files::job::{
@@ -139,8 +139,8 @@ impl State {
 
     /// Whether a fill with default parameters leaves a hole open, as the outer border of a sheet that faces no other rim.
     pub fn stays_open(&self, id: HoleId) -> bool {
-        let leaves = |plan: &HolePlan| matches!(plan, HolePlan::Leave(LeftReason::OuterBoundary));
-        self.planned(id).is_some_and(|hole| leaves(&hole.plan))
+        let left = Some(HoleOutcome::Left(LeftReason::OuterBoundary));
+        self.planned(id).is_some_and(|hole| hole.outcome == left)
     }
 
     /// The other holes that a fill with default parameters fills together with this one.

@@ -3,7 +3,7 @@
 import { frame, minus } from "../../report/viewer/camera.js";
 import { copy } from "../../report/viewer/point.js";
 import { all, digits, directionTo, find, numberIn } from "../../report/viewer/controls.js";
-import { has, tr } from "./strings.js";
+import { outcomeWords, tr } from "./strings.js";
 import { isInside } from "./paint.js";
 import { rimHoles } from "./display.js";
 
@@ -125,7 +125,7 @@ export class Holes {
     button.append(part("name", hole.id), part("size", digits(hole.diameter)), part("edges", hole.edges));
     if (hole.joined.length) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: ` + ${hole.joined.join(" + ")}` }));
     if (this.isBorder(hole)) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("border_short") }));
-    button.title = hole.outcome ? `${name}: ${has("outcome_" + hole.outcome) ? tr("outcome_" + hole.outcome) : hole.outcome}${hole.reason ? ", " + hole.reason : ""}` : tr("row_title", { name, height: digits(hole.height, hole.diameter) + this.app.unit() });
+    button.title = hole.outcome ? `${name}: ${outcomeWords(hole)}` : tr("row_title", { name, height: digits(hole.height, hole.diameter) + this.app.unit() });
     if (hole.joined.length) button.title += " " + tr("row_joined", { ids: hole.joined.join(", ") });
     button.addEventListener("click", (event) => this.choose(hole.id, true, { adds: event.ctrlKey || event.metaKey, range: event.shiftKey }));
     select.setAttribute("aria-label", tr("what_with", { name }));

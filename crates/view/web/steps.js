@@ -6,7 +6,7 @@ import { askJson } from "./net.js";
 import { formsIn } from "./fields.js";
 import { counterpartLine, isRefused } from "./like.js";
 import { Presets } from "./presets.js";
-import { counts, has, tr } from "./strings.js";
+import { counts, has, outcomeWords, tr } from "./strings.js";
 
 /** Completed fraction of a run from which on the remaining time is shown. */
 const MIN_SHARE = 0.04;
@@ -338,10 +338,9 @@ export class Steps {
   summary() {
     const { report } = this.app.model.current, holes = [...report?.holes || []].sort((a, b) => (a.outcome === "left") - (b.outcome === "left")), list = document.createElement("ul");
     for (const hole of holes.slice(0, 300)) {
-      const outcome = typeof hole.outcome === "string" ? hole.outcome : hole.outcome ? Object.keys(hole.outcome)[0] : hole.state || "";
       const item = document.createElement("li");
-      item.textContent = `${tr("hole_name", { id: hole.id })}: ${has("outcome_" + outcome) ? tr("outcome_" + outcome) : outcome}${hole.reason ? `, ${hole.reason}` : ""}`;
-      item.className = outcome;
+      item.textContent = `${tr("hole_name", { id: hole.id })}: ${outcomeWords(hole)}`;
+      item.className = hole.outcome;
       list.append(item);
     }
     const notes = (report?.notes || []).map((note) => Object.assign(document.createElement("p"), { className: "hint", textContent: note }));

@@ -338,14 +338,18 @@ const WORDS = {
   steps: ["Steps", "Schritte"],
   compare_with: ["compare with", "vergleichen mit"],
   details: ["Details of this step", "Einzelheiten dieses Schritts"],
-  outcome_filled: ["filled", "gefüllt"],
+  outcome_level_set: ["level set", "Level-Set-Fläche"],
   outcome_faired: ["smoothed triangles", "geglättete Dreiecke"],
-  outcome_triangulated: ["rim triangles", "Dreiecke zwischen Randpunkten"],
+  outcome_sides: ["continued sides", "fortgesetzte Seitenflächen"],
+  outcome_counterpart: ["counterpart", "Gegenstück"],
   outcome_flat: ["flat cap", "flacher Deckel"],
   outcome_base: ["flat base", "flacher Sockel"],
   outcome_walls: ["walls", "Wände"],
+  outcome_seam: ["seam triangles", "Nahtdreiecke"],
+  outcome_rim_triangles: ["rim triangles", "Dreiecke zwischen Randpunkten"],
+  outcome_offset_shell: ["offset shell", "Versatzschale"],
   outcome_left: ["left open", "offen gelassen"],
-  outcome_failed: ["not filled", "nicht gefüllt"],
+  outcome_open: ["still open", "noch offen"],
   what: ["what", "was"],
   save_mesh: ["mesh", "Netz"],
   save_report: ["report page", "Berichtsseite"],
@@ -481,4 +485,9 @@ export function tr(name, values = {}) {
 export function counts(what, number) {
   const [one, many] = COUNTED[what][spoken];
   return `${number.toLocaleString(language())} ${number === 1 ? one : many}`;
+}
+
+/** What became of a hole: how it was closed, or that it is open, and why. */
+export function outcomeWords({ outcome, closed_by: how, reason }) {
+  return [tr("outcome_" + (how || outcome)), reason].filter(Boolean).join(", ");
 }

@@ -12,7 +12,7 @@ from isomend.fleet._manifest import FOLDER, NAME, rows, short
 
 TEXT = ("input", "output", "outcome", "error", "content")
 NUMBERS = ("seconds", "cpu")
-WHOLE = ("memory", "bytes", "vertices", "faces", "filled", "faired", "triangulated", "left", "failed")
+WHOLE = ("memory", "bytes", "vertices", "faces", "closed", "faired", "rim_triangles", "left", "open")
 COLUMNS = ("input", "output", "outcome", *NUMBERS, *WHOLE, "error", "content")
 # The outcome of a mesh whose file has changed, but not its content: the earlier row is still correct.
 SAME = "same"

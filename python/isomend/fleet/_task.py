@@ -24,7 +24,7 @@ SPACE = 2 << 30
 # Bytes of a child's messages that are kept, at the end.
 MESSAGE = 2000
 # Outcomes of holes whose numbers are recorded.
-COUNTS = ("filled", "faired", "triangulated", "left", "failed")
+COUNTS = ("closed", "faired", "rim_triangles", "left", "open")
 
 
 @dataclass(frozen=True)

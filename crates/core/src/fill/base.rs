@@ -5,10 +5,11 @@ use thiserror::Error;
 
 use super::base_plane::BasePlane;
 use super::candidate::FinishedPatch;
+use super::closure::{Closure, HoleOutcome};
 use super::faired;
 use super::finish_step::Local;
-use super::outcome::{ClosedBy, FailedReason, HoleOutcome};
 use super::problem::RegionProblem;
+use super::reasons::OpenReason;
 use super::so_far::Made;
 use crate::mesh::triangulate::constrained_delaunay;
 use crate::mesh::{Hole, Mesh, bounds};
@@ -43,19 +44,17 @@ pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
 
 /// Builds the walls and the base under the only rim. If that is impossible the rim stays open, with the reason.
 pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
-    let mut report = problem.flat_report();
+    let report = problem.flat_report();
     Made::Region(match problem.on_base() {
         Ok(patch) => {
-            report.closed_by = Some(ClosedBy::Base);
             let mut closed =
-                problem.all_finished(FinishedPatch::unfinished(patch), report, HoleOutcome::Base);
+                problem.all_finished(FinishedPatch::unfinished(patch), report, Closure::Base);
             // A base is meant to be far from its border: its rise is not reported.
             closed.report.rise = None;
             closed
         }
         Err(why) => {
-            report.closed_by = Some(ClosedBy::Nothing);
-            let outcome = HoleOutcome::Failed(FailedReason::NoBase(why.to_string()));
+            let outcome = HoleOutcome::Open(OpenReason::NoBase(why.to_string()));
             problem.all(Mesh::default(), report, outcome)
         }
     })

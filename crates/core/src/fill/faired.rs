@@ -5,9 +5,10 @@ use std::collections::HashSet;
 use glam::DVec3;
 
 use super::candidate::{FinishReport, FinishedPatch, PatchInitialisation};
+use super::closure::Closure;
 use super::finish_step::Local;
-use super::outcome::{AttemptFailure, ClosedBy, HoleOutcome};
 use super::problem::RegionProblem;
+use super::reasons::AttemptFailure;
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
 use super::so_far::{Made, SoFar};
@@ -187,9 +188,7 @@ impl RegionProblem<'_> {
         why: Option<AttemptFailure>,
         mut report: RegionReport,
     ) -> RegionPatch {
-        report.closed_by = Some(ClosedBy::Faired);
         report.diameter = self.diameter();
-        let outcome = why.map_or(HoleOutcome::Filled, HoleOutcome::Faired);
-        self.all_finished(patch, report, outcome)
+        self.all_finished(patch, report, Closure::Faired(why))
     }
 }

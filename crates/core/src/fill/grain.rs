@@ -2,7 +2,7 @@
 
 use super::finish_step::Local;
 use super::invented::GrainReport;
-use super::problem::{RegionPlan, RegionProblem};
+use super::problem::RegionProblem;
 use super::region_patch::RegionPatch;
 use crate::finish::grain;
 use crate::stitch::Patch;
@@ -13,7 +13,7 @@ const HALVINGS: usize = 3;
 impl RegionProblem<'_> {
     /// Adds grain to the patch of a region if it is requested and the patch is a computed smooth surface.
     pub(super) fn with_grain(&self, mut filled: RegionPatch) -> RegionPatch {
-        let is_smooth = self.plan == RegionPlan::Solve && self.is_finished();
+        let is_smooth = self.decided.is_none() && self.is_finished();
         if !self.params.grain || !is_smooth || filled.mesh.positions.is_empty() {
             return filled;
         }

@@ -1,7 +1,7 @@
 //! Retries of the level set of a region: grid, initialisation and energy of the next attempt, from the earlier attempts and their
 //! failures.
 
-use super::outcome::AttemptFailure;
+use super::reasons::AttemptFailure;
 use crate::flow::Energy;
 use crate::region::{LevelReport, Start};
 use crate::stitch::StitchError;

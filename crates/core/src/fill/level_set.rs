@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 use super::grids::{Attempt, failures, spent};
-use super::outcome::AttemptFailure;
 use super::problem::RegionProblem;
+use super::reasons::AttemptFailure;
 use super::reference::ReferenceSurface;
 use super::report::RegionReport;
 use super::so_far::{LevelEnd, Made, SoFar, Unconverged};

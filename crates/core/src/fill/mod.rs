@@ -3,6 +3,7 @@
 mod base;
 mod base_plane;
 mod candidate;
+mod closure;
 mod counterpart;
 mod faired;
 mod finish_step;
@@ -11,11 +12,11 @@ mod grids;
 mod invented;
 mod level_set;
 mod like;
-mod outcome;
 mod params;
 mod planar;
 mod problem;
 mod quality;
+mod reasons;
 mod reference;
 mod region_patch;
 mod report;
@@ -33,17 +34,15 @@ mod strategy;
 
 pub(crate) use base_plane::BasePlane;
 pub use candidate::{FinishReport, PatchInitialisation};
+pub use closure::{Closure, HoleOutcome, Tally};
 pub(crate) use counterpart::{Counterpart, PlacedPart};
 pub use invented::{CounterpartKind, CounterpartReport, GrainReport, NotLike};
 pub use like::Like;
 pub(crate) use like::unit_normal;
-pub use outcome::{
-    AttemptFailure, ClosedBy, FailedReason, HoleOutcome, LeftReason, NotContinued, Tally,
-    TriangulatedReason,
-};
 pub use params::{FillParams, Finish, Sharp};
-pub(crate) use problem::{RegionPlan, RegionProblem, first_region, has_few_edges};
+pub(crate) use problem::{RegionProblem, first_region, has_few_edges};
 pub use quality::Quality;
+pub use reasons::{AttemptFailure, LeftReason, NotContinued, NotSmooth, OpenReason};
 pub(crate) use reference::{Keeping, ReferenceSurface};
 pub use region_patch::RegionPatch;
 pub use report::{CreaseReport, RegionReport};

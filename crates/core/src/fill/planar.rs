@@ -3,8 +3,8 @@
 use glam::DVec2;
 
 use super::candidate::FinishedPatch;
+use super::closure::{Closure, HoleOutcome};
 use super::faired;
-use super::outcome::{ClosedBy, HoleOutcome};
 use super::problem::RegionProblem;
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
@@ -67,23 +67,25 @@ impl RegionProblem<'_> {
             new_faces: faces.len(),
             components: 1,
             intersecting_faces: count_intersecting(self.mesh, &[], &faces),
-            closed_by: Some(ClosedBy::Flat),
+            closure: Some(Closure::Flat),
             ..self.flat_report()
         };
         Some(RegionPatch {
             mesh: Mesh::new(Vec::new(), faces),
             expected_error: Vec::new(),
             report,
-            outcomes: vec![HoleOutcome::Flat; self.holes.len()],
+            outcomes: vec![HoleOutcome::Closed(Closure::Flat); self.holes.len()],
             is_cramped: false,
         })
     }
 
     /// The result of a region that is closed by a flat cap.
     fn capped(&self, patch: Patch) -> RegionPatch {
-        let mut report = self.flat_report();
-        report.closed_by = Some(ClosedBy::Flat);
-        self.all_finished(FinishedPatch::unfinished(patch), report, HoleOutcome::Flat)
+        self.all_finished(
+            FinishedPatch::unfinished(patch),
+            self.flat_report(),
+            Closure::Flat,
+        )
     }
 
     /// The report of a region that is closed by a flat cap or base.

@@ -3,9 +3,11 @@
 use glam::DVec3;
 
 use super::base_plane::BasePlane;
+use super::closure::Closure;
 use super::counterpart::placed::PlacedPart;
 use super::grids::Attempt;
 use super::params::FillParams;
+use super::reasons::NotSmooth;
 use super::reference::ReferenceSurface;
 use crate::cancel::Cancel;
 use crate::flow::BendingEnergy;
@@ -14,21 +16,6 @@ use crate::region::{BoxSize, Region, Sphere, Start, VoxelSize};
 use crate::sdf::Sampler;
 use crate::stitch::close_seam;
 use crate::tuning::tuning;
-
-/// The kind of closure that a region gets, decided before anything is computed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum RegionPlan {
-    /// A single rim of few edges, which is triangulated without new vertices.
-    Trivial,
-    /// A nearly flat cap, as requested.
-    Planar,
-    /// A flat base with walls under the outer border of a sheet, as requested.
-    Base,
-    /// Two rims that coincide: a seam.
-    Seam,
-    /// A continued surface.
-    Solve,
-}
 
 /// One region to fill, with everything that the candidates read.
 #[derive(Clone, Copy)]
@@ -39,8 +26,8 @@ pub(crate) struct RegionProblem<'a> {
     pub(crate) mesh: &'a Mesh,
     /// Its holes.
     pub(crate) holes: &'a [&'a Hole],
-    /// The kind of closure.
-    pub(crate) plan: RegionPlan,
+    /// The closure that was decided before anything is computed; none where the search finds a continued surface.
+    pub(crate) decided: Option<&'a Closure>,
     /// Distances to the components of the mesh on which the rims are.
     pub(crate) known: &'a Sampler<'a>,
     /// The caller's energy, if the parameters select [`Energy::Own`](crate::flow::Energy::Own).
@@ -69,15 +56,17 @@ pub(crate) struct RegionProblem<'a> {
     pub(crate) cancel: &'a Cancel,
 }
 
-impl RegionPlan {
-    /// The kind of closure for these holes of a mesh.
-    pub(crate) fn new(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> Self {
+impl Closure {
+    /// The closure of these holes of a mesh that is decided before anything is computed; none where they get a continued surface.
+    pub(crate) fn decided(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> Option<Self> {
         match holes {
-            [hole] if params.is_on_base(hole) => Self::Base,
-            [hole] if hole.edges <= tuning().fill.few_edges => Self::Trivial,
-            _ if holes.iter().all(|h| params.is_flat(h.id)) => Self::Planar,
-            [a, b] if close_seam(mesh, &a.rim, &b.rim).is_some() => Self::Seam,
-            _ => Self::Solve,
+            [hole] if params.is_on_base(hole) => Some(Self::Base),
+            [hole] if hole.edges <= tuning().fill.few_edges => {
+                Some(Self::RimTriangles(NotSmooth::FewEdges))
+            }
+            _ if holes.iter().all(|h| params.is_flat(h.id)) => Some(Self::Flat),
+            [a, b] if close_seam(mesh, &a.rim, &b.rim).is_some() => Some(Self::Seam),
+            _ => None,
         }
     }
 }

@@ -4,9 +4,10 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::candidate::{FinishReport, FinishedPatch};
-use super::outcome::{ClosedBy, FailedReason, HoleOutcome};
+use super::closure::{Closure, HoleOutcome};
 use super::problem::RegionProblem;
 use super::quality::Quality;
+use super::reasons::OpenReason;
 use super::report::RegionReport;
 use crate::mesh::Mesh;
 
@@ -35,7 +36,7 @@ impl RegionPatch {
 
     /// Quality of the result.
     pub(super) fn quality(&self) -> Quality {
-        let is_open = |o: &&HoleOutcome| matches!(o, HoleOutcome::Failed(_));
+        let is_open = |o: &&HoleOutcome| matches!(o, HoleOutcome::Open(_));
         let finish = self.report.finish.as_ref().map(FinishReport::quality);
         Quality {
             open_rims: self.outcomes.iter().filter(is_open).count(),
@@ -48,16 +49,14 @@ impl RegionPatch {
 
 impl RegionProblem<'_> {
     /// The result of a region that was stopped: its holes stay open, and the run ends with an error.
-    pub(super) fn stopped(&self, mut report: RegionReport) -> RegionPatch {
-        report.closed_by = Some(ClosedBy::Nothing);
-        let outcome = HoleOutcome::Failed(FailedReason::NotReached);
+    pub(super) fn stopped(&self, report: RegionReport) -> RegionPatch {
+        let outcome = HoleOutcome::Open(OpenReason::NotReached);
         self.all(Mesh::default(), report, outcome)
     }
 
     /// The result of a region that is closed by a finished patch of a level set.
-    pub(super) fn accept(&self, finished: FinishedPatch, mut report: RegionReport) -> RegionPatch {
-        report.closed_by = Some(ClosedBy::LevelSet);
-        self.all_finished(finished, report, HoleOutcome::Filled)
+    pub(super) fn accept(&self, finished: FinishedPatch, report: RegionReport) -> RegionPatch {
+        self.all_finished(finished, report, Closure::LevelSet)
     }
 
     /// The result of a region whose box would have to grow beyond the part of the mesh at hand.
@@ -68,12 +67,12 @@ impl RegionProblem<'_> {
         }
     }
 
-    /// The result of a region with a finished patch; all holes have the same outcome.
+    /// The result of a region that is closed by a finished patch.
     pub(super) fn all_finished(
         &self,
         finished: FinishedPatch,
         mut report: RegionReport,
-        outcome: HoleOutcome,
+        closure: Closure,
     ) -> RegionPatch {
         let FinishedPatch {
             patch,
@@ -90,7 +89,7 @@ impl RegionProblem<'_> {
         let mesh = Mesh::new(patch.positions, patch.faces);
         RegionPatch {
             expected_error,
-            ..self.all(mesh, report, outcome)
+            ..self.all(mesh, report, HoleOutcome::Closed(closure))
         }
     }
 
@@ -101,6 +100,7 @@ impl RegionProblem<'_> {
         mut report: RegionReport,
         outcome: HoleOutcome,
     ) -> RegionPatch {
+        report.closure = outcome.closure().cloned();
         report.new_vertices = mesh.positions.len();
         report.new_faces = mesh.faces.len();
         RegionPatch {

@@ -3,9 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::candidate::FinishReport;
+use super::closure::Closure;
 use super::invented::{CounterpartReport, GrainReport};
-use super::outcome::{AttemptFailure, ClosedBy, NotContinued};
 use super::quality::Quality;
+use super::reasons::{AttemptFailure, NotContinued};
 use crate::mesh::HoleId;
 use crate::region::LevelReport;
 use crate::tuning::tuning;
@@ -30,8 +31,8 @@ pub struct RegionReport {
     pub levels: Vec<LevelReport>,
     /// Whether the flow converged.
     pub converged: bool,
-    /// The kind of surface that closed the region.
-    pub closed_by: Option<ClosedBy>,
+    /// How it was closed; none where a rim is open.
+    pub closure: Option<Closure>,
     /// Mean angle between the faces on both sides of the seam with the mesh, in degrees; none where the patch is not joined along
     /// one.
     pub seam_angle_mean: Option<f64>,
@@ -101,7 +102,7 @@ impl RegionReport {
         why: Option<NotContinued>,
         asked_for: bool,
     ) {
-        let is_by_sides = self.closed_by == Some(ClosedBy::Sides);
+        let is_by_sides = self.closure == Some(Closure::Sides);
         let is_lost = |why: &NotContinued| matches!(why, NotContinued::Intersects(_));
         self.crease_ends = ends;
         self.not_continued = why.filter(|why| asked_for || !is_by_sides || is_lost(why));
@@ -109,29 +110,18 @@ impl RegionReport {
 
     /// Whether it has a surface of its own, not only triangles between the rims' vertices.
     pub fn has_surface(&self) -> bool {
-        let by = self.closed_by;
-        !self.levels.is_empty()
-            || matches!(
-                by,
-                Some(
-                    ClosedBy::Flat
-                        | ClosedBy::Base
-                        | ClosedBy::Faired
-                        | ClosedBy::Sides
-                        | ClosedBy::Counterpart
-                        | ClosedBy::OffsetShell
-                )
-            )
+        let is_plain = matches!(
+            self.closure,
+            None | Some(Closure::Seam | Closure::RimTriangles(_))
+        );
+        !self.levels.is_empty() || !is_plain && self.closure != Some(Closure::LevelSet)
     }
 
     /// Whether its patch bulges so far that a flat cap may be wanted: the surface was continued across a cut neck or the mouth of
     /// a vessel. The corner of a solid, which rises as far, does not count.
     pub fn balloons(&self) -> bool {
         // What a counterpart has is no corner either, but a part of the shape.
-        let is_corner = matches!(
-            self.closed_by,
-            Some(ClosedBy::Sides | ClosedBy::Counterpart)
-        );
+        let is_corner = matches!(self.closure, Some(Closure::Sides | Closure::Counterpart));
         !is_corner && self.rise.is_some_and(|rise| rise > tuning().fill.balloon)
     }
 }

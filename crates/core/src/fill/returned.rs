@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::outcome::{AttemptFailure, FailedReason, HoleOutcome, TriangulatedReason};
+use super::closure::{Closure, HoleOutcome};
+use super::reasons::{AttemptFailure, NotSmooth, OpenReason};
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
 use crate::finish::FinishRecord;
@@ -42,12 +43,22 @@ impl RegionPatch {
 impl HoleOutcome {
     fn return_to_mesh(&mut self, way: &WayBack) {
         match self {
-            Self::Faired(failure)
-            | Self::Triangulated(TriangulatedReason::NoSurface(failure))
-            | Self::Failed(FailedReason::NoTriangulation {
-                after: TriangulatedReason::NoSurface(failure),
+            Self::Closed(how) => how.return_to_mesh(way),
+            Self::Open(OpenReason::NoTriangulation {
+                after: NotSmooth::NoSurface(failure),
                 ..
             }) => failure.return_to_mesh(way),
+            _ => {}
+        }
+    }
+}
+
+impl Closure {
+    fn return_to_mesh(&mut self, way: &WayBack) {
+        match self {
+            Self::Faired(Some(failure)) | Self::RimTriangles(NotSmooth::NoSurface(failure)) => {
+                failure.return_to_mesh(way);
+            }
             _ => {}
         }
     }
@@ -69,6 +80,9 @@ impl AttemptFailure {
 impl RegionReport {
     fn return_to_mesh(&mut self, way: &WayBack) {
         let unit = way.unit;
+        if let Some(how) = &mut self.closure {
+            how.return_to_mesh(way);
+        }
         self.diameter *= unit;
         scale(&mut self.voxel, unit);
         self.levels.iter_mut().for_each(|level| level.voxel *= unit);

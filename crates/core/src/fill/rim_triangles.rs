@@ -1,7 +1,8 @@
 //! Candidate: triangles between the vertices of each rim, without new vertices.
 
-use super::outcome::{AttemptFailure, ClosedBy, FailedReason, HoleOutcome, TriangulatedReason};
-use super::problem::{RegionPlan, RegionProblem};
+use super::closure::{Closure, HoleOutcome};
+use super::problem::RegionProblem;
+use super::reasons::{AttemptFailure, NotSmooth, OpenReason};
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
 use super::so_far::{Made, SoFar};
@@ -12,21 +13,21 @@ use crate::stitch::count_intersecting;
 
 /// Triangles between the vertices of each rim.
 pub(super) fn make(problem: &RegionProblem<'_>, so_far: &SoFar<'_>) -> Made {
-    let (why, report) = match problem.plan {
-        RegionPlan::Planar => (TriangulatedReason::Flat, problem.flat_report()),
-        RegionPlan::Solve => {
+    let (why, report) = match problem.decided {
+        Some(Closure::Flat) => (NotSmooth::Flat, problem.flat_report()),
+        Some(_) => (NotSmooth::FewEdges, RegionReport::default()),
+        None => {
             let (why, report) = so_far.without_level_set();
             let why = why.unwrap_or(AttemptFailure::Stopped);
-            (TriangulatedReason::NoSurface(why), report)
+            (NotSmooth::NoSurface(why), report)
         }
-        _ => (TriangulatedReason::FewEdges, RegionReport::default()),
     };
     Made::Region(problem.triangulate(why, report))
 }
 
 impl RegionProblem<'_> {
     /// Triangulates each loop separately; no diagonal repeats an edge of an earlier loop's triangles.
-    fn triangulate(&self, why: TriangulatedReason, mut report: RegionReport) -> RegionPatch {
+    fn triangulate(&self, why: NotSmooth, mut report: RegionReport) -> RegionPatch {
         let rims: Vec<Vec<u32>> = self.holes.iter().map(|h| h.rim.clone()).collect();
         let part = self.all.part_round(&rims);
         let mut faces = Vec::new();
@@ -38,22 +39,19 @@ impl RegionProblem<'_> {
             outcomes.push(match made {
                 Ok(new) => {
                     faces.extend(new);
-                    HoleOutcome::Triangulated(why.clone())
+                    HoleOutcome::Closed(Closure::RimTriangles(why.clone()))
                 }
-                Err(error) => HoleOutcome::Failed(FailedReason::NoTriangulation {
+                Err(error) => HoleOutcome::Open(OpenReason::NoTriangulation {
                     after: why.clone(),
                     error,
                 }),
             });
         }
-        let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Failed(_));
+        let all_closed = outcomes.iter().all(|o| o.closure().is_some());
         report.new_faces = faces.len();
         report.intersecting_faces = count_intersecting(&part.mesh, &[], &faces);
         report.components = outcomes.len();
-        report.closed_by = Some(match outcomes.iter().any(is_open) {
-            true => ClosedBy::Nothing,
-            false => ClosedBy::RimTriangles,
-        });
+        report.closure = all_closed.then_some(Closure::RimTriangles(why));
         renumber(&mut faces, &part, self.mesh.positions.len());
         RegionPatch {
             mesh: Mesh::new(Vec::new(), faces),

@@ -1,6 +1,6 @@
 //! Candidate: thin triangles between two rims that coincide.
 
-use super::outcome::{ClosedBy, HoleOutcome, TriangulatedReason};
+use super::closure::{Closure, HoleOutcome};
 use super::problem::RegionProblem;
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
@@ -22,11 +22,10 @@ impl RegionProblem<'_> {
         let faces = close_seam(self.mesh, &a.rim, &b.rim)?;
         let report = RegionReport {
             diameter: a.diameter,
-            closed_by: Some(ClosedBy::Seam),
             components: 1,
             ..RegionReport::default()
         };
-        let outcome = HoleOutcome::Triangulated(TriangulatedReason::Seam);
+        let outcome = HoleOutcome::Closed(Closure::Seam);
         Some(self.all(Mesh::new(Vec::new(), faces), report, outcome))
     }
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::grids::{Attempt, RetryContext};
-use super::problem::{RegionPlan, RegionProblem, has_few_edges, refines};
+use super::problem::{RegionProblem, has_few_edges, refines};
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
 use super::so_far::{LevelEnd, Made, SoFar};
@@ -67,7 +67,7 @@ fn search(problem: &RegionProblem<'_>) -> RegionPatch {
             retry_context,
             ..
         } = &so_far;
-        let candidate = match next_step(problem.plan, first, &so_far.endings, retry_context) {
+        let candidate = match next_step(problem.decided, first, &so_far.endings, retry_context) {
             Step::Take(place) => {
                 let (ends, why) = (so_far.crease_ends, so_far.not_continued.clone());
                 let counterpart = so_far.counterpart.take();
@@ -108,9 +108,9 @@ fn begin<'b>(problem: &RegionProblem<'_>) -> SoFar<'b> {
             },
             ..Attempt::first(problem.params.energy)
         },
-        retry_context: match problem.plan {
-            RegionPlan::Solve => problem.retry_context(),
-            _ => RetryContext::default(),
+        retry_context: match problem.decided {
+            None => problem.retry_context(),
+            Some(_) => RetryContext::default(),
         },
         endings: Vec::new(),
         made: Vec::new(),
@@ -150,7 +150,7 @@ fn make<'b>(
         Candidate::RimTriangles => rim_triangles::make(problem, so_far),
     };
     let quality = made.quality();
-    if problem.plan == RegionPlan::Solve && log::log_enabled!(log::Level::Debug) {
+    if problem.decided.is_none() && log::log_enabled!(log::Level::Debug) {
         let seconds = clock.elapsed().as_secs_f64();
         let expected = MS_OF_COST * cost(problem, candidate, so_far);
         log::debug!(

@@ -4,11 +4,12 @@
 use glam::DVec3;
 
 use super::candidate::FinishedPatch;
+use super::closure::Closure;
 use super::faired;
 use super::finish_step::Local;
-use super::outcome::{ClosedBy, HoleOutcome, NotContinued};
 use super::params::{FillParams, Sharp};
-use super::problem::{RegionPlan, RegionProblem};
+use super::problem::RegionProblem;
+use super::reasons::NotContinued;
 use super::region_patch::RegionPatch;
 use super::report::{CreaseReport, RegionReport};
 use super::sides_error::{Predicted, with_rounding};
@@ -220,7 +221,6 @@ impl RegionProblem<'_> {
         patch.measure(self.mesh, local.part.mesh.faces.iter().map(whole));
         let report = RegionReport {
             diameter: self.diameter(),
-            closed_by: Some(ClosedBy::Sides),
             creases,
             ..RegionReport::default()
         };
@@ -230,7 +230,7 @@ impl RegionProblem<'_> {
             .iter_mut()
             .zip(&finished.patch.positions);
         at.for_each(|(own, p)| *own = error.map(|e| with_rounding(e, *p)));
-        Ok(self.all_finished(finished, report, HoleOutcome::Filled))
+        Ok(self.all_finished(finished, report, Closure::Sides))
     }
 
     /// How well the sides, and a smooth patch, predict the innermost rings of faces when these are removed; none where the
@@ -283,7 +283,7 @@ impl RegionProblem<'_> {
         let problem = RegionProblem {
             mesh: &widened.mesh,
             holes: &[&widened.hole],
-            plan: RegionPlan::Solve,
+            decided: None,
             known: &all,
             all: &all,
             params: &params,

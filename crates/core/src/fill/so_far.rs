@@ -3,8 +3,8 @@
 use super::candidate::{FinishedPatch, quality};
 use super::grids::{Attempt, RetryContext, failures};
 use super::invented::CounterpartReport;
-use super::outcome::{AttemptFailure, NotContinued};
 use super::quality::Quality;
+use super::reasons::{AttemptFailure, NotContinued};
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
 use super::strategy::{Ending, history};

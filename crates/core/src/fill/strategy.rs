@@ -1,10 +1,10 @@
 //! Selects the next candidate to compute for a region, or the candidate to accept: a pure function of the candidates computed so far and
 //! their results.
 
+use super::closure::Closure;
 use super::grids::{Attempt, RetryContext, next_attempt};
-use super::outcome::AttemptFailure;
-use super::problem::RegionPlan;
 use super::quality::Quality;
+use super::reasons::AttemptFailure;
 use crate::flow::Energy;
 use crate::region::Start;
 use crate::tuning::tuning;
@@ -90,49 +90,48 @@ pub(super) enum Step {
     Take(usize),
 }
 
-/// The next step after the candidates made so far. `first` is the first level-set attempt.
+/// The next step after the candidates made so far. `decided` is the closure that was decided before, if any; `first` is the first
+/// level-set attempt.
 pub(super) fn next_step(
-    plan: RegionPlan,
+    decided: Option<&Closure>,
     first: &Attempt,
     made: &[Ending],
     region: &RetryContext,
 ) -> Step {
-    match plan {
-        // It is made only where it predicts the faces round the hole.
-        RegionPlan::Solve if region.has_counterpart => match made {
-            [] => Step::Make(Candidate::Counterpart),
-            [counterpart, ..] if is_sound(counterpart) => Step::Take(0),
-            [_, others @ ..] => {
-                let region = RetryContext {
-                    has_counterpart: false,
-                    ..*region
-                };
-                match next_step(plan, first, others, &region) {
-                    Step::Take(place) => Step::Take(place + 1),
-                    make => make,
-                }
-            }
-        },
-        RegionPlan::Trivial => only(Candidate::RimTriangles, made),
-        RegionPlan::Base => only(Candidate::Base, made),
-        RegionPlan::Seam => only(Candidate::Seam, made),
-        RegionPlan::Planar => match quality(Candidate::PlanarCap, made) {
-            Some(Some(cap)) if cap.is_sound() => Step::Take(0),
+    match decided {
+        Some(Closure::Flat) => match place(Candidate::PlanarCap, made) {
+            Some(cap) if is_sound(&made[cap]) => Step::Take(cap),
             _ => best_of([Candidate::PlanarCap, Candidate::RimTriangles], made),
         },
-        RegionPlan::Solve if region.may_be_sharp => match made {
-            // These are made only where they predict the faces around the hole much better than a smooth patch.
-            [] => Step::Make(Candidate::Sides),
-            [sides, ..] if is_sound(sides) => Step::Take(0),
-            [_] => Step::Make(Candidate::Rounded),
-            [_, rounded, ..] if is_sound(rounded) => Step::Take(1),
-            [_, _, others @ ..] => match next_surface(first, others, region) {
-                Step::Take(place) => Step::Take(place + 2),
-                make => make,
-            },
+        Some(Closure::Base) => only(Candidate::Base, made),
+        Some(Closure::Seam) => only(Candidate::Seam, made),
+        Some(_) => only(Candidate::RimTriangles, made),
+        None => match preferred(made, region) {
+            Some(step) => step,
+            None => next_surface(first, made, region),
         },
-        RegionPlan::Solve => next_surface(first, made, region),
     }
+}
+
+/// The next step among the candidates that are made only where they predict the faces around the hole much better than a smooth patch:
+/// the first sound one is taken. None where all of them are made and none is sound.
+fn preferred(made: &[Ending], region: &RetryContext) -> Option<Step> {
+    let candidates = [
+        (region.has_counterpart, Candidate::Counterpart),
+        (region.may_be_sharp, Candidate::Sides),
+        (region.may_be_sharp, Candidate::Rounded),
+    ];
+    let possible = candidates
+        .into_iter()
+        .filter(|(is_possible, _)| *is_possible);
+    for (_, candidate) in possible {
+        match place(candidate, made) {
+            None => return Some(Step::Make(candidate)),
+            Some(place) if is_sound(&made[place]) => return Some(Step::Take(place)),
+            Some(_) => {}
+        }
+    }
+    None
 }
 
 fn is_sound(made: &Ending) -> bool {
@@ -158,7 +157,7 @@ fn next_surface(first: &Attempt, made: &[Ending], region: &RetryContext) -> Step
     // part is wider than its rim, only the level set finds it.
     match place(Candidate::Faired, made) {
         Some(faired) if made[faired].is_at_sound_minimum() => return Step::Take(faired),
-        None if made.is_empty() && region.few_edges => return Step::Make(Candidate::Faired),
+        None if history.is_empty() && region.few_edges => return Step::Make(Candidate::Faired),
         None if nearly.is_none() && !has_patch && region.finishes => {
             let reached_box = |failure| failure == &Some(AttemptFailure::ReachedBox);
             if let [(_, failure)] = &history[..]

@@ -43,14 +43,14 @@ pub(super) struct Patch {
     /// Mean length of the edges around the patch.
     pub(super) edge: f64,
     /// The faces on which the energy of the patch depends.
-    pub(super) closure: Closure,
+    pub(super) closure: PatchSupport,
     /// Cancels computations on the patch.
     pub(super) cancel: Cancel,
 }
 
 /// The vertices whose curvature depends on the patch, and all faces around them, with local numbers.
 #[derive(Clone)]
-pub(super) struct Closure {
+pub(super) struct PatchSupport {
     /// The patch's number of each vertex, in rising order.
     pub(super) vertices: Vec<u32>,
     /// All faces.
@@ -65,7 +65,7 @@ pub(super) struct Closure {
     pub(super) rim: Vec<u32>,
 }
 
-impl Closure {
+impl PatchSupport {
     fn new(count: usize, faces: &Faces, moving: &[bool]) -> Self {
         let any = |mask: &[bool], f: &[u32; 3]| f.iter().any(|&v| mask[v as usize]);
         let mut acting = vec![false; count];
@@ -225,7 +225,7 @@ impl Patch {
             moving[v as usize] = true;
             known[v as usize] = false;
         }
-        let closure = Closure::new(points.len(), &self.faces, &moving);
+        let closure = PatchSupport::new(points.len(), &self.faces, &moving);
         let rim: Vec<u32> = closure
             .rim
             .iter()
@@ -308,7 +308,7 @@ impl Located {
             .for_each(|&v| moving[own(v) as usize] = true);
         let known = ids.iter().zip(&moving);
         let known = known.map(|(&v, m)| around.is_known(v) && !m).collect();
-        let closure = Closure::new(ids.len(), &faces, &moving);
+        let closure = PatchSupport::new(ids.len(), &faces, &moving);
         let mut patch = Patch {
             border: border(ids.len(), &faces),
             points,

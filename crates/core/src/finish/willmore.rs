@@ -11,7 +11,7 @@ use super::geometry::{
     vertex_normals, voronoi,
 };
 use super::params::FinishParams;
-use super::patch::{Closure, Patch};
+use super::patch::{Patch, PatchSupport};
 use super::report::SecondInitialisation;
 use crate::cancel::Cancel;
 use crate::linalg::LdlPattern;
@@ -43,7 +43,7 @@ struct State {
 impl State {
     /// `h = n · S x / m` (mean curvature normal, Meyer et al. 2003, equation (8)) and `E = ½ Σ m h²` over moving and rim
     /// vertices.
-    fn new(closure: &Closure, points: &[DVec3]) -> Self {
+    fn new(closure: &PatchSupport, points: &[DVec3]) -> Self {
         let faces = &closure.faces;
         let (half_cotangents, _) = clamped_cotangents(points, faces);
         let normals = vertex_normals(points, faces);
@@ -146,7 +146,7 @@ impl FoldWatch<'_> {
 
 /// State of the Gauss-Newton iteration that is shared by its steps.
 struct Solver<'a> {
-    closure: &'a Closure,
+    closure: &'a PatchSupport,
     stiffness: Stiffness,
     /// The unknown of each vertex of the closure, if it moves.
     unknown: Vec<Option<usize>>,

@@ -1,7 +1,7 @@
 //! Chooses the holes to fill, and groups the holes that are filled together.
 
 use super::{FillError, Inspection};
-use crate::fill::{FailedReason, FillParams, HoleOutcome, LeftReason};
+use crate::fill::{FillParams, HoleOutcome, LeftReason, OpenReason};
 use crate::mesh::HoleId;
 use crate::region::{group_holes, group_named};
 use crate::tuning::tuning;
@@ -73,7 +73,7 @@ pub(super) fn choose(
             Some(reason) => HoleOutcome::Left(reason),
             None => {
                 chosen.push(i);
-                HoleOutcome::Failed(FailedReason::NotReached)
+                HoleOutcome::Open(OpenReason::NotReached)
             }
         });
     }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 
-use super::plan::{FillPlan, HolePlan};
+use super::plan::FillPlan;
 use super::report::FillReport;
 use super::{Inspection, RestoreError};
 use crate::fill::{FillParams, HoleOutcome, LeftReason};
@@ -139,7 +139,7 @@ impl<'a> CutResult<'a> {
         plan.components = before.topology.component_faces.len();
         plan.defects = before.topology.defects;
         for hole in &mut plan.holes {
-            if let HolePlan::Leave(why) = &mut hole.plan {
+            if let Some(HoleOutcome::Left(why)) = &mut hole.outcome {
                 *why = LeftReason::NotMarked;
             }
         }

@@ -1,16 +1,16 @@
 //! Finds and checks the pairs of crease ends between which the caller wants sharp edges, before anything is filled.
 
 use super::{Control, CreaseEnd, FillError, Inspection};
-use crate::fill::{FillParams, RegionPlan};
+use crate::fill::{Closure, FillParams};
 use crate::mesh::HoleId;
 
 /// For each region the pairs of rim vertices between which a sharp edge is to be continued. A region is given by the indices of
-/// its holes and its kind of closure.
+/// its holes and the closure that is decided for it.
 pub(super) fn joined(
     found: &Inspection,
     params: &FillParams,
     groups: &[Vec<usize>],
-    plans: &[RegionPlan],
+    decided: &[Option<Closure>],
 ) -> Result<Vec<Vec<[u32; 2]>>, FillError> {
     let mut joined = vec![Vec::new(); groups.len()];
     if params.crease.is_empty() {
@@ -30,7 +30,7 @@ pub(super) fn joined(
             );
             return Err(wrong(why));
         }
-        let region = region_of(found, a.hole, groups, plans).map_err(wrong)?;
+        let region = region_of(found, a.hole, groups, decided).map_err(wrong)?;
         let pair = [a.vertex.min(b.vertex), a.vertex.max(b.vertex)];
         if !joined[region].contains(&pair) {
             joined[region].push(pair);
@@ -52,15 +52,15 @@ fn region_of(
     found: &Inspection,
     hole: HoleId,
     groups: &[Vec<usize>],
-    plans: &[RegionPlan],
+    decided: &[Option<Closure>],
 ) -> Result<usize, String> {
     let has = |group: &Vec<usize>| group.iter().any(|&h| found.holes[h].id == hole);
     let Some(region) = groups.iter().position(has) else {
         return Err(format!("hole {hole} is not to be filled; fill it"));
     };
-    match (plans[region], groups[region].len()) {
-        (RegionPlan::Solve, 1) => Ok(region),
-        (RegionPlan::Planar, _) => Err(format!("hole {hole} gets a flat cap; leave that out")),
+    match (&decided[region], groups[region].len()) {
+        (None, 1) => Ok(region),
+        (Some(Closure::Flat), _) => Err(format!("hole {hole} gets a flat cap; leave that out")),
         _ => Err(format!(
             "hole {hole} is filled together with others, and sharp edges are continued in single holes only; fill it by itself"
         )),

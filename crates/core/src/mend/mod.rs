@@ -42,7 +42,7 @@ pub use error::{FillError, RestoreError};
 pub use fair::{FairError, Faired};
 pub use inspection::Inspection;
 pub use params::{FairExtent, FairParams, RestoreParams};
-pub use plan::{FairPlan, FillPlan, HolePlan, PlannedHole, PlannedRegion, RestorePlan};
+pub use plan::{FairPlan, FillPlan, PlannedHole, PlannedRegion, RestorePlan};
 pub use regions::{Regions, recount_intersections};
 pub use report::{FairReport, FillReport, HoleReport, RestoreReport};
 pub use restore::Restored;

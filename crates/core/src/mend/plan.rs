@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::fill::{LeftReason, TriangulatedReason};
+use crate::fill::HoleOutcome;
 use crate::mesh::{Defects, Hole, HoleId, OpenChain};
 
 /// Plan of a fill. The result may differ: a hole with inconsistent surroundings may end with triangles between its own vertices,
@@ -32,58 +32,10 @@ pub struct FillPlan {
 pub struct PlannedHole {
     /// The hole.
     pub hole: Hole,
-    /// The planned closure.
-    pub plan: HolePlan,
+    /// Its outcome, where it is known before the fill; none for a new surface, whose kind the fill finds.
+    pub outcome: Option<HoleOutcome>,
     /// Number of its region, from 1; 0 where there is none.
     pub region: usize,
-}
-
-/// The planned closure of a hole.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum HolePlan {
-    /// A new surface: a level set, or a faired triangulation where its rim has few edges.
-    Fill,
-    /// A flat cap, as requested.
-    Flat,
-    /// A flat base: the hole is the outer border of a sheet.
-    Base,
-    /// Triangles between its own vertices.
-    Triangulate(TriangulatedReason),
-    /// The hole stays open.
-    Leave(LeftReason),
-}
-
-impl HolePlan {
-    /// The identifier of the plan in documents.
-    pub fn key(&self) -> &'static str {
-        match self {
-            Self::Fill => "would_be_filled",
-            Self::Flat => "would_be_flat",
-            Self::Base => "would_get_base",
-            Self::Triangulate(_) => "would_be_triangulated",
-            Self::Leave(_) => "left",
-        }
-    }
-
-    /// The identifier of the reason; none where the hole gets a surface.
-    pub fn cause(&self) -> Option<&'static str> {
-        match self {
-            Self::Fill | Self::Flat | Self::Base => None,
-            Self::Triangulate(why) => Some(why.key()),
-            Self::Leave(why) => Some(why.key()),
-        }
-    }
-
-    /// The reason in words; none where the hole gets a surface.
-    pub fn reason(&self) -> Option<String> {
-        match self {
-            Self::Fill | Self::Flat | Self::Base => None,
-            Self::Triangulate(why) => Some(why.to_string()),
-            Self::Leave(why) => Some(why.to_string()),
-        }
-    }
 }
 
 /// A region of holes that are filled together.

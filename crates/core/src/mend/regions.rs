@@ -12,7 +12,7 @@ use super::choose::{bridges, choose, groups};
 use super::control::{Control, Watch};
 use super::counterpart::{self, LazyCounterpart};
 use super::joined::joined;
-use super::plan::{FillPlan, HolePlan, PlannedHole, PlannedRegion};
+use super::plan::{FillPlan, PlannedHole, PlannedRegion};
 use super::planar_rims::planar_rims;
 use super::reach::{ReachQuery, faces_of};
 use super::report::{FillReport, HoleReport};
@@ -21,8 +21,8 @@ use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
 use crate::cancel::Cancel;
 use crate::fill::{
-    BasePlane, FillParams, HoleOutcome, PlacedPart, ReferenceSurface, RegionPatch, RegionPlan,
-    RegionProblem, RegionReport, TriangulatedReason, first_region, has_few_edges,
+    BasePlane, Closure, FillParams, HoleOutcome, PlacedPart, ReferenceSurface, RegionPatch,
+    RegionProblem, RegionReport, first_region, has_few_edges,
 };
 use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, HoleId, Mesh};
@@ -59,8 +59,8 @@ pub struct Regions<'a> {
     outcomes: Vec<HoleOutcome>,
     /// The holes of each region, as indices.
     groups: Vec<Vec<usize>>,
-    /// The kind of closure of each region.
-    pub(super) plans: Vec<RegionPlan>,
+    /// The closure of each region that is decided before anything is computed; none where it gets a continued surface.
+    pub(super) decided: Vec<Option<Closure>>,
     /// For each region the pairs of vertices between which the caller wants sharp edges.
     joined: Vec<Vec<[u32; 2]>>,
     /// For each region the plane of its flat base, if it gets one.
@@ -98,16 +98,16 @@ impl<'a> Regions<'a> {
         let capped = caps.iter().flatten().map(|&h| found.holes[h].id);
         params.flat.extend(capped);
         let groups = groups(found, &params, (&chosen, &caps), &mut outcomes, &bridges);
-        let plan = |group: &Vec<usize>| {
+        let closure = |group: &Vec<usize>| {
             let holes: Vec<&Hole> = group.iter().map(|&h| &found.holes[h]).collect();
-            RegionPlan::new(&found.mesh, &holes, &params)
+            Closure::decided(&found.mesh, &holes, &params)
         };
-        let plans: Vec<RegionPlan> = groups.iter().map(plan).collect();
+        let decided: Vec<Option<Closure>> = groups.iter().map(closure).collect();
         let new = Self {
             found,
-            joined: joined(found, &params, &groups, &plans)?,
-            bases: base_planes(found, &params, &groups, &plans),
-            plans,
+            joined: joined(found, &params, &groups, &decided)?,
+            bases: base_planes(found, &params, &groups, &decided),
+            decided,
             params,
             own: None,
             reference,
@@ -195,24 +195,18 @@ impl<'a> Regions<'a> {
         let found = self.found;
         let hole = |(hole, outcome): (&Hole, &HoleOutcome)| PlannedHole {
             hole: hole.clone(),
-            plan: match outcome {
-                HoleOutcome::Left(why) => HolePlan::Leave(*why),
-                _ => HolePlan::Fill,
+            outcome: match outcome {
+                HoleOutcome::Left(why) => Some(HoleOutcome::Left(*why)),
+                _ => None,
             },
             region: 0,
         };
         let mut holes: Vec<PlannedHole> =
             found.holes.iter().zip(&self.outcomes).map(hole).collect();
-        for (i, (group, plan)) in self.groups.iter().zip(&self.plans).enumerate() {
+        for (i, (group, closure)) in self.groups.iter().zip(&self.decided).enumerate() {
             for &h in group {
                 holes[h].region = i + 1;
-                holes[h].plan = match plan {
-                    RegionPlan::Trivial => HolePlan::Triangulate(TriangulatedReason::FewEdges),
-                    RegionPlan::Seam => HolePlan::Triangulate(TriangulatedReason::Seam),
-                    RegionPlan::Planar => HolePlan::Flat,
-                    RegionPlan::Base => HolePlan::Base,
-                    RegionPlan::Solve => HolePlan::Fill,
-                };
+                holes[h].outcome = closure.clone().map(HoleOutcome::Closed);
             }
         }
         FillPlan {
@@ -244,14 +238,14 @@ impl<'a> Regions<'a> {
 
     /// Estimated work of each region: the square of the voxels across its first grid.
     pub(crate) fn expected_work(&self) -> Vec<f64> {
-        let work = |(group, plan): (&Vec<usize>, &RegionPlan)| {
-            if *plan != RegionPlan::Solve {
+        let work = |(group, decided): (&Vec<usize>, &Option<Closure>)| {
+            if decided.is_some() {
                 return 0.0;
             }
             let region = first_region(&self.found.mesh, &self.holes(group), &self.params);
             (region.diameter / region.voxel).powi(2)
         };
-        self.groups.iter().zip(&self.plans).map(work).collect()
+        self.groups.iter().zip(&self.decided).map(work).collect()
     }
 
     /// Computes the patches of some regions.
@@ -279,7 +273,7 @@ impl<'a> Regions<'a> {
                 id: i + 1,
                 mesh: &self.found.mesh,
                 holes: &self.holes(group),
-                plan: self.plans[i],
+                decided: self.decided[i].as_ref(),
                 known: &known,
                 all: &all,
                 joined: &self.joined[i],
@@ -401,7 +395,7 @@ impl<'a> Regions<'a> {
         cancel: &Cancel,
     ) -> Vec<Option<Vec<PlacedPart>>> {
         let of = |i: usize| {
-            let is_surface = self.plans[i] == RegionPlan::Solve && self.reference.is_none();
+            let is_surface = self.decided[i].is_none() && self.reference.is_none();
             let holes = self.holes(&self.groups[i]);
             is_surface.then(|| self.counterpart.parts(&self.params, &holes, cancel))?
         };
@@ -409,7 +403,7 @@ impl<'a> Regions<'a> {
     }
 
     fn sources(&self, in_boxes: Option<VoxelSize>) -> RegionSources<'a> {
-        let asked = |group: usize| self.plans[group] != RegionPlan::Trivial;
+        let asked = |group: usize| !matches!(self.decided[group], Some(Closure::RimTriangles(_)));
         RegionSources::new(self.found, &self.groups, &asked, in_boxes)
     }
 
@@ -423,8 +417,8 @@ impl<'a> Regions<'a> {
             return Ok(());
         }
         let mut widest: f64 = 0.0;
-        for (group, plan) in self.groups.iter().zip(&self.plans) {
-            if *plan != RegionPlan::Solve {
+        for (group, decided) in self.groups.iter().zip(&self.decided) {
+            if decided.is_some() {
                 continue;
             }
             let holes = self.holes(group);
@@ -448,7 +442,7 @@ impl<'a> Regions<'a> {
     fn planned(&self, region: usize) -> PlannedRegion {
         let holes = self.holes(&self.groups[region]);
         let is_faired = self.reference.is_none() && has_few_edges(&holes, &self.params);
-        let is_solved = self.plans[region] == RegionPlan::Solve && !is_faired;
+        let is_solved = self.decided[region].is_none() && !is_faired;
         let grid = is_solved.then(|| first_region(&self.found.mesh, &holes, &self.params));
         let ids: Vec<HoleId> = holes.iter().map(|h| h.id).collect();
         PlannedRegion {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::inspection::Inspection;
-use crate::fill::{ClosedBy, HoleOutcome, LeftReason, RegionReport, Tally};
+use crate::fill::{Closure, HoleOutcome, LeftReason, RegionReport, Tally};
 use crate::mesh::{Defects, Hole, HoleId, Mesh, OpenChain};
 use crate::tuning::tuning;
 
@@ -79,10 +79,7 @@ impl FillReport {
     /// Pairs of holes that are the two sides of a wall and were joined by the edge of an opening, although the caller did not ask for it.
     pub fn joined_walls(&self) -> Vec<[HoleId; 2]> {
         let mut pairs = Vec::new();
-        let is_joined = |r: &&RegionReport| {
-            let closes = r.closed_by.is_some_and(|by| by != ClosedBy::Nothing);
-            closes && !r.bridge && r.holes.len() > 1
-        };
+        let is_joined = |r: &&RegionReport| r.closure.is_some() && !r.bridge && r.holes.len() > 1;
         for region in self.regions.iter().filter(is_joined) {
             let own = |h: &&HoleReport| h.region == region.id;
             let holes: Vec<&Hole> = self.holes.iter().filter(own).map(|h| &h.hole).collect();
@@ -97,13 +94,13 @@ impl FillReport {
     /// Whether a patch joins several rims, although the caller did not ask for it; flat caps with holes do not count.
     pub(crate) fn joins_rims(&self) -> bool {
         let joins = |r: &RegionReport| r.holes.len() > 1 && !r.bridge;
-        let is_flat = |r: &RegionReport| r.closed_by == Some(ClosedBy::Flat);
+        let is_flat = |r: &RegionReport| r.closure == Some(Closure::Flat);
         self.regions.iter().any(|r| joins(r) && !is_flat(r))
     }
 
     /// Whether something that was to be filled is still open: a hole, or a boundary chain that does not close.
     pub fn incomplete(&self) -> bool {
-        self.tally().failed > 0 || (self.all_holes && !self.open_chains.is_empty())
+        self.tally().open > 0 || (self.all_holes && !self.open_chains.is_empty())
     }
 
     /// Whether every hole of more than four edges that was to be filled got a converged surface, flat cap, base, seam or
@@ -113,11 +110,9 @@ impl FillReport {
             HoleOutcome::Left(_) => true,
             _ if hole.hole.edges <= tuning().fill.few_edges => true,
             _ => self.regions.iter().any(|r| {
-                let whole = match r.closed_by {
-                    Some(ClosedBy::LevelSet) => r.converged,
-                    Some(ClosedBy::Flat | ClosedBy::Base | ClosedBy::Seam | ClosedBy::Sides) => {
-                        true
-                    }
+                let whole = match r.closure {
+                    Some(Closure::LevelSet) => r.converged,
+                    Some(Closure::Flat | Closure::Base | Closure::Seam | Closure::Sides) => true,
                     _ => false,
                 };
                 let is_sound = whole && r.intersecting_faces == 0 && r.not_continued.is_none();
@@ -134,17 +129,7 @@ impl FillReport {
             ..Tally::default()
         };
         for hole in &self.holes {
-            let count = match hole.outcome {
-                HoleOutcome::Filled => &mut tally.filled,
-                HoleOutcome::Faired(_) => &mut tally.faired,
-                HoleOutcome::Flat => &mut tally.flat,
-                HoleOutcome::Base => &mut tally.bases,
-                HoleOutcome::Walls => &mut tally.walls,
-                HoleOutcome::Triangulated(_) => &mut tally.triangulated,
-                HoleOutcome::Left(_) => &mut tally.left,
-                HoleOutcome::Failed(_) => &mut tally.failed,
-            };
-            *count += 1;
+            tally.count(&hole.outcome);
         }
         for region in self.regions.iter().filter(|r| r.intersecting_faces > 0) {
             tally.intersecting_patches += 1;

@@ -11,7 +11,7 @@ use super::framed::Framed;
 use super::reach::ReachQuery;
 use super::sources::places;
 use super::{FillError, Inspection};
-use crate::fill::{BasePlane, FillParams, PlacedPart, RegionPatch, RegionPlan, RegionProblem};
+use crate::fill::{BasePlane, Closure, FillParams, PlacedPart, RegionPatch, RegionProblem};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, HoleId, Mesh, Part, Topology};
 use crate::sdf::Sampler;
@@ -121,12 +121,13 @@ impl RegionTask {
     ) -> Result<RegionPatch, FillError> {
         let part = &self.part.mesh;
         let holes: Vec<&Hole> = self.holes.iter().collect();
-        let plan = RegionPlan::new(part, &holes, &self.params);
+        let decided = Closure::decided(part, &holes, &self.params);
+        let decided = decided.as_ref();
         let ids: Vec<HoleId> = self.holes.iter().map(|h| h.id).collect();
         watch.begin(&ids);
-        let mut patch = match self.with_coarse_rims(plan, watch)? {
+        let mut patch = match self.with_coarse_rims(decided, watch)? {
             Some(patch) => patch,
-            None => self.on_part(plan, part, &self.holes, self.known.as_deref(), watch)?,
+            None => self.on_part(decided, part, &self.holes, self.known.as_deref(), watch)?,
         };
         watch.end(place, &patch.report);
         for face in &mut patch.mesh.faces {
@@ -138,11 +139,11 @@ impl RegionTask {
     /// The patch of a region with a rim of thousands of edges, solved with fewer of them; none where that gives no sound patch.
     fn with_coarse_rims(
         &self,
-        plan: RegionPlan,
+        decided: Option<&Closure>,
         watch: &Watch,
     ) -> Result<Option<RegionPatch>, FillError> {
         let part = &self.part.mesh;
-        if !is_framed(plan) || self.params.edge_ratio.is_some() || self.counterparts.is_some() {
+        if !is_framed(decided) || self.params.edge_ratio.is_some() || self.counterparts.is_some() {
             return Ok(None);
         }
         let Some(coarse) = CoarseRims::new(part, &self.holes, &self.joined) else {
@@ -151,8 +152,14 @@ impl RegionTask {
         let of_face = |known: &Vec<bool>| coarse.faces.iter().map(|&f| known[f as usize]).collect();
         let known: Option<Vec<bool>> = self.known.as_ref().map(of_face);
         let holes: Vec<&Hole> = coarse.holes.iter().collect();
-        let plan = RegionPlan::new(&coarse.mesh, &holes, &self.params);
-        let patch = self.on_part(plan, &coarse.mesh, &coarse.holes, known.as_deref(), watch)?;
+        let decided = Closure::decided(&coarse.mesh, &holes, &self.params);
+        let patch = self.on_part(
+            decided.as_ref(),
+            &coarse.mesh,
+            &coarse.holes,
+            known.as_deref(),
+            watch,
+        )?;
         Ok(match patch.is_cramped() {
             true => Some(patch),
             false => coarse.fanned(part, patch),
@@ -162,14 +169,14 @@ impl RegionTask {
     /// The patch on a part of the mesh, in its numbers; solved in the region's own frame where it has one.
     fn on_part(
         &self,
-        plan: RegionPlan,
+        decided: Option<&Closure>,
         part: &Mesh,
         holes: &[Hole],
         known: Option<&[bool]>,
         watch: &Watch,
     ) -> Result<RegionPatch, FillError> {
         let in_frame = || Framed::new(part, holes, &self.params);
-        let framed = is_framed(plan).then(in_frame).flatten();
+        let framed = is_framed(decided).then(in_frame).flatten();
         let Some(framed) = framed else {
             let topology = Topology::without_orienting(part);
             let mut holes = holes.to_vec();
@@ -185,7 +192,7 @@ impl RegionTask {
                 counterparts: self.counterparts.as_deref(),
                 centres: self.centres,
                 params: &self.params,
-                plan,
+                decided,
             };
             return self.solved(&solved, watch);
         };
@@ -203,7 +210,7 @@ impl RegionTask {
                 counterparts: counterparts.as_deref(),
                 centres: [DVec3::ZERO; 2],
                 params: &framed.params,
-                plan,
+                decided,
             },
             watch,
         );
@@ -240,7 +247,7 @@ impl RegionTask {
             id: self.id,
             mesh,
             holes: &holes,
-            plan: on.plan,
+            decided: on.decided,
             known: &known,
             all: &all,
             joined: on.joined,
@@ -291,13 +298,13 @@ struct Solved<'a> {
     /// Points relative to which distances are computed: for the known faces, and for all.
     centres: [DVec3; 2],
     params: &'a FillParams,
-    plan: RegionPlan,
+    decided: Option<&'a Closure>,
 }
 
-/// Whether a region with this plan is solved in a frame of its own. Other plans add triangles between existing vertices, or flat caps,
-/// whose planes are exact in the mesh's coordinates only.
-pub(super) fn is_framed(plan: RegionPlan) -> bool {
-    plan == RegionPlan::Solve
+/// Whether a region is solved in a frame of its own. Closures that are decided before are triangles between existing vertices, or flat
+/// caps, whose planes are exact in the mesh's coordinates only.
+pub(super) fn is_framed(decided: Option<&Closure>) -> bool {
+    decided.is_none()
 }
 
 /// The component that a hole bounds.

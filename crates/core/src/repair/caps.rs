@@ -6,7 +6,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use super::Run;
 use super::draft::Draft;
 use crate::check::Walls;
-use crate::fill::{ClosedBy, FillParams, HoleOutcome, LeftReason, RegionReport};
+use crate::fill::{Closure, FillParams, HoleOutcome, LeftReason, RegionReport};
 use crate::mend::{FillError, FillReport, Filled, Inspection, Watch};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, HoleId, Mesh, area_vector};
@@ -94,7 +94,7 @@ impl Run<'_> {
         let thin = foils(&self.draft, &regions, self.params.min_wall)?;
         let is_good = |region: &u32| {
             let r = &fill.regions[*region as usize];
-            let clear = r.closed_by == Some(ClosedBy::Flat) && r.intersecting_faces == 0;
+            let clear = r.closure == Some(Closure::Flat) && r.intersecting_faces == 0;
             clear && !thin.contains(region)
         };
         let bad: BTreeSet<u32> = regions.into_iter().filter(|r| !is_good(r)).collect();
@@ -110,7 +110,7 @@ impl Run<'_> {
 /// Records the border of a region as left open.
 fn leave(report: &mut FillReport, region: u32) {
     let own = &mut report.regions[region as usize];
-    own.closed_by = Some(ClosedBy::Nothing);
+    own.closure = None;
     own.new_vertices = 0;
     own.set_intersecting(0);
     let id = own.id;
@@ -134,8 +134,7 @@ fn exchange(before: &Mesh, filled: &mut Filled, caps: Filled) {
     let moved = |v: u32| v + if v as usize >= vertices { shift } else { 0 };
     // The patches of the two fills as ranges of faces; vertices of caps follow the vertices of the first fill.
     let (old, new) = (patches(filled), patches(&caps));
-    let is_clear =
-        |r: &RegionReport| r.closed_by == Some(ClosedBy::Flat) && r.intersecting_faces == 0;
+    let is_clear = |r: &RegionReport| r.closure == Some(Closure::Flat) && r.intersecting_faces == 0;
     let mut mesh = Mesh::new(
         std::mem::take(&mut filled.mesh.positions),
         filled.mesh.faces[..faces].to_vec(),
@@ -156,7 +155,7 @@ fn exchange(before: &Mesh, filled: &mut Filled, caps: Filled) {
             ..cap.clone()
         };
         for hole in (filled.report.holes.iter_mut()).filter(|h| region.holes.contains(&h.hole.id)) {
-            hole.outcome = HoleOutcome::Flat;
+            hole.outcome = HoleOutcome::Closed(Closure::Flat);
         }
     }
     filled.mesh = mesh;

@@ -10,7 +10,7 @@ use super::RepairReport;
 use super::draft::Draft;
 use super::sheets::{open_components, paired};
 use super::{Edge, edges};
-use crate::fill::{FailedReason, HoleOutcome};
+use crate::fill::{HoleOutcome, OpenReason};
 use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Topology, area_vector};
@@ -137,7 +137,7 @@ pub(super) fn close(draft: &Draft, report: &mut FillReport) -> Result<(), FillEr
     for hole in &mut report.holes {
         let is_one = edges(&hole.hole.rim).any(|e| rims.contains(&e));
         if is_one && matches!(hole.outcome, HoleOutcome::Left(_)) {
-            hole.outcome = HoleOutcome::Failed(FailedReason::EveryTriangulationIntersects);
+            hole.outcome = HoleOutcome::Open(OpenReason::EveryTriangulationIntersects);
         }
     }
     Ok(())
@@ -177,7 +177,7 @@ pub(super) fn drop(
         (removed, rims)
     };
     report.non_manifold_faces += draft.remove(&removed);
-    let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Left(_) | HoleOutcome::Failed(_));
+    let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Left(_) | HoleOutcome::Open(_));
     let holes = &mut report.fill.holes;
     holes.retain(|h| !is_open(&h.outcome) || !edges(&h.hole.rim).any(|e| rims.contains(&e)));
     Ok(())

@@ -9,10 +9,10 @@ use std::collections::HashMap;
 use super::draft::Draft;
 use super::intersection_cache::sorted;
 use super::offset_shell::{WallFace, edges_of};
-use super::rim_triangles::{closed_after, push};
+use super::rim_triangles::{not_smooth, push};
 use super::shell_search::{Blocked, Budget, OffsetShells, Wanted, find};
 use super::{Edge, edges};
-use crate::fill::{ClosedBy, HoleOutcome, RegionReport};
+use crate::fill::{Closure, HoleOutcome, RegionReport};
 use crate::mend::{FillError, FillReport, HoleReport};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
@@ -107,7 +107,8 @@ pub(super) fn record_gone(
     };
     for hole in &mut report.holes {
         if chosen(hole) && !edges(&hole.hole.rim).any(|e| open.contains(&e)) {
-            hole.outcome = closed_after(&hole.outcome);
+            let how = Closure::OffsetShell(not_smooth(&hole.outcome));
+            hole.outcome = HoleOutcome::Closed(how);
             hole.region = last.id;
             last.holes.push(hole.hole.id);
         }
@@ -146,13 +147,15 @@ impl OffsetShells {
                 .faces
                 .iter()
                 .for_each(|f| push(draft, region as u32, *f));
-            let mut holes = Vec::new();
+            let (mut holes, mut closure) = (Vec::new(), None);
             for index in &group.report_indices {
                 let hole = &mut report.holes[*index];
-                hole.outcome = match group.walled {
-                    true => HoleOutcome::Walls,
-                    false => closed_after(&hole.outcome),
+                let own = match group.walled {
+                    true => Closure::Walls,
+                    false => Closure::OffsetShell(not_smooth(&hole.outcome)),
                 };
+                closure.get_or_insert_with(|| own.clone());
+                hole.outcome = HoleOutcome::Closed(own);
                 hole.region = region + 1;
                 holes.push(hole.hole.id);
             }
@@ -160,7 +163,7 @@ impl OffsetShells {
                 id: region + 1,
                 holes,
                 diameter: group.diameter,
-                closed_by: Some(ClosedBy::OffsetShell),
+                closure,
                 components: 1,
                 ..RegionReport::default()
             });

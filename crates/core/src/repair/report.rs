@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::draft::Draft;
 use super::{Edge, edges};
-use crate::fill::{FailedReason, HoleOutcome, LeftReason};
+use crate::fill::{HoleOutcome, LeftReason, OpenReason};
 use crate::mend::{FillError, FillReport, HoleReport};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, HoleId};
@@ -25,9 +25,9 @@ pub(super) fn open(
         let is_made = |hole: &Hole| hole.edges > 3 && !was_border(hole);
         match hole.outcome {
             HoleOutcome::Left(LeftReason::SmallComponent) if is_made(&hole.hole) => {
-                hole.outcome = HoleOutcome::Failed(FailedReason::EveryTriangulationIntersects);
+                hole.outcome = HoleOutcome::Open(OpenReason::EveryTriangulationIntersects);
             }
-            HoleOutcome::Left(_) | HoleOutcome::Failed(_) => {}
+            HoleOutcome::Left(_) | HoleOutcome::Open(_) => {}
             _ => continue,
         }
         known.extend(edges(&hole.hole.rim));
@@ -42,7 +42,7 @@ pub(super) fn open(
             (1, _) => HoleOutcome::Left(LeftReason::SmallComponent),
             (2, true) => HoleOutcome::Left(LeftReason::SmallComponent),
             (_, true) if hole.outer_boundary => HoleOutcome::Left(LeftReason::OuterBoundary),
-            _ => HoleOutcome::Failed(FailedReason::EveryTriangulationIntersects),
+            _ => HoleOutcome::Open(OpenReason::EveryTriangulationIntersects),
         };
         last += 1;
         let mut hole = hole.clone();
@@ -131,11 +131,9 @@ mod tests {
         let outcomes: Vec<&HoleOutcome> = report.holes.iter().map(|h| &h.outcome).collect();
         assert_eq!(
             outcomes,
-            [&HoleOutcome::Failed(
-                FailedReason::EveryTriangulationIntersects
-            )]
+            [&HoleOutcome::Open(OpenReason::EveryTriangulationIntersects)]
         );
-        let said = FailedReason::EveryTriangulationIntersects.to_string();
+        let said = OpenReason::EveryTriangulationIntersects.to_string();
         assert!(!said.contains(|c: char| c.is_ascii_digit()), "{said}");
     }
 }

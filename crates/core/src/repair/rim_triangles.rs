@@ -6,9 +6,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use super::clear::Ground;
 use super::draft::Draft;
 use super::edges;
-use crate::fill::{
-    AttemptFailure, ClosedBy, FailedReason, HoleOutcome, LeftReason, TriangulatedReason,
-};
+use crate::fill::{AttemptFailure, Closure, HoleOutcome, LeftReason, NotSmooth, OpenReason};
 use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::topology::NONE;
 use crate::mesh::{FaceOrigin, Hole, weld_map};
@@ -102,10 +100,7 @@ fn record(
     let open = rims
         .iter()
         .any(|(_, _, rim)| !matches!(rim, Rim::Closed(_)));
-    own.closed_by = Some(match open {
-        true => ClosedBy::Nothing,
-        false => ClosedBy::RimTriangles,
-    });
+    own.closure = (!open).then(|| Closure::RimTriangles(intersected(crossing)));
     own.new_vertices = 0;
     own.finish = None;
     own.components = rims.len();
@@ -118,9 +113,12 @@ fn record(
         let is_own = |other: &Hole| edges(&other.rim).any(|e| own.contains(&e));
         let ends = rims.iter().filter(|(_, rim, _)| is_own(rim));
         let outcome = ends.map(|(_, _, rim)| match rim {
-            Rim::Closed(_) => (0, triangulated(crossing)),
+            Rim::Closed(_) => {
+                let how = Closure::RimTriangles(intersected(crossing));
+                (0, HoleOutcome::Closed(how))
+            }
             Rim::Left => (1, HoleOutcome::Left(LeftReason::OuterBoundary)),
-            Rim::Open => (2, HoleOutcome::Failed(FailedReason::Intersects(crossing))),
+            Rim::Open => (2, HoleOutcome::Open(OpenReason::Intersects(crossing))),
         });
         if let Some((_, worst)) = outcome.max_by_key(|(badness, _)| *badness) {
             hole.outcome = worst;
@@ -128,21 +126,17 @@ fn record(
     }
 }
 
-/// Outcome of a hole closed by triangles after its patch had this many intersecting faces.
-fn triangulated(crossing: usize) -> HoleOutcome {
-    HoleOutcome::Triangulated(TriangulatedReason::NoSurface(AttemptFailure::Intersects(
-        crossing,
-    )))
+/// Why a hole has no smooth surface: its patch had this many intersecting faces.
+fn intersected(faces: usize) -> NotSmooth {
+    NotSmooth::NoSurface(AttemptFailure::Intersects(faces))
 }
 
-/// Outcome of a hole that was open and is closed now by triangles or an offset shell.
-pub(super) fn closed_after(before: &HoleOutcome) -> HoleOutcome {
+/// Why a hole that was open gets no smooth surface, but rim triangles or an offset shell.
+pub(super) fn not_smooth(before: &HoleOutcome) -> NotSmooth {
     match before {
-        HoleOutcome::Failed(FailedReason::Intersects(n)) => triangulated(*n),
-        HoleOutcome::Failed(FailedReason::NoTriangulation { after, .. }) => {
-            HoleOutcome::Triangulated(after.clone())
-        }
-        _ => HoleOutcome::Triangulated(TriangulatedReason::LastSteps),
+        HoleOutcome::Open(OpenReason::Intersects(faces)) => intersected(*faces),
+        HoleOutcome::Open(OpenReason::NoTriangulation { after, .. }) => after.clone(),
+        _ => NotSmooth::LastSteps,
     }
 }
 

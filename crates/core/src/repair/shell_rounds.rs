@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use super::draft::Faults;
 use super::shell_search::{Blocked, Budget, Wanted};
 use super::{Run, offset_shells, report};
-use crate::fill::{FailedReason, HoleOutcome, LeftReason};
+use crate::fill::{HoleOutcome, LeftReason, OpenReason};
 use crate::mend::{FillError, HoleReport};
 use crate::mesh::Hole;
 use crate::tuning::tuning;
@@ -27,7 +27,7 @@ impl Run<'_> {
     ) -> Result<(), FillError> {
         let borders = self.params.borders;
         let wanted = |hole: &HoleReport| match &hole.outcome {
-            HoleOutcome::Failed(why) => *why != FailedReason::NotReached,
+            HoleOutcome::Open(why) => *why != OpenReason::NotReached,
             HoleOutcome::Left(LeftReason::OuterBoundary | LeftReason::SmallComponent) => borders,
             _ => false,
         };
@@ -61,7 +61,7 @@ impl Run<'_> {
         }
         for hole in self.report.fill.holes.iter_mut().filter(|_| borders) {
             if hole.outcome == HoleOutcome::Left(LeftReason::OuterBoundary) {
-                hole.outcome = HoleOutcome::Failed(FailedReason::EveryTriangulationIntersects);
+                hole.outcome = HoleOutcome::Open(OpenReason::EveryTriangulationIntersects);
             }
         }
         Ok(())

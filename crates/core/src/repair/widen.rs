@@ -5,8 +5,8 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use super::clear::Ground;
 use super::draft::Draft;
 use super::edges;
-use super::rim_triangles::{closed_after, push};
-use crate::fill::{ClosedBy, FailedReason, HoleOutcome, RegionReport};
+use super::rim_triangles::{not_smooth, push};
+use crate::fill::{Closure, HoleOutcome, OpenReason, RegionReport};
 use crate::mend::{FillError, FillReport, HoleReport, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
@@ -90,7 +90,7 @@ fn zones(
     let mut of_edge: HashMap<(u32, u32), usize> = HashMap::new();
     for (report_index, hole) in report.holes.iter().enumerate() {
         let failed =
-            matches!(&hole.outcome, HoleOutcome::Failed(why) if *why != FailedReason::NotReached);
+            matches!(&hole.outcome, HoleOutcome::Open(why) if *why != OpenReason::NotReached);
         if failed {
             edges(&hole.hole.rim).for_each(|e| _ = of_edge.insert(e, report_index));
         }
@@ -270,7 +270,8 @@ fn record<'a>(
 ) {
     let region = report.regions.len();
     let mut holes = vec![report.holes[report_index].hole.id];
-    let outcome = closed_after(&report.holes[report_index].outcome);
+    let how = Closure::RimTriangles(not_smooth(&report.holes[report_index].outcome));
+    let outcome = HoleOutcome::Closed(how.clone());
     report.holes[report_index].outcome = outcome.clone();
     report.holes[report_index].region = region + 1;
     let mut diameter = report.holes[report_index].hole.diameter;
@@ -295,7 +296,7 @@ fn record<'a>(
         id: region + 1,
         holes,
         diameter,
-        closed_by: Some(ClosedBy::RimTriangles),
+        closure: Some(how),
         components,
         ..RegionReport::default()
     });
@@ -305,7 +306,7 @@ fn record<'a>(
 mod tests {
     use super::*;
     use crate::check::{CheckParams, DefectKind};
-    use crate::fill::{AttemptFailure, TriangulatedReason};
+    use crate::fill::{AttemptFailure, NotSmooth};
     use crate::mesh::Mesh;
     use crate::mesh::shapes::icosphere;
 
@@ -331,7 +332,7 @@ mod tests {
         assert_eq!(found.holes.len(), 1);
         let report_index = HoleReport {
             hole: found.holes[0].clone(),
-            outcome: HoleOutcome::Failed(FailedReason::Intersects(7)),
+            outcome: HoleOutcome::Open(OpenReason::Intersects(7)),
             region: 0,
         };
         let mut report = FillReport {
@@ -350,8 +351,11 @@ mod tests {
         assert!((20..400).contains(&lost), "{lost}");
         let after = draft.inspect().unwrap().check(&CheckParams::default());
         assert!(after.is_closed() && after.count(DefectKind::SelfIntersection) == 0);
-        let why = TriangulatedReason::NoSurface(AttemptFailure::Intersects(7));
-        assert_eq!(report.holes[0].outcome, HoleOutcome::Triangulated(why));
+        let why = NotSmooth::NoSurface(AttemptFailure::Intersects(7));
+        assert_eq!(
+            report.holes[0].outcome,
+            HoleOutcome::Closed(Closure::RimTriangles(why))
+        );
         assert_eq!(report.holes[0].region, 1);
         let old = draft.region.iter().filter(|r| **r == NONE).count();
         assert_eq!(old + lost, mesh.faces.len());

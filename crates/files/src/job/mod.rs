@@ -11,7 +11,7 @@
 //! params.max_diameter = Some(20.0);
 //! let spec = JobSpec::new("scan.ply", "mended.glb", Work::Fill(params))?;
 //! let result = run(&spec, &Control::new())?;
-//! println!("{} holes, {} still open", result.report.holes.len(), result.report.tally().failed);
+//! println!("{} holes, {} still open", result.report.holes.len(), result.report.tally().open);
 //! println!("{}", serde_json::to_string_pretty(&result.document()).unwrap());
 //! # Ok::<(), isomend::job::JobError>(())
 //! ```

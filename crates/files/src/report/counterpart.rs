@@ -1,6 +1,6 @@
 //! Report text on invented shape: the counterpart of a patch, and its grain.
 
-use isomend_core::fill::{ClosedBy, CounterpartKind, CounterpartReport, RegionReport};
+use isomend_core::fill::{Closure, CounterpartKind, CounterpartReport, RegionReport};
 use isomend_core::mesh::Unit;
 
 /// The counterpart of a region and its fit, or why it was refused; `None` without a counterpart.
@@ -20,8 +20,8 @@ pub(super) fn like(r: &RegionReport, unit: Option<Unit>) -> String {
 
 /// Why the counterpart was refused, for a region that was closed in another way.
 pub(super) fn refused(r: &RegionReport, unit: Option<Unit>) -> Option<String> {
-    match r.closed_by {
-        Some(ClosedBy::Counterpart) => None,
+    match r.closure {
+        Some(Closure::Counterpart) => None,
         _ => counterpart_text(r, unit),
     }
 }

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use super::defect_lines;
 use super::text::{chain_lines, joined, ranges};
 use isomend_core::fill::{HoleOutcome, LeftReason};
-use isomend_core::mend::{FillPlan, FillReport, HolePlan};
+use isomend_core::mend::{FillPlan, FillReport};
 use isomend_core::mesh::{HoleId, Unit};
 
 /// A plan in lines: defects, then the regions, then the holes that would stay open.
@@ -15,7 +15,7 @@ pub fn plan_lines(plan: &FillPlan, unit: Option<Unit>) -> Vec<String> {
     lines.extend(chain_lines(&plan.open_chains));
     // Regions without a grid: short rims get smoothed triangles, the others are closed with faces between their rim vertices.
     let without_grid = plan.regions.iter().filter(|r| r.voxel.is_none());
-    let filled = plan.holes.iter().filter(|h| h.plan == HolePlan::Fill);
+    let filled = plan.holes.iter().filter(|h| h.outcome.is_none());
     let filled: HashSet<HoleId> = filled.map(|h| h.hole.id).collect();
     let (smooth, simple): (Vec<HoleId>, Vec<HoleId>) = without_grid
         .flat_map(|r| r.holes.iter().copied())
@@ -40,8 +40,8 @@ pub fn plan_lines(plan: &FillPlan, unit: Option<Unit>) -> Vec<String> {
             lines.push(format!("{noun} {}: would be {how}", ranges(&ids)));
         }
     }
-    let left = plan.holes.iter().filter_map(|h| match h.plan {
-        HolePlan::Leave(why) => Some((h.hole.id, why)),
+    let left = plan.holes.iter().filter_map(|h| match h.outcome {
+        Some(HoleOutcome::Left(why)) => Some((h.hole.id, why)),
         _ => None,
     });
     let left = by_reason(left);

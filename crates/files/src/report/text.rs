@@ -4,7 +4,9 @@ use std::collections::HashMap;
 
 use super::counterpart::{self, counterpart_text, grain_text};
 use super::counts::{counted, counted_as, timed};
-use isomend_core::fill::{ClosedBy, FinishReport, HoleOutcome, PatchInitialisation, RegionReport};
+use isomend_core::fill::{
+    Closure, FinishReport, HoleOutcome, NotSmooth, PatchInitialisation, RegionReport,
+};
 use isomend_core::finish::{FinishRecord, FinishResult};
 use isomend_core::flow::Energy;
 use isomend_core::mend::FillReport;
@@ -82,22 +84,20 @@ pub fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
         joined(&r.holes),
         Unit::text(unit, r.diameter)
     );
-    line += &match r.closed_by {
-        Some(ClosedBy::LevelSet) => solved(r),
-        Some(ClosedBy::Sides) => sharp(r, unit),
-        Some(ClosedBy::Counterpart) => counterpart::like(r, unit),
-        Some(by @ (ClosedBy::Flat | ClosedBy::Base)) => format!("closed by a {}", by.name()),
-        Some(by @ ClosedBy::OffsetShell) => format!("closed by an {}", by.name()),
-        Some(by @ (ClosedBy::Faired | ClosedBy::Seam | ClosedBy::RimTriangles)) => {
-            format!("closed by {}", by.name())
-        }
-        Some(ClosedBy::Nothing) | None => "not closed".to_owned(),
+    line += &match &r.closure {
+        Some(Closure::LevelSet) => solved(r),
+        Some(Closure::Sides) => sharp(r, unit),
+        Some(Closure::Counterpart) => counterpart::like(r, unit),
+        Some(how @ (Closure::Flat | Closure::Base)) => format!("closed by a {}", how.name()),
+        Some(how @ Closure::OffsetShell(_)) => format!("closed by an {}", how.name()),
+        Some(how) => format!("closed by {}", how.name()),
+        None => "not closed".to_owned(),
     };
     if let Some(finish) = &r.finish {
         line += &finished(finish, unit);
     }
     line += &format!(", {}{}", counted(r.new_faces, "face"), timed(r.seconds));
-    if r.closed_by == Some(ClosedBy::LevelSet) && !r.levels.is_empty() && !r.converged {
+    if r.closure == Some(Closure::LevelSet) && !r.levels.is_empty() && !r.converged {
         let update = r.levels.last().map_or(f64::NAN, |l| l.flow.update);
         line += &format!("; not converged: the last step moved it by {update:.1e} voxels");
     }
@@ -336,21 +336,23 @@ pub fn summary_lines(report: &FillReport, with_regions: bool) -> Vec<String> {
 /// The holes that were not closed by a level set, grouped by outcome and reason.
 #[doc(hidden)]
 pub fn reason_lines(report: &FillReport) -> Vec<String> {
-    let mut reasons: Vec<(&str, String, Vec<HoleId>)> = Vec::new();
-    let mut places: HashMap<(&str, String), usize> = HashMap::new();
-    for h in &report.holes {
-        let what = match h.outcome {
-            HoleOutcome::Triangulated(_) if h.hole.edges > 4 => "closed by rim triangles",
-            HoleOutcome::Faired(_) => "closed by smoothed triangles",
-            HoleOutcome::Left(_) => "left open",
-            HoleOutcome::Failed(_) => "not filled",
-            _ => continue,
+    let mut reasons: Vec<(String, String, Vec<HoleId>)> = Vec::new();
+    let mut places: HashMap<(String, String), usize> = HashMap::new();
+    let few_edges = HoleOutcome::Closed(Closure::RimTriangles(NotSmooth::FewEdges));
+    for h in report.holes.iter().filter(|h| h.outcome != few_edges) {
+        let Some(why) = h.outcome.reason() else {
+            continue;
         };
-        let why = h.outcome.reason().unwrap_or_default();
-        let place = *places.entry((what, why.clone())).or_insert_with(|| {
-            reasons.push((what, why, Vec::new()));
-            reasons.len() - 1
-        });
+        let what = match &h.outcome {
+            HoleOutcome::Closed(how) => format!("closed by {}", how.name()),
+            open => open.name().to_owned(),
+        };
+        let place = *places
+            .entry((what.clone(), why.clone()))
+            .or_insert_with(|| {
+                reasons.push((what, why, Vec::new()));
+                reasons.len() - 1
+            });
         reasons[place].2.push(h.hole.id);
     }
     let mut lines: Vec<String> = reasons
@@ -364,7 +366,7 @@ pub fn reason_lines(report: &FillReport) -> Vec<String> {
     if reasons.len() > MOST_REASONS {
         let more: usize = reasons[MOST_REASONS..].iter().map(|r| r.2.len()).sum();
         lines.push(format!(
-            "{more} more holes triangulated, left open or not filled"
+            "{more} more holes without a smooth surface, or open"
         ));
     }
     lines
@@ -373,40 +375,20 @@ pub fn reason_lines(report: &FillReport) -> Vec<String> {
 /// Numbers of holes by outcome, in one line.
 pub fn tally_line(report: &FillReport) -> String {
     let tally = report.tally();
-    let all = report.holes.len();
-    let flat = tally.flat + tally.bases + tally.walls;
-    let closed = tally.filled + tally.faired + flat + tally.triangulated;
+    let (all, closed) = (report.holes.len(), tally.closed);
     let mut line = match all {
         0 => "no holes".to_owned(),
         1 if closed == 1 => "the hole is closed".to_owned(),
         _ if closed == all => format!("all {all} holes are closed"),
         _ => format!("{closed} of {} closed", counted(all, "hole")),
     };
-    let closed_by = |way: ClosedBy| -> usize {
-        let regions = report.regions.iter().filter(|r| r.closed_by == Some(way));
-        regions.map(|r| r.holes.len()).sum()
-    };
-    let ways = [ClosedBy::Sides, ClosedBy::Faired, ClosedBy::Counterpart];
-    let [sides, smoothed, alike] = ways.map(closed_by);
-    let other = sides + alike + smoothed.saturating_sub(tally.faired);
-    let ways = [
-        (tally.filled.saturating_sub(other), "by the level set"),
-        (sides, "by continued sides"),
-        (alike, "from a counterpart"),
-        (smoothed, "by smoothed triangles"),
-        (tally.flat, "by flat caps"),
-        (tally.bases, "by flat bases"),
-        (tally.walls, "by walls"),
-        (tally.triangulated, "by triangles between rim vertices"),
-    ];
-    let word = |(count, how): (usize, &str)| (count > 0).then(|| format!("{count} {how}"));
-    let ways: Vec<String> = ways.into_iter().filter_map(word).collect();
+    let ways = tally.ways();
     if !ways.is_empty() {
         line += &format!(" ({})", ways.join(", "));
     }
     for (count, what) in [
         (tally.left, "left open"),
-        (tally.failed, "could not be closed"),
+        (tally.open, "could not be closed"),
     ] {
         if count > 0 {
             line += &format!(", {count} {what}");

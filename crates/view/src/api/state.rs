@@ -215,8 +215,9 @@ fn hole_rows(state: &MeshState) -> Vec<Value> {
         hole["stays_open"] = state.stays_open(id).into();
         hole["joined"] = json!(state.joined(id));
         if let Some(before) = reported.get(&key(hole)) {
-            hole["outcome"] = before["outcome"].clone();
-            hole["reason"] = before["reason"].clone();
+            for name in ["outcome", "closed_by", "reason"] {
+                hole[name] = before[name].clone();
+            }
         }
     }
     holes

@@ -11,10 +11,10 @@ mod surface;
 use glam::DVec3;
 
 use super::candidate::FinishedPatch;
+use super::closure::Closure;
 use super::faired;
 use super::invented::{CounterpartReport, NotLike};
-use super::outcome::{ClosedBy, HoleOutcome};
-use super::problem::{RegionPlan, RegionProblem};
+use super::problem::RegionProblem;
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
 use super::sharp::{RINGS, WidenedHole};
@@ -69,7 +69,7 @@ struct Tested {
 impl RegionProblem<'_> {
     /// Whether a counterpart is a candidate.
     pub(super) fn has_counterpart(&self) -> bool {
-        let is_surface = self.plan == RegionPlan::Solve && self.is_finished();
+        let is_surface = self.decided.is_none() && self.is_finished();
         is_surface && self.counterparts.is_some()
     }
 
@@ -233,7 +233,6 @@ impl RegionProblem<'_> {
         }
         let report = RegionReport {
             diameter: self.diameter(),
-            closed_by: Some(ClosedBy::Counterpart),
             ..RegionReport::default()
         };
         // Combine the error on the rings with the standard deviation of the field.
@@ -241,7 +240,7 @@ impl RegionProblem<'_> {
         let expected_error = patch.positions.iter().map(error).collect();
         let mut finished = FinishedPatch::unfinished(patch);
         finished.expected_error = expected_error;
-        Ok(self.all_finished(finished, report, HoleOutcome::Filled))
+        Ok(self.all_finished(finished, report, Closure::Counterpart))
     }
 }
 

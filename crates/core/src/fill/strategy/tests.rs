@@ -1,5 +1,6 @@
 //! Tests of the strategy: which candidates it asks for and takes, given their results.
 
+use super::super::reasons::NotSmooth;
 use super::*;
 
 const SOUND: Quality = Quality {
@@ -30,14 +31,14 @@ fn region() -> RetryContext {
 
 /// The candidate that is taken and the number of candidates made, if `end` gives the result of each.
 fn searched(
-    plan: RegionPlan,
+    decided: Option<Closure>,
     region: &RetryContext,
     end: impl Fn(Candidate, usize) -> (Option<Quality>, Option<AttemptFailure>, bool),
 ) -> (Candidate, usize) {
     let first = Attempt::first(Energy::Willmore);
     let mut made: Vec<Ending> = Vec::new();
     loop {
-        match next_step(plan, &first, &made, region) {
+        match next_step(decided.as_ref(), &first, &made, region) {
             Step::Take(place) => {
                 assert!(made[place].quality.is_some(), "{made:?}");
                 return (made[place].candidate, made.len());
@@ -61,16 +62,19 @@ fn searched(
 #[test]
 fn a_sound_level_set_is_finished_and_taken() {
     let all_sound = |_: Candidate, _: usize| (Some(SOUND), None, true);
-    let taken = searched(RegionPlan::Solve, &region(), all_sound);
+    let taken = searched(None, &region(), all_sound);
     assert_eq!(taken, (Candidate::Finished, 2));
-    for (plan, only) in [
-        (RegionPlan::Trivial, Candidate::RimTriangles),
-        (RegionPlan::Seam, Candidate::Seam),
-        (RegionPlan::Base, Candidate::Base),
-        (RegionPlan::Planar, Candidate::PlanarCap),
-        (RegionPlan::Base, Candidate::Base),
+    for (decided, only) in [
+        (
+            Some(Closure::RimTriangles(NotSmooth::FewEdges)),
+            Candidate::RimTriangles,
+        ),
+        (Some(Closure::Seam), Candidate::Seam),
+        (Some(Closure::Base), Candidate::Base),
+        (Some(Closure::Flat), Candidate::PlanarCap),
+        (Some(Closure::Base), Candidate::Base),
     ] {
-        assert_eq!(searched(plan, &region(), all_sound), (only, 1));
+        assert_eq!(searched(decided.clone(), &region(), all_sound), (only, 1));
     }
 }
 
@@ -81,7 +85,7 @@ fn a_rim_of_few_edges_is_faired_first_and_needs_a_level_set_only_where_that_fail
         ..region()
     };
     let all_sound = |_: Candidate, _: usize| (Some(SOUND), None, true);
-    let taken = searched(RegionPlan::Solve, &short, all_sound);
+    let taken = searched(None, &short, all_sound);
     assert_eq!(taken, (Candidate::Faired, 1));
     // A triangulation that intersects something or has not converged is replaced by the level set.
     for (quality, is_at_minimum) in [(INTERSECTING, true), (SOUND, false)] {
@@ -89,7 +93,7 @@ fn a_rim_of_few_edges_is_faired_first_and_needs_a_level_set_only_where_that_fail
             Candidate::Faired => (Some(quality), None, is_at_minimum),
             _ => (Some(SOUND), None, true),
         };
-        let taken = searched(RegionPlan::Solve, &short, end);
+        let taken = searched(None, &short, end);
         assert_eq!(taken, (Candidate::Finished, 3));
     }
 }
@@ -117,7 +121,7 @@ fn a_bent_patch_gives_way_to_a_sound_one_of_much_lower_energy_only() {
             },
             ..region()
         };
-        searched(RegionPlan::Solve, &region, end).0
+        searched(None, &region, end).0
     };
     let of = |energy| Quality { energy, ..SOUND };
     assert_eq!(taken_beside(of(0.3), true), Candidate::Faired);
@@ -159,7 +163,7 @@ fn a_wide_bent_patch_that_has_not_converged_is_compared_with_a_faired_triangulat
             };
             (Some(quality), None, false)
         };
-        searched(RegionPlan::Solve, &region, end).0
+        searched(None, &region, end).0
     };
     assert_eq!(taken(wide(true), true, SOUND), Candidate::Faired);
     assert_eq!(taken(wide(true), false, SOUND), Candidate::Finished);
@@ -179,7 +183,7 @@ fn a_faired_triangulation_at_its_minimum_saves_further_level_sets() {
             is_wide,
             ..region()
         };
-        searched(RegionPlan::Solve, &region, end)
+        searched(None, &region, end)
     };
     let lost = AttemptFailure::NotConverged;
     assert_eq!(taken(true, lost.clone(), false), (Candidate::Faired, 2));
@@ -197,7 +201,7 @@ fn without_a_level_set_the_better_of_what_needs_none_is_taken() {
             Candidate::RimTriangles => (Some(plain), None, false),
             _ => (None, Some(AttemptFailure::Diverged), false),
         };
-        searched(RegionPlan::Solve, &region(), end).0
+        searched(None, &region(), end).0
     };
     let plain = Quality {
         is_plain: true,
@@ -242,18 +246,18 @@ fn it_always_ends_with_a_patch() {
                 _ => (quality, None, digit.is_multiple_of(2)),
             }
         };
-        for plan in [
-            RegionPlan::Trivial,
-            RegionPlan::Planar,
-            RegionPlan::Seam,
-            RegionPlan::Solve,
+        for decided in [
+            Some(Closure::RimTriangles(NotSmooth::FewEdges)),
+            Some(Closure::Flat),
+            Some(Closure::Seam),
+            None,
         ] {
-            searched(plan, &region(), end);
+            searched(decided.clone(), &region(), end);
             let long_rim = RetryContext {
                 faired_cost: 2.0 * tuning().fill.cheap,
                 ..region()
             };
-            searched(plan, &long_rim, end);
+            searched(decided.clone(), &long_rim, end);
         }
     }
 }
@@ -275,8 +279,7 @@ fn of_two_level_sets_of_a_bent_surface_the_better_one_counts() {
         level_energy: Some(energy),
         is_at_minimum: false,
     };
-    let next =
-        |made: &[Ending], region: &RetryContext| next_step(RegionPlan::Solve, &first, made, region);
+    let next = |made: &[Ending], region: &RetryContext| next_step(None, &first, made, region);
     let second = first.with_triangulation();
     let bent = ending(first, Some(SOUND), None, 21.0);
     let calm = ending(first, Some(SOUND), None, 19.0);
@@ -316,7 +319,7 @@ fn a_counterpart_comes_first_and_is_taken_where_it_is_sound() {
         ..region()
     };
     let all_sound = |_: Candidate, _: usize| (Some(SOUND), None, true);
-    let taken = searched(RegionPlan::Solve, &with, all_sound);
+    let taken = searched(None, &with, all_sound);
     assert_eq!(taken, (Candidate::Counterpart, 1));
     // Without one, or where it is not sound, the search is as it would be without.
     let without = RetryContext {
@@ -329,8 +332,8 @@ fn a_counterpart_comes_first_and_is_taken_where_it_is_sound() {
             Candidate::Sides | Candidate::Rounded => (None, None, false),
             _ => (Some(SOUND), None, true),
         };
-        let (taken, made) = searched(RegionPlan::Solve, &with, end);
-        let (other, fewer) = searched(RegionPlan::Solve, &without, end);
+        let (taken, made) = searched(None, &with, end);
+        let (other, fewer) = searched(None, &without, end);
         assert_eq!((taken, made), (other, fewer + 1));
     }
 }

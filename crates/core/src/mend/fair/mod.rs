@@ -14,7 +14,7 @@ use super::params::FairParams;
 use super::plan::FairPlan;
 use super::report::FairReport;
 use super::{FillError, Inspection, RestoreError, inspect};
-use crate::fill::TriangulatedReason;
+use crate::fill::NotSmooth;
 use crate::mesh::cut::Remainder;
 use crate::mesh::{Mesh, at_least, length};
 use crate::spatial::Bvh;
@@ -128,7 +128,7 @@ pub enum FairError {
         /// z coordinate of the centre of its rim.
         z: f64,
         /// Why.
-        why: Box<TriangulatedReason>,
+        why: Box<NotSmooth>,
     },
     /// The mesh does not bound a solid, so that its signed distance is undefined.
     #[error(

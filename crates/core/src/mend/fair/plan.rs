@@ -12,7 +12,7 @@ use super::super::params::{FairExtent, FairParams};
 use super::super::report::{FairReport, FillReport};
 use super::{FairError, Faired};
 use crate::elementary::{log2, powf};
-use crate::fill::{ClosedBy, FailedReason, FillParams, HoleOutcome, RegionReport};
+use crate::fill::{Closure, FillParams, HoleOutcome, OpenReason, RegionReport};
 use crate::flow::{FlowSettings, Pace};
 use crate::grid::Lattice;
 use crate::mesh::mask::shrunk_from_borders;
@@ -122,8 +122,8 @@ impl Plan {
         let fill = self.fill_params(params);
         let filled = cut.fill(&fill, Some(&reference), control)?;
         for hole in &filled.report.holes {
-            if let HoleOutcome::Failed(FailedReason::NoTriangulation { after: why, .. })
-            | HoleOutcome::Triangulated(why) = &hole.outcome
+            if let HoleOutcome::Open(OpenReason::NoTriangulation { after: why, .. })
+            | HoleOutcome::Closed(Closure::RimTriangles(why)) = &hole.outcome
             {
                 let [x, y, z] = hole.hole.centre.to_array();
                 let why = Box::new(why.clone());
@@ -183,7 +183,7 @@ impl Plan {
         let patch = patch?;
         let region = RegionReport {
             id: 1,
-            closed_by: Some(ClosedBy::LevelSet),
+            closure: Some(Closure::LevelSet),
             converged: true,
             seconds: clock.elapsed().as_secs_f64(),
             ..extracted_report(&solved, &patch)

@@ -378,7 +378,7 @@ struct FillRow<'a> {
     #[serde(flatten)]
     found: FoundRow<'a>,
     all_holes: bool,
-    holes: Vec<OutcomeRow<'a>>,
+    holes: Vec<OutcomeRow>,
     regions: Vec<RegionRow<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     seconds: Option<f64>,

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use super::rows::HoleRow;
+use super::rows::OutcomeRow;
 use super::{Document, FileInfo, VerdictRow};
 use crate::job::{JobPlan, WorkPlan};
-use isomend_core::mend::{FairPlan, FillPlan, PlannedHole, RestorePlan};
+use isomend_core::mend::{FairPlan, FillPlan, RestorePlan};
 use isomend_core::mesh::{Defects, HoleId, OpenChain};
 
 impl JobPlan<'_> {
@@ -61,7 +61,7 @@ struct FillRow<'a> {
     components: usize,
     defects: Defects,
     open_chains: &'a [OpenChain],
-    holes: Vec<PlannedHoleRow>,
+    holes: Vec<OutcomeRow>,
     regions: Vec<PlannedRegionRow<'a>>,
 }
 
@@ -81,35 +81,8 @@ impl<'a> FillRow<'a> {
             components: plan.components,
             defects: plan.defects,
             open_chains: &plan.open_chains,
-            holes: plan.holes.iter().map(PlannedHoleRow::new).collect(),
+            holes: plan.holes.iter().map(OutcomeRow::planned).collect(),
             regions: region.collect(),
-        }
-    }
-}
-
-/// A hole and how it would be closed.
-#[derive(Serialize)]
-struct PlannedHoleRow {
-    #[serde(flatten)]
-    hole: HoleRow,
-    outcome: &'static str,
-    /// Why, as a fixed identifier.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    cause: Option<&'static str>,
-    /// Why, as a sentence.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    reason: Option<String>,
-    region: usize,
-}
-
-impl PlannedHoleRow {
-    fn new(planned: &PlannedHole) -> Self {
-        Self {
-            hole: HoleRow::new(&planned.hole),
-            outcome: planned.plan.key(),
-            cause: planned.plan.cause(),
-            reason: planned.plan.reason(),
-            region: planned.region,
         }
     }
 }

@@ -5,10 +5,11 @@ use serde::Serialize;
 
 use super::counterpart::CounterpartRow;
 use isomend_core::fill::{
-    ClosedBy, CreaseReport, FinishReport, GrainReport, NotContinued, Quality, RegionReport,
+    Closure, CreaseReport, FinishReport, GrainReport, HoleOutcome, NotContinued, Quality,
+    RegionReport,
 };
 use isomend_core::flow::{Energy, FlowOutcome, StepRecord};
-use isomend_core::mend::{CreaseEnd, HoleReport};
+use isomend_core::mend::{CreaseEnd, HoleReport, PlannedHole};
 use isomend_core::mesh::{Hole, HoleId};
 use isomend_core::region::LevelReport;
 
@@ -71,29 +72,50 @@ impl CreaseEndRow {
     }
 }
 
-/// A hole and its outcome.
+/// A hole and its outcome, or the outcome that is planned.
 #[derive(Serialize)]
-pub(super) struct OutcomeRow<'a> {
+pub(super) struct OutcomeRow {
     #[serde(flatten)]
     hole: HoleRow,
     outcome: &'static str,
+    /// How it was closed; null where it is open, and in a plan where the fill finds it.
+    closed_by: Option<&'static str>,
     /// Why, as a fixed identifier.
     #[serde(skip_serializing_if = "Option::is_none")]
-    cause: Option<&'a str>,
+    cause: Option<&'static str>,
     /// Why, as a sentence.
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<String>,
     region: usize,
 }
 
-impl OutcomeRow<'_> {
+impl OutcomeRow {
     pub(super) fn new(report: &HoleReport) -> Self {
+        let outcome = report.outcome.key();
+        Self::of(&report.hole, outcome, Some(&report.outcome), report.region)
+    }
+
+    pub(super) fn planned(planned: &PlannedHole) -> Self {
+        let outcome = match &planned.outcome {
+            Some(open @ (HoleOutcome::Left(_) | HoleOutcome::Open(_))) => open.key(),
+            Some(HoleOutcome::Closed(_)) | None => "would_be_closed",
+        };
+        Self::of(
+            &planned.hole,
+            outcome,
+            planned.outcome.as_ref(),
+            planned.region,
+        )
+    }
+
+    fn of(hole: &Hole, outcome: &'static str, how: Option<&HoleOutcome>, region: usize) -> Self {
         Self {
-            hole: HoleRow::new(&report.hole),
-            outcome: report.outcome.key(),
-            cause: report.outcome.cause(),
-            reason: report.outcome.reason(),
-            region: report.region,
+            hole: HoleRow::new(hole),
+            outcome,
+            closed_by: how.and_then(HoleOutcome::closure).map(Closure::key),
+            cause: how.and_then(HoleOutcome::cause),
+            reason: how.and_then(HoleOutcome::reason),
+            region,
         }
     }
 }
@@ -128,7 +150,8 @@ pub(super) struct RegionRow<'a> {
     voxel: f64,
     levels: Vec<LevelRow<'a>>,
     converged: bool,
-    closed_by: ClosedBy,
+    /// How it was closed; null where a rim is open.
+    closed_by: Option<&'static str>,
     rise: Option<f64>,
     seam_angle_mean: Option<f64>,
     seam_angle_max: Option<f64>,
@@ -230,7 +253,7 @@ impl<'a> RegionRow<'a> {
             voxel: r.voxel.unwrap_or(0.0),
             levels: r.levels.iter().map(level).collect(),
             converged: r.converged,
-            closed_by: r.closed_by.unwrap_or(ClosedBy::Nothing),
+            closed_by: r.closure.as_ref().map(Closure::key),
             rise: r.rise,
             seam_angle_mean: r.seam_angle_mean,
             seam_angle_max: r.seam_angle_max,

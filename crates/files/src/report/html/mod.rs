@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::scene::Scene;
 use super::scripts::{Script, bundle};
-use isomend_core::fill::{HoleOutcome, RegionReport};
+use isomend_core::fill::RegionReport;
 use isomend_core::mend::HoleReport;
 use isomend_core::mesh::HoleId;
 
@@ -70,7 +70,7 @@ pub fn page(page: &HtmlPage) -> String {
             region: h.region,
             centre: (h.hole.centre - scene.origin).as_vec3().to_array(),
             diameter: h.hole.diameter,
-            open: is_open(&h.outcome),
+            open: h.outcome.closure().is_none(),
         })
         .collect();
     let ends: Vec<[f32; 3]> = scene.points.iter().map(|p| p.to_array()).collect();
@@ -100,10 +100,6 @@ pub fn page(page: &HtmlPage) -> String {
         "geometry" => geometry.clone(),
         _ => String::new(),
     })
-}
-
-fn is_open(outcome: &HoleOutcome) -> bool {
-    matches!(outcome, HoleOutcome::Left(_) | HoleOutcome::Failed(_))
 }
 
 /// Replaces each `{{name}}` of a template by its value. Values are not searched for names again.

@@ -1,12 +1,13 @@
 //! Lists and tables of an HTML report: facts, remarks, holes and regions.
 
+use std::cmp::Reverse;
 use std::fmt::Write;
 
 use super::super::counterpart::{counterpart_text, grain_text};
 use super::super::scene::Scene;
 use super::super::text::lost_creases;
 use super::{add, escaped, listed, number, number_beside};
-use isomend_core::fill::{HoleOutcome, RegionReport};
+use isomend_core::fill::{Closure, HoleOutcome, RegionReport};
 use isomend_core::mend::HoleReport;
 
 /// Names of the outcomes of holes, after a change or for a mesh that was only inspected.
@@ -34,21 +35,17 @@ impl OutcomeLabels {
     /// Numbers of holes by outcome, as list items.
     pub fn status(self, holes: &[HoleReport]) -> String {
         let mut out = String::new();
-        for class in [
-            "filled",
-            "faired",
-            "flat",
-            "base",
-            "walls",
-            "triangulated",
-            "left",
-            "failed",
-        ] {
-            let mut same = holes.iter().filter(|h| h.outcome.key() == class);
-            if let Some(first) = same.next() {
-                let (count, word) = (1 + same.count(), self.of(&first.outcome));
-                add!(out, "<li class=\"{class}\">{count} {word}</li>");
+        let mut counts: Vec<(String, &str, usize)> = Vec::new();
+        for hole in holes {
+            let (class, word) = (class(&hole.outcome), self.of(&hole.outcome));
+            match counts.iter_mut().find(|(known, ..)| *known == class) {
+                Some((.., count)) => *count += 1,
+                None => counts.push((class, word, 1)),
             }
+        }
+        counts.sort_by_key(|(class, _, count)| (!class.starts_with("closed"), Reverse(*count)));
+        for (class, word, count) in counts {
+            add!(out, "<li class=\"{class}\">{count} {word}</li>");
         }
         out
     }
@@ -57,7 +54,7 @@ impl OutcomeLabels {
     pub fn hole_list(self, holes: &[HoleReport]) -> String {
         let mut out = String::new();
         for h in holes {
-            let (class, why) = (h.outcome.key(), self.why(h));
+            let (class, why) = (class(&h.outcome), self.why(h));
             add!(
                 out,
                 "<li><button type=\"button\" class=\"hole {class}\" data-hole=\"{id}\" aria-pressed=\"false\">\
@@ -89,7 +86,7 @@ impl OutcomeLabels {
         let mut out = String::new();
         let names = names_objects(holes);
         for h in holes {
-            let (class, why) = (h.outcome.key(), self.why(h));
+            let (class, why) = (class(&h.outcome), self.why(h));
             let [x, y, z] = h.hole.centre.to_array().map(number);
             let normal = h.hole.normal.to_array().map(|x| format!("{x:.3}"));
             let normal = normal.join(", ").replace('-', "−");
@@ -123,6 +120,12 @@ impl OutcomeLabels {
         }
         out
     }
+}
+
+/// The classes of an outcome in the style sheet: closed or open, and how it was closed.
+fn class(outcome: &HoleOutcome) -> String {
+    let how = outcome.closure().map_or("", Closure::key);
+    format!("{} {how}", outcome.key()).trim_end().to_owned()
 }
 
 /// Whether the holes belong to several objects of a 3MF file, which the table and the list then name.
