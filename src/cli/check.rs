@@ -1,17 +1,13 @@
 //! `isomend check`: lists the defects of a mesh and says whether it is watertight and printable.
 
-use std::path::PathBuf;
-
 use clap::Args;
-use isomend::Unit;
 use isomend::check::{CheckParams, Verdict};
-use isomend::job;
+use isomend::job::{Checked, JobSpec, Looked, Work};
 use isomend::report::verdict_lines;
 
 use super::console::{self, Console};
+use super::look::{Look, LookArgs, Shown};
 use super::parameters::{Check, ParameterArgs};
-use super::report::ReportArgs;
-use super::several::{FileResult, MeshInspector};
 use super::{CommonArgs, End};
 
 const EXAMPLES: &str = "\
@@ -33,19 +29,11 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct CheckArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF; `-` is standard input. For several meshes a table is printed.
-    #[arg(value_name = "IN", required = true)]
-    inputs: Vec<PathBuf>,
+    #[command(flatten)]
+    files: LookArgs,
 
     #[command(flatten)]
     parameters: ParameterArgs<Check>,
-
-    /// The unit of the mesh's coordinates: mm, cm, m, in, um or ft. It is printed with lengths, also in --json and --report.
-    #[arg(long, value_name = "UNIT")]
-    unit: Option<Unit>,
-
-    #[command(flatten)]
-    report: ReportArgs,
 
     #[command(flatten)]
     pub(super) common: CommonArgs,
@@ -54,48 +42,48 @@ pub struct CheckArgs {
 /// Reads and checks each mesh.
 pub fn run(args: &CheckArgs, console: &Console) -> anyhow::Result<End> {
     let params: CheckParams = args.parameters.params()?;
-    let inspector = MeshInspector {
-        command: "check",
-        inputs: &args.inputs,
-        report: &args.report,
+    let look = Look {
+        work: Work::Check(params),
         common: &args.common,
-        unit: args.unit,
         headings: &["faces", "components", "watertight and printable"],
         prints: !args.common.run.quiet,
+        show: &|job, looked| match looked {
+            Looked::Checked(checked) => shown(job, checked),
+            Looked::Inspected(_) => Shown::default(),
+        },
     };
+    args.files.each(&look, console)
+}
+
+/// The verdict on a file as text, and its row.
+fn shown(job: &JobSpec, checked: &Checked) -> Shown {
     // The column of the values, in characters.
     const VALUES: usize = 23;
-    inspector.each(console, &mut |source, loaded, drawings| {
-        let checked =
-            job::check(source, loaded, &params, args.unit, drawings).map_err(super::cli_error)?;
-        let verdict = &checked.verdict;
-        let [low, high] = loaded.mesh.bounds();
-        let mut lines = verdict_lines(verdict, low.distance(high), args.unit);
-        if let Some(command) = repair_command(verdict, &source.place.name()) {
-            lines.extend([String::new(), command]);
-        }
-        let width = console::width();
-        let is_row = |line: &str| line.get(..VALUES).is_some_and(|name| name.contains(": "));
-        let wrapped = |line: &String| {
-            let indent = if is_row(line) { VALUES } else { 2 };
-            console::wrapped(line, width, indent)
-        };
-        lines = lines.iter().map(wrapped).collect();
-        let answer = match verdict.is_sound() {
-            true => "yes".to_owned(),
-            false => format!("no: {}", verdict.reasons().join(", ")),
-        };
-        Ok(FileResult {
-            text: lines.join("\n") + "\n",
-            cells: vec![
-                verdict.faces.to_string(),
-                verdict.components.len().to_string(),
-                answer,
-            ],
-            document: FileResult::document(&checked.document())?,
-            is_good: verdict.is_sound(),
-        })
-    })
+    let verdict = &checked.verdict;
+    let [low, high] = checked.loaded.mesh.bounds();
+    let mut lines = verdict_lines(verdict, low.distance(high), checked.unit);
+    if let Some(command) = repair_command(verdict, &job.source.place.name()) {
+        lines.extend([String::new(), command]);
+    }
+    let width = console::width();
+    let is_row = |line: &str| line.get(..VALUES).is_some_and(|name| name.contains(": "));
+    let wrapped = |line: &String| {
+        let indent = if is_row(line) { VALUES } else { 2 };
+        console::wrapped(line, width, indent)
+    };
+    lines = lines.iter().map(wrapped).collect();
+    let answer = match verdict.is_sound() {
+        true => "yes".to_owned(),
+        false => format!("no: {}", verdict.reasons().join(", ")),
+    };
+    Shown {
+        text: lines.join("\n") + "\n",
+        cells: vec![
+            verdict.faces.to_string(),
+            verdict.components.len().to_string(),
+            answer,
+        ],
+    }
 }
 
 /// A line with the repair command that closes T-junctions and boundary edges that nearly coincide; `None` if there are none.

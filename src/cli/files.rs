@@ -103,11 +103,7 @@ impl FilesArgs {
         if printer.several && !self.dry_run {
             console.say(&summary(&ended));
         }
-        Ok(match ended {
-            BatchResult { failed: 1.., .. } => End::Failed,
-            BatchResult { in_part: 1.., .. } => End::InPart,
-            _ => End::Done,
-        })
+        Ok(End::of(&ended))
     }
 
     /// The batch that the options ask for.
@@ -231,7 +227,8 @@ impl BatchObserver for Printer<'_> {
 
     fn failed(&mut self, job: &JobSpec, words: &str) {
         progress::clear();
-        self.console.failed(&with_name(&job.source.place, words));
+        self.console
+            .failed(&input::with_name(&job.source.place, words));
     }
 
     fn words(&self, error: JobError) -> String {
@@ -241,16 +238,6 @@ impl BatchObserver for Printer<'_> {
 
 fn usage(what: &str) -> anyhow::Error {
     Usage(what.to_owned()).into()
-}
-
-/// The message of an error, with the name of the file in front if the message does not contain it.
-fn with_name(input: &Place, error: &str) -> String {
-    let name = input.name();
-    if error.contains(&name) {
-        error.to_owned()
-    } else {
-        format!("{name}: {error}")
-    }
 }
 
 /// The last line for several files: how many were done, done in part and failed.

@@ -61,6 +61,16 @@ pub fn print_notes(place: &Place, loaded: &Loaded, console: &Console) {
     }
 }
 
+/// The message of an error, with the name of the file in front if the message does not contain it.
+pub fn with_name(input: &Place, error: &str) -> String {
+    let name = input.name();
+    if error.contains(&name) {
+        error.to_owned()
+    } else {
+        format!("{name}: {error}")
+    }
+}
+
 /// All bytes of standard input.
 pub fn standard_input() -> anyhow::Result<Vec<u8>> {
     let bytes = read_stream(std::io::stdin().lock()).context("cannot read standard input")?;

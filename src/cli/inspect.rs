@@ -1,11 +1,10 @@
 //! `isomend inspect`: lists the components, holes, crease ends and defects of a mesh, and the faces that a mask marks.
 
 use std::fmt::Write;
-use std::path::PathBuf;
 
 use clap::Args;
 use isomend::io::Loaded;
-use isomend::job::{self, Inspected};
+use isomend::job::{Inspected, Looked, Work};
 use isomend::report::{
     chain_lines, counted, crease_end_line, crease_end_table, defect_lines, hole_table, length,
     point,
@@ -13,9 +12,8 @@ use isomend::report::{
 use isomend::{Selection, Unit};
 
 use super::console::{self, Console};
+use super::look::{Look, LookArgs, Shown};
 use super::mask::MaskArgs;
-use super::report::ReportArgs;
-use super::several::{FileResult, MeshInspector};
 use super::{CommonArgs, End};
 
 const EXAMPLES: &str = "\
@@ -34,16 +32,8 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct InspectArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF; `-` is standard input. For several meshes a table is printed.
-    #[arg(value_name = "IN", required = true)]
-    inputs: Vec<PathBuf>,
-
-    /// The unit of the mesh's coordinates: mm, cm, m, in, um or ft. It is printed with lengths, also in --json and --report.
-    #[arg(long, value_name = "UNIT")]
-    unit: Option<Unit>,
-
     #[command(flatten)]
-    report: ReportArgs,
+    files: LookArgs,
 
     #[command(flatten)]
     mask: MaskArgs,
@@ -54,13 +44,9 @@ pub struct InspectArgs {
 
 /// Reads and inspects each mesh.
 pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
-    let mask = args.mask.mask()?;
-    let inspector = MeshInspector {
-        command: "inspect",
-        inputs: &args.inputs,
-        report: &args.report,
+    let look = Look {
+        work: Work::Inspect(args.mask.mask()?),
         common: &args.common,
-        unit: args.unit,
         headings: &[
             "format",
             "vertices",
@@ -71,22 +57,25 @@ pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
             "defects",
         ],
         prints: true,
+        show: &|_, looked| match looked {
+            Looked::Inspected(inspected) => shown(inspected, console),
+            Looked::Checked(_) => Shown::default(),
+        },
     };
-    inspector.each(console, &mut |source, loaded, drawings| {
-        let inspected = job::inspect(source, loaded, mask.as_ref(), args.unit, drawings)
-            .map_err(super::cli_error)?;
-        let mut text = table(loaded, &inspected);
-        text += &creases(&inspected, console.is_verbose());
-        if let Some((mask, marked)) = &inspected.marked {
-            text += &mask_line(mask, &marked.missed, args.unit);
-        }
-        Ok(FileResult {
-            text,
-            cells: cells(loaded, &inspected),
-            document: FileResult::document(&inspected.document())?,
-            is_good: true,
-        })
-    })
+    args.files.each(&look, console)
+}
+
+/// The inspection of a file as text, and its row.
+fn shown(inspected: &Inspected, console: &Console) -> Shown {
+    let mut text = table(inspected.loaded, inspected);
+    text += &creases(inspected, console.is_verbose());
+    if let Some((mask, marked)) = &inspected.marked {
+        text += &mask_line(mask, &marked.missed, inspected.unit);
+    }
+    Shown {
+        text,
+        cells: cells(inspected.loaded, inspected),
+    }
 }
 
 /// The row of a file in the table for several files.

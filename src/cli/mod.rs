@@ -22,6 +22,7 @@ mod interrupt {
     }
 }
 mod json;
+mod look;
 mod manual;
 mod mask;
 mod messages;
@@ -32,9 +33,9 @@ mod repair;
 mod report;
 mod restore;
 mod sdf;
-mod several;
 mod study;
 mod surface;
+mod table;
 #[cfg(not(target_family = "wasm"))]
 mod view;
 mod words;

@@ -20,7 +20,7 @@ impl CommandRenderer for CommandLine {
             Work::Restore(_, params) => command(Table::RESTORE, params),
             Work::Fair(_, params) => command(Table::FAIR, params),
             Work::Repair(params) => command(Table::REPAIR, params),
-            Work::Copy => Command::new(work.name()),
+            Work::Copy | Work::Inspect(_) | Work::Check(_) => Command::new(work.name()),
         };
         let plain = command.clone();
         if let Some(faces) = faces {

@@ -1,6 +1,6 @@
 //! Batch runs: the same work on one or several meshes. Chooses the output files, checks everything that can be checked before the
-//! first mesh is read, writes the JSON documents and counts how the jobs ended. The commands `fill`, `repair`, `restore`, `fair` and
-//! `convert` are batches.
+//! first mesh is read, writes the JSON documents and counts how the jobs ended. The commands that read a mesh are batches, except `compare`
+//! and `view`.
 
 use std::error::Error;
 use std::io;
@@ -10,7 +10,8 @@ use super::deliver::Deliverables;
 use super::documents::{DocumentList, failed_document};
 use super::places::{in_folder, is_folder_name, refuse_over};
 use super::{
-    Drawings, JobError, JobPlan, JobResult, JobSpec, Output, Place, Source, Work, write_text,
+    Drawings, JobError, JobPlan, JobResult, JobSpec, Looked, Output, Place, Source, Work,
+    write_text,
 };
 use crate::io::{Format, Loaded};
 use isomend_core::mend::Control;
@@ -34,7 +35,7 @@ use isomend_core::mend::Control;
 pub struct Batch {
     /// The meshes to read.
     pub sources: Vec<Source>,
-    /// The file to write, or the folder; a folder whose name ends with a slash is created. A plan needs no output.
+    /// The file to write, or the folder; a folder whose name ends with a slash is created. Plans, and work that only looks, need none.
     pub output: Option<Place>,
     /// The format to write. Default: the format of the output's extension; in a folder, the format of each input.
     pub format: Option<Format>,
@@ -84,6 +85,14 @@ pub trait BatchObserver {
     /// # Errors
     /// If the plan cannot be shown, for example because standard output is closed.
     fn planned(&mut self, _plan: &JobPlan) -> io::Result<()> {
+        Ok(())
+    }
+
+    /// Work that only looks at a mesh has ended.
+    ///
+    /// # Errors
+    /// If the result cannot be shown, for example because standard output is closed.
+    fn looked(&mut self, _job: &JobSpec, _looked: &Looked) -> io::Result<()> {
         Ok(())
     }
 
@@ -198,6 +207,15 @@ impl Batch {
                 .for_each(|all| all.add(&plan.document()));
             return Ok(true);
         }
+        if job.work.only_looks() {
+            let looked = read.look()?;
+            observer.looked(job, &looked).map_err(JobError::Observer)?;
+            documents.into_iter().for_each(|all| match &looked {
+                Looked::Inspected(inspected) => all.add(&inspected.document()),
+                Looked::Checked(checked) => all.add(&checked.document()),
+            });
+            return Ok(looked.is_good());
+        }
         let done = read.mend(control)?.write()?;
         observer.done(&done).map_err(JobError::Observer)?;
         documents
@@ -252,7 +270,7 @@ impl Batch {
             ));
         }
         let Some(place) = &self.output else {
-            return match self.plan {
+            return match self.plan || self.work.only_looks() {
                 true => Ok(places.iter().map(|_| None).collect()),
                 false => wrong("there is no output; name one, or ask for a plan".to_owned()),
             };

@@ -56,7 +56,7 @@ impl Read<'_> {
                 let holds = output.is_none_or(|o| o.format == Format::ThreeMf);
                 holds.then(|| self.loaded.bodies()).flatten()
             }
-            Work::Copy => None,
+            Work::Copy | Work::Inspect(_) | Work::Check(_) => None,
         }
     }
 
@@ -230,7 +230,7 @@ impl Task {
                 marked = mask.as_ref().map(|mask| marks(mask, loaded)).transpose()?;
                 None
             }
-            Work::Copy => None,
+            Work::Copy | Work::Inspect(_) | Work::Check(_) => None,
         };
         let mut creases = Vec::new();
         if let Some(params) = fill {

@@ -113,6 +113,24 @@ impl Inspected<'_> {
     }
 }
 
+/// What work that only looks at a mesh has found.
+pub enum Looked<'a> {
+    /// Its holes and properties.
+    Inspected(Inspected<'a>),
+    /// The verdict on it.
+    Checked(Checked<'a>),
+}
+
+impl Looked<'_> {
+    /// Whether the answer is what one wishes: a check's verdict is sound.
+    pub fn is_good(&self) -> bool {
+        match self {
+            Self::Inspected(_) => true,
+            Self::Checked(checked) => checked.verdict.is_sound(),
+        }
+    }
+}
+
 /// A mesh file and the verdict on it.
 #[non_exhaustive]
 pub struct Checked<'a> {

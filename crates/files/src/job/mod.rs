@@ -57,7 +57,7 @@ pub use deliver::{Deliverables, Mark};
 pub use documents::{Document, FileInfo};
 pub use draw::Drawings;
 pub use error::JobError;
-pub use inspection::{Checked, Compared, Inspected, check, compare, inspect};
+pub use inspection::{Checked, Compared, Inspected, Looked, check, compare, inspect};
 pub use marks::{Marked, MaskSpec, PaintedColour, parse_face_numbers};
 pub use mended::Mended;
 pub use outcome::{JobPlan, JobResult, WorkPlan};

@@ -8,9 +8,9 @@ use super::deliver::Deliverables;
 use super::draw::Drawings;
 use super::places::refuse_over;
 use super::{JobError, MaskSpec, Output, Place, Source};
-use isomend_core::fill::FillParams;
-use isomend_core::fill::Like;
-use isomend_core::mend::{FairParams, RestoreParams};
+use isomend_core::check::CheckParams;
+use isomend_core::fill::{FillParams, Like};
+use isomend_core::mend::{FairParams, FillError, RestoreParams};
 use isomend_core::repair::RepairParams;
 
 /// The work to do with a mesh.
@@ -27,13 +27,19 @@ pub enum Work {
     Repair(RepairParams),
     /// Write the mesh as it was read, as far as the format of the output can hold it.
     Copy,
+    /// List the holes and properties of the mesh, and the faces that a mask marks. Writes no mesh.
+    Inspect(Option<MaskSpec>),
+    /// List the defects of the mesh. Writes no mesh.
+    Check(CheckParams),
 }
 
 impl Work {
     /// The files that it reads besides the mesh, each with what it is.
     pub(super) fn files_read(&self) -> Vec<(&'static str, PathBuf)> {
         let mask = match self {
-            Self::Restore(mask, _) | Self::Fair(Some(mask), _) => Some(mask),
+            Self::Restore(mask, _) | Self::Fair(Some(mask), _) | Self::Inspect(Some(mask)) => {
+                Some(mask)
+            }
             _ => None,
         };
         let masks = mask
@@ -54,6 +60,8 @@ impl Work {
             Self::Fair(..) => "fair",
             Self::Repair(_) => "repair",
             Self::Copy => "convert",
+            Self::Inspect(_) => "inspect",
+            Self::Check(_) => "check",
         }
     }
 
@@ -63,7 +71,7 @@ impl Work {
             Self::Fill(fill) => fill,
             Self::Restore(_, params) => &params.fill,
             Self::Repair(params) => &params.fill,
-            Self::Fair(..) | Self::Copy => return None,
+            Self::Fair(..) | Self::Copy | Self::Inspect(_) | Self::Check(_) => return None,
         };
         Some(fill.like.as_ref()?.unread()?)
     }
@@ -75,7 +83,7 @@ impl Work {
             Self::Fill(fill) => fill,
             Self::Restore(_, params) => &mut params.fill,
             Self::Repair(params) => &mut params.fill,
-            Self::Fair(..) | Self::Copy => return self,
+            Self::Fair(..) | Self::Copy | Self::Inspect(_) | Self::Check(_) => return self,
         };
         fill.like = Some(Like::Template { file, mesh: None });
         self
@@ -84,6 +92,11 @@ impl Work {
     /// Whether its command makes patches, and has the options for them.
     pub fn makes_patches(&self) -> bool {
         matches!(self, Self::Fill(_) | Self::Restore(..) | Self::Repair(_))
+    }
+
+    /// Whether it only looks at the mesh and writes none.
+    pub fn only_looks(&self) -> bool {
+        matches!(self, Self::Inspect(_) | Self::Check(_))
     }
 
     /// Checks its parameters, and that the files of its mask can be read.
@@ -105,6 +118,8 @@ impl Work {
                 mask.as_ref().map_or(Ok(()), MaskSpec::check)?;
                 Ok(params.check()?)
             }
+            Self::Inspect(mask) => mask.as_ref().map_or(Ok(()), MaskSpec::check),
+            Self::Check(params) => Ok(params.check().map_err(FillError::from)?),
             Self::Copy => Ok(()),
         }
     }

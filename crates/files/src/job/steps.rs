@@ -13,7 +13,7 @@ use super::outcome::{JobPlan, JobResult, WorkPlan};
 use super::painted;
 use super::result::{KeptInput, Made, repaired};
 use super::template::with_template;
-use super::{JobError, JobSpec, MaskSpec, PaintedColour, Work};
+use super::{JobError, JobSpec, Looked, MaskSpec, PaintedColour, Work, check, inspect};
 use crate::io::Loaded;
 use isomend_core::attributes::UnwantedColour;
 use isomend_core::cancel::Cancel;
@@ -132,6 +132,23 @@ impl<'s> Read<'s> {
         })
     }
 
+    /// Looks at the mesh, for work that [only looks](Work::only_looks); other work is taken as an inspection. Makes the drawings.
+    ///
+    /// # Errors
+    /// As [`inspect`] and [`check`](super::check).
+    pub fn look(&self) -> Result<Looked<'_>, JobError> {
+        let Self { spec, loaded, .. } = self;
+        let (source, drawings) = (&spec.source, &spec.drawings);
+        let unit = spec.deliverables.unit;
+        Ok(match &spec.work {
+            Work::Check(params) => Looked::Checked(check(source, loaded, params, unit, drawings)?),
+            Work::Inspect(mask) => {
+                Looked::Inspected(inspect(source, loaded, mask.as_ref(), unit, drawings)?)
+            }
+            _ => Looked::Inspected(inspect(source, loaded, None, unit, drawings)?),
+        })
+    }
+
     /// Does the work.
     ///
     /// # Errors
@@ -139,7 +156,7 @@ impl<'s> Read<'s> {
     pub fn mend(self, control: &Control) -> Result<Mended<'s>, JobError> {
         check_base(&self.spec.work, &self.loaded.mesh)?;
         let made = match (&self.spec.work, self.bodies()) {
-            (Work::Copy, _) => Made::copy(&self.loaded.mesh),
+            (Work::Copy | Work::Inspect(_) | Work::Check(_), _) => Made::copy(&self.loaded.mesh),
             (work, Some(bodies)) => {
                 let found = work.inspect(&self.loaded.mesh, Some(&bodies))?;
                 self.make_each(&bodies, &found, control)?
@@ -181,7 +198,7 @@ impl<'s> Read<'s> {
                 found.restore(&marked, &params, control)?.into()
             }
             Work::Repair(params) => self.repaired(params, control)?,
-            Work::Copy => Made::copy(&loaded.mesh),
+            Work::Copy | Work::Inspect(_) | Work::Check(_) => Made::copy(&loaded.mesh),
             Work::Fair(mask, params) => {
                 let marked = mask.as_ref().map(|mask| marks(mask, loaded)).transpose()?;
                 let mut params = params.clone();
@@ -286,9 +303,10 @@ impl Work {
     ) -> Result<Inspection<'m>, JobError> {
         let found = Inspection::of_bodies(mesh, bodies);
         Ok(match self {
-            Self::Fill(_) | Self::Repair(_) | Self::Copy => found?,
+            Self::Fill(_) | Self::Repair(_) => found?,
             Self::Restore(..) => found.map_err(RestoreError::from)?,
             Self::Fair(..) => found.map_err(FairError::from)?,
+            Self::Copy | Self::Inspect(_) | Self::Check(_) => found?,
         })
     }
 }
@@ -337,7 +355,7 @@ fn planned(work: &Work, loaded: &Loaded) -> Result<WorkPlan, JobError> {
             let marked = mask.as_ref().map(|mask| marks(mask, loaded)).transpose()?;
             WorkPlan::Fair(found.plan_fair(marked.as_deref(), params)?)
         }
-        Work::Copy => WorkPlan::Copy,
+        Work::Copy | Work::Inspect(_) | Work::Check(_) => WorkPlan::Copy,
     })
 }
 

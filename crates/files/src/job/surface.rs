@@ -87,18 +87,21 @@ impl SurfaceSpec {
         self.check()?;
         let volume = self.volume()?;
         let mesh = level_surface(&volume, self.level, self.close);
-        let mesh = mesh.map_err(|error| JobError::NoSurface {
+        let mut mesh = mesh.map_err(|error| JobError::NoSurface {
             name: self.source.place.name(),
             error,
         })?;
+        // Rounded here, without a remark: interpolated positions have no exact values that rounding could lose.
+        if self.precision == Precision::F32 && has_floats(&self.output) {
+            let rounded = mesh.positions.iter().map(|p| p.as_vec3().as_dvec3());
+            mesh.positions = rounded.collect();
+        }
         let model = Contents {
             mesh: &mesh,
             attributes: &Attributes::default(),
             document: None,
         };
-        let (mut notes, bytes) = self.output.write(&model, self.precision)?;
-        // Drop the remark on rounding: interpolated positions have no exact values that rounding could lose.
-        notes.retain(|note| !note.starts_with("positions were rounded"));
+        let (notes, bytes) = self.output.write(&model, self.precision)?;
         Ok(SurfaceResult {
             spec: self,
             dims: volume.dims,
@@ -137,5 +140,14 @@ impl SurfaceResult<'_> {
             notes: &self.notes,
         };
         Document::new("surface", body)
+    }
+}
+
+/// Whether a file can hold coordinates as 32-bit floats: OBJ, OFF, 3MF and STL as text have decimal numbers only.
+fn has_floats(output: &Output) -> bool {
+    match output.format {
+        Format::Obj | Format::Off | Format::ThreeMf => false,
+        Format::Stl => !output.ascii,
+        _ => true,
     }
 }

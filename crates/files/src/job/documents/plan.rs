@@ -5,8 +5,8 @@ use serde::Serialize;
 use super::rows::OutcomeRow;
 use super::{Document, FileInfo, VerdictRow};
 use crate::job::{JobPlan, WorkPlan};
-use isomend_core::mend::{FairPlan, FillPlan, RestorePlan};
-use isomend_core::mesh::{Defects, HoleId, OpenChain};
+use isomend_core::mend::{FairPlan, FillPlan, PlannedRegion, RestorePlan};
+use isomend_core::mesh::{Defects, OpenChain};
 
 impl JobPlan<'_> {
     /// The JSON document of the plan.
@@ -14,7 +14,7 @@ impl JobPlan<'_> {
         let body = match &self.plan {
             WorkPlan::Fill(fill) => Body::Fill(FillRow::new(fill)),
             WorkPlan::Restore(restore) => Body::Restore(RestoreRow::new(restore)),
-            WorkPlan::Fair(fair) => Body::Fair(FairRow::new(fair)),
+            WorkPlan::Fair(fair) => Body::Fair(fair),
             WorkPlan::Repair { before, fill } => Body::Repair {
                 before: Box::new(VerdictRow::new(before)),
                 fill: FillRow::new(fill),
@@ -45,7 +45,7 @@ struct PlanRow<'a> {
 enum Body<'a> {
     Fill(FillRow<'a>),
     Restore(RestoreRow<'a>),
-    Fair(FairRow),
+    Fair(&'a FairPlan),
     Repair {
         before: Box<VerdictRow<'a>>,
         #[serde(flatten)]
@@ -62,19 +62,11 @@ struct FillRow<'a> {
     defects: Defects,
     open_chains: &'a [OpenChain],
     holes: Vec<OutcomeRow>,
-    regions: Vec<PlannedRegionRow<'a>>,
+    regions: &'a [PlannedRegion],
 }
 
 impl<'a> FillRow<'a> {
     fn new(plan: &'a FillPlan) -> Self {
-        let region = plan.regions.iter().map(|r| PlannedRegionRow {
-            id: r.id,
-            holes: &r.holes,
-            bridge: r.bridge,
-            diameter: r.diameter,
-            voxel: r.voxel,
-            dims: r.dims,
-        });
         Self {
             vertices: plan.vertices,
             faces: plan.faces,
@@ -82,20 +74,9 @@ impl<'a> FillRow<'a> {
             defects: plan.defects,
             open_chains: &plan.open_chains,
             holes: plan.holes.iter().map(OutcomeRow::planned).collect(),
-            regions: region.collect(),
+            regions: &plan.regions,
         }
     }
-}
-
-/// A region that would be filled.
-#[derive(Serialize)]
-struct PlannedRegionRow<'a> {
-    id: usize,
-    holes: &'a [HoleId],
-    bridge: bool,
-    diameter: f64,
-    voxel: Option<f64>,
-    dims: Option<[usize; 3]>,
 }
 
 #[derive(Serialize)]
@@ -116,31 +97,6 @@ impl<'a> RestoreRow<'a> {
             removed_vertices: plan.removed_vertices,
             keep_shape: plan.keep_shape,
             fill: FillRow::new(&plan.fill),
-        }
-    }
-}
-
-#[derive(Serialize)]
-struct FairRow {
-    strength: f64,
-    time: f64,
-    voxel: f64,
-    whole: bool,
-    marked_faces: usize,
-    removed_faces: usize,
-    components_left: usize,
-}
-
-impl FairRow {
-    fn new(plan: &FairPlan) -> Self {
-        Self {
-            strength: plan.strength,
-            time: plan.time,
-            voxel: plan.voxel,
-            whole: plan.whole,
-            marked_faces: plan.marked_faces,
-            removed_faces: plan.removed_faces,
-            components_left: plan.components_left,
         }
     }
 }
