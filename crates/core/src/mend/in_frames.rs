@@ -32,7 +32,7 @@ impl<'a> Regions<'a> {
     ) -> Vec<Option<RegionPatch>> {
         let is_plain = self.reference.is_none() && self.own.is_none();
         let mut patches = vec![None; regions.len()];
-        let wanted = |at: &usize| is_plain && is_framed(self.decided[regions[*at]].as_ref());
+        let wanted = |at: &usize| is_plain && is_framed(self.groups[regions[*at]].decided.as_ref());
         let wanted: Vec<usize> = (0..regions.len()).filter(wanted).collect();
         for some in wanted.chunks(FRAMED_AT_A_TIME) {
             let query = |&at: &usize| {

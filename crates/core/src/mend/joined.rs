@@ -1,20 +1,18 @@
 //! Finds and checks the pairs of crease ends between which the caller wants sharp edges, before anything is filled.
 
+use super::hole_group::HoleGroup;
 use super::{Control, CreaseEnd, FillError, Inspection};
 use crate::fill::{Closure, FillParams};
 use crate::mesh::HoleId;
 
-/// For each region the pairs of rim vertices between which a sharp edge is to be continued. A region is given by the indices of
-/// its holes and the closure that is decided for it.
-pub(super) fn joined(
+/// Gives each group the pairs of its rim vertices between which the caller wants sharp edges.
+pub(super) fn join_creases(
     found: &Inspection,
     params: &FillParams,
-    groups: &[Vec<usize>],
-    decided: &[Option<Closure>],
-) -> Result<Vec<Vec<[u32; 2]>>, FillError> {
-    let mut joined = vec![Vec::new(); groups.len()];
+    groups: &mut [HoleGroup],
+) -> Result<(), FillError> {
     if params.crease.is_empty() {
-        return Ok(joined);
+        return Ok(());
     }
     let all = found.crease_ends(&Control::new())?;
     for &ends in &params.crease {
@@ -30,13 +28,13 @@ pub(super) fn joined(
             );
             return Err(wrong(why));
         }
-        let region = region_of(found, a.hole, groups, decided).map_err(wrong)?;
+        let group = group_of(found, a.hole, groups).map_err(wrong)?;
         let pair = [a.vertex.min(b.vertex), a.vertex.max(b.vertex)];
-        if !joined[region].contains(&pair) {
-            joined[region].push(pair);
+        if !groups[group].joined.contains(&pair) {
+            groups[group].joined.push(pair);
         }
     }
-    Ok(joined)
+    Ok(())
 }
 
 fn end(all: &[CreaseEnd], id: usize) -> Result<&CreaseEnd, FillError> {
@@ -47,19 +45,14 @@ fn end(all: &[CreaseEnd], id: usize) -> Result<&CreaseEnd, FillError> {
     })
 }
 
-/// The region of a hole, or why no sharp edge can be continued in it.
-fn region_of(
-    found: &Inspection,
-    hole: HoleId,
-    groups: &[Vec<usize>],
-    decided: &[Option<Closure>],
-) -> Result<usize, String> {
-    let has = |group: &Vec<usize>| group.iter().any(|&h| found.holes[h].id == hole);
-    let Some(region) = groups.iter().position(has) else {
+/// The group of a hole, or why no sharp edge can be continued in it.
+fn group_of(found: &Inspection, hole: HoleId, groups: &[HoleGroup]) -> Result<usize, String> {
+    let has = |group: &HoleGroup| group.holes.iter().any(|&h| found.holes[h].id == hole);
+    let Some(at) = groups.iter().position(has) else {
         return Err(format!("hole {hole} is not to be filled; fill it"));
     };
-    match (&decided[region], groups[region].len()) {
-        (None, 1) => Ok(region),
+    match (&groups[at].decided, groups[at].holes.len()) {
+        (None, 1) => Ok(at),
         (Some(Closure::Flat), _) => Err(format!("hole {hole} gets a flat cap; leave that out")),
         _ => Err(format!(
             "hole {hole} is filled together with others, and sharp edges are continued in single holes only; fill it by itself"

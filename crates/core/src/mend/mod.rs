@@ -3,7 +3,6 @@
 //! [`Inspection::new`] analyses a mesh once; then [`Inspection::plan`], [`Inspection::fill`], [`Inspection::restore`] and
 //! [`Inspection::fair`] may be called any number of times. `fill`, `restore` and `fair` do both steps in one call.
 
-mod base;
 mod bodies;
 mod choose;
 mod coarse_rims;
@@ -15,6 +14,7 @@ mod error;
 mod fair;
 mod frame;
 mod framed;
+mod hole_group;
 mod in_frames;
 mod inspection;
 mod joined;

@@ -7,11 +7,11 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::base::base_planes;
 use super::choose::{bridges, choose, groups};
 use super::control::{Control, Watch};
 use super::counterpart::{self, LazyCounterpart};
-use super::joined::joined;
+use super::hole_group::{HoleGroup, hole_groups};
+use super::joined::join_creases;
 use super::plan::{FillPlan, PlannedHole, PlannedRegion};
 use super::planar_rims::planar_rims;
 use super::reach::{ReachQuery, faces_of};
@@ -21,8 +21,8 @@ use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
 use crate::cancel::Cancel;
 use crate::fill::{
-    BasePlane, Closure, FillParams, HoleOutcome, PlacedPart, ReferenceSurface, RegionPatch,
-    RegionProblem, RegionReport, first_region, has_few_edges,
+    Closure, FillParams, HoleOutcome, PlacedPart, ReferenceSurface, RegionPatch, RegionProblem,
+    RegionReport, first_region, has_few_edges,
 };
 use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, HoleId, Mesh};
@@ -57,14 +57,8 @@ pub struct Regions<'a> {
     pub(super) reference: Option<&'a ReferenceSurface<'a>>,
     /// Outcomes of the holes that belong to no region.
     outcomes: Vec<HoleOutcome>,
-    /// The holes of each region, as indices.
-    groups: Vec<Vec<usize>>,
-    /// The closure of each region that is decided before anything is computed; none where it gets a continued surface.
-    pub(super) decided: Vec<Option<Closure>>,
-    /// For each region the pairs of vertices between which the caller wants sharp edges.
-    joined: Vec<Vec<[u32; 2]>>,
-    /// For each region the plane of its flat base, if it gets one.
-    bases: Vec<Option<BasePlane>>,
+    /// The holes of each region, and what is decided for it.
+    pub(super) groups: Vec<HoleGroup>,
     /// Upper bound of the cost of a region's level-set retries, in unknowns times steps.
     budget: u64,
     /// The counterpart after which holes are filled, found when it is first asked for.
@@ -98,21 +92,15 @@ impl<'a> Regions<'a> {
         let capped = caps.iter().flatten().map(|&h| found.holes[h].id);
         params.flat.extend(capped);
         let groups = groups(found, &params, (&chosen, &caps), &mut outcomes, &bridges);
-        let closure = |group: &Vec<usize>| {
-            let holes: Vec<&Hole> = group.iter().map(|&h| &found.holes[h]).collect();
-            Closure::decided(&found.mesh, &holes, &params)
-        };
-        let decided: Vec<Option<Closure>> = groups.iter().map(closure).collect();
+        let mut groups = hole_groups(found, &params, groups);
+        join_creases(found, &params, &mut groups)?;
         let new = Self {
             found,
-            joined: joined(found, &params, &groups, &decided)?,
-            bases: base_planes(found, &params, &groups, &decided),
-            decided,
+            groups,
             params,
             own: None,
             reference,
             outcomes,
-            groups,
             budget: tuning().fill.budget,
             counterpart: LazyCounterpart::new(found),
         };
@@ -203,10 +191,10 @@ impl<'a> Regions<'a> {
         };
         let mut holes: Vec<PlannedHole> =
             found.holes.iter().zip(&self.outcomes).map(hole).collect();
-        for (i, (group, closure)) in self.groups.iter().zip(&self.decided).enumerate() {
-            for &h in group {
+        for (i, group) in self.groups.iter().enumerate() {
+            for &h in &group.holes {
                 holes[h].region = i + 1;
-                holes[h].outcome = closure.clone().map(HoleOutcome::Closed);
+                holes[h].outcome = group.decided.clone().map(HoleOutcome::Closed);
             }
         }
         FillPlan {
@@ -238,14 +226,14 @@ impl<'a> Regions<'a> {
 
     /// Estimated work of each region: the square of the voxels across its first grid.
     pub(crate) fn expected_work(&self) -> Vec<f64> {
-        let work = |(group, decided): (&Vec<usize>, &Option<Closure>)| {
-            if decided.is_some() {
+        let work = |group: &HoleGroup| {
+            if group.decided.is_some() {
                 return 0.0;
             }
             let region = first_region(&self.found.mesh, &self.holes(group), &self.params);
             (region.diameter / region.voxel).powi(2)
         };
-        self.groups.iter().zip(&self.decided).map(work).collect()
+        self.groups.iter().map(work).collect()
     }
 
     /// Computes the patches of some regions.
@@ -266,25 +254,25 @@ impl<'a> Regions<'a> {
                 return patch;
             }
             let group = &self.groups[i];
-            let ids: Vec<HoleId> = group.iter().map(|&h| self.found.holes[h].id).collect();
+            let ids: Vec<HoleId> = self.holes(group).iter().map(|h| h.id).collect();
             watch.begin(&ids);
             let [known, all] = sources.of(i);
             let work = RegionProblem {
                 id: i + 1,
                 mesh: &self.found.mesh,
                 holes: &self.holes(group),
-                decided: self.decided[i].as_ref(),
+                decided: group.decided.as_ref(),
                 known: &known,
                 all: &all,
-                joined: &self.joined[i],
-                base: self.bases[i],
+                joined: &group.joined,
+                base: group.base,
                 counterparts: counterparts.as_deref(),
                 most_growth: f64::INFINITY,
                 budget: self.budget,
                 params: &self.params,
                 own: self.own,
                 reference: self.reference,
-                extent: self.reference.and_then(|d| d.extent(group)),
+                extent: self.reference.and_then(|d| d.extent(&group.holes)),
                 keep_going: &|| watch.keep_going(),
                 cancel: watch.token(),
             };
@@ -312,8 +300,8 @@ impl<'a> Regions<'a> {
             counterparts,
             holes: self.holes(&self.groups[region]),
             known: sources.known_components(region),
-            joined: &self.joined[region],
-            base: self.bases[region],
+            joined: &self.groups[region].joined,
+            base: self.groups[region].base,
             growth,
             budget: self.budget,
         }
@@ -350,7 +338,7 @@ impl<'a> Regions<'a> {
         let mut report = self.report();
         let mut expected_error = Vec::new();
         for (i, patch) in patches.into_iter().enumerate() {
-            for (&h, outcome) in self.groups[i].iter().zip(patch.outcomes) {
+            for (&h, outcome) in self.groups[i].holes.iter().zip(patch.outcomes) {
                 report.holes[h].outcome = outcome;
                 report.holes[h].region = i + 1;
             }
@@ -384,8 +372,8 @@ impl<'a> Regions<'a> {
         }
     }
 
-    fn holes(&self, group: &[usize]) -> Vec<&'a Hole> {
-        group.iter().map(|&h| &self.found.holes[h]).collect()
+    fn holes(&self, group: &HoleGroup) -> Vec<&'a Hole> {
+        group.holes.iter().map(|&h| &self.found.holes[h]).collect()
     }
 
     /// For each of some regions the parts of the counterpart at its holes; none without a counterpart.
@@ -395,7 +383,7 @@ impl<'a> Regions<'a> {
         cancel: &Cancel,
     ) -> Vec<Option<Vec<PlacedPart>>> {
         let of = |i: usize| {
-            let is_surface = self.decided[i].is_none() && self.reference.is_none();
+            let is_surface = self.groups[i].decided.is_none() && self.reference.is_none();
             let holes = self.holes(&self.groups[i]);
             is_surface.then(|| self.counterpart.parts(&self.params, &holes, cancel))?
         };
@@ -403,7 +391,8 @@ impl<'a> Regions<'a> {
     }
 
     fn sources(&self, in_boxes: Option<VoxelSize>) -> RegionSources<'a> {
-        let asked = |group: usize| !matches!(self.decided[group], Some(Closure::RimTriangles(_)));
+        let is_trivial = |decided| matches!(decided, &Some(Closure::RimTriangles(_)));
+        let asked = |group: usize| !is_trivial(&self.groups[group].decided);
         RegionSources::new(self.found, &self.groups, &asked, in_boxes)
     }
 
@@ -417,12 +406,12 @@ impl<'a> Regions<'a> {
             return Ok(());
         }
         let mut widest: f64 = 0.0;
-        for (group, decided) in self.groups.iter().zip(&self.decided) {
-            if decided.is_some() {
+        for group in &self.groups {
+            if group.decided.is_some() {
                 continue;
             }
             let holes = self.holes(group);
-            let part = self.reference.and_then(|d| d.extent(group));
+            let part = self.reference.and_then(|d| d.extent(&group.holes));
             let part = part.map_or(0.0, |(low, high)| (high - low).max_element());
             widest = holes
                 .iter()
@@ -442,7 +431,7 @@ impl<'a> Regions<'a> {
     fn planned(&self, region: usize) -> PlannedRegion {
         let holes = self.holes(&self.groups[region]);
         let is_faired = self.reference.is_none() && has_few_edges(&holes, &self.params);
-        let is_solved = self.decided[region].is_none() && !is_faired;
+        let is_solved = self.groups[region].decided.is_none() && !is_faired;
         let grid = is_solved.then(|| first_region(&self.found.mesh, &holes, &self.params));
         let ids: Vec<HoleId> = holes.iter().map(|h| h.id).collect();
         PlannedRegion {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::Inspection;
+use super::hole_group::HoleGroup;
 use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Hole, Mesh, Topology};
 use crate::region::{BoxSize, Region, Sphere, VoxelSize};
@@ -52,7 +53,7 @@ impl<'a> RegionSources<'a> {
     /// near their boxes.
     pub(super) fn new(
         found: &'a Inspection,
-        groups: &[Vec<usize>],
+        groups: &[HoleGroup],
         asked: &dyn Fn(usize) -> bool,
         in_boxes: Option<VoxelSize>,
     ) -> Self {
@@ -77,7 +78,9 @@ impl<'a> RegionSources<'a> {
         };
         let (mut of_group, mut of_bodies) = (Vec::new(), Vec::new());
         for (i, group) in groups.iter().enumerate() {
-            let own = asked(i).then(|| bodies.others_near(found, group)).flatten();
+            let own = asked(i)
+                .then(|| bodies.others_near(found, &group.holes))
+                .flatten();
             let at = own.as_ref().and_then(&mut restrict);
             of_group.push(at);
             of_bodies.push(own.filter(|_| at.is_some()));
@@ -85,7 +88,8 @@ impl<'a> RegionSources<'a> {
         let large = found.mesh.faces.len() >= MANY_FACES;
         let places = in_boxes.filter(|_| large).and_then(|voxel| {
             let most = found.mesh.faces.len() / NEAR_PART;
-            let holes = |group: &Vec<usize>| group.iter().map(|&h| &found.holes[h]).collect();
+            let hole = |h: &usize| &found.holes[*h];
+            let holes = |group: &HoleGroup| group.holes.iter().map(hole).collect();
             let groups: Vec<Vec<&Hole>> = groups.iter().map(holes).collect();
             places(&found.mesh, &found.topology, &groups, voxel, most)
         });
