@@ -3,7 +3,7 @@
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;
 
-use super::{Cli, End, console};
+use super::{Cli, End, console, help};
 
 /// Print a script that completes isomend's commands and options in a shell.
 #[derive(Debug, Args)]
@@ -35,7 +35,7 @@ pub fn completions(args: &CompletionsArgs) -> anyhow::Result<End> {
 
 /// Prints a manual page.
 pub fn man(args: &ManArgs) -> anyhow::Result<End> {
-    let mut program = Cli::command();
+    let mut program = help::grouped(Cli::command());
     program.build();
     let command = match &args.command {
         None => program,

@@ -10,6 +10,7 @@ mod deliver;
 mod fair;
 mod files;
 mod fill;
+mod help;
 mod input;
 mod inspect;
 #[cfg(not(target_family = "wasm"))]
@@ -49,7 +50,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, anyhow};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use clap::{Args, CommandFactory, Parser, Subcommand, ValueHint};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueHint};
 use isomend::io::{Format, IoError};
 use isomend::job::JobError;
 use isomend::parameters::Table;
@@ -205,7 +206,10 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> End {
 /// If an option is a former one: what takes its place.
 fn parse(arguments: Vec<OsString>) -> anyhow::Result<Cli> {
     let command = arguments.get(1).cloned().unwrap_or_default();
-    Cli::try_parse_from(arguments).or_else(|error| {
+    let program = help::grouped(Cli::command());
+    let parsed = program.try_get_matches_from(arguments);
+    let parsed = parsed.and_then(|matches| Cli::from_arg_matches(&matches));
+    parsed.or_else(|error| {
         let unknown = match (error.kind(), error.get(ContextKind::InvalidArg)) {
             (ErrorKind::UnknownArgument, Some(ContextValue::String(name))) => name.as_str(),
             _ => "",
