@@ -49,8 +49,9 @@ impl Remark {
     /// The most important remark on a region; `outcome` is the outcome of its first hole.
     fn of(region: &RegionReport, outcome: Option<&HoleOutcome>) -> Option<Self> {
         let unconverged = !region.levels.is_empty() && !region.converged;
-        let how = outcome.and_then(HoleOutcome::closure);
-        Some(match region.closure.as_ref().and(how) {
+        let of_hole = outcome.and_then(HoleOutcome::closure);
+        let how = region.closure.as_ref().map(|how| of_hole.unwrap_or(how));
+        Some(match how {
             None => Self::Open,
             _ if region.intersecting_faces > 0 => Self::Intersects,
             Some(Closure::Faired(Some(_))) => Self::NoSurface,

@@ -125,7 +125,7 @@ export class Steps {
 
   begin(kind, preview, label) {
     this.endJob ??= begun("job");
-    this.job = { id: null, kind, preview, label, place: this.app.tab, since: Date.now() / 1000, share: 0 };
+    this.job = { id: null, kind, preview, label, place: this.app.tab, since: Date.now() / 1000, moved: Date.now() / 1000, share: 0 };
     this.regions.clear();
     find("#job").hidden = false;
     find("#job-name").textContent = tr(preview ? "preview_of" : "running", { what: has("kind_" + kind) ? tr("kind_" + kind) : kind });
@@ -151,8 +151,10 @@ export class Steps {
   /** Shows the elapsed and the estimated remaining time of a run. */
   tick() {
     if (!this.job) return;
-    const { since, share } = this.job, gone = Math.max(0, Date.now() / 1000 - since);
-    const rest = share > MIN_SHARE && gone > 2 ? tr("time_left", { time: clock(gone * (1 - share) / share) }) : "";
+    const { since, share, moved } = this.job, now = Date.now() / 1000, gone = Math.max(0, now - since);
+    // A run that makes no progress for a time is not about to end.
+    const left = Math.max(gone * (1 - share) / share, now - moved);
+    const rest = share > MIN_SHARE && gone > 2 ? tr("time_left", { time: clock(left) }) : "";
     find("#job-time").textContent = clock(gone) + rest;
   }
 
@@ -214,7 +216,10 @@ export class Steps {
     const ended = regions ? tr("regions_done", { done: region ?? 0, all: counts("region", regions) }) : "";
     find("#job-line").textContent = [ended, line].filter(Boolean).join("; ");
     const parts = [...this.regions.values()].reduce((sum, part) => sum + (part || 0), 0), total = regions ? ((region ?? 0) + parts) / regions : share;
-    if (Number.isFinite(total)) find("#job-bar").value = this.job.share = Math.min(1, total);
+    if (Number.isFinite(total)) {
+      if (total > this.job.share) this.job.moved = Date.now() / 1000;
+      find("#job-bar").value = this.job.share = Math.min(1, total);
+    }
     const rows = [...this.regions].slice(-12).map(([number, part]) => {
       const item = document.createElement("li"), bar = document.createElement("progress");
       bar.max = 1;
@@ -294,6 +299,7 @@ export class Steps {
       for (const other of this.previews) if (other.id !== id) await askJson("discard", { id: other.id }).catch(() => null);
       this.previews = [];
       await this.app.refresh();
+      this.app.say(this.app.model.current.summary || "");
     };
     row.append(text, button(tr("take"), take), button(tr("drop"), drop), this.report(id));
     return row;
