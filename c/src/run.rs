@@ -101,7 +101,8 @@ pub unsafe fn run<T: Send + 'static>(
             Err(RecvTimeoutError::Disconnected) => return Err(Failure::internal()),
             Err(RecvTimeoutError::Timeout) => {}
         }
-        let now = *state.lock().unwrap_or_else(PoisonError::into_inner);
+        // A worker that holds the lock may be preempted; the call does not wait for it.
+        let now = state.try_lock().map_or(before, |state| *state);
         let mut stops = stop.is_some_and(|stop| stop.0.is_cancelled());
         if let (Some(options), Some((part, done, all)), false) = (options, now, stops)
             && let Some(progress) = options.progress

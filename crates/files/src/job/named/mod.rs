@@ -151,7 +151,7 @@ mod tests {
     fn values_reach_their_fields_in_the_form_that_the_tables_state() {
         let given = json!({
             "voxel": 0.5, "holes": [2, 5], "flat": [1], "bridge": [[3, 4]], "crease": [[1, 2]], "max_diameter": 20,
-            "energy": "curvature-variation", "flat_base": false, "keep_open": null,
+            "energy": "willmore", "flat_base": false, "keep_open": null,
         });
         let (work, _) = named_work("fill", object(given)).unwrap();
         let Work::Fill(params) = work else { panic!() };
