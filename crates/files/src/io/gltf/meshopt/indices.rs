@@ -29,7 +29,7 @@ pub(super) fn triangles(bytes: &[u8], count: usize) -> Option<Vec<u32>> {
     for &code in codes {
         out.extend(match code {
             0..0xf0 => state.beside_edge(code >> 4, code & 15)?,
-            0xf0..0xfe => state.from_table(table[usize::from(code & 15)]),
+            0xf0..0xfe => state.listed(table[usize::from(code & 15)]),
             0xfe.. => state.explicit(code == 0xff)?,
         });
     }
@@ -108,7 +108,7 @@ impl State<'_> {
     }
 
     /// A triangle of a new vertex and two that are new or recent, as an entry of the table says.
-    fn from_table(&mut self, entry: u8) -> [u32; 3] {
+    fn listed(&mut self, entry: u8) -> [u32; 3] {
         let a = self.next_vertex();
         let [b, c] = [entry >> 4, entry & 15].map(|part| match part {
             0 => self.next_vertex(),
@@ -149,7 +149,7 @@ impl State<'_> {
         Some(self.finished(corners, [true, is_pushed(parts[0]), is_pushed(parts[1])]))
     }
 
-    /// Remembers the edges of a triangle, and those of its vertices that are marked.
+    /// Remembers the edges of a triangle, and its marked vertices.
     fn finished(&mut self, [a, b, c]: [u32; 3], are_pushed: [bool; 3]) -> [u32; 3] {
         for (vertex, is_pushed) in [a, b, c].into_iter().zip(are_pushed) {
             if is_pushed {

@@ -6,6 +6,7 @@ mod indices;
 #[cfg(test)]
 mod tests;
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
 use gltf_json::{Root, Value};
@@ -138,12 +139,12 @@ fn fill(
         .map_err(|what| fault(format!("its {MESHOPT} {what}")))?;
     let offset = number(view, "byteOffset").unwrap_or(0);
     let length = compressed.count * compressed.byte_stride;
-    if !made.contains_key(&target) {
+    if let Entry::Vacant(unmade) = made.entry(target) {
         let known = buffers.root.buffers.get(target);
         let size = known.and_then(|buffer| usize::try_from(buffer.byte_length.0).ok());
         let size = size.ok_or_else(|| fault(format!("there is no buffer {target}")))?;
         buffers.spend(size)?;
-        made.insert(target, vec![0; size]);
+        unmade.insert(vec![0; size]);
     }
     let range = offset.checked_add(length).map(|end| offset..end);
     let place = made.get_mut(&target).zip(range);

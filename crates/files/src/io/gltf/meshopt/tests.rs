@@ -94,84 +94,114 @@ fn zigzag(difference: u32) -> u32 {
     (difference << 1) ^ ((difference as i32) >> 31) as u32
 }
 
-/// Encodes triangles: each at a recent edge where there is one, else by the table or explicitly.
-fn encoded_triangles(faces: &[[u32; 3]]) -> Vec<u8> {
-    // Entries for new vertices, and for recent ones in either place.
-    let mut table = vec![0x00, 0x10, 0x01, 0x20, 0x02, 0x12, 0x21];
-    table.resize(16, 0);
-    let (mut codes, mut data) = (Vec::new(), Vec::new());
-    let (mut next, mut last) = (0u32, 0u32);
-    let (mut edges, mut vertices): (Vec<(u32, u32)>, Vec<u32>) = (Vec::new(), Vec::new());
-    let back = |list: &[u32], v: u32| list.iter().rev().take(14).position(|x| *x == v);
-    for &[a, b, c] in faces {
+/// The table of an encoder: entries for new vertices, and for recent ones in either place.
+const TABLE: [u8; 16] = [
+    0, 0x10, 0x01, 0x20, 0x02, 0x12, 0x21, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+];
+
+/// An encoder of triangles.
+#[derive(Default)]
+struct TriangleEncoder {
+    codes: Vec<u8>,
+    data: Vec<u8>,
+    next: u32,
+    last: u32,
+    edges: Vec<(u32, u32)>,
+    vertices: Vec<u32>,
+}
+
+impl TriangleEncoder {
+    /// Adds a triangle: at a recent edge where there is one, else by the table or explicitly.
+    fn add(&mut self, [a, b, c]: [u32; 3]) {
         let turned = [[a, b, c], [b, c, a], [c, a, b]];
         let at_edge = turned.into_iter().find_map(|[a, b, c]| {
-            let edge = edges.iter().rev().take(15).position(|e| *e == (a, b))?;
+            let mut recent = self.edges.iter().rev().take(15);
+            let edge = recent.position(|e| *e == (a, b))?;
             Some((edge as u8, [a, b, c]))
         });
-        if let Some((edge, [a, b, c])) = at_edge {
-            let known = back(&vertices, c).filter(|at| (1..13).contains(at));
-            let third = match known {
-                _ if c == next => {
-                    next += 1;
-                    0
-                }
-                Some(at) => at as u8,
-                None if c == last.wrapping_sub(1) => 13,
-                None if c == last.wrapping_add(1) => 14,
-                None => {
-                    varint(zigzag(c.wrapping_sub(last)), &mut data);
-                    15
-                }
-            };
-            if third >= 13 {
-                last = c;
-            }
-            if third == 0 || third >= 13 {
-                vertices.push(c);
-            }
-            codes.push(edge << 4 | third);
-            edges.extend([(c, b), (a, c)]);
-            continue;
+        match at_edge {
+            Some((edge, corners)) => self.beside(edge, corners),
+            None => self.alone([a, b, c]),
         }
-        let is_next = a == next;
-        next += u32::from(is_next);
-        let mut part = |v: u32| match back(&vertices, v) {
-            _ if v == next => {
-                next += 1;
-                0u8
+    }
+
+    fn beside(&mut self, edge: u8, [a, b, c]: [u32; 3]) {
+        let recent = self.recent(c).filter(|at| (1..13).contains(at));
+        let third = match recent {
+            _ if c == self.next => {
+                self.next += 1;
+                0
             }
-            Some(at) => at as u8 + 1,
-            None => 15,
-        };
-        let parts = [part(b), part(c)];
-        let entry = parts[0] << 4 | parts[1];
-        let listed = table.iter().take(14).position(|e| *e == entry);
-        match listed.filter(|_| is_next) {
-            Some(at) => codes.push(0xf0 | at as u8),
+            Some(at) => at,
+            None if c == self.last.wrapping_sub(1) => 13,
+            None if c == self.last.wrapping_add(1) => 14,
             None => {
-                codes.push(if is_next { 0xfe } else { 0xff });
+                self.give(c);
+                15
+            }
+        };
+        if third >= 13 {
+            self.last = c;
+        }
+        if third == 0 || third >= 13 {
+            self.vertices.push(c);
+        }
+        self.codes.push(edge << 4 | third);
+        self.edges.extend([(c, b), (a, c)]);
+    }
+
+    fn alone(&mut self, [a, b, c]: [u32; 3]) {
+        let is_next = a == self.next;
+        self.next += u32::from(is_next);
+        let parts = [self.part(b), self.part(c)];
+        let entry = parts[0] << 4 | parts[1];
+        let listed = TABLE.iter().take(14).position(|e| *e == entry);
+        match listed.filter(|_| is_next) {
+            Some(at) => self.codes.push(0xf0 | at as u8),
+            None => {
                 // An entry of 0 would begin the count of new vertices again.
-                assert!(entry != 0 || is_next && next == 3);
-                data.push(entry);
+                assert_ne!(entry, 0);
+                self.codes.push(if is_next { 0xfe } else { 0xff });
+                self.data.push(entry);
                 let given = [!is_next, parts[0] == 15, parts[1] == 15];
-                for (v, _) in [a, b, c]
-                    .into_iter()
-                    .zip(given)
-                    .filter(|(_, is_given)| *is_given)
-                {
-                    varint(zigzag(v.wrapping_sub(last)), &mut data);
-                    last = v;
+                for (v, is_given) in [a, b, c].into_iter().zip(given) {
+                    if is_given {
+                        self.give(v);
+                    }
                 }
             }
         }
         let is_pushed = |part: u8| part == 0 || part == 15;
-        vertices.push(a);
-        vertices.extend(is_pushed(parts[0]).then_some(b));
-        vertices.extend(is_pushed(parts[1]).then_some(c));
-        edges.extend([(b, a), (c, b), (a, c)]);
+        self.vertices.push(a);
+        self.vertices.extend(is_pushed(parts[0]).then_some(b));
+        self.vertices.extend(is_pushed(parts[1]).then_some(c));
+        self.edges.extend([(b, a), (c, b), (a, c)]);
     }
-    [vec![0xe1], codes, data, table].concat()
+
+    /// How a vertex of a triangle without a recent edge is described: new, recent or given.
+    fn part(&mut self, v: u32) -> u8 {
+        if v == self.next {
+            self.next += 1;
+            return 0;
+        }
+        self.recent(v).map_or(15, |at| at + 1)
+    }
+
+    fn recent(&self, v: u32) -> Option<u8> {
+        let mut recent = self.vertices.iter().rev().take(14);
+        recent.position(|x| *x == v).map(|at| at as u8)
+    }
+
+    fn give(&mut self, v: u32) {
+        varint(zigzag(v.wrapping_sub(self.last)), &mut self.data);
+        self.last = v;
+    }
+}
+
+fn encoded_triangles(faces: &[[u32; 3]]) -> Vec<u8> {
+    let mut encoder = TriangleEncoder::default();
+    faces.iter().for_each(|face| encoder.add(*face));
+    [&[0xe1], &encoder.codes[..], &encoder.data, &TABLE].concat()
 }
 
 /// Encodes indices, alternately by the two baselines.
