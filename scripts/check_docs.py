@@ -21,7 +21,7 @@ from tables import PAGES, ROOT, cells, split
 
 MOST_BYTES = 8000
 HELPERS = ("jq", "man")
-COMMANDS = ("fill", "restore", "fair", "inspect", "check", "repair", "compare", "convert", "study", "sdf", "surface", "view", "completions", "man")
+COMMANDS = ("fill", "restore", "fair", "inspect", "check", "repair", "compare", "convert", "study", "sdf", "surface", "view", "mcp", "completions", "man")
 # Commands that are run with --help only.
 PARSED = ("isomend study", "isomend view")
 

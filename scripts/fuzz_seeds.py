@@ -375,12 +375,24 @@ MODEL = """<?xml version="1.0"?>
 </resources><build><item objectid="2"/></build></model>"""
 
 
+def streams():
+    """Streams of EXT_meshopt_compression, each behind three bytes that choose mode and filter, stride and number of elements."""
+    # 16 elements of 8 bytes: differences that are 0, of 2 bits, of 4 bits, and whole bytes.
+    planes = b"\0" + b"\x01" + bytes([0x1b] * 4 + [200] * 4) + b"\x02" + bytes([0x2f] * 8 + [77] * 8) + b"\x03" + bytes(range(16)) + b"\0" * 4
+    points = [bytes([form, 0, 16]) + b"\xa0" + planes + bytes(24) + bytes([9, 8, 7, 6, 5, 4, 127, 0]) for form in (0, 3, 6, 9)]
+    # A triangle of new vertices, some at its edges, one of each explicit kind.
+    table = bytes([0, 0x10, 0x01, 0x12] + [0] * 12)
+    triangles = b"\xe1" + bytes([0xF0, 0x10, 0x21, 0x0D, 0x0E, 0x1F, 0xF1, 0xFE, 0xFF]) + bytes([6, 0x1F, 8, 0xFF, 4, 2, 6]) + table
+    indices = b"\xd1" + bytes([0, 4, 12, 0x85, 1, 9]) + bytes(4)
+    return [*points, bytes([1, 0, 9]) + triangles, bytes([1, 1, 9]) + triangles, bytes([2, 1, 1]) + b"\xd1" + bytes(3) + bytes(4), bytes([2, 0, 2]) + indices]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "fuzz/corpus")
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
     arguments = parser.parse_args()
-    seeds = {name: [] for name in "obj ply stl gltf vtk vtk_xml off threemf rewrite fill work mask toml".split()}
+    seeds = {name: [] for name in "obj ply stl gltf meshopt vtk vtk_xml off threemf rewrite fill work mask toml".split()}
     target_of = {"glb": "gltf", "3mf": "threemf", "vtp": "vtk_xml", "vti": "vtk_xml"}
     with tempfile.TemporaryDirectory() as folder:
         meshes, volumes = files(arguments.isomend.resolve(), Path(folder))
@@ -388,6 +400,7 @@ def main():
         seeds[target_of.get(suffix, suffix)].append(data)
     seeds["rewrite"] = [data for _, data in meshes]
     seeds["threemf"] += [MODEL.encode()]
+    seeds["meshopt"] = streams()
     seeds["toml"] = [text.encode() for text in OPTIONS]
     chance = random.Random(1)
     for name in ("fill", "work", "mask"):

@@ -50,7 +50,9 @@ CHAPTERS = {
         "comfyui.md": "ComfyUI",
         "python.md": "Python",
         "library.md": "Rust library",
+        "c.md": "C, C++ and C#",
         "fleets.md": "Fleets",
+        "automation.md": "Agents, CI and hooks",
     },
     "What it does": {
         "check.md": "Checking",

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs all tests: of the library and the program, the commands in the documentation, the Python package. It needs Rust and
-# Python 3.11 or newer.
+# Runs all tests: of the library and the program, the commands in the documentation, the C interface, the Python package. It needs Rust
+# and Python 3.11 or newer.
 #
 #   scripts/test.sh          the tests above; a few minutes
 #   scripts/test.sh --all    also each feature of the library alone, the Python wheel with the packages that it supports, checks of written
@@ -195,6 +195,7 @@ stage 'build' build
 stage 'tests of the library and the program' rust_tests
 stage 'examples in the documentation' documented_examples
 stage 'commands of the pages' python3 scripts/check_docs.py --isomend "$ISOMEND"
+stage 'C interface' scripts/c_test.sh target/ci
 [ -n "$all" ] || stage 'Python environment' environment scripts/requirements.txt
 [ -n "$all" ] || stage 'tests of the Python package' python_tests
 if [ -n "$all" ]; then

@@ -121,7 +121,8 @@ pub fn rewrite(data: &[u8]) {
     }
 }
 
-fn mesh(data: &[u8], format: Format) {
+/// Reads a mesh of a format.
+pub(crate) fn mesh(data: &[u8], format: Format) {
     match read_bytes(data, format, &no_side_files) {
         Ok(loaded) => check(&loaded),
         Err(error) => check_message(&error),

@@ -5,6 +5,7 @@ mod cli;
 mod files;
 mod fill;
 mod mask;
+mod meshopt;
 mod options;
 mod shapes;
 mod work;
@@ -12,6 +13,7 @@ mod work;
 pub use files::{gltf, obj, off, ply, rewrite, stl, threemf, vtk, vtk_xml};
 pub use fill::{as_obj, fill};
 pub use mask::mask;
+pub use meshopt::meshopt;
 pub use options::toml;
 pub use work::work;
 
@@ -19,11 +21,12 @@ pub use work::work;
 pub type Target = fn(&[u8]);
 
 /// The functions by the names of their targets.
-pub const TARGETS: [(&str, Target); 13] = [
+pub const TARGETS: [(&str, Target); 14] = [
     ("obj", obj),
     ("ply", ply),
     ("stl", stl),
     ("gltf", gltf),
+    ("meshopt", meshopt),
     ("vtk", vtk),
     ("vtk_xml", vtk_xml),
     ("off", off),

@@ -146,6 +146,15 @@ def as_model(mesh: Any) -> Model:
     return _adapted(mesh)[0]
 
 
+def is_mesh(value: Any) -> bool:
+    """Whether a value is meant as a mesh for :func:`as_model`, rather than as an array of vertices."""
+    if isinstance(value, (Model, Mended, str, os.PathLike)):
+        return True
+    if isinstance(value, (tuple, list)):
+        return len(value) == 2
+    return any(hasattr(value, name) for name in ("vertex_attributes", "point_data", "vertex_colors"))
+
+
 def _adapted(mesh: Any) -> Adapted:
     """Adapts a mesh of another package, recognised by its attributes. A `TypeError` if it is of none of the known types."""
 

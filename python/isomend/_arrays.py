@@ -74,26 +74,27 @@ def faces(values: ArrayLike) -> NDArray[np.int64]:
     return np.ascontiguousarray(array, dtype=np.int64)
 
 
-def face_numbers(mask: ArrayLike, count: int) -> list[int]:
-    """The indices of marked faces, from one truth value for each of `count` faces or from face indices; else a `ParameterError`."""
-    array = unmasked("the mask", mask)
+def face_numbers(mask: ArrayLike, count: int, what: str = "the mask") -> list[int]:
+    """The indices of marked faces, from one truth value for each of `count` faces or from face indices; else a `ParameterError` that
+    names `what`."""
+    array = unmasked(what, mask)
     if array.ndim != 1:
-        raise ParameterError(f"a mask must be an array with one dimension, but its shape is {array.shape}")
+        raise ParameterError(f"{what} must be an array with one dimension, but its shape is {array.shape}")
     if array.dtype.kind == "b":
         if len(array) != count:
-            raise ParameterError(f"the mask has {len(array)} marks for {count} faces; one for each face is needed")
+            raise ParameterError(f"{what} has {len(array)} marks for {count} faces, the shape {array.shape}; one for each face is needed")
         array = np.flatnonzero(array)
     elif array.size and array.dtype.kind not in "iu":
-        raise ParameterError(f"a mask must be of the type bool, or face numbers, but its type is {array.dtype}")
+        raise ParameterError(f"{what} must be of the type bool, or face numbers, but its type is {array.dtype}")
     elif array.size > 1 and len(array) == count and array.max() <= 1 and array.min() >= 0:
         raise ParameterError(
-            f"the mask has {count} whole numbers, one for each face, and all are 0 or 1; if they are marks, use the type bool: "
+            f"{what} has {count} whole numbers, one for each face, and all are 0 or 1; if they are marks, use the type bool: "
             "mask.astype(bool); as face numbers they would name only the faces 0 and 1"
         )
     numbers: list[int] = array.astype(np.int64).tolist()
     for number in numbers:
         if not 0 <= number < count:
-            raise ParameterError(f"the mask names face {number}, but there are only {count} faces, numbered from 0")
+            raise ParameterError(f"{what} names face {number}, but there are only {count} faces, numbered from 0")
     return numbers
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Literal, Union, overload
 
 from isomend import _isomend, _params
-from isomend._adapters import as_model
+from isomend._adapters import as_model, is_mesh
 from isomend._check import Verdict
 from isomend._compare import Comparison, comparison
 from isomend._errors import ParameterError
@@ -416,6 +416,7 @@ def convert(
     return model.write(output, format=to, ascii=ascii, report=report, picture=picture)
 
 
+@overload
 def restore(
     vertices: ArrayLike,
     faces: ArrayLike,
@@ -424,11 +425,24 @@ def restore(
     point_data: Mapping[str, ArrayLike] | None = None,
     cell_data: Mapping[str, ArrayLike] | None = None,
     **options: Unpack[RestoreOptions],
+) -> Mended: ...
+@overload
+def restore(mesh: Any, mark: Mask, /, **options: Unpack[RestoreOptions]) -> Mended: ...
+@overload
+def restore(vertices: Any, *, mark: Mask, **options: Unpack[RestoreOptions]) -> Mended: ...
+def restore(
+    vertices: Any,
+    faces: Any = None,
+    mark: Mask | None = None,
+    *,
+    point_data: Mapping[str, ArrayLike] | None = None,
+    cell_data: Mapping[str, ArrayLike] | None = None,
+    **options: Unpack[RestoreOptions],
 ) -> Mended:
     """Cuts out a marked region and fills it. All other faces and vertices stay bit for bit and in order.
 
     Args:
-        vertices: (n, 3).
+        vertices: (n, 3). Or a mesh, as for :func:`fill`; the mask comes next then: ``restore("scan.ply", mark)``.
         faces: (m, 3).
         mark: bool (m,), or the indices of the faces to replace; or a mask as a dictionary, such as
             ``{"balls": [[[0, 0, 1], 0.3]], "grow": 0.1}``.
@@ -451,12 +465,29 @@ def restore(
     ...
     isomend._errors.EmptyMaskError: no region is marked: a restoration needs a mask
     """
-    return Model(vertices, faces, point_data=point_data, cell_data=cell_data).restore(mark, **options)
+    model, mask = _marked(vertices, faces, mark, point_data, cell_data)
+    if mask is None:
+        raise ParameterError("restore needs a mask: restore(vertices, faces, mark), or restore(mesh, mark)")
+    return model.restore(mask, **options)
 
 
+@overload
 def fair(
     vertices: ArrayLike,
     faces: ArrayLike,
+    mark: Mask | None = None,
+    *,
+    point_data: Mapping[str, ArrayLike] | None = None,
+    cell_data: Mapping[str, ArrayLike] | None = None,
+    **options: Unpack[FairOptions],
+) -> Mended: ...
+@overload
+def fair(mesh: Any, mark: Mask, /, **options: Unpack[FairOptions]) -> Mended: ...
+@overload
+def fair(vertices: Any, *, mark: Mask | None = None, **options: Unpack[FairOptions]) -> Mended: ...
+def fair(
+    vertices: Any,
+    faces: Any = None,
     mark: Mask | None = None,
     *,
     point_data: Mapping[str, ArrayLike] | None = None,
@@ -466,7 +497,7 @@ def fair(
     """Smooths a surface by Willmore flow: noise and small features are removed, large forms stay.
 
     Args:
-        vertices: (n, 3).
+        vertices: (n, 3). Or a mesh, as for :func:`fill`; a mask comes next then: ``fair("scan.ply", mark)``.
         faces: (m, 3).
         mark: The faces to fair, as for :func:`restore`; by default all.
         point_data: Named values of vertices.
@@ -487,7 +518,21 @@ def fair(
     ...
     isomend._errors.ParameterError: strength and time exclude each other; give one of them
     """
-    return Model(vertices, faces, point_data=point_data, cell_data=cell_data).fair(mark, **options)
+    model, mask = _marked(vertices, faces, mark, point_data, cell_data)
+    return model.fair(mask, **options)
+
+
+def _marked(
+    vertices: Any,
+    faces: Any,
+    mark: Mask | None,
+    point_data: Mapping[str, ArrayLike] | None,
+    cell_data: Mapping[str, ArrayLike] | None,
+) -> tuple[Model, Mask | None]:
+    """The model and the mask of vertices, faces and a mask, or of a mesh and a mask."""
+    if mark is None and faces is not None and is_mesh(vertices):
+        faces, mark = None, faces
+    return _model_of(vertices, faces, point_data, cell_data), mark
 
 
 def solve_task(task: bytes, *, threads: int | None = None) -> bytes:

@@ -229,7 +229,9 @@ class Mended(Shape, Drawn):
 
     def __repr__(self) -> str:
         vertices, faces = self._core.size()
-        return f"<isomend.Mended of {vertices} vertices and {faces} faces, {int(self.is_patch.sum())} of them new>"
+        state = "complete" if self.complete else "not complete"
+        new = faces - self._core.kept_size()[1]
+        return f"<isomend.Mended of {vertices} vertices and {faces} faces, {new} of them new: {state}>"
 
     @property
     def is_patch(self) -> NDArray[Any]:

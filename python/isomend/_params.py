@@ -229,7 +229,7 @@ def _part(name: str, value: Any, faces: int) -> Any:
     if name not in PARTS:
         raise ParameterError(f"a mask has no part {name!r}; its parts are {', '.join(PARTS)}")
     if name == "faces":
-        return _faces(value if hasattr(value, "dtype") else list(_items(name, value)), faces)["faces"]
+        return _faces(value if hasattr(value, "dtype") else list(_items(name, value)), faces, "'faces' of the mask")["faces"]
     if name in ("grow", "shrink"):
         return None if value is None else positive(f"{name} of the mask", value)
     return [PARTS[name](f"each of the mask's {name}", item) for item in _items(name, value)]
@@ -295,10 +295,10 @@ PARTS: dict[str, Callable[[str, Any], Any]] = {
 }  # fmt: skip
 
 
-def _faces(mask: Any, faces: int) -> dict[str, Any]:
+def _faces(mask: Any, faces: int, what: str = "the mask") -> dict[str, Any]:
     from isomend import _arrays
 
-    return {"faces": _arrays.face_numbers(mask, faces)}
+    return {"faces": _arrays.face_numbers(mask, faces, what)}
 
 
 def unpacked(value: Any) -> Any:

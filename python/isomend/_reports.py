@@ -10,9 +10,25 @@ from typing import Any
 from isomend._errors import IsomendError
 
 
-def report_of(document: str) -> dict[str, Any]:
+class Report(dict[str, Any]):
+    """A report: a dictionary that prints its outcome and its keys instead of all that it holds, which may be long.
+
+    >>> Report(command="fill", complete=True, outcomes={"closed": 2, "left": 0})
+    <isomend report of fill: complete, 2 closed; keys: command, complete, outcomes>
+    """
+
+    def __repr__(self) -> str:
+        facts = [name if self[name] else f"not {name}" for name in ("complete", "sound") if name in self]
+        outcomes = self.get("outcomes")
+        if isinstance(outcomes, dict):
+            facts += [f"{outcomes[name]} {name}" for name in ("closed", "left", "open") if outcomes.get(name)]
+        summary = f": {', '.join(facts)}" if facts else ""
+        return f"<isomend report of {self.get('command')}{summary}; keys: {', '.join(self)}>"
+
+
+def report_of(document: str) -> Report:
     """The JSON document of a command as a dictionary, without path and format for meshes that are not from files."""
-    report: dict[str, Any] = json.loads(document)
+    report = Report(json.loads(document))
     for name in ("input", "output", "first", "second"):
         place = report.get(name)
         if isinstance(place, dict) and place["path"] == "-":

@@ -124,15 +124,11 @@ impl Mended {
     /// For each vertex the expected error in the mesh's units: 0 for vertices of the input, NaN where there is no estimate.
     #[pyo3(name = "sigma")]
     fn expected_error<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let mut expected_error = vec![0.0; self.model(py)?.mesh.positions.len()];
-        let new_vertices = self.mended.new_vertices();
-        let values = expected_error.iter_mut().skip(self.mended.kept_size()[0]);
-        let known = self.mended.expected_error().iter().copied();
-        let known = known.chain(std::iter::repeat(None)).take(new_vertices);
-        for (value, known) in values.zip(known) {
-            *value = known.unwrap_or(f64::NAN);
-        }
-        Ok(PyArray1::from_vec(py, expected_error))
+        let vertices = self.model(py)?.mesh.positions.len();
+        Ok(PyArray1::from_vec(
+            py,
+            self.mended.expected_errors(vertices),
+        ))
     }
 
     /// The same result with further outputs: files of the patches and of the missing piece, marks on patches, the unit and the

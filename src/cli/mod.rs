@@ -26,6 +26,8 @@ mod json;
 mod look;
 mod manual;
 mod mask;
+#[cfg(not(target_family = "wasm"))]
+mod mcp;
 mod messages;
 mod outcome;
 mod parameters;
@@ -131,6 +133,8 @@ enum Command {
     Convert(convert::ConvertArgs),
     #[cfg(not(target_family = "wasm"))]
     View(view::ViewArgs),
+    #[cfg(not(target_family = "wasm"))]
+    Mcp(mcp::McpArgs),
     Study(study::StudyArgs),
     Sdf(sdf::SdfArgs),
     Surface(surface::SurfaceArgs),
@@ -314,6 +318,8 @@ fn run(cli: Cli) -> anyhow::Result<End> {
         Command::Convert(args) => start(&args.common, |console| convert::run(&args, console)),
         #[cfg(not(target_family = "wasm"))]
         Command::View(args) => view::run(&args),
+        #[cfg(not(target_family = "wasm"))]
+        Command::Mcp(args) => start_run(&args.run, |console| mcp::run(&args, console)),
         Command::Study(args) => start_run(&args.run, |console| study::run(&args, console)),
         Command::Sdf(args) => start(&args.common, |console| sdf::run(&args, console)),
         Command::Surface(args) => start_run(&args.run, |console| surface::run(&args, console)),

@@ -7,6 +7,7 @@ use anyhow::Context;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use isomend::Like;
+use isomend::job;
 use isomend::parameters::{Choice, DefaultValue, Kind, Parameter, Table};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
@@ -51,25 +52,8 @@ impl<C: OfCommand> ParameterArgs<C> {
     /// # Errors
     /// If the table does not match the struct, which a test rules out.
     pub fn params<P: DeserializeOwned>(&self) -> anyhow::Result<P> {
-        let mut params = Value::Object(Map::new());
-        for (path, parameter) in C::TABLE.entries() {
-            if let Some(value) = self.given.get(parameter.name)
-                && !path.is_empty()
-            {
-                place(&mut params, &path, value.clone());
-            }
-        }
-        serde_json::from_value(params).context("the options do not fit the parameters")
+        job::params_of(C::TABLE, &self.given).context("the options do not fit the parameters")
     }
-}
-
-/// Sets the value at a path of a JSON object.
-fn place(params: &mut Value, path: &[&str], value: Value) {
-    let mut at = params;
-    for step in path {
-        at = &mut at[*step];
-    }
-    *at = value;
 }
 
 impl<C: OfCommand> Args for ParameterArgs<C> {

@@ -2,6 +2,7 @@
 //! generated files, of words, and of saves, which need a process in which nothing else saves files.
 #![allow(clippy::unwrap_used, clippy::too_many_lines)] // An unwrap that fails is a failed test; long tests follow one scenario.
 
+mod header;
 mod parameters;
 mod unfinished;
 mod unused;

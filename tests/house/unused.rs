@@ -8,8 +8,9 @@ use std::path::Path;
 use super::files_below;
 
 /// The folders whose code counts as use.
-const CODE: [&str; 8] = [
+const CODE: [&str; 9] = [
     "src",
+    "c/src",
     "crates",
     "python/src",
     "wasm/src",

@@ -34,11 +34,14 @@ const BANNED: [(&str, &str); 24] = [
 ];
 
 /// The extensions of files that are read.
-const KINDS: [&str; 9] = ["rs", "py", "pyi", "js", "css", "html", "md", "sh", "toml"];
+const KINDS: [&str; 12] = [
+    "rs", "py", "pyi", "js", "css", "html", "md", "sh", "toml", "c", "h", "cs",
+];
 
 /// Folders and pages that are read, from the root of the repository.
-const READ: [&str; 12] = [
+const READ: [&str; 13] = [
     "src",
+    "c",
     "crates",
     "tests",
     "python",

@@ -11,6 +11,7 @@ mod creases;
 mod deliver;
 mod handed_on;
 mod manual;
+mod mcp;
 mod objects;
 mod outputs;
 mod packages;

@@ -94,7 +94,7 @@ fn inside(root: &Path, name: &str) -> Result<PathBuf, Denied> {
     }
     let outside = || {
         Denied::Outside(format!(
-            "{name} is not below the folder {}; start with another --root",
+            "{name} is not below the folder {}: name a file below it, or start with another folder",
             root.display()
         ))
     };

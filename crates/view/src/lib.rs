@@ -45,6 +45,7 @@ mod texture;
 mod token;
 mod words;
 
+pub use files::{Denied, to_read, to_write};
 #[cfg(target_family = "wasm")]
 pub use in_browser::InBrowser;
 pub use opened::ViewError;

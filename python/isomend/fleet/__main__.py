@@ -33,6 +33,7 @@ def arguments() -> tuple[argparse.Namespace, list[str]]:
     parser.add_argument("--threads", type=int, default=1, metavar="N", help="threads of each mesh [default: 1]")
     parser.add_argument("--timeout", type=float, metavar="SECONDS", help="stop the work on a mesh after this time")
     parser.add_argument("--memory", type=float, metavar="GB", help="stop the work on a mesh that needs more memory")
+    parser.add_argument("--shard", type=shard, metavar="I/N", help="process the I-th of N parts of the meshes, without Ray, as a job of an array")
     parser.add_argument("--retry", action="store_true", help="process meshes again that failed, crashed, or exceeded a limit")
     parser.add_argument("-q", "--quiet", action="store_true", help="print nothing but errors")
     own, others = parser.parse_known_args()
@@ -41,6 +42,15 @@ def arguments() -> tuple[argparse.Namespace, list[str]]:
         if value is not None and not value > 0:
             parser.error(f"--{name} must be positive")
     return own, others
+
+
+def shard(text: str) -> tuple[int, int]:
+    """A shard, such as 3/16."""
+    number, _, parts = text.partition("/")
+    try:
+        return int(number), int(parts)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"a shard is a number from 1 and the number of shards, such as 3/16, but is {text!r}") from None
 
 
 def words(seconds: float) -> str:
@@ -77,7 +87,7 @@ def main() -> int:
     try:
         state = run(
             own.inputs, own.output, workers=own.workers, address=own.address, threads=own.threads, timeout=own.timeout,
-            memory=own.memory, to=own.to, retry=own.retry, progress=None if own.quiet else ProgressPrinter(),
+            memory=own.memory, to=own.to, retry=own.retry, shard=own.shard, progress=None if own.quiet else ProgressPrinter(),
             arguments=others,
         )  # fmt: skip
     except ParameterError as error:

@@ -1,4 +1,4 @@
-"""The driver of a fleet: hands meshes to Ray workers and records the outcome of each in the manifest."""
+"""The driver of a fleet: hands meshes to workers and records the outcome of each in the manifest."""
 
 from __future__ import annotations
 
@@ -10,20 +10,18 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import isomend
-from isomend._errors import IsomendError, ParameterError
+from isomend._errors import ParameterError
 from isomend.fleet import _summary
-from isomend.fleet._inputs import Item, counted, items
+from isomend.fleet._inputs import Item, Shard, counted, items
 from isomend.fleet._manifest import FOLDER, Manifest
-from isomend.fleet._task import Bounds, mend
+from isomend.fleet._pools import Pool, local, remote
+from isomend.fleet._task import Bounds
 
-# How often a mesh is given to another worker after its worker died.
-RETRIES = 3
 # Options of `isomend fill` that name a single file, or write no result.
 SINGLE = ("--report", "--picture", "--json", "--dry-run", "-o", "--output")
 
@@ -93,27 +91,6 @@ def check(arguments: Sequence[str]) -> None:
         raise ParameterError(done.stderr.strip().removeprefix("error: "))
 
 
-@contextmanager
-def cluster(workers: int | None, threads: int, address: str | None) -> Iterator[Any]:
-    """Ray, as a context: started here and shut down at the end, unless it runs already."""
-    try:
-        import ray
-    except ImportError:
-        raise IsomendError("a fleet needs Ray: pip install 'isomend[fleet]'") from None
-    if ray.is_initialized():
-        yield ray
-        return
-    # No usage statistics, and no warnings about accelerators, which no task uses.
-    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
-    os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
-    own = {} if address else {"num_cpus": workers * threads if workers else None, "include_dashboard": False}
-    ray.init(address=address, log_to_driver=False, logging_level="ERROR", **own)
-    try:
-        yield ray
-    finally:
-        ray.shutdown()
-
-
 def run(
     inputs: Sequence[str | os.PathLike[str]],
     output: str | os.PathLike[str],
@@ -125,6 +102,7 @@ def run(
     memory: float | None = None,
     to: str | None = None,
     retry: bool = False,
+    shard: tuple[int, int] | None = None,
     progress: Callable[[State], object] | None = None,
     arguments: Sequence[str] = (),
     **options: Any,
@@ -142,6 +120,8 @@ def run(
         memory: Memory in GB (2³⁰ bytes) above which the work on a mesh is stopped.
         to: Format of the results; by default the format of each input.
         retry: Process meshes again that failed, crashed, or exceeded the time or the memory.
+        shard: A part of the meshes, as its number from 1 and the number of parts. They are processed by this process without Ray, beside
+            other parts that other processes do, such as the jobs of an array of Slurm.
         progress: Called with a :class:`State` about once a second, and at the end.
         arguments: Options of `isomend fill` as on its command line.
         options: Options of `isomend fill` as keywords of :func:`isomend.fill`.
@@ -154,51 +134,43 @@ def run(
         IsomendError: Ray is not installed, or another fleet writes to the folder.
     """
     words = [*arguments_of(options), *(["--to", to] if to else []), *arguments]
+    part = None if shard is None else Shard(*shard)
+    if part and address:
+        raise ParameterError("a shard is processed without Ray: give an address or a shard, not both")
     check(words)
     folder = Path(output).absolute()
     folder.mkdir(parents=True, exist_ok=True)
     names = [os.fspath(name) for name in inputs]
-    state = State(counted(names, folder, to))
-    if not state.all:
+    every, own = counted(names, folder, to, part)
+    if not every:
         raise ParameterError(f"there are no meshes in {', '.join(names)}")
+    state = State(own)
     settings = " ".join([isomend.__version__, *words])
     limit = None if memory is None else int(memory * 2**30)
-    bounds = Bounds(str(folder), tuple(words), threads, timeout, limit)
-    manifest = Manifest(folder, settings, retry)
+    work = folder / FOLDER / ("work" + (part.suffix if part else ""))
+    bounds = Bounds(str(folder), str(work), tuple(words), threads, timeout, limit)
+    manifest = Manifest(folder, settings, retry, part.suffix if part else "")
     try:
-        shutil.rmtree(folder / FOLDER / "work", ignore_errors=True)
-        with cluster(workers, threads, address) as ray:
-            _Run(ray, manifest, bounds, state, workers, progress).all(items(names, folder, to))
+        shutil.rmtree(work, ignore_errors=True)
+        with local(bounds, workers) if part else remote(bounds, workers, address) as pool:
+            _Run(pool, manifest, state, progress).all(items(names, folder, to, part))
     finally:
         manifest.close()
     _summary.write(folder)
-    shutil.rmtree(folder / FOLDER / "work", ignore_errors=True)
+    shutil.rmtree(work, ignore_errors=True)
     return state
 
 
 class _Run:
-    """One run of a fleet, with the tasks that are pending at Ray."""
+    """One run of a fleet, with the meshes that are in work."""
 
-    def __init__(
-        self,
-        ray: Any,
-        manifest: Manifest,
-        bounds: Bounds,
-        state: State,
-        workers: int | None,
-        progress: Callable[[State], object] | None,
-    ) -> None:
-        self._ray = ray
+    def __init__(self, pool: Pool, manifest: Manifest, state: State, progress: Callable[[State], object] | None) -> None:
+        self._pool = pool
         self._manifest = manifest
         self._state = state
         self._progress = progress
         self._begun = time.monotonic()
         self._last_report = 0.0
-        self._task = ray.remote(mend).options(num_cpus=bounds.threads, max_retries=RETRIES)
-        self._bounds = ray.put(bounds)
-        cores = int(ray.cluster_resources().get("CPU", 1))
-        # Twice as many tasks as can run, so that no worker is idle while the driver writes.
-        self._most = workers or 2 * max(1, cores // bounds.threads)
         self._pending: dict[Any, Item] = {}
 
     def all(self, meshes: Iterator[Item]) -> None:
@@ -208,26 +180,22 @@ class _Run:
                 self._state.earlier += 1
                 self._report()
                 continue
-            while len(self._pending) >= self._most:
+            while len(self._pending) >= self._pool.most:
                 self._collect()
             known = self._manifest.content(item.output)
             path = os.path.abspath(item.path)
-            self._pending[self._task.remote(path, item.output, known, self._bounds)] = item
+            self._pending[self._pool.submit(path, item.output, known)] = item
         while self._pending:
             self._collect()
         self._report(last=True)
 
     def _collect(self) -> None:
         """Waits up to a second for a mesh to end, and adds its row to the manifest."""
-        ready, _ = self._ray.wait(list(self._pending), num_returns=1, timeout=1.0)
-        for reference in ready:
-            item = self._pending.pop(reference)
-            try:
-                row = self._ray.get(reference)
-            except self._ray.exceptions.RayError as error:
-                message = f"its worker died {RETRIES + 1} times: {str(error).strip().splitlines()[0]}"
-                row = {"input": item.path, "output": item.output, "state": list(_state_of(item.path)), "content": "0" * 32}
-                row |= {"outcome": "crashed", "error": message}
+        for handle in self._pool.finished(self._pending):
+            item = self._pending.pop(handle)
+            row = self._pool.row(handle)
+            if isinstance(row, str):
+                row = {"output": item.output, "state": list(_state_of(item.path)), "content": "0" * 32, "outcome": "crashed", "error": row}
             self._manifest.add(row | {"input": item.path})
             self._state.outcomes[row["outcome"]] += 1
         self._report()

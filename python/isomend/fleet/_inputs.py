@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from isomend._errors import ParameterError
+from isomend.fleet._manifest import short
 
 EXTENSIONS = (".obj", ".ply", ".stl", ".gltf", ".glb", ".vtk", ".vtp")
 
@@ -21,7 +22,39 @@ class Item:
     output: str
 
 
-def items(inputs: Sequence[str], output: Path, to: str | None) -> Iterator[Item]:
+@dataclass(frozen=True)
+class Shard:
+    """A part of the meshes of a fleet. A mesh belongs to the part that the hash of its result's name gives, whatever the order of the
+    inputs.
+
+    Attributes:
+        number: Its number, from 1.
+        parts: The number of all parts.
+    """
+
+    number: int
+    parts: int
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.number <= self.parts:
+            raise ParameterError(f"a shard is a number from 1 to the number of shards, such as 3/16, but is {self.number}/{self.parts}")
+
+    @property
+    def suffix(self) -> str:
+        """The end of the names of its files."""
+        return f"-{self.number}-of-{self.parts}"
+
+    def has(self, item: Item) -> bool:
+        """Whether a mesh belongs to it."""
+        return short(item.output) % self.parts == self.number - 1
+
+
+def items(inputs: Sequence[str], output: Path, to: str | None, shard: Shard | None = None) -> Iterator[Item]:
+    """Iterates over the meshes of a shard, or over all: see :func:`every`."""
+    return (item for item in every(inputs, output, to) if shard is None or shard.has(item))
+
+
+def every(inputs: Sequence[str], output: Path, to: str | None) -> Iterator[Item]:
     """Iterates over all meshes: files, meshes in folders (the results keep the folders), matches of patterns such as ``scans/*.ply``, and
     paths in list files (``@FILE``, one path a line). Files in the output folder are skipped."""
     inside = output.resolve()
@@ -63,12 +96,13 @@ def _renamed(relative: str, to: str | None) -> str:
     return f"{stem}.{to}" if to else stem + extension
 
 
-def counted(inputs: Sequence[str], output: Path, to: str | None) -> int:
-    """The number of meshes. A `ParameterError` if two results would have the same name."""
+def counted(inputs: Sequence[str], output: Path, to: str | None, shard: Shard | None = None) -> tuple[int, int]:
+    """The number of meshes, of all and of a shard. A `ParameterError` if two results would have the same name."""
     seen: set[int] = set()
-    count = 0
-    for item in items(inputs, output, to):
+    count = own = 0
+    for item in every(inputs, output, to):
         count += 1
+        own += shard is None or shard.has(item)
         name = hash(item.output)
         if name in seen:
             raise ParameterError(
@@ -76,4 +110,4 @@ def counted(inputs: Sequence[str], output: Path, to: str | None) -> int:
                 "instead, so that results keep their folders, or use a run and an output folder for each"
             )
         seen.add(name)
-    return count
+    return count, own

@@ -2,11 +2,12 @@
 
 A line is valid if it is complete and its checksum matches; lines that a crash left incomplete are skipped. A mesh is done if its last line
 has the same options and version, the input file has the same size and time or else the same content, and the result still exists with the
-recorded size."""
+recorded size. Each shard of a fleet has a manifest of its own and reads all of them, so that meshes stay done if the number of shards changes."""
 
 from __future__ import annotations
 
 import fcntl
+import itertools
 import json
 import os
 import time
@@ -51,25 +52,35 @@ def row_of(line: bytes) -> dict[str, Any] | None:
     return row if isinstance(row, dict) else None
 
 
-class Manifest:
-    """The manifest of an output folder. A lock keeps other processes out while it is open."""
+def manifests(output: Path) -> list[Path]:
+    """The manifests of an output folder: the fleet's own, and its shards'."""
+    return sorted((output / FOLDER).glob("manifest*.jsonl"))
 
-    def __init__(self, output: Path, settings: str, retry: bool) -> None:
+
+class Manifest:
+    """The manifest of an output folder, or of a shard with this suffix. Locks keep processes out that do the same meshes while it is open."""
+
+    def __init__(self, output: Path, settings: str, retry: bool, suffix: str = "") -> None:
         self._settings = settings
         self._folder = output / FOLDER
         self._folder.mkdir(parents=True, exist_ok=True)
-        self._lock = open(self._folder / "lock", "w")
+        # Shards share the folder's lock, and each has its own.
+        self._locks = [open(self._folder / "lock", "a")]
+        if suffix:
+            self._locks.append(open(self._folder / f"lock{suffix}", "a"))
         try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(self._locks[0], (fcntl.LOCK_SH if suffix else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+            fcntl.flock(self._locks[-1], fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            self._lock.close()
+            self._unlock()
             raise IsomendError(f"another fleet is writing to {output}; wait for it, or stop it") from None
-        self.path = self._folder / NAME
+        stem, extension = os.path.splitext(NAME)
+        self.path = self._folder / f"{stem}{suffix}{extension}"
         self._output = output
         # For each result, by the hash of its name: hash of the input file's size and time, first 64 bits of the input's content hash,
         # size of the result in bytes, 64 bits each. Packed in one integer, as a fleet may have millions of meshes.
         self._known: dict[int, int] = {}
-        for row in rows(self.path):
+        for row in itertools.chain.from_iterable(map(rows, manifests(output))):
             if row["settings"] != settings or (retry and row["outcome"] not in MADE):
                 self._known.pop(short(row["output"]), None)
             else:
@@ -121,7 +132,11 @@ class Manifest:
         """Flushes the file to the disk, closes it, and releases the lock."""
         os.fsync(self._file.fileno())
         self._file.close()
-        self._lock.close()
+        self._unlock()
+
+    def _unlock(self) -> None:
+        for lock in self._locks:
+            lock.close()
 
 
 def rows(path: Path) -> Iterator[dict[str, Any]]:

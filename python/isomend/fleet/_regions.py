@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import isomend
-from isomend.fleet._driver import RETRIES, cluster
+from isomend.fleet._pools import RETRIES, cluster
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import os
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from isomend.fleet._manifest import FOLDER, NAME, rows, short
+from isomend.fleet._manifest import manifests, rows, short
 
 TEXT = ("input", "output", "outcome", "error", "content")
 NUMBERS = ("seconds", "cpu")
@@ -20,22 +22,28 @@ SAME = "same"
 BATCH = 10_000
 
 
-def last_rows(path: Path) -> Iterator[dict[str, Any]]:
-    """The last row of each result, in the order of the manifest."""
-    last = {short(row["output"]): number for number, row in enumerate(rows(path)) if row["outcome"] != SAME}
-    for number, row in enumerate(rows(path)):
+def last_rows(output: Path) -> Iterator[dict[str, Any]]:
+    """The last row of each result, in the order of the manifests."""
+
+    def every() -> Iterator[tuple[int, dict[str, Any]]]:
+        return enumerate(itertools.chain.from_iterable(map(rows, manifests(output))))
+
+    last = {short(row["output"]): number for number, row in every() if row["outcome"] != SAME}
+    for number, row in every():
         if last.get(short(row["output"])) == number:
             yield {name: row.get(name) for name in COLUMNS}
 
 
 def write(output: Path) -> list[Path]:
     """Writes `summary.csv` and, if pyarrow is installed, `summary.parquet`; returns their paths."""
-    manifest, made = output / FOLDER / NAME, [output / "summary.csv"]
-    beside = made[0].with_suffix(".csv.part")
+    made = [output / "summary.csv"]
+    # Shards that end at the same time write files of their own, on any machine.
+    own = f".{socket.gethostname()}-{os.getpid()}.part"
+    beside = made[0].with_suffix(f".csv{own}")
     with open(beside, "w", newline="", encoding="utf-8") as file:
         table = csv.DictWriter(file, COLUMNS)
         table.writeheader()
-        table.writerows(last_rows(manifest))
+        table.writerows(last_rows(output))
     os.replace(beside, made[0])
     try:
         import pyarrow
@@ -46,10 +54,10 @@ def write(output: Path) -> list[Path]:
     types |= {name: pyarrow.int64() for name in WHOLE}
     schema = pyarrow.schema([(name, types[name]) for name in COLUMNS])
     made.append(output / "summary.parquet")
-    beside = made[1].with_suffix(".parquet.part")
+    beside = made[1].with_suffix(f".parquet{own}")
     with parquet.ParquetWriter(beside, schema) as writer:
         batch: list[dict[str, Any]] = []
-        for row in last_rows(manifest):
+        for row in last_rows(output):
             batch.append(row)
             if len(batch) == BATCH:
                 writer.write_table(pyarrow.Table.from_pylist(batch, schema))

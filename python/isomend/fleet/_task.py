@@ -9,13 +9,13 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
 from isomend.fleet._child import peak_of
-from isomend.fleet._manifest import FOLDER
 
 # Seconds between two looks at a child: the first, from which pauses grow by half each time, and the longest.
 PAUSES = (0.002, 0.05)
@@ -33,6 +33,7 @@ class Bounds:
 
     Attributes:
         output: The output folder.
+        work: The folder of results that are not complete.
         arguments: Options of `isomend fill`.
         threads: Threads of each mesh.
         timeout: Limit of the time for a mesh, in seconds.
@@ -40,6 +41,7 @@ class Bounds:
     """
 
     output: str
+    work: str
     arguments: tuple[str, ...]
     threads: int
     timeout: float | None
@@ -55,8 +57,10 @@ def content_of(path: str) -> str:
     return digest.hexdigest()
 
 
-def mend(path: str, output: str, known: str | None, bounds: Bounds) -> dict[str, Any]:
-    """Fills the holes of a mesh file; returns its row for the manifest.
+def mend(
+    path: str, output: str, known: str | None, bounds: Bounds, is_stopped: Callable[[], bool] | None = None
+) -> dict[str, Any]:
+    """Fills the holes of a mesh file; returns its row for the manifest. The work ends with an `InterruptedError` once `is_stopped` says so.
 
     `known` is the beginning of the content hash of the input from which the existing result was made. If the file still has this content,
     nothing is done, and the outcome is `same`."""
@@ -68,20 +72,22 @@ def mend(path: str, output: str, known: str | None, bounds: Bounds) -> dict[str,
         row |= {"state": [stat.st_size, stat.st_mtime_ns], "content": content_of(path)}
         if known is not None and row["content"].startswith(known) and target.exists():
             return row | {"outcome": "same", "bytes": target.stat().st_size}
-        work = Path(bounds.output, FOLDER, "work", f"{blake2b(output.encode(), digest_size=16).hexdigest()}-{os.getpid()}")
+        work = Path(bounds.work, f"{blake2b(output.encode(), digest_size=16).hexdigest()}-{os.getpid()}")
         work.mkdir(parents=True, exist_ok=True)
         try:
-            row |= _in_child(path, work / target.name, bounds)
+            row |= _in_child(path, work / target.name, bounds, is_stopped)
             if row["outcome"] in ("done", "in_part"):
                 row["bytes"] = _moved(work, target)
         finally:
             shutil.rmtree(work, ignore_errors=True)
+    except InterruptedError:
+        raise
     except OSError as error:
         row |= {"outcome": "failed", "error": str(error)}
     return row | {"seconds": round(time.time() - begun, 4)}
 
 
-def _in_child(path: str, output: Path, bounds: Bounds) -> dict[str, Any]:
+def _in_child(path: str, output: Path, bounds: Bounds, is_stopped: Callable[[], bool] | None) -> dict[str, Any]:
     """Fills the holes of a file in a child process; returns the outcome, its message, counts, memory and processor time."""
     report, messages, peak = (output.parent / name for name in (".report.json", ".messages", ".peak"))
     space = 2 * bounds.memory + SPACE if bounds.memory else 0
@@ -92,7 +98,7 @@ def _in_child(path: str, output: Path, bounds: Bounds) -> dict[str, Any]:
     with open(messages, "wb") as errors:
         child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=errors, stderr=errors, start_new_session=True)
         try:
-            stopped, status, usage, most_used = _watched(child.pid, bounds)
+            stopped, status, usage, most_used = _watched(child.pid, bounds, is_stopped)
         except BaseException:
             # For example the task was cancelled: the child must not run on.
             _kill(child.pid)
@@ -124,7 +130,7 @@ def _in_child(path: str, output: Path, bounds: Bounds) -> dict[str, Any]:
     return row | {"outcome": "failed", "error": message}
 
 
-def _watched(pid: int, bounds: Bounds) -> tuple[str | None, int, Any, int]:
+def _watched(pid: int, bounds: Bounds, is_stopped: Callable[[], bool] | None) -> tuple[str | None, int, Any, int]:
     """Waits for a child, and kills it if it exceeds its time or memory. Returns why it was killed (`timeout`, `memory` or none), its exit
     status, its resource usage, and the peak memory seen, in bytes."""
     begun, stopped, pause, most = time.monotonic(), None, PAUSES[0], 0
@@ -132,6 +138,8 @@ def _watched(pid: int, bounds: Bounds) -> tuple[str | None, int, Any, int]:
         done, status, usage = os.wait4(pid, os.WNOHANG)
         if done:
             return stopped, status, usage, most
+        if is_stopped is not None and is_stopped():
+            raise InterruptedError("the run was stopped")
         most = max(most, peak_of(str(pid)))
         if stopped is None:
             if bounds.timeout is not None and time.monotonic() - begun > bounds.timeout:

@@ -209,6 +209,12 @@ pub enum JobError {
         /// What is wrong, and what to do.
         what: String,
     },
+    /// A parameter given by its name does not exist, or its value is wrong.
+    #[error("{what}")]
+    Named {
+        /// What is wrong, and what to do.
+        what: String,
+    },
     /// Patches or a piece were requested for several meshes.
     #[error(
         "a file of patches or of the piece holds the result of one mesh, but there are several inputs; run them one by one"
@@ -230,6 +236,7 @@ impl JobError {
                 | Self::PlanDrawn
                 | Self::SeveralDrawn
                 | Self::Deliverable { .. }
+                | Self::Named { .. }
                 | Self::SeveralDelivered
                 | Self::EmptyMask
         )

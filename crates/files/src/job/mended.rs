@@ -215,6 +215,21 @@ impl<'s> Mended<'s> {
         &self.expected_error
     }
 
+    /// For each of the first `vertices` vertices its expected error in the mesh's units: 0 for vertices of the input, NaN where there is no
+    /// estimate. Copies of vertices that [`Mended::model`] may add at the end count as vertices of the input.
+    pub fn expected_errors(&self, vertices: usize) -> Vec<f64> {
+        let mut errors = vec![0.0; vertices];
+        let new = errors
+            .iter_mut()
+            .skip(self.kept_size()[0])
+            .take(self.new_vertices());
+        let known = self.expected_error.iter().copied();
+        for (error, known) in new.zip(known.chain(std::iter::repeat(None))) {
+            *error = known.unwrap_or(f64::NAN);
+        }
+        errors
+    }
+
     /// Number of new vertices, without the copies of vertices that [`Mended::model`] may add.
     pub fn new_vertices(&self) -> usize {
         self.mesh().positions.len() - self.kept_size()[0]

@@ -34,6 +34,7 @@ mod inspection;
 mod join;
 mod marks;
 mod mended;
+mod named;
 mod outcome;
 mod output;
 mod paint;
@@ -60,6 +61,8 @@ pub use error::JobError;
 pub use inspection::{Checked, Compared, Inspected, Looked, check, compare, inspect};
 pub use marks::{Marked, MaskSpec, PaintedColour, parse_face_numbers};
 pub use mended::Mended;
+#[doc(hidden)]
+pub use named::{named_deliverables, named_params, named_work, params_of, schema};
 pub use outcome::{JobPlan, JobResult, WorkPlan};
 pub use output::Output;
 pub use places::Place;

@@ -1,6 +1,6 @@
 //! Loads the buffers of a glTF file (binary chunk, data URIs, side files) within a memory limit.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use base64::Engine;
@@ -51,6 +51,26 @@ impl<'a> Buffers<'a> {
         }
     }
 
+    /// The same with buffers whose contents are known.
+    pub(super) fn with(mut self, known: BTreeMap<usize, Vec<u8>>) -> Self {
+        for (index, bytes) in known {
+            self.budget = bytes
+                .len()
+                .saturating_mul(TIMES)
+                .saturating_add(self.budget);
+            if let Some(loaded) = self.loaded.get_mut(index) {
+                *loaded = Some(Arc::new(bytes));
+            }
+        }
+        self
+    }
+
+    /// Whether the file says where the bytes of a buffer are.
+    pub(super) fn has_data(&self, index: usize) -> bool {
+        let buffer = self.root.buffers.get(index);
+        buffer.is_some_and(|b| b.uri.is_some() || (index == 0 && self.binary.is_some()))
+    }
+
     /// The bytes of a buffer view; an error if they are not all in its buffer.
     pub(super) fn view(&mut self, index: usize) -> Result<(&View, &[u8]), IoError> {
         let fault = |what: String| {
@@ -66,7 +86,7 @@ impl<'a> Buffers<'a> {
         let start = view.byte_offset.unwrap_or_default().0;
         let (length, place) = (view.byte_length.0, Location::Item("buffer view", index));
         let format = self.format;
-        let bytes = self.buffer(view.buffer.value())?;
+        let bytes = self.bytes(view.buffer.value())?;
         let end = start
             .checked_add(length)
             .and_then(|end| usize::try_from(end).ok());
@@ -110,7 +130,7 @@ impl<'a> Buffers<'a> {
     /// All buffers. Buffers that cannot be loaded are `None`; they hold no triangles.
     pub(super) fn all(mut self) -> Vec<Option<Arc<Vec<u8>>>> {
         for index in 0..self.root.buffers.len() {
-            let binary = self.buffer(index).ok().map(<[u8]>::to_vec);
+            let binary = self.bytes(index).ok().map(<[u8]>::to_vec);
             if self.loaded[index].is_none() {
                 self.loaded[index] = binary.map(Arc::new);
             }
@@ -119,7 +139,7 @@ impl<'a> Buffers<'a> {
     }
 
     /// All bytes of a buffer.
-    fn buffer(&mut self, index: usize) -> Result<&[u8], IoError> {
+    pub(super) fn bytes(&mut self, index: usize) -> Result<&[u8], IoError> {
         let fault =
             |what: String| IoError::malformed(self.format, Location::Item("buffer", index), what);
         let Some(buffer) = self.root.buffers.get(index) else {
@@ -129,6 +149,9 @@ impl<'a> Buffers<'a> {
             )));
         };
         let Some(uri) = &buffer.uri else {
+            if self.loaded[index].is_some() {
+                return Ok(self.loaded[index].as_ref().map_or(&[], |b| b.as_slice()));
+            }
             return match self.binary {
                 Some(binary) if index == 0 => Ok(binary),
                 _ => Err(fault("it has neither a URI nor a binary chunk".to_string())),

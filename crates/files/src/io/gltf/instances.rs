@@ -77,7 +77,7 @@ pub(super) fn expanded(
     let count = made.len();
     nodes.append(&mut made);
     for list in ["extensionsUsed", "extensionsRequired"] {
-        without_instancing(&mut file, list);
+        without_extension(&mut file, list, INSTANCING);
     }
     let json = serde_json::to_vec(&file).map_err(damaged)?;
     let root = Root::from_slice(&json).map_err(damaged)?;
@@ -94,15 +94,15 @@ fn take_attributes(node: &mut Map<String, Value>) -> Option<Value> {
     instancing.get("attributes").cloned()
 }
 
-/// Removes the extension from a list of the file, and the list if nothing is left.
-fn without_instancing(file: &mut Value, list: &str) {
+/// Removes an extension from a list of the file, and the list if nothing is left.
+pub(super) fn without_extension(file: &mut Value, list: &str, extension: &str) {
     let Some(file) = file.as_object_mut() else {
         return;
     };
     let Some(names) = file.get_mut(list).and_then(Value::as_array_mut) else {
         return;
     };
-    names.retain(|name| name != INSTANCING);
+    names.retain(|name| name != extension);
     if names.is_empty() {
         file.remove(list);
     }

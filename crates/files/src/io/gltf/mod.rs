@@ -7,6 +7,7 @@ mod build;
 mod document;
 mod instances;
 mod materials;
+mod meshopt;
 mod morph;
 mod patch;
 mod patch_materials;
@@ -15,9 +16,11 @@ mod values;
 mod write;
 
 pub(crate) use base_colour::{BaseImage, Wrapping};
+use buffers::Buffers;
 pub(crate) use document::GltfDocument;
 pub use document::Image;
 use instances::INSTANCING;
+use meshopt::MESHOPT;
 
 use gltf_json::{Root, Value};
 
@@ -42,16 +45,30 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
         return Err(error);
     }
     check_extensions(&root, format)?;
-    let mut buffers = buffers::Buffers::new(&root, format, binary, bytes.len(), resolve);
+    let mut buffers = Buffers::new(&root, format, binary, bytes.len(), resolve);
+    let decompressed = meshopt::decompressed(json, &mut buffers)?;
+    let is_compressed = decompressed.is_some();
+    let (json, root) = match &decompressed {
+        Some(decompressed) => (&decompressed.json[..], &decompressed.root),
+        None => (json, &root),
+    };
+    if let Some(decompressed) = &decompressed {
+        let contents = decompressed.buffers.clone();
+        buffers = Buffers::new(root, format, binary, bytes.len(), resolve).with(contents);
+    }
     let instances = instances::expanded(json, &mut buffers)?;
     let (json, root) = match &instances {
         Some(expanded) => (&expanded.json[..], &expanded.root),
-        None => (json, &root),
+        None => (json, root),
     };
     let scene = scene::read(root, &mut buffers)?;
     let mut loaded = scene.surface.finish()?;
     if let Some(count) = instances.as_ref().map(|i| i.count).filter(|n| *n > 0) {
         let note = format!("instances of {INSTANCING}, each of which is a node here: {count}");
+        loaded.notes.push(note);
+    }
+    if is_compressed {
+        let note = format!("the file is compressed by {MESHOPT}; glTF is written uncompressed");
         loaded.notes.push(note);
     }
     let names = root.materials.iter().enumerate();
@@ -164,7 +181,7 @@ fn split_glb(bytes: &[u8]) -> Result<Chunks<'_>, IoError> {
 }
 
 /// Prefixes of extensions that may be required: they do not change where the triangles are, or are read.
-const HARMLESS: [&str; 10] = [
+const HARMLESS: [&str; 11] = [
     "KHR_mesh_quantization",
     "KHR_materials_",
     "KHR_texture_",
@@ -175,6 +192,7 @@ const HARMLESS: [&str; 10] = [
     "EXT_lights_",
     "MSFT_texture_",
     INSTANCING,
+    MESHOPT,
 ];
 
 fn check_extensions(root: &Root, format: Format) -> Result<(), IoError> {

@@ -1,0 +1,289 @@
+/* Tests of the C interface: results, wrong arguments, threads, cancellation. It makes its own meshes, prints times, and ends with 0 if
+ * everything holds. An argument, such as 20, multiplies the bound of the cancellation, for a run under valgrind. */
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "isomend.h"
+
+static int failures = 0;
+
+#define HOLDS(condition)                                                                                              \
+    do {                                                                                                              \
+        if (!(condition)) {                                                                                           \
+            fprintf(stderr, "line %d: %s does not hold; last error: %s\n", __LINE__, #condition, isomend_last_error()); \
+            failures++;                                                                                               \
+        }                                                                                                             \
+    } while (0)
+
+static double now(void)
+{
+    struct timespec time;
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+/* A height field of n * n vertices over the square from -1 to 1, with `holes` * `holes` holes. */
+static isomend_mesh *sheet(uint32_t n, uint32_t holes, int is_f32)
+{
+    double *vertices = malloc(sizeof(double) * 3 * n * n);
+    float *floats = malloc(sizeof(float) * 3 * n * n);
+    uint32_t *faces = malloc(sizeof(uint32_t) * 6 * n * n);
+    size_t corners = 0;
+    for (uint32_t i = 0; i < n; i++)
+        for (uint32_t j = 0; j < n; j++) {
+            double x = 2.0 * i / (n - 1) - 1, y = 2.0 * j / (n - 1) - 1;
+            double row[3] = {x, y, 0.2 * sin(2 * x) * cos(2 * y)};
+            memcpy(vertices + 3 * (i * n + j), row, sizeof row);
+            for (int k = 0; k < 3; k++)
+                floats[3 * (i * n + j) + (size_t)k] = (float)row[k];
+            double u = fmod((x + 1) * 0.5 * holes, 1.0), v = fmod((y + 1) * 0.5 * holes, 1.0);
+            if (i + 1 == n || j + 1 == n || hypot(u - 0.5, v - 0.5) < 0.25)
+                continue;
+            uint32_t a = i * n + j, b = a + n, c = b + 1, d = a + 1;
+            uint32_t quad[6] = {a, b, c, a, c, d};
+            memcpy(faces + corners, quad, sizeof quad);
+            corners += 6;
+        }
+    isomend_mesh *mesh = NULL;
+    if (is_f32)
+        HOLDS(isomend_mesh_f32(floats, (size_t)n * n, faces, corners / 3, &mesh) == ISOMEND_OK);
+    else
+        HOLDS(isomend_mesh_f64(vertices, (size_t)n * n, faces, corners / 3, &mesh) == ISOMEND_OK);
+    free(vertices);
+    free(floats);
+    free(faces);
+    return mesh;
+}
+
+static void results(void)
+{
+    isomend_mesh *mesh = sheet(30, 1, 1);
+    isomend_result *results[2];
+    for (uint32_t threads = 1; threads <= 2; threads++) {
+        isomend_options options = {.threads = threads};
+        HOLDS(isomend_fill(mesh, "", &options, &results[threads - 1]) == ISOMEND_OK);
+    }
+    isomend_mesh_free(mesh);
+    isomend_result *r = results[0];
+    size_t vertices = isomend_result_vertex_count(r), faces = isomend_result_face_count(r);
+    HOLDS(vertices > 900 && isomend_result_is_complete(r));
+    HOLDS(vertices == isomend_result_vertex_count(results[1]));
+    HOLDS(memcmp(isomend_result_vertices(r), isomend_result_vertices(results[1]), 3 * vertices * sizeof(double)) == 0);
+    HOLDS(memcmp(isomend_result_faces(r), isomend_result_faces(results[1]), 3 * faces * sizeof(uint32_t)) == 0);
+    float *floats = malloc(3 * vertices * sizeof(float));
+    HOLDS(isomend_result_vertices_f32(r, floats, 3 * vertices - 1) == ISOMEND_ARGUMENT);
+    HOLDS(isomend_result_vertices_f32(r, floats, 3 * vertices) == ISOMEND_OK);
+    for (size_t i = 0; i < 3 * vertices; i++)
+        HOLDS(floats[i] == (float)isomend_result_vertices(r)[i]);
+    for (size_t v = 0; v < vertices; v++) {
+        int is_new = v >= 900;
+        HOLDS(isomend_result_vertex_origins(r)[v] == (is_new ? ISOMEND_NEW : v));
+        HOLDS(is_new || isomend_result_expected_errors(r)[v] == 0);
+    }
+    size_t fresh = 0;
+    for (size_t f = 0; f < faces; f++) {
+        fresh += isomend_result_face_origins(r)[f] == ISOMEND_NEW;
+        HOLDS(fresh > 0 || isomend_result_face_origins(r)[f] == f);
+        for (int k = 0; k < 3; k++)
+            HOLDS(isomend_result_faces(r)[3 * f + (size_t)k] < vertices);
+    }
+    HOLDS(fresh > 10);
+    HOLDS(strstr(isomend_result_report(r), "\"holes\":") != NULL);
+    free(floats);
+    isomend_result_free(results[0]);
+    isomend_result_free(results[1]);
+}
+
+static void questions(void)
+{
+    isomend_mesh *mesh = sheet(30, 1, 0);
+    char *report = NULL;
+    bool is_sound = true;
+    HOLDS(isomend_check(mesh, "{\"thin\": 0.1, \"unit\": \"mm\"}", NULL, &is_sound, &report) == ISOMEND_OK);
+    HOLDS(!is_sound && report && strstr(report, "\"mm\""));
+    isomend_text_free(report);
+    HOLDS(isomend_check(mesh, NULL, NULL, NULL, NULL) == ISOMEND_OK);
+    HOLDS(isomend_inspect(mesh, NULL, NULL, &report) == ISOMEND_OK && strstr(report, "\"holes\":"));
+    isomend_text_free(report);
+    HOLDS(isomend_parameters("repair", &report) == ISOMEND_OK && strstr(report, "\"solid\":"));
+    isomend_text_free(report);
+    isomend_result *result;
+    HOLDS(isomend_repair(mesh, "{\"close_borders\": true}", NULL, &result) == ISOMEND_OK);
+    HOLDS(isomend_result_is_complete(result));
+    isomend_result_free(result);
+    isomend_mesh_free(mesh);
+}
+
+/* A call that must fail, and a part of its message. */
+#define FAILS(call, expected, part)                                                          \
+    do {                                                                                     \
+        HOLDS((call) == (expected));                                                         \
+        if (!strstr(isomend_last_error(), part))                                             \
+            fprintf(stderr, "no \"%s\" in: %s\n", part, isomend_last_error()), failures++; \
+    } while (0)
+
+static void wrong_arguments(void)
+{
+    double vertices[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    uint32_t faces[9] = {0, 2, 1, 0, 1, 3, 0, 3, 2};
+    uint32_t beyond[3] = {0, 1, 4};
+    isomend_mesh *mesh = NULL;
+    isomend_result *result = NULL;
+    char *text = NULL;
+    FAILS(isomend_mesh_f64(NULL, 4, faces, 3, &mesh), ISOMEND_ARGUMENT, "vertices is a null pointer");
+    FAILS(isomend_mesh_f64(vertices, 4, faces, 3, NULL), ISOMEND_ARGUMENT, "mesh is a null pointer");
+    FAILS(isomend_mesh_f64(vertices, 4, beyond, 1, &mesh), ISOMEND_MESH, "face 0 refers to vertex 4");
+    FAILS(isomend_mesh_f64(vertices, SIZE_MAX / 2, faces, 3, &mesh), ISOMEND_ARGUMENT, "more than memory");
+    FAILS(isomend_mesh_f64((double *)((char *)vertices + 1), 2, faces, 0, &mesh), ISOMEND_ARGUMENT, "not aligned");
+    HOLDS(mesh == NULL);
+    HOLDS(isomend_mesh_f64(NULL, 0, NULL, 0, &mesh) == ISOMEND_OK);
+    FAILS(isomend_fill(mesh, NULL, NULL, &result), ISOMEND_MESH, "");
+    isomend_mesh_free(mesh);
+    vertices[4] = NAN;
+    HOLDS(isomend_mesh_f64(vertices, 4, faces, 3, &mesh) == ISOMEND_OK);
+    FAILS(isomend_fill(mesh, NULL, NULL, &result), ISOMEND_MESH, "finite");
+    isomend_mesh_free(mesh);
+    vertices[4] = 0;
+    HOLDS(isomend_mesh_f64(vertices, 4, faces, 3, &mesh) == ISOMEND_OK);
+    FAILS(isomend_fill(NULL, NULL, NULL, &result), ISOMEND_ARGUMENT, "mesh is a null pointer");
+    FAILS(isomend_fill(mesh, NULL, NULL, NULL), ISOMEND_ARGUMENT, "result is a null pointer");
+    FAILS(isomend_fill(mesh, "{\"nothing\": 1}", NULL, &result), ISOMEND_PARAMETER, "fill has no parameter 'nothing'");
+    FAILS(isomend_fill(mesh, "{\"voxel\": -1}", NULL, &result), ISOMEND_PARAMETER, "voxel must be");
+    FAILS(isomend_fill(mesh, "[1]", NULL, &result), ISOMEND_PARAMETER, "no JSON object");
+    FAILS(isomend_fill(mesh, "{\"holes\": [", NULL, &result), ISOMEND_PARAMETER, "no JSON object");
+    FAILS(isomend_fill(mesh, "{\"holes\": [7]}", NULL, &result), ISOMEND_PARAMETER, "there is no hole 7");
+    FAILS(isomend_fill(mesh, "{\"like\": \"no such file.ply\"}", NULL, &result), ISOMEND_FILE, "no such file.ply");
+    FAILS(isomend_check(mesh, "{\"voxel\": 1}", NULL, NULL, NULL), ISOMEND_PARAMETER, "check has no parameter 'voxel'");
+    FAILS(isomend_inspect(mesh, "{\"voxel\": 1}", NULL, &text), ISOMEND_PARAMETER, "inspect has no parameter 'voxel'");
+    FAILS(isomend_parameters("study", &text), ISOMEND_PARAMETER, "take fill, repair or check");
+    FAILS(isomend_parameters(NULL, &text), ISOMEND_ARGUMENT, "command is a null pointer");
+    isomend_options options = {.threads = 100000};
+    FAILS(isomend_fill(mesh, NULL, &options, &result), ISOMEND_PARAMETER, "100000 threads");
+    HOLDS(result == NULL && text == NULL);
+    HOLDS(isomend_result_vertex_count(NULL) == 0 && isomend_result_vertices(NULL) == NULL && !isomend_result_is_complete(NULL));
+    isomend_mesh_free(mesh);
+    isomend_mesh_free(NULL);
+    isomend_result_free(NULL);
+    isomend_text_free(NULL);
+    isomend_cancel_set(NULL);
+    isomend_cancel_free(NULL);
+}
+
+struct stop {
+    isomend_cancel *cancel;
+    double after, at;
+};
+
+static void *stop_later(void *given)
+{
+    struct stop *stop = given;
+    struct timespec pause = {0, (long)(1e9 * stop->after)};
+    nanosleep(&pause, NULL);
+    stop->at = now();
+    isomend_cancel_set(stop->cancel);
+    return NULL;
+}
+
+static int smaller(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Stops fills and repairs at various times. They return within 50 ms, half of them even where other programs keep all cores busy. */
+static void cancellation(double factor)
+{
+    isomend_mesh *mesh = sheet(400, 12, 0);
+    double late[16] = {0};
+    int stopped = 0;
+    for (int round = 0; round < 16; round++) {
+        struct stop stop = {isomend_cancel_new(), 0.02 + 0.03 * round, 0};
+        isomend_options options = {.cancel = stop.cancel};
+        isomend_result *result = NULL;
+        pthread_t thread;
+        pthread_create(&thread, NULL, stop_later, &stop);
+        isomend_status status = (round % 2 ? isomend_repair : isomend_fill)(mesh, NULL, &options, &result);
+        double end = now();
+        pthread_join(thread, NULL);
+        HOLDS(status == ISOMEND_OK || status == ISOMEND_CANCELLED);
+        if (status == ISOMEND_CANCELLED) {
+            HOLDS(strstr(isomend_last_error(), "stopped"));
+            late[stopped++] = end - stop.at;
+        }
+        isomend_result_free(result);
+        isomend_cancel_free(stop.cancel);
+    }
+    HOLDS(stopped > 8);
+    qsort(late, (size_t)stopped, sizeof late[0], smaller);
+    double median = late[stopped / 2], worst = late[stopped > 0 ? stopped - 1 : 0];
+    printf("%d of 16 calls were stopped; they returned after %.1f ms (median), %.1f ms (slowest)\n", stopped, 1e3 * median, 1e3 * worst);
+    HOLDS(median < 0.05 * factor);
+    isomend_mesh_free(mesh);
+}
+
+/* Stops at the third call, and counts the calls. */
+static int32_t third(double part, size_t done, size_t all, void *user)
+{
+    int *calls = user;
+    HOLDS(part >= 0 && part <= 1 && done <= all);
+    return ++*calls == 3;
+}
+
+static void progress(void)
+{
+    isomend_mesh *mesh = sheet(400, 12, 0);
+    isomend_result *result = NULL;
+    int calls = 0;
+    isomend_options options = {.progress = third, .user = &calls};
+    HOLDS(isomend_fill(mesh, NULL, &options, &result) == ISOMEND_CANCELLED);
+    HOLDS(calls == 3 && result == NULL);
+    isomend_mesh_free(mesh);
+}
+
+struct shared {
+    isomend_mesh *mesh;
+    size_t faces;
+};
+
+static void *fill_shared(void *given)
+{
+    struct shared *shared = given;
+    isomend_result *result = NULL;
+    HOLDS(isomend_fill(shared->mesh, NULL, NULL, &result) == ISOMEND_OK);
+    HOLDS(isomend_fill(shared->mesh, "{", NULL, &result) == ISOMEND_PARAMETER);
+    shared->faces = isomend_result_face_count(result);
+    isomend_result_free(result);
+    return NULL;
+}
+
+static void shared_by_threads(void)
+{
+    isomend_mesh *mesh = sheet(30, 1, 0);
+    struct shared shared[3] = {{mesh, 0}, {mesh, 0}, {mesh, 0}};
+    pthread_t threads[3];
+    for (int i = 0; i < 3; i++)
+        pthread_create(&threads[i], NULL, fill_shared, &shared[i]);
+    for (int i = 0; i < 3; i++)
+        pthread_join(threads[i], NULL);
+    HOLDS(shared[0].faces > 0 && shared[0].faces == shared[1].faces && shared[1].faces == shared[2].faces);
+    isomend_mesh_free(mesh);
+}
+
+int main(int count, char **arguments)
+{
+    double factor = count > 1 ? atof(arguments[1]) : 1;
+    HOLDS(isomend_abi_version() == ISOMEND_ABI_VERSION && strlen(isomend_version()) > 4);
+    results();
+    questions();
+    wrong_arguments();
+    shared_by_threads();
+    progress();
+    cancellation(factor);
+    if (failures)
+        fprintf(stderr, "%d conditions do not hold\n", failures);
+    return failures ? 1 : 0;
+}

@@ -1,0 +1,217 @@
+//! Parameters by name, from a JSON object such as `{"max_diameter": 20, "holes": [2, 5]}`: for programs that call isomend through the C
+//! interface or the Model Context Protocol.
+//!
+//! The names and their meanings are the ones of Python's keywords, read from the tables of parameters.
+
+mod schema;
+mod value;
+
+use isomend_core::parameters::Table;
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+
+use super::deliver::Deliverables;
+use super::{JobError, Work};
+
+pub use schema::schema;
+
+/// The unit of the coordinates and the tolerance, which every command takes beside the parameters of its table.
+const UNIT: &str = "unit";
+const TOLERANCE: &str = "tolerance";
+
+/// The parameter struct of a command from values in their serialised form, by the names of the parameters. Parameters without a value have
+/// their defaults.
+///
+/// # Errors
+/// If a value has another type than its field.
+pub fn params_of<P: DeserializeOwned>(
+    table: &Table,
+    values: &Map<String, Value>,
+) -> Result<P, serde_json::Error> {
+    let mut params = Value::Object(Map::new());
+    for (path, parameter) in table.entries().filter(|(path, _)| !path.is_empty()) {
+        if let Some(value) = values.get(parameter.name) {
+            *path.iter().fold(&mut params, |at, step| &mut at[*step]) = value.clone();
+        }
+    }
+    serde_json::from_value(params)
+}
+
+/// The parameter struct of a command from the values that a program gives, by the names of the parameters: `{"voxel": 0.5}`,
+/// `{"holes": "all"}`. A null stands for the default.
+///
+/// # Errors
+/// [`JobError::Named`], with the name, if a parameter does not exist, or its value has the wrong type or is out of its bounds.
+pub fn named_params<P: DeserializeOwned>(
+    table: &Table,
+    given: &Map<String, Value>,
+) -> Result<P, JobError> {
+    let wrong = |what: String| JobError::Named { what };
+    let mut values = Map::new();
+    for (name, value) in given.iter().filter(|(_, value)| !value.is_null()) {
+        let parameter = table.get(name).ok_or_else(|| wrong(unknown(table, name)))?;
+        let other = given.get(parameter.excludes);
+        if other.is_some_and(is_chosen) && is_chosen(value) {
+            return Err(wrong(format!(
+                "{name} and {} exclude each other; give one of them",
+                parameter.excludes
+            )));
+        }
+        let value = value::serialised(parameter, value).map_err(wrong)?;
+        values.insert(name.clone(), value);
+    }
+    params_of(table, &values).map_err(|error| wrong(error.to_string()))
+}
+
+/// The work of a fill or a repair, and its deliverables (the unit and the tolerance), from what a program gives by name.
+///
+/// # Errors
+/// As [`named_params`], and if there is no such work.
+pub fn named_work(
+    command: &str,
+    mut given: Map<String, Value>,
+) -> Result<(Work, Deliverables), JobError> {
+    let deliverables = named_deliverables(&mut given)?;
+    let work = match command {
+        "fill" => Work::Fill(named_params(Table::FILL, &given)?),
+        "repair" => Work::Repair(named_params(Table::REPAIR, &given)?),
+        _ => {
+            let what = format!("'{command}' is no work with named parameters: take fill or repair");
+            return Err(JobError::Named { what });
+        }
+    };
+    work.check()?;
+    Ok((work, deliverables))
+}
+
+/// Takes the unit of the coordinates and the tolerance out of what a program gives by name.
+///
+/// # Errors
+/// [`JobError::Named`] if the unit is unknown or the tolerance is no positive number.
+pub fn named_deliverables(given: &mut Map<String, Value>) -> Result<Deliverables, JobError> {
+    let wrong = |what: String| JobError::Named { what };
+    let mut take = |name: &str| given.remove(name).filter(|value| !value.is_null());
+    let unit = take(UNIT).map(|value| {
+        let unit = value.as_str().map(str::parse);
+        unit.and_then(Result::ok).ok_or_else(|| {
+            wrong(format!(
+                "{UNIT} must be mm, cm, m, in, um or ft, but is {value}"
+            ))
+        })
+    });
+    let tolerance = take(TOLERANCE).map(|value| {
+        let tolerance = value.as_f64().filter(|t| t.is_finite() && *t > 0.0);
+        tolerance.ok_or_else(|| {
+            wrong(format!(
+                "{TOLERANCE} must be a positive number, but is {value}"
+            ))
+        })
+    });
+    Ok(Deliverables {
+        unit: unit.transpose()?,
+        tolerance: tolerance.transpose()?,
+        ..Deliverables::default()
+    })
+}
+
+/// Whether a value is more than the absence of a flag.
+fn is_chosen(value: &Value) -> bool {
+    !value.is_null() && *value != Value::Bool(false)
+}
+
+/// The message for a name that is no parameter.
+fn unknown(table: &Table, name: &str) -> String {
+    let command = table.command;
+    if let Some(now) = table.in_place_of(name) {
+        return format!("{command} has no parameter '{name}' any more: use {now}");
+    }
+    let names: Vec<&str> = table.entries().map(|(_, p)| p.name).collect();
+    format!(
+        "{command} has no parameter '{name}'; it has {}",
+        names.join(", ")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use isomend_core::fill::FillParams;
+    use serde_json::json;
+
+    fn object(value: Value) -> Map<String, Value> {
+        value.as_object().unwrap().clone()
+    }
+
+    fn refused(command: &str, given: Value) -> String {
+        let error = named_work(command, object(given)).unwrap_err();
+        error.to_string()
+    }
+
+    #[test]
+    fn values_reach_their_fields_in_the_form_that_the_tables_state() {
+        let given = json!({
+            "voxel": 0.5, "holes": [2, 5], "flat": [1], "bridge": [[3, 4]], "crease": [[1, 2]], "max_diameter": 20,
+            "energy": "willmore", "flat_base": false, "keep_open": null,
+        });
+        let (work, _) = named_work("fill", object(given)).unwrap();
+        let Work::Fill(params) = work else { panic!() };
+        let value = serde_json::to_value(&params).unwrap();
+        assert_eq!(value["voxel"], json!({"length": 0.5}));
+        assert_eq!(value["holes"], json!([2, 5]));
+        assert_eq!(value["bridge"], json!([[3, 4]]));
+        assert_eq!(value["crease"], json!([[1, 2]]));
+        assert_eq!(params.max_diameter, Some(20.0));
+        let nothing = named_work("fill", Map::new()).unwrap();
+        assert_eq!(nothing.0, Work::Fill(FillParams::default()));
+        let words = json!({"holes": "all", "voxel": "auto"});
+        assert_eq!(named_work("fill", object(words)).unwrap(), nothing);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (command, given, part) in [
+            ("fill", json!({"holes": "some"}), "holes must be"),
+            ("fill", json!({"max_diameter": -1}), "max_diameter must be"),
+            ("fill", json!({"voxel": true}), "voxel must be"),
+            ("fill", json!({"energy": "none"}), "energy must be one of"),
+            ("fill", json!({"bridge": [[1]]}), "bridge must be"),
+            ("fill", json!({"bridge": [[1, 1]]}), "bridge must be"),
+            (
+                "fill",
+                json!({"flat_base": 1}),
+                "flat_base must be true or false",
+            ),
+            (
+                "fill",
+                json!({"nothing": 1}),
+                "fill has no parameter 'nothing'; it has",
+            ),
+            ("fill", json!({"repair": true}), "any more: use"),
+            ("fill", json!({"unit": "yard"}), "unit must be mm"),
+            (
+                "fill",
+                json!({"tolerance": 0}),
+                "tolerance must be a positive number",
+            ),
+            ("restore", json!({}), "take fill or repair"),
+        ] {
+            let error = refused(command, given.clone());
+            assert!(error.contains(part), "{given}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_schema_names_every_parameter_and_accepts_its_default() {
+        for table in [Table::FILL, Table::REPAIR, Table::CHECK] {
+            let schema = schema(table);
+            assert_eq!(schema["additionalProperties"], json!(false));
+            let properties = schema["properties"].as_object().unwrap();
+            for (_, parameter) in table.entries() {
+                let row = &properties[parameter.name];
+                assert!(row["description"].as_str().unwrap().len() > 10);
+            }
+            let extra = properties.len() - table.entries().count();
+            assert_eq!(extra, 2, "the unit and the tolerance");
+        }
+    }
+}
