@@ -87,7 +87,7 @@ def test_results_and_reports_print_in_one_short_line(ball):
     assert text.endswith(f"{filled.is_patch.sum()} of them new: complete>")
     assert repr(isomend.fill(vertices, faces[kept], keep_open=[1])).endswith("0 of them new: complete>")
     report = filled.report
-    assert repr(report).startswith("<isomend report of fill: complete, 1 filled; keys: command, version")
+    assert repr(report).startswith("<isomend report of fill: complete, 1 closed; keys: command, version")
     assert len(repr(report)) < 500 and "\n" not in repr(report)
     assert isinstance(report, dict) and json.loads(json.dumps(report)) == report
     assert pickle.loads(pickle.dumps(report)) == report and repr(pickle.loads(pickle.dumps(report))) == repr(report)
