@@ -1,7 +1,7 @@
 // Camera control: standard views, axis gizmo, up direction, roll, orthographic projection, fit, scale bar.
 
 import { cross, dot, HALF_FIELD, minus, PARALLEL, plus, times, turned, frame } from "../../report/viewer/camera.js";
-import { all, find } from "../../report/viewer/controls.js";
+import { all, find, localised } from "../../report/viewer/controls.js";
 import { kept, keep } from "./layout.js";
 
 const SVG_NAME = "http://www.w3.org/2000/svg";
@@ -140,7 +140,7 @@ export class Views {
     const unit = viewer.camera.reach / viewer.aim(0, 0).half, most = RULER * unit, ten = 10 ** Math.floor(Math.log10(most));
     const length = [5, 2, 1].map((n) => n * ten).find((n) => n <= most);
     find("#ruler i").style.width = (length / unit).toFixed(1) + "px";
-    find("#ruler span").textContent = Number(length.toPrecision(2)) + this.app.unit();
+    find("#ruler span").textContent = localised(Number(length.toPrecision(2))) + this.app.unit();
   }
 }
 

@@ -2,7 +2,7 @@
 
 mod collar;
 mod curve;
-mod joined;
+mod given_pairs;
 mod labels;
 mod network;
 mod parts;

@@ -8,7 +8,7 @@ use super::grids::{Attempt, RetryContext};
 use super::problem::{RegionProblem, has_few_edges, refines};
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
-use super::so_far::{LevelEnd, Made, SoFar};
+use super::so_far::{LevelEnd, Made, SoFar, Tried};
 use super::strategy::{Candidate, Ending, Step, next_step};
 use super::{
     base, counterpart, faired, finish_step, level_set, planar, rim_triangles, rounded, seam, sharp,
@@ -67,7 +67,8 @@ fn search(problem: &RegionProblem<'_>) -> RegionPatch {
             retry_context,
             ..
         } = &so_far;
-        let candidate = match next_step(problem.decided, first, &so_far.endings, retry_context) {
+        let endings = so_far.endings();
+        let candidate = match next_step(problem.decided, first, &endings, retry_context) {
             Step::Take(place) => {
                 let (ends, why) = (so_far.crease_ends, so_far.not_continued.clone());
                 let counterpart = so_far.counterpart.take();
@@ -86,12 +87,11 @@ fn search(problem: &RegionProblem<'_>) -> RegionPatch {
         if !(problem.keep_going)() {
             return problem.stopped(so_far.last);
         }
-        let (ending, made) = make(problem, candidate, &mut so_far);
+        let tried = make(problem, candidate, &mut so_far);
         if problem.cancel.is_cancelled() {
             return problem.stopped(so_far.last);
         }
-        so_far.endings.push(ending);
-        so_far.made.push(made);
+        so_far.tried.push(tried);
     }
 }
 
@@ -112,8 +112,7 @@ fn begin<'b>(problem: &RegionProblem<'_>) -> SoFar<'b> {
             None => problem.retry_context(),
             Some(_) => RetryContext::default(),
         },
-        endings: Vec::new(),
-        made: Vec::new(),
+        tried: Vec::new(),
         best_unconverged: None,
         last: RegionReport::default(),
         crease_ends: 0,
@@ -124,11 +123,7 @@ fn begin<'b>(problem: &RegionProblem<'_>) -> SoFar<'b> {
 }
 
 /// Makes a candidate, by the function of its module.
-fn make<'b>(
-    problem: &'b RegionProblem<'_>,
-    candidate: Candidate,
-    so_far: &mut SoFar<'b>,
-) -> (Ending, Made) {
+fn make<'b>(problem: &'b RegionProblem<'_>, candidate: Candidate, so_far: &mut SoFar<'b>) -> Tried {
     let mut level = LevelEnd::default();
     let clock = Instant::now();
     let made = match candidate {
@@ -165,7 +160,7 @@ fn make<'b>(
         level_energy: level.energy,
         is_at_minimum: matches!(&made, Made::Finished(patch) if patch.is_at_minimum()),
     };
-    (ending, made)
+    Tried { ending, made }
 }
 
 /// Milliseconds of one core per unit of cost: one unknown in one step of a level set.
@@ -198,7 +193,7 @@ fn cost(problem: &RegionProblem<'_>, candidate: Candidate, so_far: &SoFar<'_>) -
 /// is reported as that patch.
 fn taken(problem: &RegionProblem<'_>, mut so_far: SoFar<'_>, place: usize) -> RegionPatch {
     let beside = so_far.best_joined().map(|(_, report)| report.clone());
-    match (so_far.made.swap_remove(place), beside) {
+    match (so_far.tried.swap_remove(place).made, beside) {
         (Made::Region(region), _) => region,
         (Made::Finished(patch), Some(report)) => problem.accept(patch, report),
         (Made::Finished(patch), None) => {

@@ -16,10 +16,8 @@ pub(super) struct SoFar<'b> {
     /// The first level-set attempt.
     pub(super) first: Attempt,
     pub(super) retry_context: RetryContext,
-    /// The results of the candidates, in the order in which they were made.
-    pub(super) endings: Vec<Ending>,
-    /// The patches of the candidates, in the same order.
-    pub(super) made: Vec<Made>,
+    /// The candidates, in the order in which they were made.
+    pub(super) tried: Vec<Tried>,
     /// The unconverged level set with the smallest last update.
     pub(super) best_unconverged: Option<Unconverged<'b>>,
     /// The report of the last level set without a patch.
@@ -32,6 +30,14 @@ pub(super) struct SoFar<'b> {
     pub(super) not_continued: Option<NotContinued>,
     /// How the counterpart fits, if there is one.
     pub(super) counterpart: Option<CounterpartReport>,
+}
+
+/// A candidate that was made.
+pub(super) struct Tried {
+    /// The candidate and its result, as the strategy sees them.
+    pub(super) ending: Ending,
+    /// What it produced.
+    pub(super) made: Made,
 }
 
 /// What a candidate produced.
@@ -65,14 +71,18 @@ pub(super) struct Unconverged<'a> {
 impl SoFar<'_> {
     /// The level-set attempts made so far.
     pub(super) fn history(&self) -> Vec<(Attempt, Option<AttemptFailure>)> {
-        history(&self.endings)
+        history(&self.endings())
+    }
+
+    /// The results of the candidates made so far.
+    pub(super) fn endings(&self) -> Vec<Ending> {
+        self.tried.iter().map(|t| t.ending.clone()).collect()
     }
 
     /// The best patch of a level set; the first of equal ones.
     pub(super) fn best_joined(&self) -> Option<(&Patch, &RegionReport)> {
-        let all = self.endings.iter().zip(&self.made);
-        let joined = all.filter_map(|(ending, made)| match made {
-            Made::Joined(patch, report) => Some((ending.quality, patch, report)),
+        let joined = self.tried.iter().filter_map(|t| match &t.made {
+            Made::Joined(patch, report) => Some((t.ending.quality, patch, report)),
             _ => None,
         });
         let best = joined.min_by_key(|(quality, ..)| *quality);

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::cut::{self, Kept};
 use super::gap::{self, Loops};
 use super::half_edge::PatchMesh;
-use super::joined::check_joined;
+use super::manifold_joint::check_joined;
 use super::matching;
 use super::rim::Rims;
 use super::{Patch, StitchError, StitchInput, StitchReport};

@@ -16,7 +16,7 @@ mod cut;
 mod error;
 mod gap;
 mod half_edge;
-mod joined;
+mod manifold_joint;
 mod matching;
 mod measure;
 mod refined;

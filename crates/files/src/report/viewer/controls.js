@@ -8,8 +8,11 @@ export const all = (query) => [...document.querySelectorAll(query)];
 /** Lengths below this fraction of the object's size are rounding errors. */
 const NOTHING = 1e-9;
 
+/** The digits of a number with the decimal mark of the page's language. */
+export const localised = (number) => String(number).replace(".", (0.5).toLocaleString(document.documentElement.lang || "en")[1]);
+
 /** A number with four significant digits; 0 if it is only a rounding error for an object of this size. */
-export const digits = (x, size = 0) => Math.abs(x) <= NOTHING * Math.abs(size) ? "0" : String(Number(x.toPrecision(4)));
+export const digits = (x, size = 0) => Math.abs(x) <= NOTHING * Math.abs(size) ? "0" : localised(Number(x.toPrecision(4)));
 
 /** A number with a noun, in the plural where needed. */
 export const counted = (n, what) => `${n.toLocaleString("en")} ${what}${n === 1 ? "" : "s"}`;
