@@ -104,8 +104,8 @@ def fill_isomend(program, case, options=()):
                 rows[words[0]].append([word.split("/")[0] for word in words[1:4]])
     v, f = np.array(rows["v"], float), np.array(rows["f"], int) - 1
     v[: len(case.v)] = case.v
-    outcomes = {hole["outcome"] for hole in report["holes"]}
-    return v, f, report["seconds"], ", ".join(sorted(outcomes - {"filled"}))
+    outcomes = {hole["closed_by"] or hole["outcome"] for hole in report["holes"]}
+    return v, f, report["seconds"], ", ".join(sorted(outcomes - {"level_set"}))
 
 
 # --- scores ---------------------------------------------------------------------------------------------------------

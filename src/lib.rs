@@ -43,7 +43,7 @@
 //! # Guarantees
 //! - Every vertex and face of the input is kept, bit for bit and in order; new vertices and faces follow them.
 //! - A filled hole is closed by a manifold patch that shares the rim's edges and is oriented like its surroundings.
-//! - Every hole is listed in the [`FillReport`]: filled, triangulated, left or failed, with the reason.
+//! - Every hole is listed in the [`FillReport`]: closed and how, left as asked, or open, with the reason.
 //! - Every run ends, and the result is the same, to the byte, for any number of threads.
 //!
 //! # Limits

@@ -4,10 +4,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use isomend::Unit;
 use isomend::io::Loaded;
 use isomend::job::{Batch, BatchObserver, BatchResult, JobError, JobSpec, Looked, Work};
-use isomend::{Control, Step};
+use isomend::{Control, Unit};
 
 use super::console::{self, Console};
 use super::input;
@@ -78,8 +77,7 @@ impl LookArgs {
             text: String::new(),
             rows: Vec::new(),
         };
-        let progress = |_: &Step| {};
-        let ended = batch.run(&mut printer, &Control::new().progress(&progress));
+        let ended = batch.run(&mut printer, &Control::new());
         let ended = ended.map_err(super::cli_error)?;
         if let Some(text) = &ended.document {
             json::print(text)?;

@@ -126,6 +126,12 @@ fn a_dry_run_reports_what_would_be_filled_and_writes_nothing() {
     ] {
         assert!(said.contains(words), "{said}");
     }
+    let done = desk.run(&["fill", "ball.ply", "--dry-run", "--flat", "2"]);
+    let said = text(&done.stdout);
+    assert!(
+        said.contains("hole 2: would be closed by a flat cap"),
+        "{said}"
+    );
     let done = desk.run(&[
         "fill",
         "ball.ply",

@@ -40,6 +40,7 @@ mod repair_plans;
 mod repair_seams;
 mod repair_solid;
 mod repair_union;
+mod repair_unions;
 mod repair_walls;
 mod repair_worst;
 mod restore;

@@ -3,16 +3,16 @@
 use std::collections::HashSet;
 
 use crate::shapes::{joined, volume};
-use glam::{DMat3, DVec3, EulerRot};
+use glam::DVec3;
 use isomend::{Carried, Control, Mesh, RepairParams, Repaired, Volume, level_surface, repair};
 
 /// Nodes of the lattice along each axis.
 const NODES: usize = 60;
 /// Distance of its nodes.
-const H: f64 = 2.8 / (NODES as f64 - 1.0);
+pub(crate) const H: f64 = 2.8 / (NODES as f64 - 1.0);
 
 /// The surface where a function on the lattice over the cube of half side 1.4 has a level, by marching cubes.
-fn surface(level: f64, value: impl Fn(DVec3) -> f64) -> Mesh {
+pub(crate) fn surface(level: f64, value: impl Fn(DVec3) -> f64) -> Mesh {
     let mut values = Vec::new();
     for k in 0..NODES {
         for j in 0..NODES {
@@ -107,7 +107,7 @@ const BODIES: [(&str, Field, [DVec3; 5]); 4] = [
     ),
 ];
 
-fn made_solid(mesh: &Mesh) -> Repaired {
+pub(crate) fn made_solid(mesh: &Mesh) -> Repaired {
     let params = RepairParams::new().with_solid(true);
     repair(mesh, &params, &Carried::default(), &Control::new()).unwrap()
 }
@@ -202,81 +202,6 @@ fn sound_bodies_cavities_and_vessels_stay() {
         assert_eq!(done.mesh.faces.len(), mesh.faces.len(), "{name}");
         let error = volume(&done.mesh) / volume(&mesh) - 1.0;
         assert!(error.abs() < 1e-9, "{name}: {error}");
-    }
-}
-
-/// The distance to a ball, a brick, a rod or a ring of pseudo-random size and place, turned at random.
-fn part(random: &mut dyn FnMut() -> f64) -> impl Fn(DVec3) -> f64 + use<> {
-    let mut between = |low: f64, high: f64| low + (high - low) * random();
-    let centre = DVec3::new(between(-0.5, 0.5), between(-0.5, 0.5), between(-0.5, 0.5));
-    let angles = [between(0.0, 6.0), between(0.0, 3.0), between(0.0, 6.0)];
-    let turn = DMat3::from_euler(EulerRot::ZXZ, angles[0], angles[1], angles[2]);
-    let kind = between(0.0, 4.0) as usize;
-    let sizes = [between(0.0, 1.0), between(0.0, 1.0), between(0.0, 1.0)];
-    move |p| {
-        let q = turn * (p - centre);
-        let [a, b, c] = sizes;
-        match kind {
-            0 => q.length() - (0.3 + 0.3 * a),
-            1 => {
-                let q = q.abs() - DVec3::new(0.25 + 0.25 * a, 0.25 + 0.25 * b, 0.25 + 0.25 * c);
-                q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
-            }
-            2 => (q.x.hypot(q.y) - (0.18 + 0.12 * a)).max(q.z.abs() - (0.4 + 0.3 * b)),
-            _ => (q.x.hypot(q.y) - (0.35 + 0.2 * a)).hypot(q.z) - (0.14 + 0.06 * b),
-        }
-    }
-}
-
-#[test]
-fn random_unions_become_the_body_that_was_meant() {
-    let mut state = 5u64;
-    let mut random = move || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    };
-    let half = 1.1 * H;
-    let mut bodies = 0;
-    while bodies < 12 {
-        let parts: Vec<_> = (0..2 + bodies % 3).map(|_| part(&mut random)).collect();
-        let body = |p: DVec3| parts.iter().map(|d| d(p)).fold(f64::INFINITY, f64::min);
-        let truth = surface(half, body);
-        let skin = surface(0.0, body);
-        let count = |mesh: &Mesh| {
-            isomend::inspect(mesh)
-                .unwrap()
-                .topology
-                .component_faces
-                .len()
-        };
-        if count(&truth) != 1 || count(&surface(-half, body)) != 1 {
-            continue;
-        }
-        let places: Vec<DVec3> = (0..bodies % 6)
-            .map(|_| skin.positions[(random() * skin.positions.len() as f64) as usize])
-            .collect();
-        let mesh = surface(half, |p| {
-            let pinhole = |c: &DVec3| 3.2 * H - p.distance(*c);
-            places.iter().map(pinhole).fold(body(p).abs(), f64::max)
-        });
-        let done = made_solid(&mesh);
-        let error = volume(&done.mesh) / volume(&truth) - 1.0;
-        assert!(
-            error.abs() < 0.01,
-            "body {bodies} with {} pinholes: {error}",
-            places.len()
-        );
-        assert_eq!(
-            isomend::inspect(&done.mesh).unwrap().holes.len(),
-            0,
-            "body {bodies}"
-        );
-        // The body itself stays.
-        let alone = made_solid(&truth);
-        assert_eq!(alone.mesh.faces, truth.faces, "body {bodies}");
-        bodies += 1;
     }
 }
 

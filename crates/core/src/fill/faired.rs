@@ -84,7 +84,8 @@ impl RegionProblem<'_> {
     /// The faired triangulation of each rim; none where one fails, or where many of their faces intersect: finishing them, which
     /// moves them little, would be in vain.
     fn spanned_each(&self) -> Option<Vec<(Local, Patch)>> {
-        if self.cancel.is_cancelled() || !self.is_finished() {
+        let is_too_long = |h: &&Hole| h.edges > tuning().fill.most_faired_edges;
+        if self.cancel.is_cancelled() || !self.is_finished() || self.holes.iter().any(is_too_long) {
             return None;
         }
         let mut all = Patch::default();

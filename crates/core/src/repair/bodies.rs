@@ -1,8 +1,12 @@
 //! Union of closed bodies that touch or intersect, before anything is cut out.
 
+use std::collections::HashSet;
+
 use super::draft::Draft;
 use super::filling::CAP;
-use super::{Carried, RepairReport, RepairStep, Run, chains, clean, orient, sheets, union};
+use super::{
+    Carried, Edge, RepairReport, RepairStep, Run, border, chains, clean, orient, sheets, union,
+};
 use crate::mend::FillError;
 use crate::tuning::tuning;
 
@@ -74,6 +78,7 @@ impl Run<'_> {
         if self.are_closed()? {
             return self.unite_closed(carried);
         }
+        let open = self.open_edges()?;
         self.cap()?;
         self.report.closing_faces += chains::close(&mut self.draft)?;
         if !self.are_closed()? {
@@ -84,7 +89,21 @@ impl Run<'_> {
         self.unite(&given, carried)?;
         let is_cap: Vec<bool> = self.draft.region.iter().map(|r| *r == CAP).collect();
         self.draft.remove(&is_cap);
+        // A body that passes through a hole that stays open would end at its cap.
+        if self.keeps_holes() && !self.open_edges()?.is_subset(&open) {
+            return Ok(false);
+        }
         self.has_few_left(crossing)
+    }
+
+    /// The boundary edges between vertices of the input, and one for each vertex of the input whose edge ends at a new one.
+    fn open_edges(&self) -> Result<HashSet<Edge>, FillError> {
+        let origins = &self.draft.origins.vertices;
+        let found = border(&*self.draft.inspect()?);
+        let edges = found
+            .iter()
+            .map(|e| [e.0, e.1].map(|v| origins[v as usize]));
+        Ok(edges.map(|[v, w]| (v.min(w), v.max(w))).collect())
     }
 
     /// Unites bodies that are closed, and so tell the solid that is meant. Returns whether most intersections are gone.

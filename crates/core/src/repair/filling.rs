@@ -6,8 +6,8 @@ use super::rim_triangles::push;
 use super::{Edge, RepairStep, Run, caps, chains, choice, edges, inner_sheets, report};
 use crate::fill::FillParams;
 use crate::mend::{FillError, FillReport, Inspection, Watch};
-use crate::mesh::HoleId;
 use crate::mesh::topology::NONE;
+use crate::mesh::{Hole, HoleId};
 use crate::tuning::tuning;
 
 /// The region of triangles that close holes while bodies are united.
@@ -82,12 +82,9 @@ impl Run<'_> {
         self.drop_bad_caps(&caps, regions)
     }
 
-    /// Closes the chosen holes, and outer borders inside other components, by triangles between their rims' vertices, as faces of the
-    /// region [`CAP`].
+    /// Closes the chosen holes and those that stay open, and outer borders inside other components, by triangles between their rims'
+    /// vertices, as faces of the region [`CAP`].
     pub(super) fn cap(&mut self) -> Result<(), FillError> {
-        if !self.params.does(RepairStep::Holes) {
-            return Ok(());
-        }
         let faces: Vec<[u32; 3]> = {
             let mut found = self.draft.take_inspection()?;
             if self.params.borders {
@@ -95,8 +92,14 @@ impl Run<'_> {
             }
             let params = self.filling(&found, Vec::new(), Filling::Chosen)?;
             let regions = found.regions(&params)?;
-            let holes = regions.hole_groups().flatten();
-            holes
+            let chosen: HashSet<HoleId> = regions.hole_groups().flatten().map(|h| h.id).collect();
+            let faces_of = &found.topology.component_faces;
+            let is_kept = |hole: &Hole| {
+                let is_small = faces_of[hole.component as usize] <= tuning().repair.small_faces;
+                self.keeps_holes() && !hole.outer_boundary && !is_small
+            };
+            (found.holes.iter())
+                .filter(|hole| chosen.contains(&hole.id) || is_kept(hole))
                 .filter(|hole| hole.edges <= tuning().repair.capped_edges)
                 .flat_map(|hole| chains::triangulated(&found.mesh.positions, &hole.rim))
                 .collect()
@@ -104,12 +107,23 @@ impl Run<'_> {
         faces
             .into_iter()
             .for_each(|f| push(&mut self.draft, CAP, f));
+        if !self.params.does(RepairStep::Holes) {
+            return Ok(());
+        }
         for rim in inner_sheets::inner_borders(&self.draft)? {
             for f in chains::triangulated(&self.draft.mesh.positions, &rim) {
                 push(&mut self.draft, CAP, f);
             }
         }
         Ok(())
+    }
+
+    /// Whether the caller keeps holes open.
+    pub(super) fn keeps_holes(&self) -> bool {
+        let fill = &self.params.fill;
+        let chooses =
+            fill.holes.is_some() || fill.max_diameter.is_some() || !fill.keep_open.is_empty();
+        chooses || !self.params.does(RepairStep::Holes)
     }
 
     /// The parameters of a fill, with the present numbers of holes. `made` are the holes that the repair made.

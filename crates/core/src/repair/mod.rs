@@ -128,6 +128,7 @@ pub fn repair(
             left: None,
             is_united: false,
             joins: false,
+            cleaned_border: 0,
             compares: false,
             apart: params.fill.apart,
             early: Vec::new(),
@@ -167,6 +168,8 @@ struct Run<'a> {
     is_united: bool,
     /// Whether cleaning joined boundaries.
     joins: bool,
+    /// Number of boundary edges of the cleaned mesh.
+    cleaned_border: usize,
     /// Whether several plans are compared: a fill that fails is one of many.
     compares: bool,
     /// Whether each hole is closed by itself.

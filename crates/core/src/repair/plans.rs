@@ -145,8 +145,8 @@ impl Run<'_> {
         self.joins = self.report.welded_vertices + self.report.stitched_junctions > 0;
         let intersects = self.params.does(RepairStep::Intersections)
             && !self.draft.self_intersections()?.is_empty();
-        let is_open = self.params.does(RepairStep::Holes)
-            && self.draft.inspect()?.topology.boundary.contains(&true);
+        self.cleaned_border = border(&*self.draft.inspect()?).len();
+        let is_open = self.params.does(RepairStep::Holes) && self.cleaned_border > 0;
         let plans = Plan::list(intersects, is_open);
         self.compares = plans.len() > 1;
         let mut search = Search {
@@ -255,9 +255,20 @@ impl Run<'_> {
             _ if self.is_united => Ok(false),
             Plan::UniteCleaned => self.unite_then_fill(false, carried),
             _ if self.leaves_many() => Ok(false),
-            Plan::FillThenClean if !self.joins => Ok(false),
+            Plan::FillThenClean if !self.joins || self.closes_cracks(given)? => Ok(false),
             _ => self.fill_then_unite(plan, given, carried),
         }
+    }
+
+    /// Whether cleaning closed most of the boundary: the mesh was cracked, and a fill before cleaning would close each crack as a hole.
+    /// Called with the mesh as `given`.
+    fn closes_cracks(&self, given: Option<&Given>) -> Result<bool, FillError> {
+        let Some((given, _)) = given else {
+            return Ok(false);
+        };
+        let before = border(&*given.inspect()?).len();
+        let rest = tuning().repair.cracked_rest * before as f64;
+        Ok((self.cleaned_border as f64) < rest)
     }
 
     /// Whether each intersecting face intersects many others on average.

@@ -225,29 +225,40 @@ impl Search<'_> {
 
     /// The shell with the fewest rings of faces that closes some holes; none if there is none. Walls at full depth are tried
     /// first.
+    ///
+    /// Where faces intersect however near the surface they are, they do so below any larger region too: the search ends there.
     fn closed(&mut self, holes: &[&Hole]) -> Option<(f64, FoundShell)> {
         let all = self.budget.parts;
-        let thick = self.rings(holes, true);
+        let mut reached = usize::MAX;
+        let thick = self.rings(holes, true, &mut reached);
         let spent = self.budget.parts;
         if thick.is_some() {
             return thick;
         }
         self.budget.parts = all;
-        let thin = self.rings(holes, false);
+        let thin = self.rings(holes, false, &mut reached);
         self.budget.parts = self.budget.parts.min(spent);
         thin
     }
 
-    /// The same at full depth if `thick`, else just below the surface.
-    fn rings(&mut self, holes: &[&Hole], thick: bool) -> Option<(f64, FoundShell)> {
+    /// The same at full depth if `thick`, else just below the surface. Doubles the number of rings, up to `reached`, until a shell
+    /// closes the holes or the budget is spent. Lowers `reached` to the number of rings at which nothing can be made.
+    fn rings(
+        &mut self,
+        holes: &[&Hole],
+        thick: bool,
+        reached: &mut usize,
+    ) -> Option<(f64, FoundShell)> {
         let rims = edges_of(holes.iter().map(|h| &h.rim[..]));
         let mut region = Region::new(holes);
         let mut left = self.budget.parts.min(tuning().repair.shell_work_each);
         let all = left;
         let mut found = None;
         let mut blocked: Option<Vec<u32>> = None;
-        // Double the number of rings until a shell closes the holes or the budget is spent.
         for rings in (0..).map(|i| 1 << i) {
+            if rings > *reached {
+                break;
+            }
             let grew = region.grow(self.found, &self.around, rings, tuning().repair.shell_faces);
             if !grew || region.faces.len() > tuning().repair.shell_faces.min(left) {
                 break;
@@ -263,7 +274,11 @@ impl Search<'_> {
                     found = Some((edge, shell));
                     break;
                 }
-                Err(_) if thick => {}
+                Err(obstacles) if thick => {
+                    if !obstacles.is_empty() && self.is_blocked(&region.faces, &rims) {
+                        *reached = rings;
+                    }
+                }
                 Err(obstacles) => {
                     if !obstacles.is_empty() && holes.len() == 1 && self.is_all(&region) {
                         self.known_blocked
@@ -281,6 +296,27 @@ impl Search<'_> {
             self.block(holes, &obstacles, false);
         }
         found
+    }
+
+    /// Whether a shell below some faces intersects something however near the surface it is.
+    fn is_blocked(&mut self, faces: &[u32], rims: &HashSet<Edge>) -> bool {
+        let base = ShellBase {
+            found: self.found,
+            around: &self.around,
+            faces,
+            rims,
+            rounding: self.rounding,
+            shape: Shape::Thin,
+            bvh: None,
+        };
+        let first = self.ground.positions().len() as u32;
+        let before = self.ground.mark();
+        let Some(mut shell) = OffsetShell::new(&base, first) else {
+            return false;
+        };
+        let placed = shell.place(&mut self.ground);
+        self.ground.restore(before);
+        placed.is_err_and(|obstacles| !obstacles.is_empty())
     }
 
     /// A shell of the whole component that closes some holes, and its mean edge length; none if there is none. It forms walls or

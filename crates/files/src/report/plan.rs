@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use super::defect_lines;
-use super::text::{chain_lines, joined, ranges};
-use isomend_core::fill::{HoleOutcome, LeftReason};
+use super::text::{chain_lines, joined, ranges, with_article};
+use isomend_core::fill::{Closure, HoleOutcome, LeftReason};
 use isomend_core::mend::{FillPlan, FillReport};
 use isomend_core::mesh::{HoleId, Unit};
 
@@ -13,13 +13,6 @@ use isomend_core::mesh::{HoleId, Unit};
 pub fn plan_lines(plan: &FillPlan, unit: Option<Unit>) -> Vec<String> {
     let mut lines = defect_lines(&plan.defects);
     lines.extend(chain_lines(&plan.open_chains));
-    // Regions without a grid: short rims get smoothed triangles, the others are closed with faces between their rim vertices.
-    let without_grid = plan.regions.iter().filter(|r| r.voxel.is_none());
-    let filled = plan.holes.iter().filter(|h| h.outcome.is_none());
-    let filled: HashSet<HoleId> = filled.map(|h| h.hole.id).collect();
-    let (smooth, simple): (Vec<HoleId>, Vec<HoleId>) = without_grid
-        .flat_map(|r| r.holes.iter().copied())
-        .partition(|id| filled.contains(id));
     for r in &plan.regions {
         if let (Some(voxel), Some([x, y, z])) = (r.voxel, r.dims) {
             lines.push(format!(
@@ -31,14 +24,9 @@ pub fn plan_lines(plan: &FillPlan, unit: Option<Unit>) -> Vec<String> {
             ));
         }
     }
-    for (ids, how) in [
-        (smooth, "filled with smoothed triangles"),
-        (simple, "closed with faces between rim vertices"),
-    ] {
-        if !ids.is_empty() {
-            let noun = if ids.len() == 1 { "hole" } else { "holes" };
-            lines.push(format!("{noun} {}: would be {how}", ranges(&ids)));
-        }
+    for (how, ids) in ways(plan) {
+        let noun = if ids.len() == 1 { "hole" } else { "holes" };
+        lines.push(format!("{noun} {}: would be closed by {how}", ranges(&ids)));
     }
     let left = plan.holes.iter().filter_map(|h| match h.outcome {
         Some(HoleOutcome::Left(why)) => Some((h.hole.id, why)),
@@ -53,6 +41,28 @@ pub fn plan_lines(plan: &FillPlan, unit: Option<Unit>) -> Vec<String> {
     let all = plan.holes.len();
     lines.push(format!("{} of {all} holes would be filled", all - open));
     lines
+}
+
+/// The holes that would be closed without a grid, grouped by how; rims of few edges get smoothed triangles.
+fn ways(plan: &FillPlan) -> Vec<(String, Vec<HoleId>)> {
+    let without_grid = plan.regions.iter().filter(|r| r.voxel.is_none());
+    let own: HashSet<HoleId> = without_grid.flat_map(|r| r.holes.iter().copied()).collect();
+    let mut ways: Vec<(String, Vec<HoleId>)> = Vec::new();
+    for planned in plan.holes.iter().filter(|h| own.contains(&h.hole.id)) {
+        let smoothed = Closure::Faired(None);
+        let how = planned
+            .outcome
+            .as_ref()
+            .map_or(Some(&smoothed), HoleOutcome::closure);
+        let Some(how) = how.map(with_article) else {
+            continue;
+        };
+        match ways.iter_mut().find(|(known, _)| *known == how) {
+            Some((_, ids)) => ids.push(planned.hole.id),
+            None => ways.push((how, vec![planned.hole.id])),
+        }
+    }
+    ways
 }
 
 /// The holes that stay open, grouped by reason.

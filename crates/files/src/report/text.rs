@@ -70,6 +70,17 @@ fn sharp(r: &RegionReport, unit: Option<Unit>) -> String {
     }
 }
 
+/// What closed a hole, to follow `closed by`.
+pub(super) fn with_article(how: &Closure) -> String {
+    let article = match how {
+        Closure::Flat | Closure::Base | Closure::Counterpart => "a ",
+        Closure::OffsetShell(_) => "an ",
+        Closure::LevelSet => "the ",
+        _ => "",
+    };
+    format!("{article}{}", how.name())
+}
+
 /// One line for a region: the surface that closed it, its expected error, its faces, and warnings.
 #[doc(hidden)]
 pub fn region_lines(r: &RegionReport) -> String {
@@ -88,9 +99,7 @@ pub fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
         Some(Closure::LevelSet) => solved(r),
         Some(Closure::Sides) => sharp(r, unit),
         Some(Closure::Counterpart) => counterpart::like(r, unit),
-        Some(how @ (Closure::Flat | Closure::Base)) => format!("closed by a {}", how.name()),
-        Some(how @ Closure::OffsetShell(_)) => format!("closed by an {}", how.name()),
-        Some(how) => format!("closed by {}", how.name()),
+        Some(how) => format!("closed by {}", with_article(how)),
         None => "not closed".to_owned(),
     };
     if let Some(finish) = &r.finish {
@@ -344,7 +353,7 @@ pub fn reason_lines(report: &FillReport) -> Vec<String> {
             continue;
         };
         let what = match &h.outcome {
-            HoleOutcome::Closed(how) => format!("closed by {}", how.name()),
+            HoleOutcome::Closed(how) => format!("closed by {}", with_article(how)),
             open => open.name().to_owned(),
         };
         let place = *places

@@ -27,7 +27,8 @@ pub(super) fn positions(buffers: &mut Buffers<'_>, index: usize) -> Result<Vec<[
         for (value, part) in point.iter_mut().zip(bytes.chunks_exact(component.size())) {
             *value = number(scalar(component), part);
             if let Some(scale) = scale {
-                *value = (*value / scale).max(-1.0);
+                // A normalised number stands for a 32-bit float; a patch that shares it is written as one.
+                *value = f64::from((*value / scale).max(-1.0) as f32);
             }
         }
         point

@@ -439,6 +439,15 @@ fn a_compressed_file_is_read_and_written_without_compression() {
         !text.contains(MESHOPT) && text.contains("KHR_mesh_quantization"),
         "{text}"
     );
+    // A patch, whose positions are 32-bit floats, can share each of these.
+    let normalised = read_alone(
+        &file(|json| json["accessors"][0]["normalized"] = json!(true)),
+        Format::Gltf,
+    )
+    .unwrap();
+    let document_of_floats = normalised.document.as_ref().and_then(|d| d.gltf()).unwrap();
+    let mut local = document_of_floats.blocks[0].local.iter().flatten();
+    assert!(local.all(|x| f64::from(*x as f32) == *x));
     // The compressed bytes are not kept.
     assert_eq!(document.buffers[0].as_ref().unwrap().len(), 0);
     assert_eq!(

@@ -1,0 +1,189 @@
+//! The body that is meant: random unions as solids, as double skins and with cavities; handles, sponges, clothes over bodies.
+
+use crate::repair_solid::{H, made_solid, surface};
+use crate::shapes::{Noise, cube, cut, joined, moved, topology, volume};
+use glam::{DMat3, DVec3, EulerRot};
+use isomend::check::{CheckParams, DefectKind};
+use isomend::{Carried, Control, Mesh, RepairParams, RepairStep, inspect, repair};
+
+/// Half the distance of two skins.
+const HALF: f64 = 1.1 * H;
+
+/// The distance to a ball, a brick, a rod or a ring of pseudo-random size and place, turned at random.
+fn part(noise: &mut Noise) -> impl Fn(DVec3) -> f64 + use<> {
+    let mut between = |low: f64, high: f64| low + 0.5 * (high - low) * (1.0 + noise.next());
+    let centre = DVec3::new(between(-0.5, 0.5), between(-0.5, 0.5), between(-0.5, 0.5));
+    let angles = [between(0.0, 6.0), between(0.0, 3.0), between(0.0, 6.0)];
+    let turn = DMat3::from_euler(EulerRot::ZXZ, angles[0], angles[1], angles[2]);
+    let kind = between(0.0, 4.0) as usize;
+    let sizes = [between(0.0, 1.0), between(0.0, 1.0), between(0.0, 1.0)];
+    move |p| {
+        let q = turn * (p - centre);
+        let [a, b, c] = sizes;
+        match kind {
+            0 => q.length() - (0.3 + 0.3 * a),
+            1 => {
+                let q = q.abs() - DVec3::new(0.25 + 0.25 * a, 0.25 + 0.25 * b, 0.25 + 0.25 * c);
+                q.max(DVec3::ZERO).length() + q.max_element().min(0.0)
+            }
+            2 => (q.x.hypot(q.y) - (0.18 + 0.12 * a)).max(q.z.abs() - (0.4 + 0.3 * b)),
+            _ => (q.x.hypot(q.y) - (0.35 + 0.2 * a)).hypot(q.z) - (0.14 + 0.06 * b),
+        }
+    }
+}
+
+fn components(mesh: &Mesh) -> usize {
+    inspect(mesh).unwrap().topology.component_faces.len()
+}
+
+/// Two skins at a distance on both sides of the zero level of a function, joined by pinholes at some places.
+fn double_skin(body: &dyn Fn(DVec3) -> f64, places: &[DVec3]) -> Mesh {
+    surface(HALF, |p| {
+        let pinhole = |c: &DVec3| 3.2 * H - p.distance(*c);
+        places.iter().map(pinhole).fold(body(p).abs(), f64::max)
+    })
+}
+
+/// Vertices of the zero level of a function, chosen at random.
+fn places(body: &dyn Fn(DVec3) -> f64, count: usize, noise: &mut Noise) -> Vec<DVec3> {
+    let skin = surface(0.0, body).positions;
+    let any = |noise: &mut Noise| (0.5 * (1.0 + noise.next()) * skin.len() as f64) as usize;
+    (0..count).map(|_| skin[any(noise)]).collect()
+}
+
+/// The point where a function is least, of those on a coarse lattice, and its value there.
+fn deepest(body: &dyn Fn(DVec3) -> f64) -> (DVec3, f64) {
+    let axis = || (-12..=12).map(|i| 0.1 * f64::from(i));
+    let points = axis().flat_map(|x| axis().map(move |y| (x, y)));
+    let points = points.flat_map(|(x, y)| axis().map(move |z| DVec3::new(x, y, z)));
+    let values = points.map(|p| (p, body(p)));
+    values.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
+}
+
+/// Asserts that a mesh becomes one closed body of this volume, up to a hundredth.
+fn assert_meant(mesh: &Mesh, truth: f64, what: &str) -> Mesh {
+    let done = made_solid(mesh);
+    let error = volume(&done.mesh) / truth - 1.0;
+    assert!(error.abs() < 0.01, "{what}: {error}");
+    assert_eq!(inspect(&done.mesh).unwrap().holes.len(), 0, "{what}");
+    assert!(done.report.doubt.is_none(), "{what}");
+    assert!(done.report.after.is_none_or(|v| v.is_sound()), "{what}");
+    done.mesh
+}
+
+#[test]
+fn random_unions_become_the_body_that_was_meant() {
+    let mut noise = Noise(5);
+    let (mut bodies, mut hollow) = (0, 0);
+    while bodies < 50 {
+        let parts: Vec<_> = (0..2 + bodies % 3).map(|_| part(&mut noise)).collect();
+        let body = |p: DVec3| parts.iter().map(|d| d(p)).fold(f64::INFINITY, f64::min);
+        let truth = surface(HALF, body);
+        if components(&truth) != 1 || components(&surface(-HALF, body)) != 1 {
+            continue;
+        }
+        let what = format!("body {bodies}");
+        // The body itself stays.
+        let alone = assert_meant(&truth, volume(&truth), &what);
+        assert_eq!(alone.faces, truth.faces, "{what}");
+        // Of its double skin the outer one stays.
+        let places = places(&body, bodies % 6, &mut noise);
+        let mesh = double_skin(&body, &places);
+        let skins = format!("{what} with {} pinholes", places.len());
+        assert_meant(&mesh, volume(&truth), &skins);
+        // A cavity of the body stays.
+        let (centre, depth) = deepest(&body);
+        if depth < -6.0 * H {
+            let with_cavity = |p: DVec3| (body(p) - HALF).max(-0.5 * depth - p.distance(centre));
+            let mesh = surface(0.0, with_cavity);
+            assert_eq!(components(&mesh), 2, "{what}");
+            let kept = assert_meant(&mesh, volume(&mesh), &format!("{what} with a cavity"));
+            assert_eq!(kept.faces.len(), mesh.faces.len(), "{what}");
+            hollow += 1;
+        }
+        bodies += 1;
+    }
+    assert!(hollow > 10, "{hollow}");
+}
+
+#[test]
+fn a_handle_that_runs_back_into_its_body_becomes_one_outer_surface() {
+    // As the neck of a Klein bottle: out of the body at one end, through its wall at the other.
+    let body = |p: DVec3| (p + DVec3::new(0.25, 0.0, 0.0)).length() - 0.6;
+    let handle = |p: DVec3| {
+        let q = p - DVec3::new(0.35, 0.01, 0.02);
+        (q.x.hypot(q.y) - 0.5).hypot(q.z) - 0.17
+    };
+    let hole = DVec3::new(1.02, 0.01, 0.02);
+    let far = DVec3::new(-0.85, 0.0, 0.0);
+    let both = joined(&double_skin(&body, &[far]), &double_skin(&handle, &[hole]));
+    let truth = surface(HALF, |p| body(p).min(handle(p)));
+    let mesh = assert_meant(&both, volume(&truth), "handle");
+    assert_eq!(components(&mesh), 1);
+    assert_eq!(topology(&mesh), topology(&truth));
+}
+
+#[test]
+fn the_double_skin_of_a_sponge_becomes_the_sponge() {
+    // Four channels along each axis run through a cube.
+    let channels = |a: f64, b: f64| 0.2 - (a.abs() - 0.42).hypot(b.abs() - 0.42);
+    let sponge = |p: DVec3| {
+        let cube = p.abs().max_element() - 0.9;
+        let along = [channels(p.x, p.y), channels(p.y, p.z), channels(p.z, p.x)];
+        along.into_iter().fold(cube, f64::max)
+    };
+    let truth = surface(HALF, sponge);
+    assert_eq!(components(&truth), 1);
+    let mut noise = Noise(3);
+    for count in [0, 2, 5] {
+        let places = places(&sponge, count, &mut noise);
+        let mesh = double_skin(&sponge, &places);
+        assert_meant(&mesh, volume(&truth), &format!("{count} pinholes"));
+    }
+}
+
+#[test]
+fn clothes_that_cross_the_body_under_them_become_one_outer_surface() {
+    let body = |p: DVec3| p.length() - 0.8 - 0.04 * (3.0 * p.x).sin() * (4.0 * p.y).cos();
+    for (name, offset, wave) in [("tight", 0.01, 5.0), ("loose", 0.03, 3.0)] {
+        let cloth = |p: DVec3| body(p) - offset - 0.035 * (wave * (p.x + p.z)).sin();
+        let [inner, outer] = [surface(0.0, body), surface(0.0, cloth)];
+        let both = joined(&inner, &outer);
+        let params = RepairParams::new();
+        let done = repair(&both, &params, &Carried::default(), &Control::new()).unwrap();
+        let truth = volume(&surface(0.0, |p| body(p).min(cloth(p))));
+        let error = volume(&done.mesh) / truth - 1.0;
+        assert!(error.abs() < 5e-3, "{name}: {error}");
+        assert!(done.report.after.is_none_or(|v| v.is_sound()), "{name}");
+        assert!(done.report.doubt.is_none(), "{name}");
+        assert_eq!(components(&done.mesh), 1, "{name}");
+    }
+}
+
+/// A cube with a square missing in the side x = -1, and a smaller one that passes through its side x = 1.
+fn cubes_with_a_hole() -> Mesh {
+    let far = |p: DVec3| p.x < -0.99 && p.y.abs() < 0.5 && p.z.abs() < 0.5;
+    let large = cut(&moved(&cube(8), 0.25, DVec3::NEG_ONE), far);
+    joined(&large, &moved(&cube(2), 0.5, DVec3::new(0.6, -0.4, -0.37)))
+}
+
+#[test]
+fn a_body_whose_hole_stays_open_is_united_with_what_it_crosses() {
+    let mesh = cubes_with_a_hole();
+    let keep = RepairParams::new().with_skip([RepairStep::Holes]);
+    let done = repair(&mesh, &keep, &Carried::default(), &Control::new()).unwrap();
+    assert_eq!(done.report.united_bodies, 2);
+    let found = inspect(&done.mesh).unwrap();
+    assert_eq!(found.holes.len(), 1);
+    let after = found.check(&CheckParams::default());
+    assert_eq!(after.count(DefectKind::SelfIntersection), 0);
+    // Closed, it has the volume of the union.
+    let closed = repair(
+        &done.mesh,
+        &RepairParams::new(),
+        &Carried::default(),
+        &Control::new(),
+    );
+    let error = volume(&closed.unwrap().mesh) / (8.0 + 0.6) - 1.0;
+    assert!(error.abs() < 1e-9, "{error}");
+}
