@@ -186,7 +186,7 @@ fn check_patches(mesh: &Mesh, filled: &Mesh, report: &FillReport) {
     }
     let mut rims: HashSet<(u32, u32)> = HashSet::new();
     for hole in &report.holes {
-        if !hole.outcome.closure().is_some() {
+        if hole.outcome.closure().is_none() {
             continue;
         }
         let rim = &hole.hole.rim;
