@@ -62,7 +62,7 @@ pub use inspection::{Checked, Compared, Inspected, Looked, check, compare, inspe
 pub use marks::{Marked, MaskSpec, PaintedColour, parse_face_numbers};
 pub use mended::Mended;
 #[doc(hidden)]
-pub use named::{named_deliverables, named_params, named_work, params_of, schema};
+pub use named::{named_params, named_unit, named_work, params_of, schema};
 pub use outcome::{JobPlan, JobResult, WorkPlan};
 pub use output::Output;
 pub use places::Place;

@@ -19,14 +19,21 @@ pub fn schema(table: &Table) -> Value {
             "description": "The unit of the mesh's coordinates; reports print it with every length.",
         }),
     );
-    properties.insert(
-        TOLERANCE.to_owned(),
-        json!({
-            "type": "number", "exclusiveMinimum": 0,
-            "description": "The largest error allowed, in the mesh's units; reports list each hole whose patch exceeds it.",
-        }),
-    );
+    if has_tolerance(table) {
+        properties.insert(
+            TOLERANCE.to_owned(),
+            json!({
+                "type": "number", "exclusiveMinimum": 0,
+                "description": "The largest error allowed, in the mesh's units; reports list each hole whose patch exceeds it.",
+            }),
+        );
+    }
     json!({ "type": "object", "properties": properties, "additionalProperties": false })
+}
+
+/// Whether a command takes the tolerance: one that makes patches.
+fn has_tolerance(table: &Table) -> bool {
+    matches!(table.command, "fill" | "repair")
 }
 
 /// The schema of one parameter.
