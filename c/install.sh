@@ -22,5 +22,7 @@ fi
 [ -n "$copied" ] || { echo "there are no libraries in $build: cargo build --release --package isomend-c" >&2; exit 1; }
 cp "$here/include/isomend.h" "$prefix/include/"
 cp "$here/cmake/isomendConfig.cmake" "$prefix/lib/cmake/isomend/"
-sed "s|@prefix@|$prefix|; s|@version@|$version|" "$here/isomend.pc.in" > "$prefix/lib/pkgconfig/isomend.pc"
+# No file names the prefix, so that the folder may be moved after a staged installation.
+sed "s|@version@|$version|" "$here/isomend.pc.in" > "$prefix/lib/pkgconfig/isomend.pc"
+sed "s|@version@|$version|" "$here/cmake/isomendConfigVersion.cmake.in" > "$prefix/lib/cmake/isomend/isomendConfigVersion.cmake"
 echo "installed into $prefix:$copied"

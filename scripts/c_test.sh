@@ -19,7 +19,9 @@ has() {
 has "$cc" 'tests of the C interface' || exit 0
 has pkg-config 'tests of the C interface' || exit 0
 
-c/install.sh "$work/prefix" "$build"
+# As a package is made: installed into another folder, whose name has characters that sed and the shell take for their own, and moved.
+c/install.sh "$work/staged & a|b" "$build"
+mv "$work/staged & a|b" "$work/prefix"
 export PKG_CONFIG_PATH=$work/prefix/lib/pkgconfig LD_LIBRARY_PATH=$work/prefix/lib DYLD_LIBRARY_PATH=$work/prefix/lib
 read -ra flags <<< "$(pkg-config --cflags isomend) -std=c11 -D_POSIX_C_SOURCE=200809L -Wall -Wextra -Wconversion -Werror -O1 -g"
 read -ra shared <<< "$(pkg-config --libs isomend)"

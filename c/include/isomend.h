@@ -3,7 +3,8 @@
  * The manual is docs/c.md. A test (tests/house/header.rs) compares this file with the source: names, types and values.
  *
  * Every function may be called from any thread. A mesh may be used by several calls at once; a result belongs to one thread at a
- * time. Functions that return a status set their results only if it is ISOMEND_OK; else isomend_last_error has the reason. */
+ * time. Functions that return a status set their results only if it is ISOMEND_OK; else isomend_last_error has the reason. A pointer to a
+ * result must not be null unless its function allows that. */
 #ifndef ISOMEND_H
 #define ISOMEND_H
 
@@ -84,9 +85,9 @@ isomend_status isomend_repair(const isomend_mesh *mesh, const char *parameters, 
 /* Checks a mesh for defects. is_sound (may be null) is set to the answer, report (may be null) to the report as JSON, which
  * isomend_text_free frees. */
 isomend_status isomend_check(const isomend_mesh *mesh, const char *parameters, const isomend_options *options, bool *is_sound, char **report);
-/* Lists components, holes and defects as JSON, which isomend_text_free frees. */
+/* Lists components, holes and defects: report is set to them as JSON, which isomend_text_free frees. */
 isomend_status isomend_inspect(const isomend_mesh *mesh, const char *parameters, const isomend_options *options, char **report);
-/* The JSON schema of the parameters of "fill", "repair" or "check", which isomend_text_free frees. */
+/* Sets schema to the JSON schema of the parameters of "fill", "repair" or "check", which isomend_text_free frees. */
 isomend_status isomend_parameters(const char *command, char **schema);
 /* Frees a text. */
 void isomend_text_free(char *text);

@@ -10,7 +10,7 @@ use isomend_files::job::{JobError, JobSpec, Mended, Place, named_work};
 use serde_json::{Map, Value};
 
 use crate::mesh::MeshHandle;
-use crate::pointers::{array, parameters, place, value};
+use crate::pointers::{check, check_array, parameters, set, value};
 use crate::questions::{NO_FILE, json_of};
 use crate::run::{RunOptions, run};
 use crate::status::{Failure, Status, guarded};
@@ -69,14 +69,9 @@ unsafe fn mend(
     result: *mut *mut ResultHandle,
 ) -> Status {
     guarded(|| {
+        check(result, "result")?;
         // SAFETY: as the caller promises.
-        let (mesh, given, result) = unsafe {
-            (
-                value(mesh, "mesh")?,
-                parameters(given)?,
-                place(result, "result")?,
-            )
-        };
+        let (mesh, given) = unsafe { (value(mesh, "mesh")?, parameters(given)?) };
         let loaded = mesh.0.clone();
         // SAFETY: as the caller promises.
         let made = unsafe {
@@ -84,7 +79,9 @@ unsafe fn mend(
                 made(command, given, loaded, control)
             })
         }?;
-        *result = Box::into_raw(Box::new(ResultHandle::new(made)?));
+        let handle = Box::into_raw(Box::new(ResultHandle::new(made)?));
+        // SAFETY: it was checked; the caller promises the rest.
+        unsafe { set(result, handle) };
         Ok(())
     })
 }
@@ -197,11 +194,12 @@ pub unsafe extern "C" fn isomend_result_vertices_f32(
             );
             return Err(Failure::new(Status::Argument, what));
         }
-        // SAFETY: as the caller promises. The array may be uninitialised, so that it is written by pointer.
-        unsafe { array(vertices.cast_const(), capacity, "vertices") }?;
+        if capacity > 0 {
+            check_array(vertices, capacity, "vertices")?;
+        }
         for (at, position) in positions.iter().enumerate() {
             let row = position.as_vec3().to_array();
-            // SAFETY: the array is long enough.
+            // SAFETY: the array is long enough. It may be uninitialised, so that it is written by pointer.
             unsafe { vertices.add(3 * at).cast::<[f32; 3]>().write(row) };
         }
         Ok(())

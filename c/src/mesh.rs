@@ -6,7 +6,7 @@ use glam::DVec3;
 use isomend_core::mesh::{Attributes, Mesh};
 use isomend_files::io::{Format, Loaded, Precision};
 
-use crate::pointers::{array, place};
+use crate::pointers::{array, check, set};
 use crate::status::{Failure, Status, guarded};
 
 /// A mesh in memory. Calls share it and do not change it, so that several threads may use it at once.
@@ -26,15 +26,17 @@ pub unsafe extern "C" fn isomend_mesh_f64(
     mesh: *mut *mut MeshHandle,
 ) -> Status {
     guarded(|| {
+        check(mesh, "mesh")?;
         // SAFETY: as the caller promises.
-        let (vertices, faces, mesh) = unsafe {
+        let (vertices, faces) = unsafe {
             (
                 array(vertices, tripled(vertex_count), "vertices")?,
                 array(faces, tripled(face_count), "faces")?,
-                place(mesh, "mesh")?,
             )
         };
-        *mesh = made(vertices.iter().copied(), faces)?;
+        let handle = made(vertices.iter().copied(), faces)?;
+        // SAFETY: it was checked; the caller promises the rest.
+        unsafe { set(mesh, handle) };
         Ok(())
     })
 }
@@ -52,15 +54,17 @@ pub unsafe extern "C" fn isomend_mesh_f32(
     mesh: *mut *mut MeshHandle,
 ) -> Status {
     guarded(|| {
+        check(mesh, "mesh")?;
         // SAFETY: as the caller promises.
-        let (vertices, faces, mesh) = unsafe {
+        let (vertices, faces) = unsafe {
             (
                 array(vertices, tripled(vertex_count), "vertices")?,
                 array(faces, tripled(face_count), "faces")?,
-                place(mesh, "mesh")?,
             )
         };
-        *mesh = made(vertices.iter().map(|x| f64::from(*x)), faces)?;
+        let handle = made(vertices.iter().map(|x| f64::from(*x)), faces)?;
+        // SAFETY: it was checked; the caller promises the rest.
+        unsafe { set(mesh, handle) };
         Ok(())
     })
 }

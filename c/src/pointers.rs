@@ -16,14 +16,36 @@ pub unsafe fn value<'a, T>(at: *const T, name: &str) -> Result<&'a T, Failure> {
     Ok(unsafe { &*at })
 }
 
-/// The place for a result.
+/// The value behind a pointer of the caller; none for a null pointer.
 ///
 /// # Safety
-/// The pointer is null, or points to memory that the caller lets be written while the reference is used.
-pub unsafe fn place<'a, T>(at: *mut T, name: &str) -> Result<&'a mut T, Failure> {
-    check(at.cast_const(), name)?;
-    // SAFETY: as for `value`.
-    Ok(unsafe { &mut *at })
+/// As for [`value`].
+pub unsafe fn optional<'a, T>(at: *const T, name: &str) -> Result<Option<&'a T>, Failure> {
+    match at.is_null() {
+        true => Ok(None),
+        // SAFETY: as the caller promises.
+        false => unsafe { value(at, name) }.map(Some),
+    }
+}
+
+/// Refuses the pointer to a result that is misaligned; a null pointer means that the result is not wanted. It is called before the work, so
+/// that no result is set if one of the pointers is wrong.
+pub fn check_optional<T>(at: *mut T, name: &str) -> Result<(), Failure> {
+    match at.is_null() {
+        true => Ok(()),
+        false => check(at, name),
+    }
+}
+
+/// Sets a result; nothing is done for a null pointer. The memory may be uninitialised, so that no reference to it is made.
+///
+/// # Safety
+/// The pointer is null, or is aligned and points to memory that may be written.
+pub unsafe fn set<T>(at: *mut T, result: T) {
+    if !at.is_null() {
+        // SAFETY: as the caller promises.
+        unsafe { at.write(result) };
+    }
 }
 
 /// An array of the caller.
@@ -34,11 +56,7 @@ pub unsafe fn array<'a, T>(at: *const T, count: usize, name: &str) -> Result<&'a
     if count == 0 {
         return Ok(&[]);
     }
-    check(at, name)?;
-    if count > isize::MAX as usize / size_of::<T>().max(1) {
-        let what = format!("{name}: {count} elements are more than memory can hold");
-        return Err(Failure::new(Status::Argument, what));
-    }
+    check_array(at, count, name)?;
     // SAFETY: it is neither null nor misaligned, and not longer than an object can be; the caller promises the rest.
     Ok(unsafe { std::slice::from_raw_parts(at, count) })
 }
@@ -79,8 +97,18 @@ pub unsafe extern "C" fn isomend_text_free(text: *mut c_char) {
     }
 }
 
+/// Refuses null and misaligned pointers, and arrays that are longer than an object can be.
+pub fn check_array<T>(at: *const T, count: usize, name: &str) -> Result<(), Failure> {
+    check(at, name)?;
+    if count > isize::MAX as usize / size_of::<T>().max(1) {
+        let what = format!("{name}: {count} elements are more than memory can hold");
+        return Err(Failure::new(Status::Argument, what));
+    }
+    Ok(())
+}
+
 /// Refuses null and misaligned pointers.
-fn check<T>(at: *const T, name: &str) -> Result<(), Failure> {
+pub fn check<T>(at: *const T, name: &str) -> Result<(), Failure> {
     let what = match () {
         () if at.is_null() => format!("{name} is a null pointer"),
         () if !at.is_aligned() => format!("{name} is not aligned to {} bytes", align_of::<T>()),

@@ -6,12 +6,12 @@ use isomend_core::check::CheckParams;
 use isomend_core::mend::Control;
 use isomend_core::parameters::Table;
 use isomend_files::job::{
-    self, Drawings, JobError, Place, Source, named_deliverables, named_params, schema,
+    self, Drawings, JobError, Place, Source, named_params, named_unit, schema,
 };
 use serde::Serialize;
 
 use crate::mesh::MeshHandle;
-use crate::pointers::{given_away, parameters, place, value};
+use crate::pointers::{check, check_optional, given_away, parameters, set, value};
 use crate::run::{RunOptions, run};
 use crate::status::{Failure, Status, guarded, text};
 
@@ -32,31 +32,35 @@ pub unsafe extern "C" fn isomend_check(
     report: *mut *mut c_char,
 ) -> Status {
     guarded(|| {
+        check_optional(is_sound, "is_sound")?;
+        check_optional(report, "report")?;
         // SAFETY: as the caller promises.
         let (mesh, mut given) = unsafe { (value(mesh, "mesh")?, self::parameters(parameters)?) };
         let loaded = mesh.0.clone();
-        let work = move |_: &Control| {
-            let unit = named_deliverables(&mut given)?.unit;
+        let work = move |control: &Control| {
+            let unit = named_unit(&mut given)?;
             let params: CheckParams = named_params(Table::CHECK, &given)?;
             let source = Source::from(Place::memory(NO_FILE));
-            let checked = job::check(&source, &loaded, &params, unit, &Drawings::default())?;
+            let drawings = Drawings::default();
+            let checked = job::check(&source, &loaded, &params, unit, &drawings, control)?;
             Ok((checked.verdict.is_sound(), json_of(&checked.document())))
         };
         // SAFETY: as the caller promises.
         let (answer, document) = unsafe { run(options, work) }?;
-        if !is_sound.is_null() {
-            // SAFETY: as the caller promises.
-            *unsafe { place(is_sound, "is_sound") }? = answer;
+        let document = document?;
+        // SAFETY: they were checked; the caller promises the rest.
+        unsafe {
+            set(is_sound, answer);
+            give(document, report);
         }
-        // SAFETY: as the caller promises.
-        unsafe { give(document?, report) }
+        Ok(())
     })
 }
 
 /// Lists the components, the holes and the defects of a mesh. `report` is set to the report as JSON.
 ///
 /// # Safety
-/// As for `isomend_check`.
+/// The mesh has not been freed, `parameters` is null or a text, `options` is null or valid, `report` can be written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn isomend_inspect(
     mesh: *const MeshHandle,
@@ -65,23 +69,26 @@ pub unsafe extern "C" fn isomend_inspect(
     report: *mut *mut c_char,
 ) -> Status {
     guarded(|| {
+        check(report, "report")?;
         // SAFETY: as the caller promises.
         let (mesh, mut given) = unsafe { (value(mesh, "mesh")?, self::parameters(parameters)?) };
         let loaded = mesh.0.clone();
-        let work = move |_: &Control| {
-            let unit = named_deliverables(&mut given)?.unit;
+        let work = move |control: &Control| {
+            let unit = named_unit(&mut given)?;
             if let Some(name) = given.keys().next() {
                 let what = format!("inspect has no parameter '{name}'; it has unit");
                 return Err(JobError::Named { what });
             }
             let source = Source::from(Place::memory(NO_FILE));
-            let inspected = job::inspect(&source, &loaded, None, unit, &Drawings::default())?;
+            let drawings = Drawings::default();
+            let inspected = job::inspect(&source, &loaded, None, unit, &drawings, control)?;
             Ok(json_of(&inspected.document()))
         };
         // SAFETY: as the caller promises.
-        let document = unsafe { run(options, work) }?;
-        // SAFETY: as the caller promises.
-        unsafe { give(document?, report) }
+        let document = unsafe { run(options, work) }??;
+        // SAFETY: it was checked; the caller promises the rest.
+        unsafe { give(document, report) };
+        Ok(())
     })
 }
 
@@ -95,8 +102,10 @@ pub unsafe extern "C" fn isomend_parameters(
     schema: *mut *mut c_char,
 ) -> Status {
     guarded(|| {
-        // SAFETY: as the caller promises.
-        let command = unsafe { CStr::from_ptr(value(command, "command")?) };
+        check(command, "command")?;
+        check(schema, "schema")?;
+        // SAFETY: it is not null; the caller promises the rest.
+        let command = unsafe { CStr::from_ptr(command) };
         let known = [Table::FILL, Table::REPAIR, Table::CHECK];
         let table = known
             .iter()
@@ -105,8 +114,10 @@ pub unsafe extern "C" fn isomend_parameters(
             let what = format!("there is no command {command:?}: take fill, repair or check");
             Failure::new(Status::Parameter, what)
         })?;
-        // SAFETY: as the caller promises.
-        unsafe { give(json_of(&self::schema(table))?, schema) }
+        let document = json_of(&self::schema(table))?;
+        // SAFETY: it was checked; the caller promises the rest.
+        unsafe { give(document, schema) };
+        Ok(())
     })
 }
 
@@ -119,11 +130,10 @@ pub fn json_of(document: &impl Serialize) -> Result<CString, Failure> {
 /// Gives a text to the caller; nothing is done for a null pointer.
 ///
 /// # Safety
-/// The pointer is null, or can be written.
-unsafe fn give(text: CString, to: *mut *mut c_char) -> Result<(), Failure> {
+/// As for [`set`].
+unsafe fn give(text: CString, to: *mut *mut c_char) {
     if !to.is_null() {
         // SAFETY: as the caller promises.
-        *unsafe { place(to, "the place for the text") }? = given_away(text);
+        unsafe { set(to, given_away(text)) };
     }
-    Ok(())
 }

@@ -9,6 +9,7 @@ use isomend_core::cancel::Cancel;
 use isomend_core::mend::{Control, FillError, Step};
 use isomend_files::job::JobError;
 
+use crate::pointers::optional;
 use crate::status::{Failure, Status};
 
 /// Time between two looks of the calling thread at the work. It bounds how often the progress function is called, and how late a
@@ -74,7 +75,8 @@ pub unsafe extern "C" fn isomend_cancel_free(cancel: *mut CancelHandle) {
 type Progress = Arc<Mutex<Option<(f64, usize, usize)>>>;
 
 /// Does work in a thread of its own, while the calling thread reports progress and looks for a cancellation. The work owns its data: a
-/// call that was stopped need not wait for the thread, which ends by itself when it next checks its token.
+/// call that was stopped need not wait for the thread, which ends by itself when it next checks its token; a check or an inspection does
+/// so between its stages only.
 ///
 /// # Safety
 /// The pointer is null, or points to options whose token has not been freed.
@@ -83,9 +85,12 @@ pub unsafe fn run<T: Send + 'static>(
     work: impl FnOnce(&Control) -> Result<T, JobError> + Send + 'static,
 ) -> Result<T, Failure> {
     // SAFETY: as the caller promises.
-    let options = unsafe { options.as_ref() };
-    // SAFETY: as the caller promises.
-    let stop = options.and_then(|o| unsafe { o.cancel.as_ref() });
+    let options = unsafe { optional(options, "options") }?;
+    let stop = match options {
+        // SAFETY: as the caller promises.
+        Some(options) => unsafe { optional(options.cancel, "options.cancel") }?,
+        None => None,
+    };
     let threads = options.map_or(0, |o| o.threads as usize);
     Control::new()
         .threads(threads)

@@ -84,7 +84,8 @@ pub fn guarded(body: impl FnOnce() -> Result<(), Failure>) -> Status {
     match done.unwrap_or_else(|_| Err(Failure::internal())) {
         Ok(()) => Status::Ok,
         Err(Failure { status, message }) => {
-            LAST.with_borrow_mut(|last| *last = text(message));
+            // Destructors of a thread's own data may call when the message is destroyed already; it is then not kept.
+            let _ = LAST.try_with(|last| last.replace(text(message)));
             status
         }
     }
@@ -96,8 +97,10 @@ pub fn text(mut text: String) -> CString {
     CString::new(text).unwrap_or_default()
 }
 
-/// The message of the last call of this thread that failed; empty if none did. It is valid until the next call that fails.
+/// The message of the last call of this thread that failed; empty if none did, and while the thread's own data are destroyed at its end.
+/// It is valid until the next call that fails.
 #[unsafe(no_mangle)]
 pub extern "C" fn isomend_last_error() -> *const c_char {
-    LAST.with_borrow(|last| last.as_ptr())
+    let last = LAST.try_with(|last| last.borrow().as_ptr());
+    last.unwrap_or(c"".as_ptr())
 }

@@ -107,6 +107,8 @@ static void questions(void)
     HOLDS(!is_sound && report && strstr(report, "\"mm\""));
     isomend_text_free(report);
     HOLDS(isomend_check(mesh, NULL, NULL, NULL, NULL) == ISOMEND_OK);
+    is_sound = true;
+    HOLDS(isomend_check(mesh, NULL, NULL, &is_sound, NULL) == ISOMEND_OK && !is_sound);
     HOLDS(isomend_inspect(mesh, NULL, NULL, &report) == ISOMEND_OK && strstr(report, "\"holes\":"));
     isomend_text_free(report);
     HOLDS(isomend_parameters("repair", &report) == ISOMEND_OK && strstr(report, "\"solid\":"));
@@ -125,6 +127,26 @@ static void questions(void)
         if (!strstr(isomend_last_error(), part))                                             \
             fprintf(stderr, "no \"%s\" in: %s\n", part, isomend_last_error()), failures++; \
     } while (0)
+
+/* Misaligned pointers are refused before the work, and nothing is set. */
+static void misaligned(const isomend_mesh *mesh)
+{
+    bool is_sound = true;
+    char *texts[2] = {NULL, NULL};
+    char **text = (char **)((char *)texts + 1);
+    FAILS(isomend_check(mesh, NULL, NULL, &is_sound, text), ISOMEND_ARGUMENT, "report is not aligned");
+    FAILS(isomend_inspect(mesh, NULL, NULL, text), ISOMEND_ARGUMENT, "report is not aligned");
+    FAILS(isomend_parameters("fill", text), ISOMEND_ARGUMENT, "schema is not aligned");
+    FAILS(isomend_fill(mesh, NULL, NULL, (isomend_result **)text), ISOMEND_ARGUMENT, "result is not aligned");
+    HOLDS(is_sound && !texts[0] && !texts[1]);
+    isomend_options options[2] = {{0}, {0}};
+    const isomend_options *shifted = (const isomend_options *)((const char *)options + 1);
+    FAILS(isomend_check(mesh, NULL, shifted, &is_sound, NULL), ISOMEND_ARGUMENT, "options is not aligned");
+    isomend_cancel *cancel = isomend_cancel_new();
+    options[0].cancel = (const isomend_cancel *)((const char *)cancel + 1);
+    FAILS(isomend_check(mesh, NULL, options, &is_sound, NULL), ISOMEND_ARGUMENT, "options.cancel is not aligned");
+    isomend_cancel_free(cancel);
+}
 
 static void wrong_arguments(void)
 {
@@ -161,6 +183,11 @@ static void wrong_arguments(void)
     FAILS(isomend_inspect(mesh, "{\"voxel\": 1}", NULL, &text), ISOMEND_PARAMETER, "inspect has no parameter 'voxel'");
     FAILS(isomend_parameters("study", &text), ISOMEND_PARAMETER, "take fill, repair or check");
     FAILS(isomend_parameters(NULL, &text), ISOMEND_ARGUMENT, "command is a null pointer");
+    FAILS(isomend_parameters("fill", NULL), ISOMEND_ARGUMENT, "schema is a null pointer");
+    FAILS(isomend_inspect(mesh, NULL, NULL, NULL), ISOMEND_ARGUMENT, "report is a null pointer");
+    FAILS(isomend_check(mesh, "{\"tolerance\": 1}", NULL, NULL, &text), ISOMEND_PARAMETER, "check has no parameter 'tolerance'");
+    FAILS(isomend_inspect(mesh, "{\"tolerance\": 1}", NULL, &text), ISOMEND_PARAMETER, "inspect has no parameter 'tolerance'");
+    misaligned(mesh);
     isomend_options options = {.threads = 100000};
     FAILS(isomend_fill(mesh, NULL, &options, &result), ISOMEND_PARAMETER, "100000 threads");
     HOLDS(result == NULL && text == NULL);
@@ -249,6 +276,31 @@ struct shared {
     size_t faces;
 };
 
+/* Fails when the thread's own data are destroyed. */
+static void fails_at_the_end(void *schema)
+{
+    HOLDS(isomend_parameters("study", schema) == ISOMEND_PARAMETER);
+    HOLDS(isomend_last_error() != NULL);
+}
+
+static void *fail_first(void *key)
+{
+    static char *schema = NULL;
+    pthread_setspecific(*(pthread_key_t *)key, &schema);
+    HOLDS(isomend_parameters("study", &schema) == ISOMEND_PARAMETER);
+    return NULL;
+}
+
+static void destructors(void)
+{
+    pthread_key_t key;
+    pthread_t thread;
+    HOLDS(pthread_key_create(&key, fails_at_the_end) == 0);
+    pthread_create(&thread, NULL, fail_first, &key);
+    pthread_join(thread, NULL);
+    pthread_key_delete(key);
+}
+
 static void *fill_shared(void *given)
 {
     struct shared *shared = given;
@@ -281,6 +333,7 @@ int main(int count, char **arguments)
     questions();
     wrong_arguments();
     shared_by_threads();
+    destructors();
     progress();
     cancellation(factor);
     if (failures)

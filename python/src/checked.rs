@@ -49,9 +49,10 @@ pub fn check(
     let params: CheckParams =
         serde_json::from_str(params).map_err(|e| Failure::parameter(e.to_string()))?;
     let (source, loaded) = (model.source().clone(), model.loaded().clone());
-    worker::run(py, threads, None, move |_| {
+    worker::run(py, threads, None, move |control| {
         let read = Source::from(source.clone());
-        let checked = job::check(&read, &loaded, &params, None, &Drawings::default())?;
+        let drawings = Drawings::default();
+        let checked = job::check(&read, &loaded, &params, None, &drawings, control)?;
         let document = json_of(&checked.document())?;
         let verdict = checked.verdict;
         Ok(Checked(Arc::new(Inner {

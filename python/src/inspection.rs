@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use isomend::io::Loaded;
 use isomend::job::{self, Drawings, Place, Source, Unchanged};
-use isomend::{CreaseEnd, Inspection, RegionPatch, RegionTask};
+use isomend::{Control, CreaseEnd, Inspection, RegionPatch, RegionTask};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -29,9 +29,9 @@ pub struct Found {
 
 impl Found {
     /// Inspects a mesh.
-    pub fn new(loaded: Arc<Loaded>, source: Place) -> Result<Self, Failure> {
+    pub fn new(loaded: Arc<Loaded>, source: Place, control: &Control) -> Result<Self, Failure> {
         let read = Source::mesh(source.clone(), loaded.clone());
-        let inspected = job::inspect(&read, &loaded, None, None, &Drawings::default())?;
+        let inspected = job::inspect(&read, &loaded, None, None, &Drawings::default(), control)?;
         let document = json_of(&inspected.document())?;
         let crease_ends = Arc::new(inspected.crease_ends);
         let found = Arc::new(inspected.found.into_owned());

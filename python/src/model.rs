@@ -177,7 +177,9 @@ impl Model {
     fn inspect(&self, py: Python<'_>) -> PyResult<Found> {
         let loaded = self.loaded.clone();
         let place = self.source.clone();
-        worker::run(py, None, None, move |_| Found::new(loaded, place))
+        worker::run(py, None, None, move |control| {
+            Found::new(loaded, place, control)
+        })
     }
 
     /// What the work would do (a dry run), as JSON.

@@ -56,3 +56,14 @@ def test_sound_meshes_pass_and_exclusions_and_options_are_kept(repository):
     assert done.returncode == 1 and "1 of 1" in table
     assert run(repository, FILES="parts/*.stl", OPTIONS="--nothing")[0].returncode == 2
     assert run(repository, FILES="none/*.ply")[0].returncode == 2
+
+
+def test_names_of_files_are_escaped_in_workflow_commands(repository):
+    name = "parts/50%,a:b::error file=x::y\nz.ply"
+    (repository / "parts/open.ply").rename(repository / name)
+    done, table, _ = run(repository, FILES="parts/50*.ply")
+    assert done.returncode == 1, done.stderr
+    errors = [line for line in done.stdout.splitlines() if line.startswith("::")]
+    assert len(errors) == 1 and len(done.stdout.splitlines()) == 1, done.stdout
+    assert errors[0].startswith("::error file=parts/50%25%2Ca%3Ab%3A%3Aerror file=x%3A%3Ay%0Az.ply::"), errors
+    assert len(table.splitlines()) == 5

@@ -2,6 +2,7 @@
 
 import csv
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -13,7 +14,9 @@ import shapes
 import isomend
 from isomend import fleet
 from isomend.fleet._inputs import Shard, items
-from isomend.fleet._manifest import manifests, rows
+from isomend.fleet import _pools
+from isomend.fleet._manifest import FOLDER, Manifest, manifests, rows
+from isomend.fleet._summary import last_rows
 
 
 @pytest.fixture
@@ -114,3 +117,84 @@ def test_a_stopped_shard_leaves_no_process_and_is_resumed(tmp_path):
             continue
         assert not all(word in line for word in words), line
     assert fleet.run([scans], output, shard=(1, 1)).done == 3
+
+
+def test_of_the_rows_of_several_manifests_the_last_one_counts(tmp_path):
+    def row(outcome, digit):
+        return {"input": "a.ply", "output": "a.ply", "state": [1, digit], "content": f"{digit}" * 32, "outcome": outcome}
+
+    # The names of the manifests are in the order opposite to the times of their rows.
+    written = [("-2-of-2", row("done", 1)), ("-1-of-2", row("failed", 2)), ("-1-of-1", row("same", 3))]
+    for number, (suffix, added) in enumerate(written):
+        manifest = Manifest(tmp_path, "settings", False, suffix)
+        manifest.add(added)
+        manifest.close()
+        manifest = Manifest(tmp_path, "settings", False, "-1-of-9")
+        assert [manifest.is_done("a.ply", (1, digit)) for digit in (1, 2, 3)] == [digit == number + 1 for digit in (1, 2, 3)]
+        manifest.close()
+        outcomes = [last["outcome"] for last in last_rows(tmp_path)]
+        assert outcomes == ["done" if number == 0 else "failed"]
+    # A retry leaves alone what is the same as before, and takes what failed.
+    manifest = Manifest(tmp_path, "settings", True)
+    assert manifest.is_done("a.ply", (1, 3))
+    manifest.add(row("failed", 4))
+    manifest.close()
+    manifest = Manifest(tmp_path, "settings", True)
+    assert not manifest.is_done("a.ply", (1, 4))
+    manifest.close()
+
+
+def test_the_folder_of_a_run_is_removed_while_its_lock_is_held(scans, tmp_path, monkeypatch):
+    output, removed = tmp_path / "out", []
+    remove = shutil.rmtree
+
+    def watched(path, **options):
+        if os.path.basename(path).startswith("work"):
+            removed.append(path)
+            with pytest.raises(isomend.IsomendError, match="another fleet"):
+                Manifest(output, "settings", False, "-1-of-1")
+        remove(path, **options)
+
+    monkeypatch.setattr(shutil, "rmtree", watched)
+    fleet.run([scans], output, shard=(1, 1), workers=1)
+    assert len(removed) == 2 and not (output / FOLDER / "work-1-of-1").exists()
+
+
+def test_a_folder_without_locks_is_named(tmp_path, monkeypatch):
+    def refuse(*_):
+        raise OSError(37, "No locks available")
+
+    monkeypatch.setattr("fcntl.flock", refuse)
+    with pytest.raises(isomend.IsomendError, match="cannot be locked .*No locks available"):
+        Manifest(tmp_path, "settings", False)
+
+
+def test_names_that_are_not_utf8_are_kept(scans, tmp_path):
+    name = os.fsdecode(b"a\xff.ply")
+    try:
+        (scans / "4.ply").rename(scans / name)
+    except OSError:
+        pytest.skip("the file system has only names in UTF-8")
+    for earlier in (0, 9):
+        state = fleet.run([scans], tmp_path / "out", shard=(1, 1), workers=2)
+        assert (state.earlier, state.outcomes["done"]) == (earlier, 9 - earlier)
+    assert (tmp_path / "out" / name).exists()
+    text = (tmp_path / "out/summary.csv").read_bytes()
+    assert b"a\xff.ply,done" in text
+    listed = tmp_path / "list.txt"
+    listed.write_bytes(os.fsencode(scans / name))
+    assert fleet.run([f"@{listed}"], tmp_path / "out", shard=(1, 1)).earlier == 1
+
+
+def test_an_unexpected_fault_is_the_outcome_of_its_mesh(scans, tmp_path, monkeypatch):
+    def faulty(path, *others):
+        if path.endswith("4.ply"):
+            raise ValueError("a fault")
+        return mend(path, *others)
+
+    mend = _pools.mend
+    monkeypatch.setattr(_pools, "mend", faulty)
+    state = fleet.run([scans], tmp_path / "out", shard=(1, 1), workers=2)
+    assert state.outcomes == {"done": 8, "crashed": 1}
+    (row,) = [row for row in summary(tmp_path / "out") if row["outcome"] == "crashed"]
+    assert row["output"] == "4.ply" and row["error"] == "ValueError: a fault"

@@ -45,6 +45,11 @@ def cell(text):
     return " ".join(str(text).split()).replace("\\", "\\\\").replace("|", "\\|").replace("<", "&lt;")
 
 
+def escaped(text, more=""):
+    """A text in a workflow command, with further characters to escape."""
+    return "".join(f"%{ord(c):02X}" if c in "%\r\n" + more else c for c in text)
+
+
 def row(document):
     """A row of the table: name, faces, components, verdict."""
     name = f"`{cell(document['input']['path'])}`"
@@ -81,7 +86,7 @@ def main():
         print(table, end="")
     for document in unsound:
         what = document.get("error") or ", ".join(document["reasons"])
-        print(f"::error file={document['input']['path']}::{' '.join(what.split())}")
+        print(f"::error file={escaped(document['input']['path'], ':,')}::{escaped(' '.join(what.split()))}")
     return 1 if unsound else 0
 
 

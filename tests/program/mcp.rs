@@ -108,16 +108,18 @@ impl Client {
 fn a_client_is_greeted_and_finds_the_tools_with_their_schemas() {
     let desk = Desk::new();
     let mut client = Client::new(&desk, &[]);
-    let begin = json!({ "protocolVersion": "2025-03-26", "capabilities": {}, "clientInfo": { "name": "t", "version": "1" } });
+    let begin = json!({ "protocolVersion": "2024-11-05", "capabilities": {}, "clientInfo": { "name": "t", "version": "1" } });
     let greeting = client.ask("initialize", begin)["result"].clone();
-    assert_eq!(greeting["protocolVersion"], "2025-03-26");
+    assert_eq!(greeting["protocolVersion"], "2024-11-05");
     assert_eq!(greeting["serverInfo"]["name"], "isomend");
     assert!(greeting["capabilities"]["tools"].is_object());
     client.send(r#"{"jsonrpc":"2.0","method":"notifications/initialized"}"#);
     assert_eq!(client.ask("ping", json!({}))["result"], json!({}));
-    let unknown = client.ask("initialize", json!({ "protocolVersion": "1999-01-01" }));
-    assert_eq!(unknown["result"]["protocolVersion"], "2025-06-18");
-    let tools = client.ask("tools/list", json!({}))["result"]["tools"].clone();
+    for unknown in ["1999-01-01", "2025-03-26"] {
+        let answer = client.ask("initialize", json!({ "protocolVersion": unknown }));
+        assert_eq!(answer["result"]["protocolVersion"], "2025-06-18");
+    }
+    let tools = client.ask("tools/list", Value::Null)["result"]["tools"].clone();
     let names: Vec<&str> = (tools.as_array().unwrap().iter())
         .map(|tool| tool["name"].as_str().unwrap())
         .collect();
@@ -126,6 +128,14 @@ fn a_client_is_greeted_and_finds_the_tools_with_their_schemas() {
     assert_eq!(fill["required"], json!(["path"]));
     assert_eq!(fill["properties"]["max_diameter"]["exclusiveMinimum"], 0.0);
     assert!(fill["properties"]["output"].is_object());
+    let has_tolerance = |tool: &Value| !tool["inputSchema"]["properties"]["tolerance"].is_null();
+    let with_tolerance: Vec<bool> = tools
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(has_tolerance)
+        .collect();
+    assert_eq!(with_tolerance, [false, false, true, true]);
     assert_eq!(client.end(), (Some(0), Vec::new()));
     let mut client = Client::new(&desk, &["--read-only"]);
     let tools = client.ask("tools/list", json!({}))["result"]["tools"].clone();
@@ -204,8 +214,22 @@ fn wrong_messages_get_errors_and_end_nothing() {
     client.send("");
     client.send(r#"{"jsonrpc":"2.0","method":"notifications/unknown"}"#);
     client.send(r#"{"jsonrpc":"2.0","id":5,"result":{}}"#);
+    client.send(r#"{"jsonrpc":"2.0","method":"notifications/cancelled"}"#);
+    client.send(r#"{"jsonrpc":"2.0","method":"notifications/cancelled","params":{}}"#);
+    client.send(r#"{"jsonrpc":"2.0","method":"notifications/cancelled","params":null}"#);
     for (tool, arguments, part) in [
         ("check", json!({}), "\"path\" is missing"),
+        ("check", Value::Null, "\"path\" is missing"),
+        (
+            "check",
+            json!({ "path": "ball.ply", "tolerance": 0.1 }),
+            "check has no parameter 'tolerance'",
+        ),
+        (
+            "inspect",
+            json!({ "path": "ball.ply", "tolerance": 0.1 }),
+            "inspect has no parameter 'tolerance'",
+        ),
         ("check", json!({ "path": 1 }), "path must be a text"),
         (
             "check",
@@ -292,20 +316,57 @@ fn nothing_outside_the_folder_is_read_or_written() {
     assert!(desk.path("in/a.ply").exists());
 }
 
-#[test]
-fn a_call_is_stopped_by_the_client_and_reports_its_progress() {
-    let desk = Desk::new();
-    // Many holes in a fine sphere: seconds of work.
+/// Many holes in a fine sphere: seconds of work.
+fn save_many_holes(desk: &Desk) {
     let fine = sphere(160);
     let holes = cut(&fine, |p| {
         p.x.abs() < 0.97 && (9.0 * p.x).sin() * (9.0 * p.y).sin() * (9.0 * p.z).cos() > 0.5
     });
     desk.save("many.ply", &holes, Format::Ply);
-    let mut client = Client::new(&desk, &["--threads", "1"]);
-    let request = json!({
+}
+
+/// A fill of many.ply to made.ply that reports its progress.
+fn long_request() -> Value {
+    json!({
         "jsonrpc": "2.0", "id": "long", "method": "tools/call",
         "params": { "name": "fill", "arguments": { "path": "many.ply", "output": "made.ply" }, "_meta": { "progressToken": "t" } },
-    });
+    })
+}
+
+#[cfg(unix)]
+#[test]
+fn what_was_made_in_place_of_the_output_meanwhile_is_kept() {
+    let outside = Desk::new();
+    let desk = Desk::new();
+    save_many_holes(&desk);
+    let made = desk.path("made.ply");
+    let mut client = Client::new(&desk, &["--threads", "1"]);
+    for (is_link, part) in [(false, "exists already"), (true, "is a link")] {
+        client.send(&long_request().to_string());
+        assert_eq!(client.message()["method"], "notifications/progress");
+        match is_link {
+            false => std::fs::write(&made, "not to be replaced").unwrap(),
+            true => std::os::unix::fs::symlink(outside.path("new.ply"), &made).unwrap(),
+        }
+        let result = client.receive()["result"].clone();
+        assert_eq!(result["isError"], true, "{result}");
+        let what = result["content"][0]["text"].as_str().unwrap();
+        assert!(what.contains(part), "{what}");
+        if !is_link {
+            assert_eq!(std::fs::read(&made).unwrap(), b"not to be replaced");
+            std::fs::remove_file(&made).unwrap();
+        }
+    }
+    assert_eq!(outside.files(), ["ball.ply"]);
+    assert_eq!(client.end(), (Some(0), Vec::new()));
+}
+
+#[test]
+fn a_call_is_stopped_by_the_client_and_reports_its_progress() {
+    let desk = Desk::new();
+    save_many_holes(&desk);
+    let mut client = Client::new(&desk, &["--threads", "1"]);
+    let request = long_request();
     client.send(&request.to_string());
     // The server answers while the call runs, and refuses its id a second time.
     assert_eq!(client.ask("ping", json!({}))["result"], json!({}));

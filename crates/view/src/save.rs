@@ -153,7 +153,15 @@ impl App {
             }
             None => {
                 let drawings = drawn(format!("isomend inspect {}", self.input.display()));
-                inspect(&self.source_of(state), &state.loaded, None, None, &drawings)?;
+                let source = self.source_of(state);
+                inspect(
+                    &source,
+                    &state.loaded,
+                    None,
+                    None,
+                    &drawings,
+                    &Control::new(),
+                )?;
             }
         }
         Ok(Saved {

@@ -13,7 +13,7 @@ use super::texture::Textures;
 use super::words::Command;
 use isomend_core::check::CheckParams;
 use isomend_core::fill::{HoleOutcome, LeftReason};
-use isomend_core::mend::{CreaseEnd, FillPlan, FillReport, PlannedHole};
+use isomend_core::mend::{Control, CreaseEnd, FillPlan, FillReport, PlannedHole};
 use isomend_core::mesh::{Hole, HoleId, Mesh};
 use isomend_files::io::Loaded;
 use isomend_files::job::{
@@ -296,7 +296,8 @@ struct Seen {
 
 impl Seen {
     fn new(source: &Source, loaded: &Arc<Loaded>) -> Result<Self, JobError> {
-        let inspected = inspect(source, loaded, None, None, &Drawings::default())?;
+        let (drawings, control) = (Drawings::default(), Control::new());
+        let inspected = inspect(source, loaded, None, None, &drawings, &control)?;
         Ok(Self {
             plan: default_plan(loaded, &inspected.found)?,
             inspected: serde_json::to_value(inspected.document()).unwrap_or_default(),

@@ -154,10 +154,11 @@ def run(
         shutil.rmtree(work, ignore_errors=True)
         with local(bounds, workers) if part else remote(bounds, workers, address) as pool:
             _Run(pool, manifest, state, progress).all(items(names, folder, to, part))
+        # While the lock is held: the next run uses the same folder.
+        shutil.rmtree(work, ignore_errors=True)
     finally:
         manifest.close()
     _summary.write(folder)
-    shutil.rmtree(work, ignore_errors=True)
     return state
 
 

@@ -68,7 +68,7 @@ def every(inputs: Sequence[str], output: Path, to: str | None) -> Iterator[Item]
 def _paths(name: str) -> Iterator[tuple[str, str]]:
     """The paths that an input stands for, each with the name of its result: relative to a folder, else the file's name."""
     if name.startswith("@"):
-        with open(name[1:], encoding="utf-8") as lines:
+        with open(name[1:], encoding="utf-8", errors="surrogateescape") as lines:
             for line in lines:
                 path = line.rstrip("\n")
                 if path:

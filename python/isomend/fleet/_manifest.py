@@ -2,12 +2,12 @@
 
 A line is valid if it is complete and its checksum matches; lines that a crash left incomplete are skipped. A mesh is done if its last line
 has the same options and version, the input file has the same size and time or else the same content, and the result still exists with the
-recorded size. Each shard of a fleet has a manifest of its own and reads all of them, so that meshes stay done if the number of shards changes."""
+recorded size. Each shard of a fleet has a manifest of its own and reads all of them, so that meshes stay done if the number of shards changes.
+Of the lines of several manifests for one mesh, the one that was written last counts: each has its time."""
 
 from __future__ import annotations
 
 import fcntl
-import itertools
 import json
 import os
 import time
@@ -25,13 +25,16 @@ NAME = "manifest.jsonl"
 SYNC = 1.0
 # Outcomes with a result file.
 MADE = ("done", "in_part")
+# The outcome of a mesh whose file has changed, but not its content: the earlier result is still correct.
+SAME = "same"
 # Lowest 64 bits of the packed entries of `Manifest._known`.
 MASK = 2**64 - 1
 
 
 def short(*parts: object) -> int:
-    """A 64-bit hash of some values."""
-    return int.from_bytes(blake2b("\0".join(map(str, parts)).encode(), digest_size=8).digest(), "big")
+    """A 64-bit hash of some values. Names of files need not be UTF-8."""
+    text = "\0".join(map(str, parts)).encode(errors="surrogateescape")
+    return int.from_bytes(blake2b(text, digest_size=8).digest(), "big")
 
 
 def line_of(row: dict[str, Any]) -> str:
@@ -58,33 +61,46 @@ def manifests(output: Path) -> list[Path]:
 
 
 class Manifest:
-    """The manifest of an output folder, or of a shard with this suffix. Locks keep processes out that do the same meshes while it is open."""
+    """The manifest of an output folder, or of a shard with this suffix. While it is open, locks keep out: any other fleet, if it is of the
+    whole folder; the same shard and fleets of the whole folder, if it is of a shard. Shards of different divisions, such as 1/2 and 1/3, may
+    run at once: a mesh of both is filled by both, and its result is written twice."""
 
     def __init__(self, output: Path, settings: str, retry: bool, suffix: str = "") -> None:
         self._settings = settings
         self._folder = output / FOLDER
         self._folder.mkdir(parents=True, exist_ok=True)
         # Shards share the folder's lock, and each has its own.
-        self._locks = [open(self._folder / "lock", "a")]
+        # For reading and writing, as NFS demands the one for shared locks and the other for exclusive ones.
+        self._locks = [open(self._folder / "lock", "a+")]
         if suffix:
-            self._locks.append(open(self._folder / f"lock{suffix}", "a"))
+            self._locks.append(open(self._folder / f"lock{suffix}", "a+"))
         try:
             fcntl.flock(self._locks[0], (fcntl.LOCK_SH if suffix else fcntl.LOCK_EX) | fcntl.LOCK_NB)
             fcntl.flock(self._locks[-1], fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+        except BlockingIOError:
             self._unlock()
             raise IsomendError(f"another fleet is writing to {output}; wait for it, or stop it") from None
+        except OSError as error:
+            self._unlock()
+            raise IsomendError(f"{output} cannot be locked ({error}); use an output folder on a file system with locks") from None
         stem, extension = os.path.splitext(NAME)
         self.path = self._folder / f"{stem}{suffix}{extension}"
         self._output = output
         # For each result, by the hash of its name: hash of the input file's size and time, first 64 bits of the input's content hash,
         # size of the result in bytes, 64 bits each. Packed in one integer, as a fleet may have millions of meshes.
         self._known: dict[int, int] = {}
-        for row in itertools.chain.from_iterable(map(rows, manifests(output))):
-            if row["settings"] != settings or (retry and row["outcome"] not in MADE):
-                self._known.pop(short(row["output"]), None)
-            else:
-                self._remember(row)
+        # For each result, by the hash of its name, the time of its last row so far.
+        last: dict[int, float] = {}
+        for path in manifests(output):
+            for row in rows(path):
+                name = short(row["output"])
+                if time_of(row) < last.get(name, 0.0):
+                    continue
+                last[name] = time_of(row)
+                if row["settings"] != settings or (retry and row["outcome"] not in (*MADE, SAME)):
+                    self._known.pop(name, None)
+                else:
+                    self._remember(row)
         self._file: IO[bytes] = open(self.path, "ab")
         self._synced = time.monotonic()
         with open(self.path, "rb") as read:
@@ -120,7 +136,7 @@ class Manifest:
 
     def add(self, row: dict[str, Any]) -> None:
         """Appends a row."""
-        row = row | {"settings": self._settings}
+        row = row | {"settings": self._settings, "at": time.time()}
         self._file.write(line_of(row).encode())
         self._file.flush()
         if time.monotonic() - self._synced > SYNC:
@@ -137,6 +153,11 @@ class Manifest:
     def _unlock(self) -> None:
         for lock in self._locks:
             lock.close()
+
+
+def time_of(row: dict[str, Any]) -> float:
+    """The time at which a row was written, in seconds; 0 for rows of older versions, which have none."""
+    return float(row.get("at", 0.0))
 
 
 def rows(path: Path) -> Iterator[dict[str, Any]]:

@@ -80,8 +80,14 @@ class LocalPool:
         return list(done)
 
     def row(self, handle: Any) -> dict[str, Any] | str:
-        row: dict[str, Any] = handle.result()
-        return row
+        try:
+            row: dict[str, Any] = handle.result()
+            return row
+        except InterruptedError:
+            raise
+        except Exception as error:
+            # A fault of the work on one mesh does not end the run.
+            return f"{type(error).__name__}: {error}"
 
     def close(self) -> None:
         """Ends the child processes that still run."""

@@ -72,7 +72,8 @@ def mend(
         row |= {"state": [stat.st_size, stat.st_mtime_ns], "content": content_of(path)}
         if known is not None and row["content"].startswith(known) and target.exists():
             return row | {"outcome": "same", "bytes": target.stat().st_size}
-        work = Path(bounds.work, f"{blake2b(output.encode(), digest_size=16).hexdigest()}-{os.getpid()}")
+        name = blake2b(os.fsencode(output), digest_size=16).hexdigest()
+        work = Path(bounds.work, f"{name}-{os.getpid()}")
         work.mkdir(parents=True, exist_ok=True)
         try:
             row |= _in_child(path, work / target.name, bounds, is_stopped)
@@ -117,7 +118,7 @@ def _in_child(path: str, output: Path, bounds: Bounds, is_stopped: Callable[[], 
     if stopped == "memory":
         return row | {"outcome": stopped, "error": f"stopped above {(bounds.memory or 0) / 2**30:g} GB, the limit of the memory"}
     if child.returncode in (0, 3):
-        document = json.loads(report.read_text())
+        document = json.loads(report.read_text(encoding="utf-8"))
         counts = {name: document["outcomes"][name] for name in COUNTS}
         report.unlink()
         messages.unlink()

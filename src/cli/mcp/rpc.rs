@@ -78,7 +78,7 @@ pub fn parsed(line: &[u8]) -> Message {
         _ => return wrong(INVALID_REQUEST, "\"method\" must be a text"),
     };
     let params = match message.remove("params") {
-        None => Map::new(),
+        None | Some(Value::Null) => Map::new(),
         Some(Value::Object(params)) => params,
         Some(_) => return wrong(INVALID_PARAMS, "\"params\" must be an object"),
     };
@@ -118,8 +118,11 @@ mod tests {
                 params: Map::new()
             }
         );
-        let notified = parsed(br#"{"jsonrpc":"2.0","method":"x","params":{}}"#);
-        assert!(matches!(notified, Message::Notification { .. }));
+        for params in ["{}", "null"] {
+            let line = format!(r#"{{"jsonrpc":"2.0","method":"x","params":{params}}}"#);
+            let notified = parsed(line.as_bytes());
+            assert!(matches!(notified, Message::Notification { .. }));
+        }
         assert_eq!(
             parsed(br#"{"jsonrpc":"2.0","id":1,"result":{}}"#),
             Message::Answer

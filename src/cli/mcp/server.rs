@@ -14,8 +14,8 @@ use super::rpc::{self, Message};
 use super::tools::Tools;
 use crate::cli::console;
 
-/// Versions of the protocol that the server speaks, the latest first.
-const VERSIONS: [&str; 3] = ["2025-06-18", "2025-03-26", "2024-11-05"];
+/// Versions of the protocol that the server speaks, the latest first. Version 2025-03-26 demands batches, which are not supported.
+const VERSIONS: [&str; 2] = ["2025-06-18", "2024-11-05"];
 
 const INSTRUCTIONS: &str = "Call check or inspect on a mesh before fill or repair. The reports list each hole and defect; a fill whose report \
     has \"complete\": false left a hole open and says why. Lengths are in the units of the mesh. Paths are relative to the folder of the server.";
@@ -82,7 +82,9 @@ impl Server {
                 });
             }
             Message::Notification { method, params } if method == "notifications/cancelled" => {
-                self.open.cancel(&params["requestId"]);
+                if let Some(id) = params.get("requestId") {
+                    self.open.cancel(id);
+                }
             }
             Message::Notification { .. } | Message::Answer => {}
             Message::Wrong(id, code, what) => self.send(&rpc::error(&id, code, what)),
@@ -99,7 +101,7 @@ impl Server {
             return refuse(&format!("there is no tool '{tool}'; tools/list lists them"));
         }
         let arguments = match params.remove("arguments") {
-            None => Map::new(),
+            None | Some(Value::Null) => Map::new(),
             Some(Value::Object(arguments)) => arguments,
             Some(_) => return refuse("\"arguments\" must be an object"),
         };

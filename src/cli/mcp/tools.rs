@@ -6,7 +6,7 @@ use anyhow::{anyhow, bail};
 use isomend::Control;
 use isomend::check::CheckParams;
 use isomend::job::{
-    self, Drawings, JobError, JobSpec, Source, named_deliverables, named_params, named_work, schema,
+    self, Drawings, JobError, JobSpec, Source, named_params, named_unit, named_work, schema,
 };
 use isomend::parameters::Table;
 use isomend_view::{Denied, to_read, to_write};
@@ -91,17 +91,19 @@ impl Tools {
         let source = Source::from(self.readable(&path)?);
         match name {
             "inspect" => {
-                let unit = named_deliverables(&mut given)?.unit;
+                let unit = named_unit(&mut given)?;
                 nothing_left(&given)?;
                 let loaded = source.read()?;
-                let seen = job::inspect(&source, &loaded, None, unit, &Drawings::default())?;
+                let drawings = Drawings::default();
+                let seen = job::inspect(&source, &loaded, None, unit, &drawings, control)?;
                 document(&seen.document())
             }
             "check" => {
-                let unit = named_deliverables(&mut given)?.unit;
+                let unit = named_unit(&mut given)?;
                 let params: CheckParams = named_params(Table::CHECK, &given)?;
                 let loaded = source.read()?;
-                let checked = job::check(&source, &loaded, &params, unit, &Drawings::default())?;
+                let drawings = Drawings::default();
+                let checked = job::check(&source, &loaded, &params, unit, &drawings, control)?;
                 document(&checked.document())
             }
             _ => self.mend(name, source, given, control),
@@ -132,14 +134,22 @@ impl Tools {
         let Some(output) = output else {
             bail!("\"output\" is missing: name the file to write, or set \"dry_run\"");
         };
-        let file = to_write(&self.root, &output, overwrite);
-        let file = file.map_err(|denied| match denied {
-            Denied::Taken(what) => anyhow!("{what}; name another file, or set \"overwrite\""),
-            denied => anyhow!(denied.words()),
-        })?;
+        let file = self.writable(&output, overwrite)?;
         let mut spec = JobSpec::new(source, file, work)?;
         spec.deliverables = deliverables;
-        document(&job::run(&spec, control)?.document())
+        spec.check()?;
+        let mended = spec.read()?.mend(control)?;
+        // Meanwhile the file, or a link in its place, may have been made.
+        self.writable(&output, overwrite)?;
+        document(&mended.write()?.document())
+    }
+
+    /// The path of a file that may be written.
+    fn writable(&self, name: &str, overwrite: bool) -> anyhow::Result<PathBuf> {
+        to_write(&self.root, name, overwrite).map_err(|denied| match denied {
+            Denied::Taken(what) => anyhow!("{what}; name another file, or set \"overwrite\""),
+            denied => anyhow!(denied.words()),
+        })
     }
 
     /// The path of a file that may be read.

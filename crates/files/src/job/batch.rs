@@ -208,7 +208,7 @@ impl Batch {
             return Ok(true);
         }
         if job.work.only_looks() {
-            let looked = read.look()?;
+            let looked = read.look(control)?;
             observer.looked(job, &looked).map_err(JobError::Observer)?;
             documents.into_iter().for_each(|all| match &looked {
                 Looked::Inspected(inspected) => all.add(&inspected.document()),

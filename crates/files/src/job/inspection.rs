@@ -29,16 +29,26 @@ pub struct Inspected<'a> {
     pub unit: Option<Unit>,
 }
 
+/// Ends the work between two stages if the run is cancelled.
+fn go_on(control: &Control) -> Result<(), FillError> {
+    match control.token().is_cancelled() {
+        true => Err(FillError::Cancelled),
+        false => Ok(()),
+    }
+}
+
 /// Inspects a mesh, draws it if requested, and applies a mask if one is given.
 ///
 /// # Errors
-/// If the mesh cannot be inspected, the mask does not fit it, or a file cannot be written. A mask that marks no face is not an error.
+/// If the mesh cannot be inspected, the mask does not fit it, a file cannot be written, or the run is cancelled, which is seen between the
+/// stages. A mask that marks no face is not an error.
 pub fn inspect<'a>(
     source: &'a Source,
     loaded: &'a Loaded,
     mask: Option<&MaskSpec>,
     unit: Option<Unit>,
     drawings: &Drawings,
+    control: &Control,
 ) -> Result<Inspected<'a>, JobError> {
     let place = &source.place;
     let bodies = loaded.bodies();
@@ -48,7 +58,9 @@ pub fn inspect<'a>(
             error,
         }
     })?;
-    let crease_ends = found.crease_ends(&Control::new())?;
+    go_on(control)?;
+    let crease_ends = found.crease_ends(control)?;
+    go_on(control)?;
     let marked = mask.map(|mask| mask.marked(loaded)).transpose()?;
     let marked = marked.map(|marked| (Selection::new(&loaded.mesh, &marked.faces), marked));
     drawings.write_unchanged(&Unchanged {
@@ -148,13 +160,15 @@ pub struct Checked<'a> {
 /// Checks a mesh for all kinds of defects, and draws it if requested.
 ///
 /// # Errors
-/// If the parameters are invalid, the mesh cannot be inspected, or a file cannot be written.
+/// If the parameters are invalid, the mesh cannot be inspected, a file cannot be written, or the run is cancelled, which is seen between
+/// the stages.
 pub fn check<'a>(
     source: &'a Source,
     loaded: &'a Loaded,
     params: &CheckParams,
     unit: Option<Unit>,
     drawings: &Drawings,
+    control: &Control,
 ) -> Result<Checked<'a>, JobError> {
     params.check().map_err(FillError::from)?;
     let place = &source.place;
@@ -165,7 +179,9 @@ pub fn check<'a>(
             error,
         }
     })?;
+    go_on(control)?;
     let verdict = checked(&found, bodies.as_ref(), params)?;
+    go_on(control)?;
     drawings.write_unchanged(&Unchanged {
         place,
         loaded,

@@ -61,8 +61,6 @@ pub use error::JobError;
 pub use inspection::{Checked, Compared, Inspected, Looked, check, compare, inspect};
 pub use marks::{Marked, MaskSpec, PaintedColour, parse_face_numbers};
 pub use mended::Mended;
-#[doc(hidden)]
-pub use named::{named_deliverables, named_params, named_work, params_of, schema};
 pub use outcome::{JobPlan, JobResult, WorkPlan};
 pub use output::Output;
 pub use places::Place;
@@ -75,6 +73,7 @@ pub use unchanged::Unchanged;
 pub use volumes::{MeasuredFile, VolumeSeconds, measure, write_volume};
 
 pub use {
-    each::default_plan, hash::sha256, staging::write_text, texels::INTERMEDIATE,
+    each::default_plan, hash::sha256, named::named_params, named::named_unit, named::named_work,
+    named::params_of, named::schema, staging::write_text, texels::INTERMEDIATE,
     units::contradiction, volumes::DISTANCE,
 };

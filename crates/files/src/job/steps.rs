@@ -136,16 +136,21 @@ impl<'s> Read<'s> {
     ///
     /// # Errors
     /// As [`inspect`] and [`check`](super::check).
-    pub fn look(&self) -> Result<Looked<'_>, JobError> {
+    pub fn look(&self, control: &Control) -> Result<Looked<'_>, JobError> {
         let Self { spec, loaded, .. } = self;
         let (source, drawings) = (&spec.source, &spec.drawings);
         let unit = spec.deliverables.unit;
         Ok(match &spec.work {
-            Work::Check(params) => Looked::Checked(check(source, loaded, params, unit, drawings)?),
-            Work::Inspect(mask) => {
-                Looked::Inspected(inspect(source, loaded, mask.as_ref(), unit, drawings)?)
+            Work::Check(params) => {
+                Looked::Checked(check(source, loaded, params, unit, drawings, control)?)
             }
-            _ => Looked::Inspected(inspect(source, loaded, None, unit, drawings)?),
+            work => {
+                let mask = match work {
+                    Work::Inspect(mask) => mask.as_ref(),
+                    _ => None,
+                };
+                Looked::Inspected(inspect(source, loaded, mask, unit, drawings, control)?)
+            }
         })
     }
 

@@ -18,6 +18,7 @@ use super::super::texture::{uv, v_points_up};
 use super::http::{Answer, Refused, bytes_answer, json_answer, long_work, work};
 use super::mesh::state_of;
 use isomend_core::check::CheckParams;
+use isomend_core::mend::Control;
 use isomend_core::mesh::attributes::{Attribute, Role};
 use isomend_files::io::read_path;
 use isomend_files::job::{Drawings, check as check_mesh};
@@ -309,7 +310,8 @@ impl CheckQuery {
 /// The document of `isomend check`, with the faces of each kind of defect added.
 fn checked(app: &App, state: &MeshState, params: &CheckParams) -> Result<Value, Refused> {
     let source = app.source_of(state);
-    let checked = check_mesh(&source, &state.loaded, params, None, &Drawings::default());
+    let (drawings, control) = (Drawings::default(), Control::new());
+    let checked = check_mesh(&source, &state.loaded, params, None, &drawings, &control);
     let checked = checked.map_err(|error| Refused::failed(error_text(&error)))?;
     let mut value = serde_json::to_value(checked.document()).unwrap_or_default();
     let mut marks = Map::new();

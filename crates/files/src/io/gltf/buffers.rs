@@ -15,6 +15,9 @@ use super::super::{Format, IoError, Location, Resolve};
 /// 6 to 12 times its size.
 const LEAST: usize = 80 << 20;
 const TIMES: usize = 32;
+/// The part of the limit that decoded buffers add: this times their size. Decoding allows them to take 32 times the file's size, so that
+/// [`TIMES`] again would allow a small file 1024 times its size.
+const DECODED_TIMES: usize = 12;
 
 /// Loads each buffer on first use, so that buffers that hold only images are not loaded while triangles are read.
 pub(super) struct Buffers<'a> {
@@ -56,7 +59,7 @@ impl<'a> Buffers<'a> {
         for (index, bytes) in known {
             self.budget = bytes
                 .len()
-                .saturating_mul(TIMES)
+                .saturating_mul(DECODED_TIMES)
                 .saturating_add(self.budget);
             if let Some(loaded) = self.loaded.get_mut(index) {
                 *loaded = Some(Arc::new(bytes));

@@ -46,14 +46,13 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
     }
     check_extensions(&root, format)?;
     let mut buffers = Buffers::new(&root, format, binary, bytes.len(), resolve);
-    let decompressed = meshopt::decompressed(json, &mut buffers)?;
-    let is_compressed = decompressed.is_some();
-    let (json, root) = match &decompressed {
-        Some(decompressed) => (&decompressed.json[..], &decompressed.root),
+    let mut unpacked = meshopt::decompressed(json, &mut buffers)?;
+    let contents = unpacked.as_mut().map(|u| std::mem::take(&mut u.buffers));
+    let (json, root) = match &unpacked {
+        Some(unpacked) => (&unpacked.json[..], &unpacked.root),
         None => (json, &root),
     };
-    if let Some(decompressed) = &decompressed {
-        let contents = decompressed.buffers.clone();
+    if let Some(contents) = contents {
         buffers = Buffers::new(root, format, binary, bytes.len(), resolve).with(contents);
     }
     let instances = instances::expanded(json, &mut buffers)?;
@@ -67,7 +66,7 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
         let note = format!("instances of {INSTANCING}, each of which is a node here: {count}");
         loaded.notes.push(note);
     }
-    if is_compressed {
+    if unpacked.is_some() {
         let note = format!("the file is compressed by {MESHOPT}; glTF is written uncompressed");
         loaded.notes.push(note);
     }

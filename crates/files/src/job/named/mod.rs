@@ -6,6 +6,7 @@
 mod schema;
 mod value;
 
+use isomend_core::mesh::Unit;
 use isomend_core::parameters::Table;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
@@ -15,7 +16,7 @@ use super::{JobError, Work};
 
 pub use schema::schema;
 
-/// The unit of the coordinates and the tolerance, which every command takes beside the parameters of its table.
+/// What commands take beside the parameters of their tables: every one the unit of the coordinates, a fill and a repair the tolerance.
 const UNIT: &str = "unit";
 const TOLERANCE: &str = "tolerance";
 
@@ -24,6 +25,7 @@ const TOLERANCE: &str = "tolerance";
 ///
 /// # Errors
 /// If a value has another type than its field.
+#[doc(hidden)]
 pub fn params_of<P: DeserializeOwned>(
     table: &Table,
     values: &Map<String, Value>,
@@ -42,6 +44,7 @@ pub fn params_of<P: DeserializeOwned>(
 ///
 /// # Errors
 /// [`JobError::Named`], with the name, if a parameter does not exist, or its value has the wrong type or is out of its bounds.
+#[doc(hidden)]
 pub fn named_params<P: DeserializeOwned>(
     table: &Table,
     given: &Map<String, Value>,
@@ -67,6 +70,7 @@ pub fn named_params<P: DeserializeOwned>(
 ///
 /// # Errors
 /// As [`named_params`], and if there is no such work.
+#[doc(hidden)]
 pub fn named_work(
     command: &str,
     mut given: Map<String, Value>,
@@ -85,33 +89,37 @@ pub fn named_work(
 }
 
 /// Takes the unit of the coordinates and the tolerance out of what a program gives by name.
-///
-/// # Errors
-/// [`JobError::Named`] if the unit is unknown or the tolerance is no positive number.
-pub fn named_deliverables(given: &mut Map<String, Value>) -> Result<Deliverables, JobError> {
-    let wrong = |what: String| JobError::Named { what };
-    let mut take = |name: &str| given.remove(name).filter(|value| !value.is_null());
-    let unit = take(UNIT).map(|value| {
-        let unit = value.as_str().map(str::parse);
-        unit.and_then(Result::ok).ok_or_else(|| {
-            wrong(format!(
-                "{UNIT} must be mm, cm, m, in, um or ft, but is {value}"
-            ))
-        })
-    });
-    let tolerance = take(TOLERANCE).map(|value| {
+fn named_deliverables(given: &mut Map<String, Value>) -> Result<Deliverables, JobError> {
+    let unit = named_unit(given)?;
+    let tolerance = take(given, TOLERANCE).map(|value| {
         let tolerance = value.as_f64().filter(|t| t.is_finite() && *t > 0.0);
-        tolerance.ok_or_else(|| {
-            wrong(format!(
-                "{TOLERANCE} must be a positive number, but is {value}"
-            ))
-        })
+        let what = format!("{TOLERANCE} must be a positive number, but is {value}");
+        tolerance.ok_or(JobError::Named { what })
     });
     Ok(Deliverables {
-        unit: unit.transpose()?,
+        unit,
         tolerance: tolerance.transpose()?,
         ..Deliverables::default()
     })
+}
+
+/// Takes the unit of the coordinates out of what a program gives by name.
+///
+/// # Errors
+/// [`JobError::Named`] if the unit is unknown.
+#[doc(hidden)]
+pub fn named_unit(given: &mut Map<String, Value>) -> Result<Option<Unit>, JobError> {
+    let unit = take(given, UNIT).map(|value| {
+        let unit = value.as_str().map(str::parse).and_then(Result::ok);
+        let what = format!("{UNIT} must be mm, cm, m, in, um or ft, but is {value}");
+        unit.ok_or(JobError::Named { what })
+    });
+    unit.transpose()
+}
+
+/// Takes a value out; a null stands for none.
+fn take(given: &mut Map<String, Value>, name: &str) -> Option<Value> {
+    given.remove(name).filter(|value| !value.is_null())
 }
 
 /// Whether a value is more than the absence of a flag.
@@ -176,6 +184,8 @@ mod tests {
             ("fill", json!({"energy": "none"}), "energy must be one of"),
             ("fill", json!({"bridge": [[1]]}), "bridge must be"),
             ("fill", json!({"bridge": [[1, 1]]}), "bridge must be"),
+            ("fill", json!({"bridge": [[1, 2, 1]]}), "bridge must be"),
+            ("fill", json!({"bridge": [[1, -2]]}), "bridge must be"),
             (
                 "fill",
                 json!({"flat_base": 1}),
@@ -211,7 +221,9 @@ mod tests {
                 assert!(row["description"].as_str().unwrap().len() > 10);
             }
             let extra = properties.len() - table.entries().count();
-            assert_eq!(extra, 2, "the unit and the tolerance");
+            let makes_patches = table.command != "check";
+            assert_eq!(extra, 1 + usize::from(makes_patches));
+            assert_eq!(properties.contains_key("tolerance"), makes_patches);
         }
     }
 }

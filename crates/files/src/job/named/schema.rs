@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 use super::{TOLERANCE, UNIT};
 
 /// The JSON schema (draft 2020-12) of what `named_params` and `named_work` take for a command.
+#[doc(hidden)]
 pub fn schema(table: &Table) -> Value {
     let entries = table.entries().filter(|(path, _)| !path.is_empty());
     let mut properties: Map<String, Value> = entries
@@ -19,14 +20,21 @@ pub fn schema(table: &Table) -> Value {
             "description": "The unit of the mesh's coordinates; reports print it with every length.",
         }),
     );
-    properties.insert(
-        TOLERANCE.to_owned(),
-        json!({
-            "type": "number", "exclusiveMinimum": 0,
-            "description": "The largest error allowed, in the mesh's units; reports list each hole whose patch exceeds it.",
-        }),
-    );
+    if has_tolerance(table) {
+        properties.insert(
+            TOLERANCE.to_owned(),
+            json!({
+                "type": "number", "exclusiveMinimum": 0,
+                "description": "The largest error allowed, in the mesh's units; reports list each hole whose patch exceeds it.",
+            }),
+        );
+    }
     json!({ "type": "object", "properties": properties, "additionalProperties": false })
+}
+
+/// Whether a command takes the tolerance: one that makes patches.
+fn has_tolerance(table: &Table) -> bool {
+    matches!(table.command, "fill" | "repair")
 }
 
 /// The schema of one parameter.

@@ -1,5 +1,7 @@
 //! Values of parameters as programs give them, checked and converted to the form in which the parameter structs are serialised.
 
+use std::collections::HashSet;
+
 use isomend_core::parameters::{Choice, Kind, Parameter};
 use serde_json::{Value, json};
 
@@ -78,9 +80,9 @@ fn count(value: &Value) -> usize {
 /// Whether a value is a list of two or more different whole numbers.
 fn is_group(value: &Value) -> bool {
     let numbers = value.as_array().map_or(&[][..], |all| all);
-    let differs =
-        |(at, number): (usize, &Value)| number.is_u64() && !numbers[..at].contains(number);
-    numbers.len() > 1 && numbers.iter().enumerate().all(differs)
+    let mut seen = HashSet::with_capacity(numbers.len());
+    let is_new = |number: &Value| number.as_u64().is_some_and(|n| seen.insert(n));
+    numbers.len() > 1 && numbers.iter().all(is_new)
 }
 
 fn is_one_of(choices: &[Choice], value: &Value) -> bool {

@@ -4,6 +4,8 @@ mod attributes;
 mod filters;
 mod indices;
 #[cfg(test)]
+mod limit_tests;
+#[cfg(test)]
 mod tests;
 
 use std::collections::btree_map::Entry;
@@ -77,6 +79,7 @@ pub(super) fn decompressed(
     let mut file: Value = serde_json::from_slice(json).map_err(damaged)?;
     let mut made = BTreeMap::new();
     let fallbacks = fallbacks(&mut file);
+    // Numbers of the buffers with compressed bytes, and of those whose own data views use.
     let (mut packed, mut plain) = (BTreeSet::new(), BTreeSet::new());
     let views = file.get_mut("bufferViews").and_then(Value::as_array_mut);
     for (index, view) in views.into_iter().flatten().enumerate() {
@@ -88,9 +91,12 @@ pub(super) fn decompressed(
                 let compressed: CompressedView = serde_json::from_value(extension)
                     .map_err(|error| fault(format!("its {MESHOPT} is damaged: {error}")))?;
                 packed.insert(compressed.buffer);
-                let has_data = |target| !fallbacks.contains(&target) && buffers.has_data(target);
-                if !number(view, "buffer").is_some_and(has_data) {
-                    fill(view, &compressed, buffers, &mut made, &fault)?;
+                let target = number(view, "buffer");
+                let has_data =
+                    |target: &usize| !fallbacks.contains(target) && buffers.has_data(*target);
+                match target.filter(has_data) {
+                    Some(target) => _ = plain.insert(target),
+                    None => fill(view, &compressed, buffers, &mut made, &fault)?,
                 }
             }
             None => _ = plain.insert(number(view, "buffer").unwrap_or(usize::MAX)),
@@ -139,6 +145,10 @@ fn fill(
         .map_err(|what| fault(format!("its {MESHOPT} {what}")))?;
     let offset = number(view, "byteOffset").unwrap_or(0);
     let length = compressed.count * compressed.byte_stride;
+    // Reading a side file raises the memory limit, so that it comes first.
+    buffers.bytes(compressed.buffer)?;
+    // Every view takes memory and time, also where several are decoded into the same bytes.
+    buffers.spend(length)?;
     if let Entry::Vacant(unmade) = made.entry(target) {
         let known = buffers.root.buffers.get(target);
         let size = known.and_then(|buffer| usize::try_from(buffer.byte_length.0).ok());
