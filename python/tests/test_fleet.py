@@ -83,7 +83,7 @@ def check_whole(inputs, output, program, tmp_path):
     for name in results[:2]:
         subprocess.run([program, "fill", inputs / name, "-o", tmp_path / "one.ply", "-q"], check=True)
         assert (output / name).read_bytes() == (tmp_path / "one.ply").read_bytes()
-    assert sorted(p.name for p in (output / ".fleet").iterdir()) == ["lock", "manifest.jsonl"]
+    assert sorted(p.name for p in (output / ".fleet").iterdir()) == ["lock", "lock-summary", "manifest.jsonl"]
 
 
 def test_incomplete_and_changed_manifest_lines_are_ignored():

@@ -100,7 +100,9 @@ def test_a_stopped_shard_leaves_no_process_and_is_resumed(tmp_path):
     scans.mkdir()
     for number in range(3):
         isomend.Model(*shapes.open_sphere(around=240 + number, latitudes=120, top=48)).write(scans / f"{number}.ply")
-    job = subprocess.Popen(command(scans, output, "--shard", "1/1", "--workers", "1"), stderr=subprocess.PIPE, text=True)
+    # Where the tests run in the background, their processes ignore the signal of Ctrl-C, and so would this one.
+    heeds = lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)  # noqa: E731
+    job = subprocess.Popen(command(scans, output, "--shard", "1/1", "--workers", "1"), stderr=subprocess.PIPE, text=True, preexec_fn=heeds)
     end = time.monotonic() + 60
     while not list(output.glob(".fleet/work-1-of-1/*")):
         assert time.monotonic() < end and job.poll() is None

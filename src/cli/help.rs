@@ -122,17 +122,22 @@ pub fn grouped(program: Command) -> Command {
 
 /// An option in its group.
 fn placed(option: Arg, needed: Option<&[&str]>) -> Arg {
-    let id = option.get_id().as_str().to_owned();
-    let is_needed = needed.is_some_and(|needed| needed.contains(&id.as_str()));
+    let name = name_of(&option);
+    let is_needed = needed.is_some_and(|needed| needed.contains(&name.as_str()));
     if option.is_positional() || is_needed {
         return option.help_heading(None::<&str>);
     }
-    let group = GROUPS.iter().find(|(_, own)| own.contains(&id.as_str()));
+    let group = GROUPS.iter().find(|(_, own)| own.contains(&name.as_str()));
     let option = match group {
         Some((heading, _)) => option.help_heading(*heading),
         None => option,
     };
     option.hide_short_help(needed.is_some())
+}
+
+/// The name of an option, with underscores.
+fn name_of(option: &Arg) -> String {
+    option.get_long().unwrap_or_default().replace('-', "_")
 }
 
 /// A command whose short help says where all options are.
@@ -194,10 +199,10 @@ mod tests {
             .get_subcommands()
             .flat_map(Command::get_arguments)
             .collect();
-        let exists = |id: &str| id == "help" || of_all.iter().any(|a| a.get_id() == id);
+        let exists = |name: &str| name == "help" || of_all.iter().any(|a| name_of(a) == name);
         let grouped = GROUPS.iter().flat_map(|(_, own)| own.iter());
-        for id in grouped.chain(NEEDED.iter().flat_map(|(_, own)| own.iter())) {
-            assert!(exists(id), "{id}");
+        for name in grouped.chain(NEEDED.iter().flat_map(|(_, own)| own.iter())) {
+            assert!(exists(name), "{name}");
         }
     }
 }
