@@ -1,17 +1,16 @@
 //! Fills and repairs, and their results: the mended mesh, expected errors, origins and the report.
 
 use std::ffi::{CString, c_char};
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use isomend_core::mend::Control;
 use isomend_files::io::Loaded;
-use isomend_files::job::{JobError, JobSpec, Mended, Place, named_work};
+use isomend_files::job::{JobError, Mended};
 use serde_json::{Map, Value};
 
 use crate::mesh::MeshHandle;
 use crate::pointers::{check, check_array, parameters, set, value};
-use crate::questions::{NO_FILE, json_of};
+use crate::questions::{json_of, spec};
 use crate::run::{RunOptions, run};
 use crate::status::{Failure, Status, guarded};
 
@@ -93,10 +92,7 @@ fn made(
     loaded: Arc<Loaded>,
     control: &Control,
 ) -> Result<Mended<'static>, JobError> {
-    let (work, deliverables) = named_work(command, given)?;
-    let mut spec = JobSpec::plan(PathBuf::new(), work);
-    spec.source.place = Place::memory(NO_FILE);
-    spec.deliverables = deliverables;
+    let spec = spec(command, given)?;
     let mended = spec.with(loaded).mend(control)?;
     mended.into_owned().judged()
 }

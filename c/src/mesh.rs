@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use isomend_core::mesh::{Attributes, Mesh};
-use isomend_files::io::{Format, Loaded, Precision};
+use isomend_core::mesh::{Attributes, Mesh, MeshError};
+use isomend_files::io::Loaded;
 
 use crate::pointers::{array, check, set};
 use crate::status::{Failure, Status, guarded};
@@ -25,20 +25,8 @@ pub unsafe extern "C" fn isomend_mesh_f64(
     face_count: usize,
     mesh: *mut *mut MeshHandle,
 ) -> Status {
-    guarded(|| {
-        check(mesh, "mesh")?;
-        // SAFETY: as the caller promises.
-        let (vertices, faces) = unsafe {
-            (
-                array(vertices, tripled(vertex_count), "vertices")?,
-                array(faces, tripled(face_count), "faces")?,
-            )
-        };
-        let handle = made(vertices.iter().copied(), faces)?;
-        // SAFETY: it was checked; the caller promises the rest.
-        unsafe { set(mesh, handle) };
-        Ok(())
-    })
+    // SAFETY: as the caller promises.
+    unsafe { from_arrays(vertices, vertex_count, faces, face_count, mesh) }
 }
 
 /// As `isomend_mesh_f64`, from 32-bit coordinates.
@@ -53,6 +41,19 @@ pub unsafe extern "C" fn isomend_mesh_f32(
     face_count: usize,
     mesh: *mut *mut MeshHandle,
 ) -> Status {
+    // SAFETY: as the caller promises.
+    unsafe { from_arrays(vertices, vertex_count, faces, face_count, mesh) }
+}
+
+/// # Safety
+/// As for `isomend_mesh_f64`.
+unsafe fn from_arrays<T: Copy + Into<f64>>(
+    vertices: *const T,
+    vertex_count: usize,
+    faces: *const u32,
+    face_count: usize,
+    mesh: *mut *mut MeshHandle,
+) -> Status {
     guarded(|| {
         check(mesh, "mesh")?;
         // SAFETY: as the caller promises.
@@ -62,7 +63,7 @@ pub unsafe extern "C" fn isomend_mesh_f32(
                 array(faces, tripled(face_count), "faces")?,
             )
         };
-        let handle = made(vertices.iter().map(|x| f64::from(*x)), faces)?;
+        let handle = made(vertices, faces)?;
         // SAFETY: it was checked; the caller promises the rest.
         unsafe { set(mesh, handle) };
         Ok(())
@@ -87,34 +88,18 @@ fn tripled(count: usize) -> usize {
 }
 
 /// A mesh whose faces refer to its vertices.
-fn made(
-    coordinates: impl Iterator<Item = f64>,
+fn made<T: Copy + Into<f64>>(
+    coordinates: &[T],
     corners: &[u32],
 ) -> Result<*mut MeshHandle, Failure> {
-    let coordinates: Vec<f64> = coordinates.collect();
-    let positions: Vec<DVec3> = coordinates.chunks_exact(3).map(DVec3::from_slice).collect();
-    let count = positions.len();
-    if count >= (u32::MAX / 4) as usize {
-        let what = "the mesh has too many vertices; at most 1073741822 are supported";
-        return Err(Failure::new(Status::Mesh, what));
-    }
-    if let Some(at) = corners.iter().position(|v| *v as usize >= count) {
-        let what = format!(
-            "face {} refers to vertex {}, but there are only {count} vertices, numbered from 0",
-            at / 3,
-            corners[at]
-        );
-        return Err(Failure::new(Status::Mesh, what));
-    }
+    let position = |row: &[T]| DVec3::new(row[0].into(), row[1].into(), row[2].into());
+    let positions = coordinates.chunks_exact(3).map(position);
     let faces = corners.chunks_exact(3).map(|f| [f[0], f[1], f[2]]);
-    let mesh = Mesh::new(positions, faces.collect());
-    let loaded = Loaded {
-        f32_exact: Precision::of(&mesh) == Precision::F32,
-        mesh,
-        format: Format::Ply,
-        attributes: Attributes::default(),
-        document: None,
-        notes: Vec::new(),
-    };
+    let mesh = Mesh::new(positions.collect(), faces.collect());
+    // What else is wrong is said by the work, as it is of a mesh from a file.
+    if let Err(error @ (MeshError::TooMany { .. } | MeshError::Index { .. })) = mesh.validate() {
+        return Err(Failure::new(Status::Mesh, error.to_string()));
+    }
+    let loaded = Loaded::in_memory(mesh, Attributes::default());
     Ok(Box::into_raw(Box::new(MeshHandle(Arc::new(loaded)))))
 }

@@ -2,13 +2,11 @@
 
 use std::ffi::{CStr, CString, c_char};
 
-use isomend_core::check::CheckParams;
 use isomend_core::mend::Control;
 use isomend_core::parameters::Table;
-use isomend_files::job::{
-    self, Drawings, JobError, Place, Source, named_params, named_unit, schema,
-};
+use isomend_files::job::{JobError, JobSpec, Place, named_work, schema};
 use serde::Serialize;
+use serde_json::{Map, Value};
 
 use crate::mesh::MeshHandle;
 use crate::pointers::{check, check_optional, given_away, parameters, set, value};
@@ -16,7 +14,7 @@ use crate::run::{RunOptions, run};
 use crate::status::{Failure, Status, guarded, text};
 
 /// The name, in messages, of a mesh that was not read from a file.
-pub const NO_FILE: &str = "the mesh";
+const NO_FILE: &str = "the mesh";
 
 /// Checks a mesh for defects. `is_sound` is set to the answer, `report` to the report as JSON; each may be null.
 ///
@@ -35,22 +33,10 @@ pub unsafe extern "C" fn isomend_check(
         check_optional(is_sound, "is_sound")?;
         check_optional(report, "report")?;
         // SAFETY: as the caller promises.
-        let (mesh, mut given) = unsafe { (value(mesh, "mesh")?, self::parameters(parameters)?) };
-        let loaded = mesh.0.clone();
-        let work = move |control: &Control| {
-            let unit = named_unit(&mut given)?;
-            let params: CheckParams = named_params(Table::CHECK, &given)?;
-            let source = Source::from(Place::memory(NO_FILE));
-            let drawings = Drawings::default();
-            let checked = job::check(&source, &loaded, &params, unit, &drawings, control)?;
-            Ok((checked.verdict.is_sound(), json_of(&checked.document())))
-        };
-        // SAFETY: as the caller promises.
-        let (answer, document) = unsafe { run(options, work) }?;
-        let document = document?;
+        let (is_good, document) = unsafe { look("check", mesh, parameters, options) }?;
         // SAFETY: they were checked; the caller promises the rest.
         unsafe {
-            set(is_sound, answer);
+            set(is_sound, is_good);
             give(document, report);
         }
         Ok(())
@@ -71,25 +57,43 @@ pub unsafe extern "C" fn isomend_inspect(
     guarded(|| {
         check(report, "report")?;
         // SAFETY: as the caller promises.
-        let (mesh, mut given) = unsafe { (value(mesh, "mesh")?, self::parameters(parameters)?) };
-        let loaded = mesh.0.clone();
-        let work = move |control: &Control| {
-            let unit = named_unit(&mut given)?;
-            if let Some(name) = given.keys().next() {
-                let what = format!("inspect has no parameter '{name}'; it has unit");
-                return Err(JobError::Named { what });
-            }
-            let source = Source::from(Place::memory(NO_FILE));
-            let drawings = Drawings::default();
-            let inspected = job::inspect(&source, &loaded, None, unit, &drawings, control)?;
-            Ok(json_of(&inspected.document()))
-        };
-        // SAFETY: as the caller promises.
-        let document = unsafe { run(options, work) }??;
+        let (_, document) = unsafe { look("inspect", mesh, parameters, options) }?;
         // SAFETY: it was checked; the caller promises the rest.
         unsafe { give(document, report) };
         Ok(())
     })
+}
+
+/// The answer of a command that only looks at a mesh, and its report.
+///
+/// # Safety
+/// As for `isomend_inspect`.
+unsafe fn look(
+    command: &'static str,
+    mesh: *const MeshHandle,
+    given: *const c_char,
+    options: *const RunOptions,
+) -> Result<(bool, CString), Failure> {
+    // SAFETY: as the caller promises.
+    let (mesh, given) = unsafe { (value(mesh, "mesh")?, parameters(given)?) };
+    let loaded = mesh.0.clone();
+    let work = move |control: &Control| {
+        let spec = spec(command, given)?;
+        let read = spec.with(loaded);
+        let looked = read.look(control)?;
+        Ok((looked.is_good(), json_of(&looked.document())))
+    };
+    // SAFETY: as the caller promises.
+    let (is_good, document) = unsafe { run(options, work) }?;
+    Ok((is_good, document?))
+}
+
+/// The job of a command on a mesh in memory.
+pub fn spec(command: &str, given: Map<String, Value>) -> Result<JobSpec, JobError> {
+    let (work, deliverables) = named_work(command, given)?;
+    let mut spec = JobSpec::plan(Place::memory(NO_FILE), work);
+    spec.deliverables = deliverables;
+    Ok(spec)
 }
 
 /// Sets `schema` to the JSON schema of the parameters of a command: `fill`, `repair` or `check`.

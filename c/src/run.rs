@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use isomend_core::cancel::Cancel;
 use isomend_core::mend::{Control, FillError, Step};
+use isomend_core::threads::Threads;
 use isomend_files::job::JobError;
 
 use crate::pointers::optional;
@@ -137,10 +138,7 @@ fn begin<T: Send + 'static>(
         Failure::new(Status::Parameter, what)
     };
     let (send, receive) = channel();
-    // Further threads take time and do nothing.
-    let most_useful = std::thread::available_parallelism().map_or(16, |n| n.get().max(16));
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.min(most_useful));
-    let pool = pool.build().map_err(|_| no_threads(()))?;
+    let pool = Threads::new(threads).map_err(|_| no_threads(()))?;
     let all = move || {
         let report = |step: &Step| {
             let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,12 +1,11 @@
 //! Status codes, and the message of the last error of each thread.
 
 use std::cell::RefCell;
-use std::error::Error;
 use std::ffi::{CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use isomend_core::mend::FillError;
-use isomend_files::job::JobError;
+use isomend_files::job::{JobError, PANICKED, with_causes};
 
 /// How a call ended.
 #[repr(C)]
@@ -44,19 +43,13 @@ impl Failure {
 
     /// A fault of isomend.
     pub fn internal() -> Self {
-        let message = "the work ended in a panic; this is a bug of isomend, please report it";
-        Self::new(Status::Internal, message)
+        Self::new(Status::Internal, PANICKED)
     }
 }
 
 impl From<JobError> for Failure {
     fn from(error: JobError) -> Self {
-        let mut message = error.to_string();
-        let mut cause = error.source();
-        while let Some(error) = cause {
-            message += &format!(": {error}");
-            cause = error.source();
-        }
+        let message = with_causes(&error);
         let status = match &error {
             JobError::Fill(error)
             | JobError::Inspect { error, .. }

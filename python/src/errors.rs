@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use isomend::compare::CompareError;
 use isomend::io::IoError;
-use isomend::job::JobError;
+use isomend::job::{JobError, with_causes};
 use isomend::volume::VolumeError;
 use isomend::{FairError, FillError, RestoreError, VolumeSurfaceError};
 use pyo3::exceptions::PyRuntimeError;
@@ -37,13 +37,7 @@ impl Failure {
     }
 
     fn of(exception: &'static str, error: &dyn Error) -> Self {
-        let mut message = error.to_string();
-        let mut source = error.source();
-        while let Some(cause) = source {
-            message += &format!(": {cause}");
-            source = cause.source();
-        }
-        Self::new(exception, message)
+        Self::new(exception, with_causes(error))
     }
 }
 

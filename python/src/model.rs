@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use isomend::Attributes;
 use isomend::Mesh;
-use isomend::io::{Format, Loaded, Precision};
+use isomend::io::Loaded;
 use isomend::job::{Place, Source, Work};
 use isomend::volume::signed_distances;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
@@ -35,16 +35,8 @@ pub struct Model {
 impl Model {
     /// A mesh with attributes that was not read from a file.
     fn made(mesh: Mesh, attributes: Attributes) -> Self {
-        let loaded = Loaded {
-            f32_exact: Precision::of(&mesh) == Precision::F32,
-            mesh,
-            format: Format::Ply,
-            attributes,
-            document: None,
-            notes: Vec::new(),
-        };
         Self {
-            loaded: Arc::new(loaded),
+            loaded: Arc::new(Loaded::in_memory(mesh, attributes)),
             source: Place::memory(NO_FILE),
         }
     }

@@ -4,7 +4,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use isomend::job::PANICKED;
 use isomend::{Cancel, Control, Step};
+use isomend_core::threads::Threads;
 use pyo3::prelude::*;
 
 use crate::errors::Failure;
@@ -66,8 +68,7 @@ pub fn run<T: Send + 'static>(
                 return Err(Failure::new("Cancelled", "stopped by the progress function").into());
             }
             (_, Err(RecvTimeoutError::Disconnected)) => {
-                let what = "the work ended in a panic; this is a bug of isomend, please report it";
-                return Err(Failure::new("IsomendError", what).into());
+                return Err(Failure::new("IsomendError", PANICKED).into());
             }
         }
     }
@@ -92,12 +93,7 @@ fn begin<T: Send + 'static>(
             control = control.progress(&report);
         }
         // A new pool for each call: the threads of a shared pool would be missing in a forked process.
-        // Further threads take time and do nothing.
-        let most_useful = std::thread::available_parallelism().map_or(16, |n| n.get().max(16));
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.unwrap_or(0).min(most_useful))
-            .build();
-        let done = match pool {
+        let done = match Threads::new(threads.unwrap_or(0)) {
             Ok(pool) => pool.install(|| work(&control)),
             Err(_) => Err(Failure::parameter(
                 "the threads could not be started; use fewer threads",

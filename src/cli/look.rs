@@ -115,9 +115,9 @@ struct Printer<'a> {
 
 impl Printer<'_> {
     /// The text of the only file, or the table.
-    fn said(&self) -> String {
+    fn said(self) -> String {
         if self.single {
-            return self.text.clone();
+            return self.text;
         }
         let headings = ["file"].iter().chain(self.look.headings);
         let headings: Vec<String> = headings.map(ToString::to_string).collect();

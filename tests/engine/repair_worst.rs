@@ -177,11 +177,10 @@ fn open_sheets_whose_caps_would_intersect_faces_become_shells() {
     assert!(verdict(&done.mesh).holes >= 2);
 }
 
-#[test]
-fn a_spike_of_which_a_cut_would_leave_nothing_is_enclosed_by_an_offset_shell() {
-    let ball = turned(sphere(8));
+/// A thin tetrahedron that sticks out of the unit ball.
+fn needle() -> Mesh {
     let p = DVec3::new;
-    let needle = Mesh::new(
+    Mesh::new(
         vec![
             p(0.8, 0.01, 0.02),
             p(0.8, 0.06, 0.04),
@@ -189,9 +188,14 @@ fn a_spike_of_which_a_cut_would_leave_nothing_is_enclosed_by_an_offset_shell() {
             p(1.4, 0.1, 0.2),
         ],
         vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
-    );
+    )
+}
+
+#[test]
+fn a_spike_of_which_a_cut_would_leave_nothing_is_enclosed_by_an_offset_shell() {
+    let ball = turned(sphere(8));
     // A bowl encloses nothing: it is not united with the spike.
-    let bad = joined(&cut(&ball, |p| p.x < 0.1), &needle);
+    let bad = joined(&cut(&ball, |p| p.x < 0.1), &needle());
     assert!(verdict(&bad).count(DefectKind::SelfIntersection) > 0);
     let done = repaired(&bad, &RepairParams::new().with_skip([RepairStep::Holes]));
     assert_not_worse(&bad, &done);
@@ -207,17 +211,7 @@ fn a_spike_of_which_a_cut_would_leave_nothing_is_enclosed_by_an_offset_shell() {
 #[test]
 fn a_spike_is_united_with_a_ball_whether_or_not_its_hole_stays_open() {
     let ball = cut(&turned(sphere(8)), |p| p.x < -0.95);
-    let p = DVec3::new;
-    let needle = Mesh::new(
-        vec![
-            p(0.8, 0.01, 0.02),
-            p(0.8, 0.06, 0.04),
-            p(1.4, 0.2, 0.05),
-            p(1.4, 0.1, 0.2),
-        ],
-        vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
-    );
-    let bad = joined(&ball, &needle);
+    let bad = joined(&ball, &needle());
     for (holes, skip) in [(0, vec![]), (1, vec![RepairStep::Holes])] {
         let united = repaired(&bad, &RepairParams::new().with_skip(skip));
         let after = verdict(&united.mesh);

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::sync::{Mutex, PoisonError};
 
+use isomend::job::PANICKED;
 use isomend::{Cancel, Control, Step};
 use serde_json::{Map, Value, json};
 
@@ -160,9 +161,7 @@ impl Server {
         };
         match catch_unwind(AssertUnwindSafe(run)) {
             Ok(done) => done.map_err(|error| format!("{error:#}")),
-            Err(_) => Err(
-                "the work ended in a panic; this is a bug of isomend, please report it".to_owned(),
-            ),
+            Err(_) => Err(PANICKED.to_owned()),
         }
     }
 

@@ -4,10 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{anyhow, bail};
 use isomend::Control;
-use isomend::check::CheckParams;
-use isomend::job::{
-    self, Drawings, JobError, JobSpec, Source, named_params, named_unit, named_work, schema,
-};
+use isomend::job::{JobSpec, Source, named_work, schema};
 use isomend::parameters::Table;
 use isomend_view::{Denied, to_read, to_write};
 use serde::Serialize;
@@ -89,25 +86,13 @@ impl Tools {
     ) -> anyhow::Result<Value> {
         let path = taken(&mut given, "path")?.ok_or_else(|| anyhow!("\"path\" is missing"))?;
         let source = Source::from(self.readable(&path)?);
-        match name {
-            "inspect" => {
-                let unit = named_unit(&mut given)?;
-                nothing_left(&given)?;
-                let loaded = source.read()?;
-                let drawings = Drawings::default();
-                let seen = job::inspect(&source, &loaded, None, unit, &drawings, control)?;
-                document(&seen.document())
-            }
-            "check" => {
-                let unit = named_unit(&mut given)?;
-                let params: CheckParams = named_params(Table::CHECK, &given)?;
-                let loaded = source.read()?;
-                let drawings = Drawings::default();
-                let checked = job::check(&source, &loaded, &params, unit, &drawings, control)?;
-                document(&checked.document())
-            }
-            _ => self.mend(name, source, given, control),
+        if TOOLS.iter().any(|tool| tool.name == name && tool.writes) {
+            return self.mend(name, source, given, control);
         }
+        let (work, deliverables) = named_work(name, given)?;
+        let mut spec = JobSpec::plan(source, work);
+        spec.deliverables = deliverables;
+        document(&spec.read()?.look(control)?.document())
     }
 
     /// Fills or repairs a mesh.
@@ -209,16 +194,6 @@ fn is_set(given: &mut Map<String, Value>, name: &str) -> anyhow::Result<bool> {
         None | Some(Value::Null) => Ok(false),
         Some(Value::Bool(flag)) => Ok(flag),
         Some(other) => bail!("{name} must be true or false, but is {other}"),
-    }
-}
-
-/// Refuses further arguments of a tool without parameters.
-fn nothing_left(given: &Map<String, Value>) -> Result<(), JobError> {
-    match given.keys().next() {
-        Some(name) => Err(JobError::Named {
-            what: format!("inspect has no parameter '{name}'; it has path, unit"),
-        }),
-        None => Ok(()),
     }
 }
 

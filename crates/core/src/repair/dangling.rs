@@ -177,8 +177,9 @@ pub(super) fn drop(
         (removed, rims)
     };
     report.non_manifold_faces += draft.remove(&removed);
-    let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Left(_) | HoleOutcome::Open(_));
     let holes = &mut report.fill.holes;
-    holes.retain(|h| !is_open(&h.outcome) || !edges(&h.hole.rim).any(|e| rims.contains(&e)));
+    holes.retain(|h| {
+        h.outcome.closure().is_some() || !edges(&h.hole.rim).any(|e| rims.contains(&e))
+    });
     Ok(())
 }

@@ -90,6 +90,18 @@ pub struct Loaded {
 }
 
 impl Loaded {
+    /// A mesh with attributes that was not read from a file; it counts as PLY.
+    pub fn in_memory(mesh: Mesh, attributes: Attributes) -> Self {
+        Self {
+            f32_exact: Precision::of(&mesh) == Precision::F32,
+            mesh,
+            format: Format::Ply,
+            attributes,
+            document: None,
+            notes: Vec::new(),
+        }
+    }
+
     /// The result of removing faces: `mesh`, with the attributes of the marked vertices and faces.
     #[must_use]
     pub fn restricted(&self, mesh: Mesh, [vertices, faces]: [&[bool]; 2]) -> Self {

@@ -2,12 +2,12 @@
 //! first mesh is read, writes the JSON documents and counts how the jobs ended. The commands that read a mesh are batches, except `compare`
 //! and `view`.
 
-use std::error::Error;
 use std::io;
 use std::path::PathBuf;
 
 use super::deliver::Deliverables;
 use super::documents::{DocumentList, failed_document};
+use super::error::with_causes;
 use super::places::{in_folder, is_folder_name, refuse_over};
 use super::{
     Drawings, JobError, JobPlan, JobResult, JobSpec, Looked, Output, Place, Source, Work,
@@ -109,13 +109,7 @@ pub trait BatchObserver {
 
     /// The message of an error with its causes, for [`BatchObserver::failed`] and the document.
     fn words(&self, error: JobError) -> String {
-        let mut text = error.to_string();
-        let mut cause = error.source();
-        while let Some(error) = cause {
-            text += &format!(": {error}");
-            cause = error.source();
-        }
-        text
+        with_causes(&error)
     }
 }
 
@@ -210,10 +204,9 @@ impl Batch {
         if job.work.only_looks() {
             let looked = read.look(control)?;
             observer.looked(job, &looked).map_err(JobError::Observer)?;
-            documents.into_iter().for_each(|all| match &looked {
-                Looked::Inspected(inspected) => all.add(&inspected.document()),
-                Looked::Checked(checked) => all.add(&checked.document()),
-            });
+            documents
+                .into_iter()
+                .for_each(|all| all.add(&looked.document()));
             return Ok(looked.is_good());
         }
         let done = read.mend(control)?.write()?;

@@ -48,7 +48,7 @@ mod bare {
 
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    use crate::io::{Format, Loaded, Precision};
+    use crate::io::Loaded;
     use isomend_core::mesh::{Attributes, Mesh};
 
     pub(super) fn serialize<S: Serializer>(value: &Arc<Loaded>, to: S) -> Result<S::Ok, S::Error> {
@@ -57,14 +57,7 @@ mod bare {
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Arc<Loaded>, D::Error> {
         let mesh = Mesh::deserialize(from)?;
-        Ok(Arc::new(Loaded {
-            f32_exact: Precision::of(&mesh) == Precision::F32,
-            mesh,
-            format: Format::Ply,
-            attributes: Attributes::default(),
-            document: None,
-            notes: Vec::new(),
-        }))
+        Ok(Arc::new(Loaded::in_memory(mesh, Attributes::default())))
     }
 }
 

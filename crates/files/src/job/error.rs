@@ -242,3 +242,19 @@ impl JobError {
         )
     }
 }
+
+/// The message of an error, followed by the messages of its causes.
+#[doc(hidden)]
+pub fn with_causes(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text += &format!(": {error}");
+        cause = error.source();
+    }
+    text
+}
+
+/// The message where work ended in a panic.
+#[doc(hidden)]
+pub const PANICKED: &str = "the work ended in a panic; this is a bug of isomend, please report it";

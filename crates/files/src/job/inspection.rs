@@ -11,7 +11,7 @@ use isomend_core::check::{CheckParams, Verdict};
 use isomend_core::compare::{Comparison, compare as compare_meshes};
 use isomend_core::mend::{Control, CreaseEnd, FillError, Inspection};
 use isomend_core::mesh::mask::Selection;
-use isomend_core::mesh::{Defects, OpenChain, Unit};
+use isomend_core::mesh::{Bodies, Defects, OpenChain, Unit};
 
 /// The holes and properties of a mesh file.
 #[non_exhaustive]
@@ -27,6 +27,18 @@ pub struct Inspected<'a> {
     pub marked: Option<(Selection, Marked)>,
     /// The unit of the coordinates, where it was given.
     pub unit: Option<Unit>,
+}
+
+/// The inspection of a mesh and its bodies.
+fn found<'a>(
+    place: &Place,
+    loaded: &'a Loaded,
+    bodies: Option<&Bodies>,
+) -> Result<Inspection<'a>, JobError> {
+    Inspection::of_bodies(&loaded.mesh, bodies).map_err(|error| JobError::Inspect {
+        name: place.name(),
+        error,
+    })
 }
 
 /// Ends the work between two stages if the run is cancelled.
@@ -52,12 +64,7 @@ pub fn inspect<'a>(
 ) -> Result<Inspected<'a>, JobError> {
     let place = &source.place;
     let bodies = loaded.bodies();
-    let found = Inspection::of_bodies(&loaded.mesh, bodies.as_ref()).map_err(|error| {
-        JobError::Inspect {
-            name: place.name(),
-            error,
-        }
-    })?;
+    let found = found(place, loaded, bodies.as_ref())?;
     go_on(control)?;
     let crease_ends = found.crease_ends(control)?;
     go_on(control)?;
@@ -105,8 +112,12 @@ struct InspectBody<'a> {
 impl Inspected<'_> {
     /// The JSON document of the inspection.
     pub fn document(&self) -> Document<impl Serialize> {
+        Document::new("inspect", self.body())
+    }
+
+    fn body(&self) -> InspectBody<'_> {
         let Self { loaded, found, .. } = self;
-        let body = InspectBody {
+        InspectBody {
             input: FileInfo::new(self.place, loaded.format, &loaded.mesh),
             notes: &loaded.notes,
             unit: self.unit,
@@ -120,8 +131,7 @@ impl Inspected<'_> {
             holes: found.holes.iter().map(HoleRow::new).collect(),
             crease_ends: self.crease_ends.iter().map(CreaseEndRow::new).collect(),
             mask: self.marked.as_ref().map(|(selection, _)| selection),
-        };
-        Document::new("inspect", body)
+        }
     }
 }
 
@@ -139,6 +149,20 @@ impl Looked<'_> {
         match self {
             Self::Inspected(_) => true,
             Self::Checked(checked) => checked.verdict.is_sound(),
+        }
+    }
+
+    /// The JSON document.
+    pub fn document(&self) -> Document<impl Serialize> {
+        #[derive(Serialize)]
+        #[serde(untagged)]
+        enum Body<'a> {
+            Inspect(InspectBody<'a>),
+            Check(CheckBody<'a>),
+        }
+        match self {
+            Self::Inspected(found) => Document::new("inspect", Body::Inspect(found.body())),
+            Self::Checked(found) => Document::new("check", Body::Check(found.body())),
         }
     }
 }
@@ -173,12 +197,7 @@ pub fn check<'a>(
     params.check().map_err(FillError::from)?;
     let place = &source.place;
     let bodies = loaded.bodies();
-    let found = Inspection::of_bodies(&loaded.mesh, bodies.as_ref()).map_err(|error| {
-        JobError::Inspect {
-            name: place.name(),
-            error,
-        }
-    })?;
+    let found = found(place, loaded, bodies.as_ref())?;
     go_on(control)?;
     let verdict = checked(&found, bodies.as_ref(), params)?;
     go_on(control)?;
@@ -212,13 +231,16 @@ struct CheckBody<'a> {
 impl Checked<'_> {
     /// The JSON document of the check.
     pub fn document(&self) -> Document<impl Serialize> {
-        let body = CheckBody {
+        Document::new("check", self.body())
+    }
+
+    fn body(&self) -> CheckBody<'_> {
+        CheckBody {
             input: FileInfo::new(self.place, self.loaded.format, &self.loaded.mesh),
             notes: &self.loaded.notes,
             unit: self.unit,
             verdict: VerdictRow::new(&self.verdict),
-        };
-        Document::new("check", body)
+        }
     }
 }
 

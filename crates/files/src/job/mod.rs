@@ -73,7 +73,7 @@ pub use unchanged::Unchanged;
 pub use volumes::{MeasuredFile, VolumeSeconds, measure, write_volume};
 
 pub use {
-    each::default_plan, hash::sha256, named::named_params, named::named_unit, named::named_work,
+    each::default_plan, error::PANICKED, error::with_causes, hash::sha256, named::named_work,
     named::params_of, named::schema, staging::write_text, texels::INTERMEDIATE,
     units::contradiction, volumes::DISTANCE,
 };

@@ -36,13 +36,8 @@ pub enum Work {
 impl Work {
     /// The files that it reads besides the mesh, each with what it is.
     pub(super) fn files_read(&self) -> Vec<(&'static str, PathBuf)> {
-        let mask = match self {
-            Self::Restore(mask, _) | Self::Fair(Some(mask), _) | Self::Inspect(Some(mask)) => {
-                Some(mask)
-            }
-            _ => None,
-        };
-        let masks = mask
+        let masks = self
+            .mask()
             .into_iter()
             .flat_map(|m| m.inside.iter().chain(&m.face_files));
         let masks = masks.map(|path| ("a mask", path.clone()));
@@ -50,6 +45,15 @@ impl Work {
             .template()
             .map(|path| ("the template", path.to_path_buf()));
         masks.chain(template).collect()
+    }
+
+    /// Its mask, if it has one.
+    pub(super) fn mask(&self) -> Option<&MaskSpec> {
+        match self {
+            Self::Restore(mask, _) => Some(mask),
+            Self::Fair(mask, _) | Self::Inspect(mask) => mask.as_ref(),
+            Self::Fill(_) | Self::Repair(_) | Self::Copy | Self::Check(_) => None,
+        }
     }
 
     /// The name of the command that does it.

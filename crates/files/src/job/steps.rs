@@ -145,10 +145,7 @@ impl<'s> Read<'s> {
                 Looked::Checked(check(source, loaded, params, unit, drawings, control)?)
             }
             work => {
-                let mask = match work {
-                    Work::Inspect(mask) => mask.as_ref(),
-                    _ => None,
-                };
+                let mask = work.mask();
                 Looked::Inspected(inspect(source, loaded, mask, unit, drawings, control)?)
             }
         })
@@ -287,12 +284,7 @@ impl Mended<'_> {
 impl Work {
     /// The colours by which faces were marked to be replaced. The patches must not be marked again.
     pub(super) fn painted(&self) -> Vec<UnwantedColour> {
-        let mask = match self {
-            Self::Restore(mask, _) => Some(mask),
-            Self::Fair(mask, _) => mask.as_ref(),
-            _ => None,
-        };
-        let colours = mask.map_or(&[][..], |mask| &mask.colours);
+        let colours = self.mask().map_or(&[][..], |mask| &mask.colours);
         let unwanted = |c: &PaintedColour| UnwantedColour {
             rgb: c.rgb,
             tolerance: c.tolerance,
@@ -308,10 +300,9 @@ impl Work {
     ) -> Result<Inspection<'m>, JobError> {
         let found = Inspection::of_bodies(mesh, bodies);
         Ok(match self {
-            Self::Fill(_) | Self::Repair(_) => found?,
             Self::Restore(..) => found.map_err(RestoreError::from)?,
             Self::Fair(..) => found.map_err(FairError::from)?,
-            Self::Copy | Self::Inspect(_) | Self::Check(_) => found?,
+            _ => found?,
         })
     }
 }

@@ -1,12 +1,13 @@
 //! Instances of glTF nodes by the extension `EXT_mesh_gpu_instancing`: each becomes a child node of its own, in the mesh that is
 //! read and in the document that is written.
 
-use gltf_json::{Root, Value};
+use gltf_json::Value;
 use serde_json::{Map, json};
 
-use super::super::{IoError, Location, text};
+use super::super::{IoError, Location};
 use super::accessor::{self, Raw};
 use super::buffers::Buffers;
+use super::rewritten::{Rewritten, parsed, rewritten, taken};
 
 /// The extension that draws the mesh of a node once for each of several transforms.
 pub(super) const INSTANCING: &str = "EXT_mesh_gpu_instancing";
@@ -14,32 +15,14 @@ pub(super) const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 /// Estimated memory in bytes of a node, as text and parsed.
 const NODE: usize = 1024;
 
-/// A file whose instances are nodes.
-pub(super) struct Expanded {
-    pub(super) json: Vec<u8>,
-    pub(super) root: Root,
-    /// Number of instances.
-    pub(super) count: usize,
-}
-
-/// Replaces instances by nodes; `None` if the file has none.
+/// Replaces instances by nodes; returns the file and the number of instances, or `None` if it has none.
 pub(super) fn expanded(
     json: &[u8],
     buffers: &mut Buffers<'_>,
-) -> Result<Option<Expanded>, IoError> {
-    if text::find(json, INSTANCING.as_bytes()).is_none() {
+) -> Result<Option<(Rewritten, usize)>, IoError> {
+    let Some(mut file) = parsed(json, INSTANCING, buffers)? else {
         return Ok(None);
-    }
-    let format = buffers.format;
-    let damaged = |error: serde_json::Error| {
-        IoError::malformed(
-            format,
-            Location::File,
-            format!("the JSON part is damaged: {error}"),
-        )
     };
-    buffers.spend(4 * json.len())?;
-    let mut file: Value = serde_json::from_slice(json).map_err(damaged)?;
     let mut made: Vec<Value> = Vec::new();
     let nodes = file.get_mut("nodes").and_then(Value::as_array_mut);
     let Some(nodes) = nodes else {
@@ -47,10 +30,9 @@ pub(super) fn expanded(
     };
     let first = nodes.len();
     for (index, node) in nodes.iter_mut().enumerate() {
-        let Some(node) = node.as_object_mut() else {
-            continue;
-        };
-        let Some(attributes) = take_attributes(node) else {
+        let instancing = taken(node, INSTANCING);
+        let attributes = instancing.and_then(|i| i.get("attributes").cloned());
+        let (Some(attributes), Some(node)) = (attributes, node.as_object_mut()) else {
             continue;
         };
         let transforms = transforms(&attributes, index, buffers)?;
@@ -76,36 +58,7 @@ pub(super) fn expanded(
     }
     let count = made.len();
     nodes.append(&mut made);
-    for list in ["extensionsUsed", "extensionsRequired"] {
-        without_extension(&mut file, list, INSTANCING);
-    }
-    let json = serde_json::to_vec(&file).map_err(damaged)?;
-    let root = Root::from_slice(&json).map_err(damaged)?;
-    Ok(Some(Expanded { json, root, count }))
-}
-
-/// Removes the extension from a node; returns its attributes.
-fn take_attributes(node: &mut Map<String, Value>) -> Option<Value> {
-    let extensions = node.get_mut("extensions")?.as_object_mut()?;
-    let instancing = extensions.remove(INSTANCING)?;
-    if extensions.is_empty() {
-        node.remove("extensions");
-    }
-    instancing.get("attributes").cloned()
-}
-
-/// Removes an extension from a list of the file, and the list if nothing is left.
-pub(super) fn without_extension(file: &mut Value, list: &str, extension: &str) {
-    let Some(file) = file.as_object_mut() else {
-        return;
-    };
-    let Some(names) = file.get_mut(list).and_then(Value::as_array_mut) else {
-        return;
-    };
-    names.retain(|name| name != extension);
-    if names.is_empty() {
-        file.remove(list);
-    }
+    Ok(Some((rewritten(file, INSTANCING, buffers.format)?, count)))
 }
 
 /// The transforms of the instances, as nodes without a mesh.

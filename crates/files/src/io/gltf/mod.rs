@@ -11,6 +11,7 @@ mod meshopt;
 mod morph;
 mod patch;
 mod patch_materials;
+mod rewritten;
 mod scene;
 mod values;
 mod write;
@@ -46,8 +47,7 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
     }
     check_extensions(&root, format)?;
     let mut buffers = Buffers::new(&root, format, binary, bytes.len(), resolve);
-    let mut unpacked = meshopt::decompressed(json, &mut buffers)?;
-    let contents = unpacked.as_mut().map(|u| std::mem::take(&mut u.buffers));
+    let (unpacked, contents) = meshopt::decompressed(json, &mut buffers)?.unzip();
     let (json, root) = match &unpacked {
         Some(unpacked) => (&unpacked.json[..], &unpacked.root),
         None => (json, &root),
@@ -55,14 +55,14 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
     if let Some(contents) = contents {
         buffers = Buffers::new(root, format, binary, bytes.len(), resolve).with(contents);
     }
-    let instances = instances::expanded(json, &mut buffers)?;
-    let (json, root) = match &instances {
+    let (expanded, instances) = instances::expanded(json, &mut buffers)?.unzip();
+    let (json, root) = match &expanded {
         Some(expanded) => (&expanded.json[..], &expanded.root),
         None => (json, root),
     };
     let scene = scene::read(root, &mut buffers)?;
     let mut loaded = scene.surface.finish()?;
-    if let Some(count) = instances.as_ref().map(|i| i.count).filter(|n| *n > 0) {
+    if let Some(count) = instances.filter(|n| *n > 0) {
         let note = format!("instances of {INSTANCING}, each of which is a node here: {count}");
         loaded.notes.push(note);
     }

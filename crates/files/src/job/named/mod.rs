@@ -44,8 +44,7 @@ pub fn params_of<P: DeserializeOwned>(
 ///
 /// # Errors
 /// [`JobError::Named`], with the name, if a parameter does not exist, or its value has the wrong type or is out of its bounds.
-#[doc(hidden)]
-pub fn named_params<P: DeserializeOwned>(
+fn named_params<P: DeserializeOwned>(
     table: &Table,
     given: &Map<String, Value>,
 ) -> Result<P, JobError> {
@@ -66,7 +65,7 @@ pub fn named_params<P: DeserializeOwned>(
     params_of(table, &values).map_err(|error| wrong(error.to_string()))
 }
 
-/// The work of a fill or a repair, and its deliverables (the unit and the tolerance), from what a program gives by name.
+/// The work of a command, and its deliverables (the unit and the tolerance), from what a program gives by name.
 ///
 /// # Errors
 /// As [`named_params`], and if there is no such work.
@@ -75,46 +74,55 @@ pub fn named_work(
     command: &str,
     mut given: Map<String, Value>,
 ) -> Result<(Work, Deliverables), JobError> {
-    let deliverables = named_deliverables(&mut given)?;
-    let work = match command {
-        "fill" => Work::Fill(named_params(Table::FILL, &given)?),
-        "repair" => Work::Repair(named_params(Table::REPAIR, &given)?),
+    let mut deliverables = Deliverables {
+        unit: unit(&mut given)?,
+        ..Deliverables::default()
+    };
+    if has_tolerance(command) {
+        deliverables.tolerance = tolerance(&mut given)?;
+    }
+    let wrong = |what: String| Err(JobError::Named { what });
+    let work = match (command, given.keys().next()) {
+        ("fill", _) => Work::Fill(named_params(Table::FILL, &given)?),
+        ("repair", _) => Work::Repair(named_params(Table::REPAIR, &given)?),
+        ("check", _) => Work::Check(named_params(Table::CHECK, &given)?),
+        ("inspect", None) => Work::Inspect(None),
+        ("inspect", Some(name)) => {
+            return wrong(format!("inspect has no parameter '{name}'; it has {UNIT}"));
+        }
         _ => {
-            let what = format!("'{command}' is no work with named parameters: take fill or repair");
-            return Err(JobError::Named { what });
+            return wrong(format!(
+                "'{command}' is no work with named parameters: take fill or repair, check or inspect"
+            ));
         }
     };
     work.check()?;
     Ok((work, deliverables))
 }
 
-/// Takes the unit of the coordinates and the tolerance out of what a program gives by name.
-fn named_deliverables(given: &mut Map<String, Value>) -> Result<Deliverables, JobError> {
-    let unit = named_unit(given)?;
-    let tolerance = take(given, TOLERANCE).map(|value| {
-        let tolerance = value.as_f64().filter(|t| t.is_finite() && *t > 0.0);
-        let what = format!("{TOLERANCE} must be a positive number, but is {value}");
-        tolerance.ok_or(JobError::Named { what })
-    });
-    Ok(Deliverables {
-        unit,
-        tolerance: tolerance.transpose()?,
-        ..Deliverables::default()
-    })
+/// Whether a command takes the tolerance: one that makes patches.
+fn has_tolerance(command: &str) -> bool {
+    matches!(command, "fill" | "repair")
 }
 
 /// Takes the unit of the coordinates out of what a program gives by name.
-///
-/// # Errors
-/// [`JobError::Named`] if the unit is unknown.
-#[doc(hidden)]
-pub fn named_unit(given: &mut Map<String, Value>) -> Result<Option<Unit>, JobError> {
+fn unit(given: &mut Map<String, Value>) -> Result<Option<Unit>, JobError> {
     let unit = take(given, UNIT).map(|value| {
         let unit = value.as_str().map(str::parse).and_then(Result::ok);
         let what = format!("{UNIT} must be mm, cm, m, in, um or ft, but is {value}");
         unit.ok_or(JobError::Named { what })
     });
     unit.transpose()
+}
+
+/// Takes the tolerance out of what a program gives by name.
+fn tolerance(given: &mut Map<String, Value>) -> Result<Option<f64>, JobError> {
+    let tolerance = take(given, TOLERANCE).map(|value| {
+        let tolerance = value.as_f64().filter(|t| t.is_finite() && *t > 0.0);
+        let what = format!("{TOLERANCE} must be a positive number, but is {value}");
+        tolerance.ok_or(JobError::Named { what })
+    });
+    tolerance.transpose()
 }
 
 /// Takes a value out; a null stands for none.

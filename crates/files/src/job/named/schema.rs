@@ -4,9 +4,9 @@ use isomend_core::mesh::Unit;
 use isomend_core::parameters::{Choice, Kind, Parameter, Table};
 use serde_json::{Map, Value, json};
 
-use super::{TOLERANCE, UNIT};
+use super::{TOLERANCE, UNIT, has_tolerance};
 
-/// The JSON schema (draft 2020-12) of what `named_params` and `named_work` take for a command.
+/// The JSON schema (draft 2020-12) of what `named_work` takes for a command.
 #[doc(hidden)]
 pub fn schema(table: &Table) -> Value {
     let entries = table.entries().filter(|(path, _)| !path.is_empty());
@@ -20,7 +20,7 @@ pub fn schema(table: &Table) -> Value {
             "description": "The unit of the mesh's coordinates; reports print it with every length.",
         }),
     );
-    if has_tolerance(table) {
+    if has_tolerance(table.command) {
         properties.insert(
             TOLERANCE.to_owned(),
             json!({
@@ -30,11 +30,6 @@ pub fn schema(table: &Table) -> Value {
         );
     }
     json!({ "type": "object", "properties": properties, "additionalProperties": false })
-}
-
-/// Whether a command takes the tolerance: one that makes patches.
-fn has_tolerance(table: &Table) -> bool {
-    matches!(table.command, "fill" | "repair")
 }
 
 /// The schema of one parameter.

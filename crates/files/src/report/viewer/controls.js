@@ -8,8 +8,15 @@ export const all = (query) => [...document.querySelectorAll(query)];
 /** Lengths below this fraction of the object's size are rounding errors. */
 const NOTHING = 1e-9;
 
+/** The decimal marks of languages, which take time to find. */
+const marks = new Map();
+
 /** The digits of a number with the decimal mark of the page's language. */
-export const localised = (number) => String(number).replace(".", (0.5).toLocaleString(document.documentElement.lang || "en")[1]);
+export function localised(number) {
+  const language = document.documentElement.lang || "en";
+  if (!marks.has(language)) marks.set(language, (0.5).toLocaleString(language)[1]);
+  return String(number).replace(".", marks.get(language));
+}
 
 /** A number with four significant digits; 0 if it is only a rounding error for an object of this size. */
 export const digits = (x, size = 0) => Math.abs(x) <= NOTHING * Math.abs(size) ? "0" : localised(Number(x.toPrecision(4)));

@@ -11,23 +11,18 @@ mod tests;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
-use gltf_json::{Root, Value};
+use gltf_json::Value;
 use serde::Deserialize;
 
-use super::super::{IoError, Location, text};
+use super::super::{IoError, Location};
 use super::buffers::Buffers;
-use super::instances::without_extension;
+use super::rewritten::{Rewritten, parsed, rewritten, taken};
 
 /// The extension.
 pub(super) const MESHOPT: &str = "EXT_meshopt_compression";
 
-/// A file whose compressed views are decoded.
-pub(super) struct Decompressed {
-    pub(super) json: Vec<u8>,
-    pub(super) root: Root,
-    /// The contents of buffers that were decoded, by the buffers' numbers. Buffers that held compressed data only are empty.
-    pub(super) buffers: BTreeMap<usize, Vec<u8>>,
-}
+/// The contents of buffers that were decoded, by the buffers' numbers. Buffers that held compressed data only are empty.
+type Decoded = BTreeMap<usize, Vec<u8>>;
 
 /// A compressed view, as the extension describes it.
 #[derive(Deserialize)]
@@ -66,24 +61,18 @@ enum Filter {
 pub(super) fn decompressed(
     json: &[u8],
     buffers: &mut Buffers<'_>,
-) -> Result<Option<Decompressed>, IoError> {
-    if text::find(json, MESHOPT.as_bytes()).is_none() {
+) -> Result<Option<(Rewritten, Decoded)>, IoError> {
+    let Some(mut file) = parsed(json, MESHOPT, buffers)? else {
         return Ok(None);
-    }
-    let format = buffers.format;
-    let damaged = |error: serde_json::Error| {
-        let what = format!("the JSON part is damaged: {error}");
-        IoError::malformed(format, Location::File, what)
     };
-    buffers.spend(4 * json.len())?;
-    let mut file: Value = serde_json::from_slice(json).map_err(damaged)?;
-    let mut made = BTreeMap::new();
+    let format = buffers.format;
+    let mut made = Decoded::new();
     let fallbacks = fallbacks(&mut file);
     // Numbers of the buffers with compressed bytes, and of those whose own data views use.
     let (mut packed, mut plain) = (BTreeSet::new(), BTreeSet::new());
     let views = file.get_mut("bufferViews").and_then(Value::as_array_mut);
     for (index, view) in views.into_iter().flatten().enumerate() {
-        match taken(view) {
+        match taken(view, MESHOPT) {
             Some(extension) => {
                 let fault = |what: String| {
                     IoError::malformed(format, Location::Item("buffer view", index), what)
@@ -105,16 +94,7 @@ pub(super) fn decompressed(
     for unused in packed.difference(&plain) {
         made.entry(*unused).or_default();
     }
-    for list in ["extensionsUsed", "extensionsRequired"] {
-        without_extension(&mut file, list, MESHOPT);
-    }
-    let json = serde_json::to_vec(&file).map_err(damaged)?;
-    let root = Root::from_slice(&json).map_err(damaged)?;
-    Ok(Some(Decompressed {
-        json,
-        root,
-        buffers: made,
-    }))
+    Ok(Some((rewritten(file, MESHOPT, format)?, made)))
 }
 
 /// Removes the extension from the buffers; returns the numbers of those that it marks as without data, or with data that need not be
@@ -123,7 +103,7 @@ fn fallbacks(file: &mut Value) -> BTreeSet<usize> {
     let all = file.get_mut("buffers").and_then(Value::as_array_mut);
     let all = all.into_iter().flatten().enumerate();
     let marked = |(index, buffer): (usize, &mut Value)| {
-        let extension = taken(buffer)?;
+        let extension = taken(buffer, MESHOPT)?;
         (extension.get("fallback") == Some(&Value::Bool(true))).then_some(index)
     };
     all.filter_map(marked).collect()
@@ -134,7 +114,7 @@ fn fill(
     view: &Value,
     compressed: &CompressedView,
     buffers: &mut Buffers<'_>,
-    made: &mut BTreeMap<usize, Vec<u8>>,
+    made: &mut Decoded,
     fault: &dyn Fn(String) -> IoError,
 ) -> Result<(), IoError> {
     let Some(target) = number(view, "buffer") else {
@@ -223,16 +203,6 @@ impl CompressedView {
         });
         Some(bytes.collect())
     }
-}
-
-/// Removes the extension from a buffer or a buffer view, and returns what it says.
-fn taken(item: &mut Value) -> Option<Value> {
-    let extensions = item.get_mut("extensions")?.as_object_mut()?;
-    let extension = extensions.remove(MESHOPT)?;
-    if extensions.is_empty() {
-        item.as_object_mut()?.remove("extensions");
-    }
-    Some(extension)
 }
 
 fn number(item: &Value, name: &str) -> Option<usize> {
