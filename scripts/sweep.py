@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Sensitivity analysis: varies the thresholds of crates/core/src/tuning one by one, and prints how results and errors change.
+"""Sensitivity analysis: varies the thresholds (`tunable(…)` in the sources) one by one, and prints how results and errors change.
 
 usage: sweep.py [--only REGEX] [--factors 0.7,1.4] [--binary PROGRAM] [--folder FOLDER [--score COMMAND]] [--cases REGEX] [--most-holes N] [--json FILE]
 
@@ -27,19 +27,21 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-FIELD = re.compile(r"^        (\w+): (f64|usize|i32|u32|u64) = ([^,]+),$")
+THRESHOLD = re.compile(r'tunable\(\s*"(\w+\.\w+)",\s*([^,)]+),?\s*\)')
+KIND = re.compile(r"Tunable<(\w+)>")
 
 
 def thresholds():
     """The thresholds in the sources: names such as fill.bent, with type and value."""
     found = {}
-    for path in sorted((ROOT / "crates/core/src/tuning").glob("*.rs")):
-        for line in path.read_text().splitlines():
-            if match := FIELD.match(line):
-                name, kind, text = match.groups()
-                text = text.replace("_", "").replace("std::f64::consts::SQRT2", str(math.sqrt(2)))
-                number = eval(text, {"__builtins__": {}})  # Numbers and products of numbers, from the repository's own sources.
-                found[f"{path.stem}.{name}"] = (kind, number)
+    for path in sorted((ROOT / "crates").glob("*/src/**/*.rs")):
+        source = path.read_text()
+        for match in THRESHOLD.finditer(source):
+            name, text = match.groups()
+            kind = KIND.findall(source, 0, match.start())[-1]
+            text = text.replace("_", "").replace("std::f64::consts::SQRT2", str(math.sqrt(2)))
+            number = eval(text, {"__builtins__": {}})  # Numbers and products of numbers, from the repository's own sources.
+            found[name] = (kind, number)
     return found
 
 

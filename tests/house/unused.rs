@@ -1,9 +1,10 @@
 //! Every public item of the packages is used: what is public to other packages is not covered by the compiler's own lint. No two types that
 //! are visible in a whole package share a name.
+//! Thresholds are named as their constants are.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::files_below;
 
@@ -92,4 +93,34 @@ fn types_have_names_of_their_own() {
     assert!(types.len() > 300, "only {} were read", types.len());
     types.retain(|_, places| places.len() > 1);
     assert!(types.is_empty(), "types of the same name: {types:#?}");
+}
+
+#[test]
+fn thresholds_have_the_names_of_their_constants() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut files = Vec::new();
+    files_below(&root.join("crates"), &["rs"], &mut files);
+    let mut places: BTreeMap<String, PathBuf> = BTreeMap::new();
+    for file in files.iter().filter(|file| !file.ends_with("tuning/mod.rs")) {
+        let text = fs::read_to_string(file).unwrap();
+        let mut pieces = text.split(": Tunable<");
+        let mut before = pieces.next().unwrap();
+        for piece in pieces {
+            let constant = before.rsplit(|c| !is_word(c)).next().unwrap();
+            before = piece;
+            let Some((_, rest)) = piece.split_once("tunable(") else {
+                continue;
+            };
+            let name = rest.split('"').nth(1).unwrap();
+            let own = name.split_once('.').map(|(_, own)| own.to_uppercase());
+            assert_eq!(own.as_deref(), Some(constant), "{}", file.display());
+            let other = places.insert(name.to_owned(), file.clone());
+            assert!(
+                other.is_none(),
+                "{name} in {other:?} and {}",
+                file.display()
+            );
+        }
+    }
+    assert!(places.len() > 350, "only {} were read", places.len());
 }

@@ -13,7 +13,34 @@ use crate::elementary::{log10, powf};
 use crate::mesh::topology::{Topology, end, start};
 use crate::mesh::{DisjointSets, Hole, Mesh, VertexFaces};
 use crate::spatial::{Bounds, BoxTree};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Edge lengths. A boundary vertex within this distance of an edge lies on it (T-junction). In CAD files with 64-bit
+/// floats
+/// T-junction vertices lay within 1e-12 of the edge; after rounding to 32-bit floats, within 3e-7 where edges are a
+/// hundredth of the largest coordinate. The resolution of the file's coordinates is used where it is larger.
+const JUNCTION: Tunable<f64> = tunable("check.junction", 1e-6);
+
+/// Edge lengths. Upper bound of the T-junction tolerance.
+pub(crate) const JUNCTION_MOST: Tunable<f64> = tunable("check.junction_most", 1e-3);
+
+/// T-junction tolerances. A vertex closer than this to an end of an edge counts as at the end, not on the edge.
+const JUNCTION_ENDS: Tunable<f64> = tunable("check.junction_ends", 4.0);
+
+/// Lengths of the shorter of two boundary edges. Edges whose ends are within this distance count as nearly coinciding in
+/// the merge advice. On 20 000 triangles at random places 0.25 took ten times as long.
+const WELD_PART: Tunable<f64> = tunable("check.weld_part", 0.1);
+
+/// Fraction of the boundary edges. A merge distance is advised only if it closes at least this fraction.
+const WELD_LEAST: Tunable<f64> = tunable("check.weld_least", 0.05);
+
+/// Boundary edges. A merge distance is tried before it is advised only where there are at most this many: in a heap of loose
+/// triangles this takes seconds.
+const WELD_TESTED: Tunable<usize> = tunable("check.weld_tested", 5000);
+
+/// Diagonals of the mesh's bounding box. Cracks up to this width are closed. Of 24 solids of a program that makes boolean
+/// operations with a tolerance of 1e-5 the widest cracks were 3e-5.
+pub(crate) const CRACK: Tunable<f64> = tunable("check.crack", 1e-3);
 
 /// The boundary of a welded mesh: its edges with exactly one face.
 pub(crate) struct Boundary<'a> {
@@ -90,7 +117,7 @@ impl<'a> Boundary<'a> {
         let points: Vec<Bounds> = vertices.iter().map(point).collect();
         Self {
             unit,
-            part: tuning().check.junction_most,
+            part: JUNCTION_MOST.get(),
             tree: BoxTree::new(&points),
             mesh,
             half_edges,
@@ -141,7 +168,7 @@ impl<'a> Boundary<'a> {
 
     /// The distance from an edge of this length within which a vertex lies on it, in mesh units.
     fn tolerance(&self, length: f64) -> f64 {
-        let part = (tuning().check.junction * length).max(self.unit);
+        let part = (JUNCTION.get() * length).max(self.unit);
         part.min(self.part * length)
     }
 
@@ -321,11 +348,11 @@ impl<'a> Boundary<'a> {
             .flat_map(|j| &j.vertices)
             .copied()
             .collect();
-        let distances = self.match_distances(tuning().check.weld_part);
+        let distances = self.match_distances(WELD_PART.get());
         let weld = weld_advice(distances, self.ends.len());
-        let is_tested = self.ends.len() <= tuning().check.weld_tested;
+        let is_tested = self.ends.len() <= WELD_TESTED.get();
         let weld = weld.filter(|(length, _)| !is_tested || self.is_closed_by_welding(*length));
-        let most = self.unit.max(tuning().repair.crack * self.diagonal());
+        let most = self.unit.max(CRACK.get() * self.diagonal());
         Closing {
             junctions: vertices.len(),
             junction_holes: holes.iter().filter(closes).count(),
@@ -342,7 +369,7 @@ fn along(p: DVec3, [a, b]: [DVec3; 2], tolerance: f64) -> Option<f64> {
     let way = (b - a) / length;
     let place = (p - a).dot(way);
     let beside = (p - a - place * way).length();
-    let margin = tuning().check.junction_ends * tolerance;
+    let margin = JUNCTION_ENDS.get() * tolerance;
     (beside <= tolerance && place > margin && place < length - margin).then_some(place)
 }
 
@@ -353,7 +380,7 @@ fn along(p: DVec3, [a, b]: [DVec3; 2], tolerance: f64) -> Option<f64> {
 /// Cracks in one file have one cause and one size; intended narrow slits are a considerable part of an edge wide.
 fn weld_advice(mut distances: Vec<f64>, edges: usize) -> Option<(f64, usize)> {
     distances.sort_by(f64::total_cmp);
-    let few = (tuning().check.weld_least * edges as f64).max(2.0);
+    let few = (WELD_LEAST.get() * edges as f64).max(2.0);
     if (distances.len() as f64) < few {
         return None;
     }

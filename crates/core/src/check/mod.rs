@@ -26,12 +26,12 @@ use serde::{Deserialize, Serialize};
 use crate::mesh::{Hole, Mesh, OpenChain, Topology};
 use crate::parameters::{OutOfBounds, tables};
 
-pub(crate) use boundary::Boundary;
+pub(crate) use boundary::{Boundary, CRACK, JUNCTION_MOST};
 pub use components::Component;
 pub(crate) use components::components;
 pub use defects::{duplicates, is_flat, self_intersections, self_intersections_among};
 pub use doubt::ShapeDoubt;
-pub(crate) use resolution::weld_length;
+pub(crate) use resolution::{WELD_UNITS, weld_length};
 pub use walls::Walls;
 
 /// Options of a check: what to look for beyond the defects that are always listed.

@@ -5,7 +5,27 @@ use glam::DVec3;
 
 use crate::elementary::{log10, powi};
 use crate::mesh::Mesh;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Diagonals of the bounding box. Boundary vertices within this distance are merged by default.
+const WELD: Tunable<f64> = tunable("check.weld", 1e-9);
+
+/// Units in the last place of the file's coordinates. Boundary vertices within this distance are merged by default:
+/// positions that were computed twice differed by up to three units.
+pub(crate) const WELD_UNITS: Tunable<f64> = tunable("check.weld_units", 4.0);
+
+/// Diagonals of the bounding box. Upper bound of the distance of `WELD_UNITS`: coordinates with few digits, such as voxel
+/// coordinates, are often exact.
+const WELD_MOST: Tunable<f64> = tunable("check.weld_most", 1e-5);
+
+/// Decimal digits. Smallest precision looked for in the coordinates of text files.
+const LEAST_DIGITS: Tunable<i32> = tunable("check.least_digits", 4);
+
+/// Decimal digits. Largest precision looked for in the coordinates of text files.
+const MOST_DIGITS: Tunable<i32> = tunable("check.most_digits", 12);
+
+/// Relative distance. A coordinate this close to a 32-bit float counts as one written with nine digits or more.
+const SINGLE: Tunable<f64> = tunable("check.single", 5e-9);
 
 /// The distance within which boundary vertices count as one (mesh units): a fraction of the diagonal of the bounding box, or, if
 /// larger, a few units in the last place of the largest coordinate, up to a limit. This place is the last bit of a 32-bit float
@@ -18,9 +38,9 @@ pub(crate) fn weld_length(mesh: &Mesh) -> f64 {
     let points: Vec<DVec3> = points.map(|(p, _)| *p).collect();
     let (low, high) = crate::mesh::bounds(points.iter().copied());
     let diagonal = low.distance(high);
-    let unit = tuning().check.weld_units * unit(&points);
-    let most = tuning().check.weld_most * diagonal;
-    (tuning().check.weld * diagonal).max(unit.min(most))
+    let unit = WELD_UNITS.get() * unit(&points);
+    let most = WELD_MOST.get() * diagonal;
+    (WELD.get() * diagonal).max(unit.min(most))
 }
 
 /// The unit in the last place of the largest coordinate, in the format that the coordinates seem to have been written in.
@@ -32,7 +52,7 @@ fn unit(points: &[DVec3]) -> f64 {
     }
     let is_single = |p: &DVec3| {
         let apart = (p.as_vec3().as_dvec3() - *p).abs();
-        apart.cmple(tuning().check.single * p.abs()).all()
+        apart.cmple(SINGLE.get() * p.abs()).all()
     };
     if points.iter().all(is_single) {
         return f64::from(f32::EPSILON) * largest;
@@ -44,7 +64,7 @@ fn unit(points: &[DVec3]) -> f64 {
             (steps - steps.round()).abs() * step <= 2.0 * f64::EPSILON * largest
         })
     };
-    let digits = (tuning().check.least_digits..=tuning().check.most_digits).find(|d| is_of(*d));
+    let digits = (LEAST_DIGITS.get()..=MOST_DIGITS.get()).find(|d| is_of(*d));
     digits.map_or(f64::EPSILON * largest, |digits| step(largest, digits))
 }
 

@@ -15,7 +15,22 @@ use super::so_far::{Made, SoFar};
 use crate::finish::{Refusal, Surroundings, biharmonic};
 use crate::mesh::Hole;
 use crate::stitch::{Patch, flipped, refined_triangulation};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Edges. Rims with more edges get no faired triangulation: its time grows with the cube of their number, and the rim
+/// alone seldom determines the shape of so wide a hole.
+const MOST_FAIRED_EDGES: Tunable<usize> = tunable("fill.most_faired_edges", 400);
+
+/// Rounds. A triangulation is faired and its edges are flipped this many times before it is faired for the last time.
+const FAIRINGS: Tunable<usize> = tunable("fill.fairings", 2);
+
+/// Fraction of the faces. Faired triangulations of several rims of which more intersect are not finished, since the finish
+/// moves vertices little.
+const MOST_CROSSING: Tunable<f64> = tunable("fill.most_crossing", 0.02);
+
+/// Unknowns times steps, per square of a rim's number of edges. Expected cost of a faired triangulation, mostly of its
+/// finish: 26 µs on 28 holes of scans and models.
+const FAIRED_COST: Tunable<f64> = tunable("fill.faired_cost", 4.3);
 
 /// Expected cost in unknowns times steps; infinite where a rim has too many edges.
 pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
@@ -24,8 +39,8 @@ pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
 
 /// Expected cost for one rim with this number of edges.
 pub(super) fn cost_of_rim(edges: usize) -> f64 {
-    match edges <= tuning().fill.most_faired_edges {
-        true => tuning().fill.faired_cost * (edges as f64).powi(2),
+    match edges <= MOST_FAIRED_EDGES.get() {
+        true => FAIRED_COST.get() * (edges as f64).powi(2),
         false => f64::INFINITY,
     }
 }
@@ -84,7 +99,7 @@ impl RegionProblem<'_> {
     /// The faired triangulation of each rim; none where one fails, or where many of their faces intersect: finishing them, which
     /// moves them little, would be in vain.
     fn spanned_each(&self) -> Option<Vec<(Local, Patch)>> {
-        let is_too_long = |h: &&Hole| h.edges > tuning().fill.most_faired_edges;
+        let is_too_long = |h: &&Hole| h.edges > MOST_FAIRED_EDGES.get();
         if self.cancel.is_cancelled() || !self.is_finished() || self.holes.iter().any(is_too_long) {
             return None;
         }
@@ -100,7 +115,7 @@ impl RegionProblem<'_> {
             join(&mut all, &local.to_whole(patch.clone()), count);
             spanned.push((local, patch));
         }
-        let most = tuning().fill.most_crossing * all.faces.len() as f64;
+        let most = MOST_CROSSING.get() * all.faces.len() as f64;
         (self.count_intersecting(&all) as f64 <= most).then_some(spanned)
     }
 
@@ -113,9 +128,9 @@ impl RegionProblem<'_> {
     /// A refined triangulation of a rim, alternately faired and flipped. Its vertices are numbered as in the returned part of the
     /// mesh.
     pub(super) fn spanned(&self, hole: &Hole, linear: LinearFill) -> Option<(Local, Patch)> {
-        (hole.edges <= tuning().fill.most_faired_edges).then_some(())?;
+        (hole.edges <= MOST_FAIRED_EDGES.get()).then_some(())?;
         let (mut local, rim, mut patch) = self.refined(hole)?;
-        for _ in 0..tuning().fill.fairings {
+        for _ in 0..FAIRINGS.get() {
             fill(&mut local, &mut patch, linear);
             patch = flipped(&local.part.mesh, &rim, &patch);
         }

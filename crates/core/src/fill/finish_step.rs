@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::RIM_REACH;
 use super::candidate::{FinishReport, FinishedPatch, PatchInitialisation};
 use super::params::Finish;
 use super::problem::RegionProblem;
@@ -10,7 +11,10 @@ use crate::cancel::Cancel;
 use crate::finish::{FinishMethod, FinishParams, FinishRecord, Surroundings, finish};
 use crate::mesh::{Mesh, Part, bounds};
 use crate::stitch::{Patch, count_intersecting};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Unknowns times steps, per face. Expected cost of a finish: 0.13 ms on 274 holes of scans and models.
+const FINISH_COST: Tunable<f64> = tunable("fill.finish_cost", 21.0);
 
 /// The part of the mesh around a patch, with the patch appended.
 pub(super) struct Local {
@@ -109,7 +113,7 @@ impl Local {
 
 /// Expected cost of the finish of a patch with this number of faces, in unknowns times steps.
 pub(super) fn cost(faces: usize) -> f64 {
-    tuning().fill.finish_cost * faces as f64
+    FINISH_COST.get() * faces as f64
 }
 
 /// Finishes the best joined patch of the level sets.
@@ -210,7 +214,7 @@ impl RegionProblem<'_> {
     pub(super) fn wide_part(&self, patch: &Patch) -> Part {
         let rim = || self.holes.iter().flat_map(|h| &h.rim).copied();
         let (low, high) = bounds(rim().map(|v| self.mesh.positions[v as usize]));
-        let margin = DVec3::splat(tuning().fill.rim_reach * low.distance(high));
+        let margin = DVec3::splat(RIM_REACH.get() * low.distance(high));
         let (lowest, highest) = bounds(patch.positions.iter().copied());
         let (low, high) = (low - margin, high + margin);
         self.all.part(low.min(lowest), high.max(highest), rim())

@@ -5,7 +5,28 @@ use super::reasons::AttemptFailure;
 use crate::flow::Energy;
 use crate::region::{LevelReport, Start};
 use crate::stitch::StitchError;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Attempts. Upper bound of the level-set solves of a region with one energy, and again with the fallback energy.
+const MOST_ATTEMPTS: Tunable<usize> = tunable("fill.most_attempts", 6);
+
+/// Upper bound of the factor that divides the automatic voxel in a retry: finer grids gave the same result.
+const MOST_REFINED: Tunable<f64> = tunable("fill.most_refined", 2.0);
+
+/// Factor by which the margin of the box around the rims grows when the surface reaches its side.
+const BOX_GROWTH: Tunable<f64> = tunable("fill.box_growth", 1.8);
+
+/// Upper bound of the growth of the box's margin: two steps.
+pub(crate) fn widest_growth() -> f64 {
+    BOX_GROWTH.get() * BOX_GROWTH.get()
+}
+
+/// Margins of the first box. The box grows while its margin is narrower than this, which allows two steps. A missing part
+/// much wider than its rim, such as a sphere of which only a cap of 30° remains, needs both.
+const BOX_WIDE: Tunable<f64> = tunable("fill.box_wide", 3.0);
+
+/// Diameters of the region. Two failures to join a surface at places closer than this count as the same failure.
+const SAME_PLACE: Tunable<f64> = tunable("fill.same_place", 0.05);
 
 /// Settings of one level-set solve of a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +63,7 @@ impl Attempt {
 
     /// Half the voxel, initialised from a triangulation of the rims; none where the voxel is at its least.
     pub(super) fn finer(&self) -> Option<Self> {
-        (self.refine < tuning().fill.most_refined).then_some(Self {
+        (self.refine < MOST_REFINED.get()).then_some(Self {
             refine: 2.0 * self.refine,
             ..self.with_triangulation()
         })
@@ -50,14 +71,14 @@ impl Attempt {
 
     /// Whether the box may grow.
     pub(super) fn may_widen(&self) -> bool {
-        self.growth < tuning().fill.box_wide
+        self.growth < BOX_WIDE.get()
     }
 
     /// A wider box, initialised from the sphere that continues the surroundings: a wide surface is far from an initialisation
     /// that hardly bulges. None where the box has its largest size.
     fn wider(&self) -> Option<Self> {
         self.may_widen().then_some(Self {
-            growth: tuning().fill.box_growth * self.growth,
+            growth: BOX_GROWTH.get() * self.growth,
             start: Start::Sphere,
             ..*self
         })
@@ -150,7 +171,7 @@ pub(super) fn next_attempt(
     // The budget limits the cost of the attempts with one energy, `most_attempts` their number.
     let next = next.filter(|_| region.spent < region.budget);
     if next.is_some() {
-        return next.filter(|_| own.len() < tuning().fill.most_attempts);
+        return next.filter(|_| own.len() < MOST_ATTEMPTS.get());
     }
     // Without a next attempt the fallback energy starts again with the first settings, unless a patch exists that merely
     // intersects faces.
@@ -175,7 +196,7 @@ pub(super) fn failures(history: &History) -> Vec<AttemptFailure> {
 fn is_known(error: &StitchError, earlier: &History, region: &RetryContext) -> bool {
     earlier.iter().any(|(_, failure)| match failure {
         Some(AttemptFailure::NotJoined(other)) => {
-            error.is_like(other, tuning().fill.same_place * region.diameter)
+            error.is_like(other, SAME_PLACE.get() * region.diameter)
         }
         _ => false,
     })
@@ -260,10 +281,7 @@ mod tests {
         let ends = vec![Some(AttemptFailure::ReachedBox); 4];
         let attempts = attempts_for(Energy::Willmore, true, &ends);
         let growths: Vec<f64> = attempts.iter().map(|t| t.growth).collect();
-        assert_eq!(
-            growths,
-            [1.0, tuning().fill.box_growth, tuning().fill.widest()]
-        );
+        assert_eq!(growths, [1.0, BOX_GROWTH.get(), widest_growth()]);
     }
 
     #[test]
@@ -378,7 +396,7 @@ mod tests {
             let digit = |i: u32| failures[code / 5usize.pow(i % 5) % 5].clone();
             let ends: Vec<Option<AttemptFailure>> = (0..20).map(|i| Some(digit(i))).collect();
             for energy in energies {
-                assert!(attempts_for(energy, true, &ends).len() <= 2 * tuning().fill.most_attempts);
+                assert!(attempts_for(energy, true, &ends).len() <= 2 * MOST_ATTEMPTS.get());
             }
         }
     }

@@ -6,7 +6,11 @@ use super::like::Like;
 use crate::flow::Energy;
 use crate::mesh::{Hole, HoleId};
 use crate::region::VoxelSize;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Edge length of a finished patch over the edge length around the hole. On 12 holes of scans 0.5 made patches 9 % worse,
+/// 1 made them 6 % worse.
+const FINISHED_EDGE_RATIO: Tunable<f64> = tunable("fill.finished_edge_ratio", 0.7);
 
 /// How patches are finished on their own triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -84,7 +88,7 @@ impl FillParams {
     /// Edge length of the patch over the edge length around the hole.
     pub fn edge_ratio(&self) -> f64 {
         let usual = || match self.finishes() {
-            true => tuning().fill.finished_edge_ratio,
+            true => FINISHED_EDGE_RATIO.get(),
             false => self.energy.needs().edge_ratio,
         };
         self.edge_ratio.unwrap_or_else(usual)

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::FEW_EDGES;
 use super::base_plane::BasePlane;
 use super::closure::Closure;
 use super::counterpart::placed::PlacedPart;
@@ -15,7 +16,11 @@ use crate::mesh::{Hole, Mesh};
 use crate::region::{BoxSize, Region, Sphere, Start, VoxelSize};
 use crate::sdf::Sampler;
 use crate::stitch::close_seam;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Edges. A single rim of at most this many edges is closed by its faired triangulation alone, if that converges and does
+/// not intersect anything: with so few edges there is only one minimum.
+const FEW_FOR_LEVEL_SET: Tunable<usize> = tunable("fill.few_for_level_set", 12);
 
 /// One region to fill, with everything that the candidates read.
 #[derive(Clone, Copy)]
@@ -61,7 +66,7 @@ impl Closure {
     pub(crate) fn decided(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> Option<Self> {
         match holes {
             [hole] if params.is_on_base(hole) => Some(Self::Base),
-            [hole] if hole.edges <= tuning().fill.few_edges => {
+            [hole] if hole.edges <= FEW_EDGES.get() => {
                 Some(Self::RimTriangles(NotSmooth::FewEdges))
             }
             _ if holes.iter().all(|h| params.is_flat(h.id)) => Some(Self::Flat),
@@ -129,7 +134,7 @@ fn region(
 /// Whether a region is a single rim of few edges for which a faired triangulation is made before any level set; only with an
 /// automatic voxel.
 pub(crate) fn has_few_edges(holes: &[&Hole], params: &FillParams) -> bool {
-    matches!(holes, [hole] if hole.edges <= tuning().fill.few_for_level_set)
+    matches!(holes, [hole] if hole.edges <= FEW_FOR_LEVEL_SET.get())
         && params.finishes()
         && params.voxel == VoxelSize::Auto
 }

@@ -9,7 +9,11 @@ use super::quality::Quality;
 use super::reasons::{AttemptFailure, NotContinued};
 use crate::mesh::HoleId;
 use crate::region::LevelReport;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Diameters. A patch that rises higher than this above its rim balloons. Hemispheres rise by 0.5, caps of cut necks and
+/// limbs by 0.4, patches of holes in a smoothly continued surface by less than 0.2.
+const BALLOON: Tunable<f64> = tunable("fill.balloon", 0.3);
 
 /// Report of a region and its patch.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -122,6 +126,6 @@ impl RegionReport {
     pub fn balloons(&self) -> bool {
         // What a counterpart has is no corner either, but a part of the shape.
         let is_corner = matches!(self.closure, Some(Closure::Sides | Closure::Counterpart));
-        !is_corner && self.rise.is_some_and(|rise| rise > tuning().fill.balloon)
+        !is_corner && self.rise.is_some_and(|rise| rise > BALLOON.get())
     }
 }

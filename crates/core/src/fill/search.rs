@@ -15,7 +15,18 @@ use super::{
 };
 use crate::mesh::Hole;
 use crate::region::Start;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Edges. Rims of at most this many edges get one solve only: they determine little of the surface, and a finer grid adds
+/// nothing.
+const SMALL_EDGES: Tunable<usize> = tunable("fill.small_edges", 16);
+
+/// Diameters. A rim is the end of a tube when its vertices are this close to a plane and `PARALLEL` holds.
+const FLAT_RIM: Tunable<f64> = tunable("fill.flat_rim", 0.01);
+
+/// Length of the mean conormal (the direction in which the surface continues) of a rim, at least, for the end of a tube:
+/// 1 for a straight tube.
+const PARALLEL: Tunable<f64> = tunable("fill.parallel", 0.98);
 
 impl RegionProblem<'_> {
     /// Fills the region.
@@ -39,7 +50,7 @@ impl RegionProblem<'_> {
     fn retry_context(&self) -> RetryContext {
         let is_end = |h: &&Hole| {
             let mean = h.conormals.iter().sum::<DVec3>() / h.conormals.len().max(1) as f64;
-            h.planarity < tuning().fill.flat_rim && mean.length() > tuning().fill.parallel
+            h.planarity < FLAT_RIM.get() && mean.length() > PARALLEL.get()
         };
         RetryContext {
             has_counterpart: self.has_counterpart(),
@@ -98,10 +109,7 @@ fn search(problem: &RegionProblem<'_>) -> RegionPatch {
 fn begin<'b>(problem: &RegionProblem<'_>) -> SoFar<'b> {
     SoFar {
         first: Attempt {
-            accept: problem
-                .holes
-                .iter()
-                .all(|h| h.edges <= tuning().fill.small_edges),
+            accept: problem.holes.iter().all(|h| h.edges <= SMALL_EDGES.get()),
             start: match problem.reference {
                 Some(_) => Start::Triangulation,
                 None => Start::Biharmonic,

@@ -5,7 +5,6 @@ use glam::DVec3;
 
 use super::candidate::FinishedPatch;
 use super::closure::Closure;
-use super::faired;
 use super::finish_step::Local;
 use super::params::{FillParams, Sharp};
 use super::problem::RegionProblem;
@@ -14,12 +13,12 @@ use super::region_patch::RegionPatch;
 use super::report::{CreaseReport, RegionReport};
 use super::sides_error::{Predicted, with_rounding};
 use super::so_far::{Made, SoFar};
+use super::{FEW_EDGES, faired};
 use crate::creases::{Continued, CreaseRefusal, RimSides, Rounded, without_rings};
 use crate::mesh::{Hole, Mesh, Part, Topology, VertexFaces, find_holes};
 use crate::sdf::Sampler;
 use crate::spatial::Bvh;
 use crate::stitch::Patch;
-use crate::tuning::tuning;
 
 /// Edges. Longer rims are not examined: the triangulation of a part takes time proportional to their number of edges times its
 /// area.
@@ -95,7 +94,7 @@ fn declined(why: CreaseRefusal) -> NotContinued {
 
 /// Whether creases that end at the rim of a hole are searched: not at the longest rims, and not where few triangles close it.
 pub(crate) fn may_have_crease_ends(hole: &Hole) -> bool {
-    hole.edges > tuning().fill.few_edges && hole.edges <= MOST_EDGES
+    hole.edges > FEW_EDGES.get() && hole.edges <= MOST_EDGES
 }
 
 impl RegionProblem<'_> {

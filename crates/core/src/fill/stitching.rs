@@ -7,7 +7,11 @@ use crate::mesh::{Hole, Mesh, Part, bounds};
 use crate::region::{LevelSurface, Region};
 use crate::sdf::Surface;
 use crate::stitch::{Patch, StitchError, StitchInput, StitchParams, stitch};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Sizes of the extracted surface. The mesh is given to the stitcher this far around it: farther than the stitcher's own
+/// margin.
+const STITCH_MARGIN: Tunable<f64> = tunable("fill.stitch_margin", 0.15);
 
 impl RegionProblem<'_> {
     /// Joins the extracted surface of a region to its rims.
@@ -71,8 +75,7 @@ impl RegionProblem<'_> {
             .map(|v| self.mesh.positions[v as usize])
             .chain(extracted.positions.iter().copied());
         let (low, high) = bounds(points);
-        let margin =
-            DVec3::splat(tuning().fill.stitch_margin * (high - low).max_element() + 2.0 * voxel);
+        let margin = DVec3::splat(STITCH_MARGIN.get() * (high - low).max_element() + 2.0 * voxel);
         self.all.part(low - margin, high + margin, rim())
     }
 }

@@ -7,7 +7,26 @@ use super::quality::Quality;
 use super::reasons::AttemptFailure;
 use crate::flow::Energy;
 use crate::region::Start;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Unknowns times steps. A faired triangulation with at most this expected cost (a rim of 60 edges, 93 ms) is computed
+/// beside the level set where it may help. More costly rims get a second level set, initialised from a triangulation.
+const CHEAP: Tunable<f64> = tunable("fill.cheap", 15_480.0);
+
+/// ½∫h². If a finished patch has more energy than this, a faired triangulation is computed beside it: a surface bent as
+/// much as a spherical cap of 140° may be one of several minima.
+const BENT: Tunable<f64> = tunable("fill.bent", 8.0);
+
+/// ½∫h². If a zero set has more energy than this, a second level set is computed from a triangulation: nearly the energy
+/// of a sphere (8π).
+const LEVEL_SET_BENT: Tunable<f64> = tunable("fill.level_set_bent", 20.0);
+
+/// Ratio of energies above which one patch is clearly worse. Triangulations of the same surface differ by smaller ratios.
+const CLEARLY_HIGHER: Tunable<f64> = tunable("fill.clearly_higher", 1.1);
+
+/// Ratio of energies above which one kind of surface replaces another. On 143 holes of scans patches with lower energies,
+/// down to 1/1.5, were farther from the true surface than the first patch.
+const MUCH_HIGHER: Tunable<f64> = tunable("fill.much_higher", 2.0);
 
 /// A way to close a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -188,10 +207,8 @@ fn second_initialisation(made: &[Ending], region: &RetryContext) -> Option<Attem
         return None;
     };
     let has_other = own.energy == Energy::Willmore && own.start == Start::Biharmonic;
-    let is_bent = last
-        .level_energy
-        .is_some_and(|e| e > tuning().fill.level_set_bent);
-    let may = region.finishes && region.one_rim && region.faired_cost > tuning().fill.cheap;
+    let is_bent = last.level_energy.is_some_and(|e| e > LEVEL_SET_BENT.get());
+    let may = region.finishes && region.one_rim && region.faired_cost > CHEAP.get();
     (may && has_other && is_bent).then(|| own.with_triangulation())
 }
 
@@ -202,9 +219,9 @@ fn second_initialisation(made: &[Ending], region: &RetryContext) -> Option<Attem
 fn finished_or_faired(finished: usize, made: &[Ending], region: &RetryContext) -> Step {
     let own = made[finished].quality.filter(|_| region.finishes);
     let (own, factor) = match own {
-        Some(own) if !own.is_sound() => (own, tuning().fill.clearly_higher),
-        Some(own) if own.energy > tuning().fill.bent && may_be_faired(&own, region) => {
-            (own, tuning().fill.much_higher)
+        Some(own) if !own.is_sound() => (own, CLEARLY_HIGHER.get()),
+        Some(own) if own.energy > BENT.get() && may_be_faired(&own, region) => {
+            (own, MUCH_HIGHER.get())
         }
         _ => return Step::Take(finished),
     };
@@ -221,7 +238,7 @@ fn finished_or_faired(finished: usize, made: &[Ending], region: &RetryContext) -
 
 /// Whether a faired triangulation is worth its time beside a finished patch: it is cheap, or the patch of the only rim has not converged.
 fn may_be_faired(own: &Quality, region: &RetryContext) -> bool {
-    region.faired_cost <= tuning().fill.cheap
+    region.faired_cost <= CHEAP.get()
         || own.is_unconverged && region.one_rim && region.faired_cost.is_finite()
 }
 

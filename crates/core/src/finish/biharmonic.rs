@@ -7,7 +7,13 @@ use super::geometry::{Stiffness, barycentric, clamped_cotangents};
 use super::patch::{Neighbourhood, Patch};
 use crate::cancel::Cancel;
 use crate::linalg::LdlPattern;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Harmonic fills towards a minimal surface, at most.
+const MINIMAL_STEPS: Tunable<usize> = tunable("finish.minimal_steps", 20);
+
+/// Diameters. Harmonic fills have converged when no vertex moves farther than this.
+const MINIMAL_TOLERANCE: Tunable<f64> = tunable("finish.minimal_tolerance", 1e-5);
 
 /// Two harmonic fills, then the biharmonic one, `min xᵀ S M⁻¹ S x` with all other vertices fixed; each uses the cotangents of the
 /// surface before. The result depends on the patch's triangulation but not on its shape, and keeps the slope at the rim. `None`
@@ -40,7 +46,7 @@ pub(super) fn minimal(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
         &moving,
         &patch.cancel,
     )?;
-    for _ in 0..tuning().finish.minimal_steps {
+    for _ in 0..MINIMAL_STEPS.get() {
         go_on()?;
         stiffness.set(&faces, &clamped_cotangents(&points, &faces).0);
         let next = only(system.solve(&stiffness.matrix, &[&points]))?;
@@ -50,7 +56,7 @@ pub(super) fn minimal(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
             points[v as usize] = *p;
         }
         shape = next;
-        if farthest < tuning().finish.minimal_tolerance * patch.diameter {
+        if farthest < MINIMAL_TOLERANCE.get() * patch.diameter {
             break;
         }
     }

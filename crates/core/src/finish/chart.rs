@@ -6,7 +6,29 @@ use super::geometry::{median, quantile, vertex_normals};
 use super::patch::Patch;
 use super::report::ChartKind;
 use crate::elementary::atan2;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Fraction of the normals. A chart is refused when more of them than this have a smaller cosine than
+/// `CHART_COSINE`.
+const CHART_OUTLIERS: Tunable<f64> = tunable("finish.chart_outliers", 0.02);
+
+/// Least cosine between a normal and the direction of a chart: 75.5°.
+const CHART_COSINE: Tunable<f64> = tunable("finish.chart_cosine", 0.25);
+
+/// Rounds of the robust sphere fit.
+const CHART_ROUNDS: Tunable<usize> = tunable("finish.chart_rounds", 3);
+
+/// Medians of the residuals. Larger residuals are down-weighted: 1.5 standard deviations.
+const CHART_ROBUST: Tunable<f64> = tunable("finish.chart_robust", 1.5 * 1.4826);
+
+/// Diameters, root mean square. Points closer to a sphere than this lie on it.
+const ON_SPHERE: Tunable<f64> = tunable("finish.on_sphere", 1e-6);
+
+/// Diameters. Spheres with larger radius are treated as planes: rounding hides their curvature.
+const FARTHEST_SPHERE: Tunable<f64> = tunable("finish.farthest_sphere", 100.0);
+
+/// Diameters. Added to the median residual, which is zero on exact spheres.
+const CHART_EXACT: Tunable<f64> = tunable("finish.chart_exact", 1e-12);
 
 /// Plane coordinates and heights over a sphere or plane, in diameters of the hole.
 pub(super) struct Chart {
@@ -43,8 +65,8 @@ impl Chart {
         let own: Vec<DVec3> = patch.closure.moved(&own);
         let steep = |cosines: &mut dyn Iterator<Item = f64>| {
             // NaN counts as steep.
-            let least = quantile(cosines, tuning().finish.chart_outliers);
-            least.is_nan() || least <= tuning().finish.chart_cosine
+            let least = quantile(cosines, CHART_OUTLIERS.get());
+            least.is_nan() || least <= CHART_COSINE.get()
         };
         // The sphere that fits positions and normals best; if the positions are exactly on a sphere, that sphere.
         let unit = patch.diameter;
@@ -155,7 +177,7 @@ impl ChartSurface {
 fn fit_sphere(points: &[DVec3], normals: &[DVec3], unit: f64) -> (DVec3, f64) {
     let mut weights = vec![1.0; points.len()];
     let (mut centre, mut radius) = (DVec3::ZERO, f64::INFINITY);
-    for _ in 0..tuning().finish.chart_rounds {
+    for _ in 0..CHART_ROUNDS.get() {
         let sum: f64 = weights.iter().sum();
         let mean = |values: &[DVec3]| {
             let weighted = values.iter().zip(&weights).map(|(v, w)| *v * *w);
@@ -171,9 +193,9 @@ fn fit_sphere(points: &[DVec3], normals: &[DVec3], unit: f64) -> (DVec3, f64) {
         centre = x - radius * n;
         let off = |(p, m): (&DVec3, &DVec3)| (*p - centre - radius * *m).length();
         let residuals: Vec<f64> = points.iter().zip(normals).map(off).collect();
-        let scale = tuning().finish.chart_robust
-            * (median(residuals.iter().copied()) + tuning().finish.chart_exact * unit);
-        let weight = |r: &f64| (scale / r.max(tuning().finish.chart_exact * unit)).min(1.0);
+        let scale =
+            CHART_ROBUST.get() * (median(residuals.iter().copied()) + CHART_EXACT.get() * unit);
+        let weight = |r: &f64| (scale / r.max(CHART_EXACT.get() * unit)).min(1.0);
         weights = residuals.iter().map(weight).collect();
     }
     (centre, radius)
@@ -183,11 +205,11 @@ fn fit_sphere(points: &[DVec3], normals: &[DVec3], unit: f64) -> (DVec3, f64) {
 /// first fit uses normals computed from flat faces, which are slightly tilted at a rim.
 fn through(points: &[DVec3], centre: DVec3, radius: f64, unit: f64) -> Option<(DVec3, f64)> {
     let (mut centre, mut size) = (centre, radius.abs());
-    if !size.is_finite() || size >= tuning().finish.farthest_sphere * unit {
+    if !size.is_finite() || size >= FARTHEST_SPHERE.get() * unit {
         return None;
     }
     let count = points.len() as f64;
-    for _ in 0..tuning().finish.chart_rounds {
+    for _ in 0..CHART_ROUNDS.get() {
         // The radius is the mean distance from the centre, so deviations from the mean direction enter the system.
         let directions = points.iter().map(|p| (*p - centre).normalize_or_zero());
         let directions: Vec<DVec3> = directions.collect();
@@ -210,7 +232,7 @@ fn through(points: &[DVec3], centre: DVec3, radius: f64, unit: f64) -> Option<(D
     }
     let off = |p: &DVec3| (p.distance(centre) - size).powi(2);
     let error = (points.iter().map(off).sum::<f64>() / count).sqrt();
-    (error < tuning().finish.on_sphere * unit).then(|| (centre, size.copysign(radius)))
+    (error < ON_SPHERE.get() * unit).then(|| (centre, size.copysign(radius)))
 }
 
 /// An orthonormal frame: two directions across a unit vector, and the vector.

@@ -7,9 +7,21 @@ use std::f64::consts::PI;
 
 use crate::elementary::atan2;
 use crate::mesh::{area_vector, half_cotangents};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
 use glam::DVec3;
 use sprs::CsMat;
+
+/// Lower bound of a face's area over the largest face's area where it is a divisor.
+const LEAST_FACE: Tunable<f64> = tunable("finish.least_face", 1e-12);
+
+/// Lower bound of a vertex's area over the median vertex area.
+const LEAST_VERTEX: Tunable<f64> = tunable("finish.least_vertex", 1e-3);
+
+/// Lower bound of a corner's cotangent: larger angles (153°) would make the systems ill-conditioned.
+const LEAST_COTANGENT: Tunable<f64> = tunable("finish.least_cotangent", -2.0);
+
+/// Upper bound of a corner's cotangent: 7°.
+const LARGEST_COTANGENT: Tunable<f64> = tunable("finish.largest_cotangent", 8.0);
 
 /// Faces as triples of local vertex numbers.
 pub(super) type Faces = [[u32; 3]];
@@ -41,20 +53,19 @@ pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
 
 /// Raises small areas to a fraction of the median.
 fn raised(mut areas: Vec<f64>) -> Vec<f64> {
-    let least = tuning().finish.least_vertex * median(areas.iter().copied());
+    let least = LEAST_VERTEX.get() * median(areas.iter().copied());
     areas.iter_mut().for_each(|a| *a = a.max(least));
     areas
 }
 
 /// Half the cotangents at the corners of each face, clamped, and twice its area.
 pub(super) fn clamped_cotangents(points: &[DVec3], faces: &Faces) -> (Vec<[f64; 3]>, Vec<f64>) {
-    let rules = &tuning().finish;
     let area = |&f: &[u32; 3]| area_vector(corners(points, f)).length();
     let mut areas: Vec<f64> = faces.iter().map(area).collect();
-    let least = tuning().finish.least_face * areas.iter().copied().fold(0.0, f64::max);
+    let least = LEAST_FACE.get() * areas.iter().copied().fold(0.0, f64::max);
     areas.iter_mut().for_each(|a| *a = a.max(least));
     let at = |(&face, area): (&[u32; 3], &f64)| {
-        let (low, high) = (0.5 * rules.least_cotangent, 0.5 * rules.largest_cotangent);
+        let (low, high) = (0.5 * LEAST_COTANGENT.get(), 0.5 * LARGEST_COTANGENT.get());
         half_cotangents(corners(points, face), *area).map(|half| half.clamp(low, high))
     };
     (faces.iter().zip(&areas).map(at).collect(), areas)

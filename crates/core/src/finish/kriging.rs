@@ -11,7 +11,10 @@ use glam::DVec2;
 use crate::cancel::Cancel;
 use crate::elementary::ln;
 use crate::linalg::{Symmetric, Triangle, Tridiagonal};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Fraction of the kernel's largest eigenvalue. Added to the noise so that the system can be solved.
+const KRIGING_RIDGE: Tunable<f64> = tunable("finish.kriging_ridge", 1e-10);
 
 /// Candidate orders of the kernel.
 pub(super) const ORDERS: [u8; 4] = [2, 3, 4, 5];
@@ -212,7 +215,7 @@ impl Model {
             let (contrasts, kernel) = Contrasts::new(points, heights, order);
             let (count, ridge) = (
                 contrasts.data.len() as f64,
-                tuning().finish.kriging_ridge * kernel.largest_eigenvalue(),
+                KRIGING_RIDGE.get() * kernel.largest_eigenvalue(),
             );
             let reduced = Tridiagonal::new(kernel);
             let mut data = contrasts.data;
@@ -255,7 +258,7 @@ impl Kriging {
             return None;
         }
         let (contrasts, kernel) = Contrasts::new(&points, heights, model.order);
-        let ridge = tuning().finish.kriging_ridge * kernel.largest_eigenvalue();
+        let ridge = KRIGING_RIDGE.get() * kernel.largest_eigenvalue();
         let noise = model.noise(edge) + ridge;
         // Weights of the data: (ZᵀKZ + ν) b = Zᵀz.
         let factor = kernel.cholesky(noise)?;

@@ -1,12 +1,27 @@
 //! The kriged candidate of a large patch: the ring test does not decide its weight.
 
 use super::candidates::{Continuation, ModelChoice, attached, kriged_over};
+use super::candidates::{FEWEST_DATA, LARGEST_SPHERE};
 use super::chart::Chart;
 use super::collar::Collar;
 use super::params::FinishParams;
 use super::patch::Patch;
 use super::report::Candidate;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Weight of the kriged surface of a large patch; the energy's minimum has the rest. On 16 defects of a skull the Dice coefficient of
+/// the implant was 0.939 with the minimum alone and 0.944 with 0.6.
+const LARGE_KRIGED: Tunable<f64> = tunable("finish.large_kriged", 0.6);
+
+/// Diameters. Width of the collar to which the sphere of a large patch is fitted.
+const LARGE_CHART: Tunable<f64> = tunable("finish.large_chart", 0.15);
+
+/// Diameters. Width of the collar from which the data of a large patch are taken. On 13 defects of a skull the
+/// Dice coefficient of the kriged surface alone differed by 0.001 in the mean with 0.2.
+const LARGE_COLLAR: Tunable<f64> = tunable("finish.large_collar", 0.12);
+
+/// Least cosine between the normal of a datum of a large patch and the direction of the chart: 60°.
+const LARGE_FACING: Tunable<f64> = tunable("finish.large_facing", 0.5);
 
 /// The continuation of a large patch: kriging of heights over a sphere that fits the faces next to the rim, with the kernel of order 2, a
 /// thin plate bent from this sphere. The data next to the rim often have smoother kernels as the more likely ones; across a wide hole these
@@ -17,17 +32,16 @@ pub(super) fn continuation(
     minimum: &[glam::DVec3],
     params: &FinishParams,
 ) -> Option<Continuation> {
-    let rules = &tuning().finish;
     let normals = patch.known_normals();
-    let next_to_rim = Collar::new(patch, rules.large_chart, params.most_data);
+    let next_to_rim = Collar::new(patch, LARGE_CHART.get(), params.most_data);
     let vertices = &next_to_rim.vertices;
-    let chart = Chart::new(patch, minimum, vertices, &normals, rules.largest_sphere)?;
+    let chart = Chart::new(patch, minimum, vertices, &normals, LARGEST_SPHERE.get())?;
     let faces_chart = |v: u32| {
         let i = v as usize;
-        normals[i].dot(chart.normal(patch.points[i])) > rules.large_facing
+        normals[i].dot(chart.normal(patch.points[i])) > LARGE_FACING.get()
     };
-    let collar = Collar::of(patch, rules.large_collar, params.most_data, faces_chart);
-    if patch.cancel.is_cancelled() || collar.vertices.len() < rules.fewest_data {
+    let collar = Collar::of(patch, LARGE_COLLAR.get(), params.most_data, faces_chart);
+    if patch.cancel.is_cancelled() || collar.vertices.len() < FEWEST_DATA.get() {
         return None;
     }
     let lifted = kriged_over(
@@ -52,7 +66,7 @@ pub(super) fn is_continued(surfaces: &[Continuation]) -> bool {
 /// middle of a wide hole, so the weights are fixed.
 pub(super) fn share(surfaces: &mut [Continuation]) {
     if let [minimum, continuation] = surfaces {
-        let part = tuning().finish.large_kriged;
+        let part = LARGE_KRIGED.get();
         (minimum.found.weight, continuation.found.weight) = (1.0 - part, part);
     }
 }

@@ -15,7 +15,11 @@ use super::settings::{Energy, Variant};
 use super::system::System;
 use super::willmore::{gradient, system, weights};
 use crate::grid::{Lattice, SparseGrid, as_point};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Least second derivative of an energy density in the matrix of a step, relative to the second derivative of ½h². With 0
+/// the matrix is singular where a density is linear in h or concave.
+const LEAST_SECOND: Tunable<f64> = tunable("flow.least_second", 1e-2);
 
 /// A user-defined energy `∫ f(x, h) dA` of a surface, for [`Inspection::fill_with`](crate::mend::Inspection::fill_with).
 ///
@@ -119,7 +123,7 @@ impl<'a> BendingBand<'a> {
         Density {
             value: voxel * voxel * density.value,
             slope: -voxel * density.slope,
-            second: density.second.max(tuning().flow.least_second),
+            second: density.second.max(LEAST_SECOND.get()),
         }
     }
 

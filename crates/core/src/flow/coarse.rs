@@ -13,7 +13,10 @@ use super::system::System;
 use crate::cancel::Cancel;
 use crate::grid::{BLOCK, NodeIndex, SparseGrid, add};
 use crate::linalg::{Csr, Multigrid};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Unknowns. Coarse levels are added until at most this many unknowns remain, which are solved directly.
+const FEW_UNKNOWNS: Tunable<usize> = tunable("flow.few_unknowns", 400);
 
 /// Interpolation weights up to this count as rounding errors of zero.
 const LEAST: f64 = 1e-12;
@@ -198,7 +201,7 @@ pub fn hierarchy(
     let mut coarser = Vec::new();
     // Node n of a coarse lattice is at fine-grid node scale · n + first_node.
     let (mut scale, mut first_node) = (2, 0);
-    while lattice.nodes.len() > tuning().flow.few_unknowns && coarser.len() < 12 {
+    while lattice.nodes.len() > FEW_UNKNOWNS.get() && coarser.len() < 12 {
         first_node += scale / 2;
         scale *= 2;
         let points: Vec<Option<[f64; 3]>> = lattice

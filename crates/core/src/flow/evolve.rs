@@ -10,7 +10,33 @@ use super::state::BandState;
 use super::willmore::WillmoreBand;
 use crate::grid::{SparseGrid, add, offset};
 use crate::sdf::redistance;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Voxels. Upper bound of the update of a node within a voxel of the surface in a time step.
+const MOST_UPDATE: Tunable<f64> = tunable("flow.most_update", 0.25);
+
+/// Upper bound of the ratio of a time step to the one before.
+const STEP_GROWTH: Tunable<f64> = tunable("flow.step_growth", 2.0);
+
+/// Ratio of a time step to the refused one before it.
+const STEP_CUT: Tunable<f64> = tunable("flow.step_cut", 0.3);
+
+/// Fraction of the time since the start. Upper bound of a time step: waves that decay faster have nearly vanished, so
+/// their error does not matter.
+const STEP_PART: Tunable<f64> = tunable("flow.step_part", 0.15);
+
+/// Voxels⁴. The first time step: in it, waves of four voxels lose a tenth of their height.
+const FIRST_STEP: Tunable<f64> = tunable("flow.first_step", 0.02);
+
+/// Refused time steps in a row after which the flow in time ends.
+const MOST_REFUSALS: Tunable<usize> = tunable("flow.most_refusals", 8);
+
+/// Voxels. Upper bound of a node's update in a time step where only the size of removed features matters. At creases and
+/// where sheets touch the speed is unbounded; accurate time steps would be as short as for updates of a fifth of a voxel.
+const MOST_AT_ONCE: Tunable<f64> = tunable("flow.most_at_once", 0.5);
+
+/// Fraction of the whole time that the first step takes in that mode.
+const FIRST_PART: Tunable<f64> = tunable("flow.first_part", 0.05);
 
 /// How closely the steps follow the flow in time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,7 +131,7 @@ impl Evolution {
             steps: Vec::new(),
             unknowns: 0,
             willmore_before: f64::NAN,
-            next: tuning().flow.first_step,
+            next: FIRST_STEP.get(),
         }
     }
 
@@ -199,14 +225,14 @@ impl Evolution {
             // The step length τ, in h⁴: at most a fraction of the elapsed time, or the first step's length if that is longer.
             let settings = self.next_step(
                 self.next
-                    .min((tuning().flow.step_part * self.time).max(tuning().flow.first_step)),
+                    .min((STEP_PART.get() * self.time).max(FIRST_STEP.get())),
                 until,
             );
             let time_step = settings.time_step;
             // Solves (M/τ + A) d = −∇E. The step is taken whole or not at all: part of it would be the flow of another time.
             let (direction, at) = state.direction(grid, mask, &settings);
             let energy_before = at.energy;
-            let far = direction.update.is_nan() || direction.update > tuning().flow.most_update;
+            let far = direction.update.is_nan() || direction.update > MOST_UPDATE.get();
             let taken = if far {
                 state.at = Some(at);
                 false
@@ -215,17 +241,17 @@ impl Evolution {
             };
             if !taken {
                 refused += 1;
-                if refused > tuning().flow.most_refusals {
+                if refused > MOST_REFUSALS.get() {
                     // On a new band, with distances recomputed, a step may still lower the energy.
                     return (band_steps == 0).then_some(Pause::Stuck);
                 }
                 // A step that moved too far is shortened towards 0.7 of the allowed displacement; one that raised the energy, by
                 // a constant factor.
-                let wanted = 0.7 * tuning().flow.most_update / direction.update;
+                let wanted = 0.7 * MOST_UPDATE.get() / direction.update;
                 let cut = if far && wanted > 0.1 {
                     wanted
                 } else {
-                    tuning().flow.step_cut
+                    STEP_CUT.get()
                 };
                 self.next = cut.min(0.7) * time_step;
                 continue;
@@ -241,9 +267,8 @@ impl Evolution {
             let step = self.record(state, step, until);
             (refused, band_steps) = (0, band_steps + 1);
             // The next step aims at 0.7 of the allowed displacement, within the bounds on its growth.
-            let growth = 0.7 * tuning().flow.most_update / direction.update.max(1e-9);
-            self.next = self.next.max(time_step)
-                * growth.clamp(tuning().flow.step_cut, tuning().flow.step_growth);
+            let growth = 0.7 * MOST_UPDATE.get() / direction.update.max(1e-9);
+            self.next = self.next.max(time_step) * growth.clamp(STEP_CUT.get(), STEP_GROWTH.get());
             if !watch(&step) {
                 return Some(Pause::Stopped);
             }
@@ -301,15 +326,15 @@ impl Evolution {
         watch: &mut dyn FnMut(&EvolutionStep) -> bool,
     ) -> Option<Pause> {
         while self.time < until && !state.is_stale() {
-            let settings = self.next_step(self.time.max(tuning().flow.first_part * until), until);
+            let settings = self.next_step(self.time.max(FIRST_PART.get() * until), until);
             let (mut direction, at) = state.direction(grid, mask, &settings);
-            direction.clip(tuning().flow.most_at_once);
+            direction.clip(MOST_AT_ONCE.get());
             let energy_before = at.energy;
             let fraction = state.advance_part(&direction, at);
             let step = Taken {
                 time_step: settings.time_step,
                 energy_before,
-                update: fraction * direction.update.min(tuning().flow.most_at_once),
+                update: fraction * direction.update.min(MOST_AT_ONCE.get()),
                 rms_update: fraction * direction.rms_update,
                 iterations: direction.iterations,
                 refused: usize::from(fraction < 1.0),

@@ -4,7 +4,19 @@ use serde::{Deserialize, Serialize};
 
 use super::band::WIDTH;
 use super::settings::{Energy, FlowSettings};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Steps. After this many, a flow also counts as converged by the root mean square update of its nodes: on noisy data a
+/// few nodes never converge.
+pub(super) const LONG: Tunable<usize> = tunable("flow.long", 8);
+
+/// Voxels. A flow whose last update was larger than this has diverged.
+pub(super) const DIVERGED: Tunable<f64> = tunable("flow.diverged", 2.0);
+
+/// Fraction of a step that has to be taken for the flow to count as converged. Steps are halved, so any value between ½
+/// and 1 asks for whole steps; with 1 and more no flow would converge.
+const WHOLE_STEP: Tunable<f64> = tunable("flow.whole_step", 0.9);
+const _: () = assert!(WHOLE_STEP.chosen() > 0.5 && WHOLE_STEP.chosen() < 1.0);
 
 /// One step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,10 +42,10 @@ impl StepRecord {
     pub(super) fn has_converged(&self, settings: &FlowSettings, steps: usize) -> bool {
         let tolerance = settings.tolerance;
         let within = self.update < tolerance
-            || (steps >= tuning().flow.long
+            || (steps >= LONG.get()
                 && self.update < settings.largest_update_factor * tolerance
                 && self.rms_update < tolerance);
-        within && self.fraction > tuning().flow.whole_step
+        within && self.fraction > WHOLE_STEP.get()
     }
 }
 
@@ -68,7 +80,7 @@ pub struct FlowOutcome {
 impl FlowOutcome {
     /// Whether the flow ended so far from convergence that its surface is meaningless.
     pub fn has_diverged(&self) -> bool {
-        !(self.converged || self.update <= tuning().flow.diverged)
+        !(self.converged || self.update <= DIVERGED.get())
     }
 
     /// ½∫h² of the free part of the surface at the end: by the co-area formula the mean over the levels in the band. Valid only

@@ -3,7 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::band::{MARGIN, WIDTH};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Voxels across a hole. Finer grids get a κ larger than the given one. On 12 holes of scans 14 left patches 10 % farther
+/// from the true surface, one of them 2.4 times as far; 28 changed less than 1 %.
+const KAPPA_ACROSS: Tunable<f64> = tunable("flow.kappa_across", 20.0);
 
 /// Radius of redistancing, in voxels: one layer beyond the residual nodes, so that the band's outermost nodes have a distance.
 pub(super) const REACH: f64 = WIDTH + MARGIN + 1.0;
@@ -90,7 +94,7 @@ impl FlowSettings {
     #[must_use]
     pub fn across(self, voxels: f64) -> Self {
         Self {
-            kappa: self.kappa * (voxels / tuning().flow.kappa_across).max(1.0),
+            kappa: self.kappa * (voxels / KAPPA_ACROSS.get()).max(1.0),
             ..self
         }
     }

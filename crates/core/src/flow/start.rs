@@ -7,7 +7,10 @@ use rayon::prelude::*;
 use crate::cancel::Cancel;
 use crate::grid::{NodeIndex, SparseGrid, as_point, linear, value_and_gradient};
 use crate::linalg::{CgOutcome, Jacobi, LinearOperator, conjugate_gradient};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Free nodes. A lattice with fewer is not coarsened further: its solve starts from the values that it has.
+const FEW_START_UNKNOWNS: Tunable<usize> = tunable("flow.few_start_unknowns", 400);
 
 /// Nodes per unit of work of a thread.
 const CHUNK: usize = 2048;
@@ -194,7 +197,7 @@ fn from_every_other(
     there: &[bool],
     tolerance: f64,
 ) -> Option<Vec<f64>> {
-    if mask.iter().filter(|&&m| m).count() < tuning().flow.few_start_unknowns {
+    if mask.iter().filter(|&&m| m).count() < FEW_START_UNKNOWNS.get() {
         return None;
     }
     let half = SparseGrid::new(grid.dims().map(|d| d / 2), |_| true).stopped_by(grid.cancel());

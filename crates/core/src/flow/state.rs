@@ -13,7 +13,33 @@ use crate::linalg::{
     CgOutcome, Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient,
     solve_spd,
 };
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Ratio of the surface energy after redistancing to the surface energy before it. Above this the zero set has changed
+/// its shape.
+const SURFACE_JUMP: Tunable<f64> = tunable("flow.surface_jump", 4.0);
+
+/// The same ratio for the whole energy, with the eikonal term.
+const ENERGY_JUMP: Tunable<f64> = tunable("flow.energy_jump", 8.0);
+
+/// Voxels. The matrix of a step is reused until nodes near the surface may have moved this far.
+const DRIFT: Tunable<f64> = tunable("flow.drift", 0.1);
+
+/// Steps. Upper bound of the earlier steps that a step is combined with.
+const MEMORY: Tunable<usize> = tunable("flow.memory", 2);
+
+/// Voxels. Steps are combined as long as they move no node near the surface farther than this: longer steps are far from
+/// the linear regime.
+const COMBINED_UPDATE: Tunable<f64> = tunable("flow.combined_update", 0.3);
+
+/// Ratio of a step's update to the update before it. Steps are combined as long as the ratio is below this.
+const SHRINKING: Tunable<f64> = tunable("flow.shrinking", 0.9);
+
+/// Voxels⁴. Up to this time step conjugate gradients need no coarse levels: the mass term dominates the smooth modes.
+const SHORT: Tunable<f64> = tunable("flow.short", 1.0);
+
+/// Powers of two. The coarse levels are rebuilt when the time step has changed by more than this.
+const TIME_STEP_CHANGE: Tunable<f64> = tunable("flow.time_step_change", 2.5);
 
 /// The direction of a step.
 pub(super) struct Direction {
@@ -100,8 +126,8 @@ impl<E: BandEnergy> BandState<E> {
     pub(super) fn has_jumped(&self, before: f64) -> bool {
         let jumped = |at: &Evaluation| {
             at.surface.is_nan()
-                || at.surface > tuning().flow.surface_jump * before
-                || at.energy > tuning().flow.energy_jump * before
+                || at.surface > SURFACE_JUMP.get() * before
+                || at.energy > ENERGY_JUMP.get() * before
         };
         self.at.as_ref().is_some_and(jumped)
     }
@@ -121,7 +147,7 @@ impl<E: BandEnergy> BandState<E> {
         // The matrix of the last step is reused until the surface has drifted; a flow in time assembles a new one for each step.
         let in_time = settings.time_step.is_finite();
         let system = match self.system.take() {
-            Some(system) if !in_time && self.drift < tuning().flow.drift => system,
+            Some(system) if !in_time && self.drift < DRIFT.get() => system,
             _ => self.assembled(&at, settings),
         };
         // The right-hand side is minus the gradient of the energy and of the attraction.
@@ -138,8 +164,8 @@ impl<E: BandEnergy> BandState<E> {
         // Coarse levels are kept for the band unless the time step changes much. For short time steps M/τ dominates, and the
         // diagonal is a good preconditioner.
         let band = self.energy.band();
-        let short = settings.time_step <= tuning().flow.short;
-        if log2(settings.time_step / self.coarse_step).abs() > tuning().flow.time_step_change {
+        let short = settings.time_step <= SHORT.get();
+        if log2(settings.time_step / self.coarse_step).abs() > TIME_STEP_CHANGE.get() {
             self.coarse = None;
         }
         if !short && self.coarse.is_none() {
@@ -234,9 +260,9 @@ impl<E: BandEnergy> BandState<E> {
     fn combined(&mut self, direction: &Direction) -> Option<Vec<f64>> {
         let d = &direction.d;
         // If steps are long or do not shrink, convergence is not linear and the history is useless.
-        let shrinks = direction.update < tuning().flow.shrinking * self.last_update;
+        let shrinks = direction.update < SHRINKING.get() * self.last_update;
         self.last_update = direction.update;
-        if direction.update > tuning().flow.combined_update || !shrinks {
+        if direction.update > COMBINED_UPDATE.get() || !shrinks {
             self.history.clear();
         }
         // Scalar products are over the nodes where χ is positive.
@@ -265,7 +291,7 @@ impl<E: BandEnergy> BandState<E> {
             weights[i] = product(a, d);
         }
         self.history.push((self.values.clone(), d.clone()));
-        if self.history.len() > tuning().flow.memory {
+        if self.history.len() > MEMORY.get() {
             self.history.remove(0);
         }
         if count == 0 || !solve_spd(&mut matrix, &mut weights) {

@@ -1,10 +1,9 @@
 //! Chooses the holes to fill, and groups the holes that are filled together.
 
 use super::{FillError, Inspection};
-use crate::fill::{FillParams, HoleOutcome, LeftReason, OpenReason};
+use crate::fill::{FEW_EDGES, FillParams, HoleOutcome, LeftReason, OpenReason};
 use crate::mesh::HoleId;
 use crate::region::{group_holes, group_named};
-use crate::tuning::tuning;
 
 fn lookup(found: &Inspection, ids: &[HoleId]) -> Result<Vec<usize>, FillError> {
     let count = found.holes.len();
@@ -92,7 +91,7 @@ pub(super) fn groups(
     let is_small = |h: usize| found.bounds_small_component(h);
     let is_alone = |h: usize| {
         let hole = &found.holes[h];
-        hole.edges <= tuning().fill.few_edges && !is_small(h)
+        hole.edges <= FEW_EDGES.get() && !is_small(h)
             || params.is_flat(hole.id)
             || params.is_on_base(hole) && !is_small(h)
     };

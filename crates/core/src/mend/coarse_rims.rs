@@ -10,7 +10,23 @@ use crate::fill::RegionPatch;
 use crate::mesh::topology::start;
 use crate::mesh::{Hole, Mesh, Topology, area_vector, described};
 use crate::stitch::{Patch, count_intersecting};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Edges. Regions with longer rims are solved with fewer vertices of these, and fans of faces to those between, if the faces around
+/// them are much larger. A flat plate whose hole has 20,000 edges took 10 to 100 s with all of them. Where the faces around are as
+/// small as the rim's edges, a coarse patch in fine surroundings takes five times as long as a fine one.
+const DENSE_RIM: Tunable<usize> = tunable("fill.dense_rim", 2000);
+
+/// Edges of such a rim in the solve, at least: they are as long as the edges that leave the rim. Where its shape needs more, two to
+/// eight times as many. A disc with this many takes about a second.
+const COARSE_RIM: Tunable<usize> = tunable("fill.coarse_rim", 256);
+
+/// Lengths of an edge of the coarse rim. The vertices between its ends are at most this far from it. On a circle of 256 edges
+/// they are at 0.003.
+const COARSE_RIM_ERROR: Tunable<f64> = tunable("fill.coarse_rim_error", 0.02);
+
+/// Cosine. The faces at the rim turn by less when its vertices move to those that stay (3°): their normals are data of the fill.
+const COARSE_RIM_TURN: Tunable<f64> = tunable("fill.coarse_rim_turn", 0.9986);
 
 /// A part of the mesh whose long rims have fewer vertices. Vertices keep their numbers; those between the kept ones of a rim have no
 /// faces.
@@ -175,12 +191,12 @@ impl CoarseRims {
 
 /// Whether a coarse rim with this many edges has much fewer than the hole.
 fn is_worthwhile(count: usize, hole: &Hole) -> bool {
-    hole.edges > tuning().fill.dense_rim && 4 * count <= hole.edges
+    hole.edges > DENSE_RIM.get() && 4 * count <= hole.edges
 }
 
 /// For each hole the number of edges of its coarse rim: as long as the edges that leave the rim. None where the rim stays.
 fn wanted_edges(part: &Mesh, holes: &[Hole]) -> Vec<Option<usize>> {
-    let is_dense = |hole: &Hole| is_worthwhile(tuning().fill.coarse_rim, hole);
+    let is_dense = |hole: &Hole| is_worthwhile(COARSE_RIM.get(), hole);
     if !holes.iter().any(is_dense) {
         return vec![None; holes.len()];
     }
@@ -205,7 +221,7 @@ fn wanted_edges(part: &Mesh, holes: &[Hole]) -> Vec<Option<usize>> {
     }
     let wanted = |(hole, (sum, count)): (&Hole, &(f64, f64))| {
         let edges = (hole.length * count / sum) as usize;
-        let edges = edges.max(tuning().fill.coarse_rim);
+        let edges = edges.max(COARSE_RIM.get());
         is_worthwhile(edges, hole).then_some(edges)
     };
     holes.iter().zip(&sums).map(wanted).collect()
@@ -228,7 +244,7 @@ fn kept_vertices(
     }
     let step = along[count] / wanted as f64;
     let is_straight = |i: usize, j: usize| {
-        let most = tuning().fill.coarse_rim_error * at(i).distance(at(j));
+        let most = COARSE_RIM_ERROR.get() * at(i).distance(at(j));
         (i + 1..j).all(|k| from_segment(at(k), at(i), at(j)) <= most)
     };
     let (mut kept, mut i) = (Vec::new(), 0);
@@ -269,7 +285,7 @@ fn renumbered(part: &Mesh, new_of: &[u32]) -> Option<(Mesh, Vec<u32>)> {
             let of = |face: [u32; 3]| {
                 area_vector(face.map(|v| part.positions[v as usize])).normalize_or_zero()
             };
-            if of(*face).dot(of(moved)) < tuning().fill.coarse_rim_turn {
+            if of(*face).dot(of(moved)) < COARSE_RIM_TURN.get() {
                 return None;
             }
         }

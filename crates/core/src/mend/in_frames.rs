@@ -10,10 +10,10 @@ use super::reach::{ReachQuery, faces_of};
 use super::regions::Regions;
 use super::sources::{RegionSources, search_boxes};
 use super::task::{RegionTask, is_framed};
+use crate::fill::widest_growth;
 use crate::fill::{PlacedPart, RegionPatch};
 use crate::sdf::faces_at;
 use crate::spatial::Bounds;
-use crate::tuning::tuning;
 
 /// Regions whose faces are found in one pass over the mesh.
 const FRAMED_AT_A_TIME: usize = 256;
@@ -37,7 +37,7 @@ impl<'a> Regions<'a> {
         for some in wanted.chunks(FRAMED_AT_A_TIME) {
             let query = |&at: &usize| {
                 let counterparts = counterparts[at].clone();
-                self.query(regions[at], sources, counterparts, tuning().fill.widest())
+                self.query(regions[at], sources, counterparts, widest_growth())
             };
             let queries: Vec<ReachQuery> = some.iter().map(query).collect();
             let faces = self.needed(&queries, sources);

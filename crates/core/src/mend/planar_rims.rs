@@ -6,10 +6,38 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 
 use super::Inspection;
-use crate::fill::FillParams;
+use crate::fill::{FEW_EDGES, FillParams};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, face_normal};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Diameters of a rim. A rim whose vertices deviate less from a plane is planar: twenty units in the last place of 32-bit
+/// floats at ten diameters from the origin.
+const PLANAR_RIM: Tunable<f64> = tunable("fill.planar_rim", 3e-5);
+
+/// Mean edges of a rim. A rim whose vertices deviate less from a plane is planar too: noise of a hundredth of an edge tilts the faces
+/// of straight walls by less than `STRAIGHT` allows.
+const NOISY_RIM: Tunable<f64> = tunable("fill.noisy_rim", 0.02);
+
+/// Diameters of a rim, at most, of such noise: a rim of few long edges is not planar by them.
+const NOISY_RIM_MOST: Tunable<f64> = tunable("fill.noisy_rim_most", 1e-3);
+
+/// Cosine. Walls whose normals are at least this far from a rim's normal stand steeply on its plane (53°).
+const STEEP: Tunable<f64> = tunable("fill.steep", 0.6);
+
+/// Cosine. Faces whose normals are farther than this from a rim's normal leave its plane (18°): a plane cut through a body.
+const LEAVING: Tunable<f64> = tunable("fill.leaving", 0.95);
+
+/// Cosine. The normals of straight walls differ by less than this in their angle with the rim's normal. On a ball that was
+/// cut through its middle they differ by 0.5 within `WALL_DEPTH`.
+const STRAIGHT: Tunable<f64> = tunable("fill.straight", 0.03);
+
+/// Cosine. A wall ends at edges with larger dihedral angles (50°): a prism of eight sides has 45° between its sides and 90°
+/// at its bottom, a coarse ball of 80 faces 36°.
+const WALL_EDGE: Tunable<f64> = tunable("fill.wall_edge", 0.64);
+
+/// Diameters of a rim. The depth to which its walls are looked at.
+const WALL_DEPTH: Tunable<f64> = tunable("fill.wall_depth", 0.35);
 
 /// Groups of holes, as indices, that get one flat cap each: the outer rim first, then those inside it. Only `chosen` holes are
 /// considered, and none that the caller bridges.
@@ -22,9 +50,8 @@ pub(super) fn planar_rims(
         return Vec::new();
     }
     let is_free = |h: &Hole| !params.bridges(&[h.id]) && !h.outer_boundary;
-    let has_few_edges = |h: usize| found.holes[h].edges <= tuning().fill.few_edges;
-    let is_planar =
-        |h: &Hole| h.height <= tuning().fill.planar_rim * h.diameter && h.normal != DVec3::ZERO;
+    let has_few_edges = |h: usize| found.holes[h].edges <= FEW_EDGES.get();
+    let is_planar = |h: &Hole| h.height <= noise(h) && h.normal != DVec3::ZERO;
     let mut flat: Vec<usize> = chosen.to_vec();
     flat.retain(|&h| is_free(&found.holes[h]) && is_planar(&found.holes[h]));
     if flat.is_empty() {
@@ -37,10 +64,8 @@ pub(super) fn planar_rims(
         .collect();
     let coplanar = |a: usize, b: usize| {
         let (a, b) = (&found.holes[a], &found.holes[b]);
-        let size = a.diameter.max(b.diameter);
         let apart = (b.centre - a.centre).dot(a.normal).abs();
-        a.normal.dot(b.normal).abs() > 1.0 - tuning().fill.planar_rim
-            && apart <= tuning().fill.planar_rim * size
+        a.normal.dot(b.normal).abs() > 1.0 - PLANAR_RIM.get() && apart <= noise(a).max(noise(b))
     };
     // A plane cut through a body leaves several rims of it in one plane; one alone may be the rim of a round part that is to be
     // continued.
@@ -59,6 +84,13 @@ pub(super) fn planar_rims(
     // Triangles between its vertices close a rim of few edges, unless there are others inside it.
     groups.retain(|group| group.len() > 1 || !has_few_edges(group[0]));
     groups
+}
+
+/// By how much the vertices of a planar rim may deviate from its plane.
+fn noise(hole: &Hole) -> f64 {
+    let edge = hole.length / hole.edges as f64;
+    let noisy = (NOISY_RIM.get() * edge).min(NOISY_RIM_MOST.get() * hole.diameter);
+    noisy.max(PLANAR_RIM.get() * hole.diameter)
 }
 
 /// Groups of rims of the same planes: each rim that winds the other way round joins the smallest one around it.
@@ -115,7 +147,6 @@ struct Walls {
 
 /// The walls at a rim, found from the faces that have an edge on it.
 fn walls(found: &Inspection, hole: &Hole, mut seen: Vec<u32>) -> Walls {
-    let rules = &tuning().fill;
     let (mesh, topology) = (&found.mesh, &found.topology);
     let tilt = |f: u32| face_normal(mesh, f).dot(hole.normal);
     let depth = |f: u32| {
@@ -123,9 +154,9 @@ fn walls(found: &Inspection, hole: &Hole, mut seen: Vec<u32>) -> Walls {
         let heights = corners.map(|p| (hole.centre - p).dot(hole.normal).abs());
         heights.fold(f64::INFINITY, f64::min)
     };
-    let leaving = seen.iter().filter(|f| tilt(**f).abs() <= rules.leaving);
+    let leaving = seen.iter().filter(|f| tilt(**f).abs() <= LEAVING.get());
     let leave_plane = 4 * leaving.count() >= 3 * seen.len();
-    if !seen.iter().all(|f| tilt(*f).abs() <= rules.steep) {
+    if !seen.iter().all(|f| tilt(*f).abs() <= STEEP.get()) {
         return Walls {
             leave_plane,
             are_straight: false,
@@ -137,7 +168,7 @@ fn walls(found: &Inspection, hole: &Hole, mut seen: Vec<u32>) -> Walls {
     while let Some(&f) = seen.get(next) {
         next += 1;
         (low, high) = (low.min(tilt(f)), high.max(tilt(f)));
-        if high - low > rules.straight {
+        if high - low > STRAIGHT.get() {
             break;
         }
         for h in 3 * f..3 * f + 3 {
@@ -146,15 +177,15 @@ fn walls(found: &Inspection, hole: &Hole, mut seen: Vec<u32>) -> Walls {
                 continue;
             }
             let g = o / 3;
-            let is_smooth = face_normal(mesh, f).dot(face_normal(mesh, g)) > rules.wall_edge;
-            if is_smooth && depth(g) < rules.wall_depth * hole.diameter && known.insert(g) {
+            let is_smooth = face_normal(mesh, f).dot(face_normal(mesh, g)) > WALL_EDGE.get();
+            if is_smooth && depth(g) < WALL_DEPTH.get() * hole.diameter && known.insert(g) {
                 seen.push(g);
             }
         }
     }
     Walls {
         leave_plane,
-        are_straight: high - low <= rules.straight,
+        are_straight: high - low <= STRAIGHT.get(),
     }
 }
 

@@ -8,13 +8,12 @@ use rayon::prelude::*;
 
 use super::Inspection;
 use super::sources::{PATCH_MARGIN, grown_box};
-use crate::fill::{BasePlane, PlacedPart};
+use crate::fill::{BasePlane, PlacedPart, RIM_REACH};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, Mesh, bounds};
 use crate::region::VoxelSize;
 use crate::sdf::faces_at;
 use crate::spatial::{Bounds, BoxTree};
-use crate::tuning::tuning;
 
 /// Cells along each axis of the box in which a region samples distances. For each cell an upper bound of the distance to the
 /// known surface is computed.
@@ -83,7 +82,7 @@ fn sampled(found: &Inspection, region: &ReachQuery, voxel: VoxelSize) -> Bounds 
 fn patched(found: &Inspection, region: &ReachQuery, sampled: &Bounds) -> Bounds {
     let rims = region.holes.iter().flat_map(|h| &h.rim);
     let (low, high) = bounds(rims.map(|&v| found.mesh.positions[v as usize]));
-    let rims = Bounds { low, high }.widened(tuning().fill.rim_reach * low.distance(high));
+    let rims = Bounds { low, high }.widened(RIM_REACH.get() * low.distance(high));
     let size = (sampled.high - sampled.low).max_element();
     rims.join(&sampled.widened(PATCH_MARGIN * size))
 }

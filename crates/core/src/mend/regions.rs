@@ -20,6 +20,7 @@ use super::sources::RegionSources;
 use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
 use crate::cancel::Cancel;
+use crate::fill::widest_growth;
 use crate::fill::{
     Closure, FillParams, HoleOutcome, PlacedPart, ReferenceSurface, RegionPatch, RegionProblem,
     RegionReport, first_region, has_few_edges,
@@ -28,7 +29,10 @@ use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, HoleId, Mesh};
 use crate::region::{Region, VoxelSize};
 use crate::stitch::count_intersecting_faces;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Unknowns times steps. Budget of the retries at a region: about six seconds of one core.
+const BUDGET: Tunable<u64> = tunable("fill.budget", 1_000_000);
 
 /// Number of regions whose faces are found in one pass over the mesh.
 const AT_A_TIME: usize = 16;
@@ -101,7 +105,7 @@ impl<'a> Regions<'a> {
             own: None,
             reference,
             outcomes,
-            budget: tuning().fill.budget,
+            budget: BUDGET.get(),
             counterpart: LazyCounterpart::new(found),
         };
         new.check_voxel()?;
@@ -147,12 +151,8 @@ impl<'a> Regions<'a> {
     /// The task of a region, by its index, with all of the mesh that the region may need; none where there is no such region.
     pub fn wide_task(&self, region: usize) -> Option<RegionTask> {
         let regions = region..self.len().min(region + 1);
-        self.tasks_of(
-            Arc::new(self.sources(None)),
-            regions,
-            tuning().fill.widest(),
-        )
-        .next()
+        self.tasks_of(Arc::new(self.sources(None)), regions, widest_growth())
+            .next()
     }
 
     /// The tasks of some regions, whose boxes' margins may grow by this factor.

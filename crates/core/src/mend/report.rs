@@ -3,9 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::inspection::Inspection;
-use crate::fill::{Closure, HoleOutcome, LeftReason, RegionReport, Tally};
+use crate::fill::{Closure, FEW_EDGES, HoleOutcome, LeftReason, RegionReport, Tally};
 use crate::mesh::{Defects, Hole, HoleId, Mesh, OpenChain};
-use crate::tuning::tuning;
 
 /// A hole and its outcome.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -108,7 +107,7 @@ impl FillReport {
     pub fn flawless(&self) -> bool {
         let flawless = |hole: &HoleReport| match &hole.outcome {
             HoleOutcome::Left(_) => true,
-            _ if hole.hole.edges <= tuning().fill.few_edges => true,
+            _ if hole.hole.edges <= FEW_EDGES.get() => true,
             _ => self.regions.iter().any(|r| {
                 let whole = match r.closure {
                     Some(Closure::LevelSet) => r.converged,

@@ -1,22 +1,22 @@
 //! Surroundings of each region: the components of the mesh that it takes as data, and where it searches for nearest points.
 
+use crate::fill::widest_growth;
+use crate::mesh::topology::NONE;
 use std::collections::BTreeMap;
 
 use glam::DVec3;
 
 use super::Inspection;
 use super::hole_group::HoleGroup;
-use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Hole, Mesh, Topology};
 use crate::region::{BoxSize, Region, Sphere, VoxelSize};
 use crate::sdf::{JET_RINGS, Sampler, SearchArea, faces_at};
 use crate::spatial::Bounds;
-use crate::tuning::tuning;
 
 /// Upper bound of the faces in all restricted hierarchies together, in numbers of the mesh's faces.
 const MOST_COPIES: usize = 8;
 /// Sizes of a region's box. Faces up to this far outside the box are tested for intersections with the patch: farther than
-/// `tuning().fill.stitch_margin`.
+/// `STITCH_MARGIN.get()`.
 pub(super) const PATCH_MARGIN: f64 = 0.25;
 /// Faces. A smaller mesh has one hierarchy over all of its faces, which takes at most 150 MB and a second.
 const MANY_FACES: usize = 500_000;
@@ -156,7 +156,7 @@ pub(super) fn places(
 pub(super) fn search_boxes(mesh: &Mesh, holes: &[&Hole], voxel: VoxelSize) -> [Bounds; 3] {
     let of = |voxel, growth| grown_box(mesh, holes, voxel, false, growth);
     let both = |growth| of(VoxelSize::Auto, growth).join(&of(voxel, growth));
-    let (first, last) = (both(1.0), both(tuning().fill.widest()));
+    let (first, last) = (both(1.0), both(widest_growth()));
     let size = (first.high - first.low).max_element();
     // The rims are in the region: no nearest point is farther away than the region's diagonal.
     let diagonal = last.low.distance(last.high);
@@ -223,13 +223,7 @@ impl Bodies {
         own.sort_unstable();
         own.dedup();
         let holes: Vec<_> = group.iter().map(|&h| &found.holes[h]).collect();
-        let around = grown_box(
-            &found.mesh,
-            &holes,
-            VoxelSize::Auto,
-            false,
-            tuning().fill.widest(),
-        );
+        let around = grown_box(&found.mesh, &holes, VoxelSize::Auto, false, widest_growth());
         let another = |(i, b): (usize, &Bounds)| {
             own.binary_search(&(i as u32)).is_err() && self.faces[i] > 0 && around.meets(b)
         };

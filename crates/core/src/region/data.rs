@@ -9,7 +9,11 @@ use super::sphere::Sphere;
 use crate::cancel::Cancel;
 use crate::mesh::{Hole, Mesh};
 use crate::sdf::{DistanceSample, Sampler, Surface};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Rim radii, and half widths of the hole. Deep nodes are free within this distance of the rim's centre and, in half
+/// widths, of the rim.
+const DEEP_REACH: Tunable<f64> = tunable("region.deep_reach", 1.3);
 
 /// The signed distance to the mesh, unknown where a rim of the region is nearest.
 pub struct MeshData<'a> {
@@ -36,7 +40,7 @@ pub struct KeptShape<'a> {
 }
 
 /// Where deep nodes are free: near the rim's centre, and near the rim. The distances are the rim's radius and half the hole's
-/// width, both times `tuning().region.deep_reach`.
+/// width, both times `DEEP_REACH.get()`.
 struct Neighbourhood {
     centre: DVec3,
     radius: f64,
@@ -56,9 +60,9 @@ impl Neighbourhood {
         let reach = |m: f64, p: &DVec3| m.max(p.distance(hole.centre));
         Self {
             centre: hole.centre,
-            radius: tuning().region.deep_reach * rim.iter().fold(0.0, reach),
+            radius: DEEP_REACH.get() * rim.iter().fold(0.0, reach),
             rim,
-            half_width: 0.5 * tuning().region.deep_reach * hole.width,
+            half_width: 0.5 * DEEP_REACH.get() * hole.width,
         }
     }
 

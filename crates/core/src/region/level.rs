@@ -11,7 +11,13 @@ use crate::grid::{
     value_and_gradient,
 };
 use crate::sdf::project_on_zero_set;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Finer voxels. Blocks farther than this from the coarse surface are not stored.
+const STORED: Tunable<f64> = tunable("region.stored", 8.0);
+
+/// Voxels. Nodes farther than this from the initial surface are not pulled.
+const PULLED: Tunable<f64> = tunable("region.pulled", 8.0);
 
 /// A lattice with φ (in voxels) and the mask of its free nodes.
 #[derive(Clone, Debug)]
@@ -115,7 +121,7 @@ impl Level {
         let (target, weight) = (0..self.grid.len())
             .into_par_iter()
             .map(|s| {
-                let near = self.mask[s] && self.phi[s].abs() < tuning().region.pulled;
+                let near = self.mask[s] && self.phi[s].abs() < PULLED.get();
                 let wanted = near && !self.grid.is_cancelled();
                 let x = self.lattice.to_world(as_point(self.grid.node(s)));
                 let kept = wanted.then(|| data.kept_shape(x)).flatten();
@@ -158,8 +164,7 @@ impl Level {
         let blocks = self.grid.dims().map(|d| d / BLOCK);
         let at = |b: NodeIndex| ((b[0] * blocks[1] + b[1]) * blocks[2] + b[2]) as usize;
         let mut wanted = vec![false; blocks.iter().map(|&b| b as usize).product()];
-        for s in (0..self.grid.len())
-            .filter(|&s| self.mask[s] && self.phi[s].abs() < tuning().region.stored)
+        for s in (0..self.grid.len()).filter(|&s| self.mask[s] && self.phi[s].abs() < STORED.get())
         {
             let block = self.grid.node(s).map(|i| i / BLOCK);
             for k in 0..27 {
@@ -224,9 +229,7 @@ impl Level {
                 for k in 0..=half {
                     let n = [corner[0] / 2 + i, corner[1] / 2 + j, corner[2] / 2 + k];
                     match self.grid.slot(n) {
-                        Some(s) => {
-                            wanted |= near[s] && 2.0 * self.phi[s].abs() < tuning().region.stored
-                        }
+                        Some(s) => wanted |= near[s] && 2.0 * self.phi[s].abs() < STORED.get(),
                         None => return false,
                     }
                 }
@@ -246,7 +249,7 @@ fn take_signs(grid: &SparseGrid, phi: &mut [f64], mut open: Vec<usize>) {
                 let mut o = [0; 3];
                 o[k / 2] = 1 - 2 * (k as i32 % 2);
                 let near = grid.slot(add(grid.node(s), o))?;
-                closed[near].then(|| tuning().region.stored.copysign(phi[near]))
+                closed[near].then(|| STORED.get().copysign(phi[near]))
             })
         };
         if grid.is_cancelled() {

@@ -10,7 +10,15 @@ use super::distance::{DistanceData, NodeData, Wanted};
 use crate::grid::{
     BLOCK_NODES, Lattice, NodeIndex, SparseGrid, as_point, dilate, linear, value_and_gradient,
 };
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Voxels. A node near a hole that is farther than this from the known surface is a deep node: it may be free although a
+/// rim is not the nearest part of the surface.
+const DEEP: Tunable<f64> = tunable("region.deep", 5.5);
+
+/// Voxels. Upper bound of the distance between a node and the nearest coarser node, with a margin for the difference
+/// between the triangles and the smooth surface.
+const SPACING: Tunable<f64> = tunable("region.spacing", 2.0);
 
 /// Nodes. Width of the fixed margin at the sides of the box.
 const FIXED_MARGIN_NODES: i32 = 3;
@@ -148,9 +156,7 @@ impl<'a> Coarser<'a> {
     /// voxels.
     fn within(&self, fine: NodeIndex) -> f64 {
         let slot = self.nearest_slot(fine).filter(|&s| !self.free[s]);
-        slot.map_or(f64::INFINITY, |s| {
-            2.0 * self.phi[s].abs() + tuning().region.spacing
-        })
+        slot.map_or(f64::INFINITY, |s| 2.0 * self.phi[s].abs() + SPACING.get())
     }
 }
 
@@ -341,7 +347,7 @@ impl Sampling<'_> {
                 let wanted = Wanted {
                     any_sign,
                     reach: self.reach * self.voxel,
-                    deep: tuning().region.deep * self.voxel,
+                    deep: DEEP.get() * self.voxel,
                 };
                 let (s, closest) = self.data.sample_for(x, limit, &wanted);
                 last = Some((x, s, closest));

@@ -3,7 +3,14 @@
 use glam::DVec3;
 
 use crate::mesh::{Hole, Mesh};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Diameters, root mean square over positions and normals. Rims closer to a sphere than this lie on it.
+const SPHERE_FITS: Tunable<f64> = tunable("region.sphere_fits", 0.05);
+
+/// Diameters. Spheres with larger radius are not considered: their box would be large, and the missing part may as well
+/// be a shallow cap.
+const LARGEST_SPHERE: Tunable<f64> = tunable("region.largest_sphere", 1.25);
 
 /// A sphere whose inside or outside is the solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,8 +48,7 @@ impl Sphere {
         let error = (edges().map(|e| off(&e)).sum::<f64>() / length).sqrt();
         let diameter = holes.iter().map(|h| h.diameter).fold(0.0, f64::max);
         // Also false for NaN.
-        (error < tuning().region.sphere_fits * diameter
-            && radius.abs() < tuning().region.largest_sphere * diameter)
+        (error < SPHERE_FITS.get() * diameter && radius.abs() < LARGEST_SPHERE.get() * diameter)
             .then_some(new)
     }
 

@@ -8,7 +8,13 @@ use crate::extract::marching_cubes;
 use crate::flow::{BAND_MARGIN, HALF_WIDTH};
 use crate::grid::{NodeIndex, add, dilate, offset};
 use crate::mesh::Mesh;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Nodes along each axis. The zero set that meets a rim is searched within this distance of the rim's vertices.
+const ROUND_RIMS: Tunable<i32> = tunable("region.round_rims", 3);
+
+/// Nodes. No node is held fixed within this distance of a component of the zero set that touches a rim.
+const EVOLVING: Tunable<usize> = tunable("region.evolving", 3);
 
 /// Voxels. Half-width of the band of free nodes around the zero set that belong to it.
 const ZERO_SET_BAND_VOXELS: f64 = HALF_WIDTH;
@@ -57,7 +63,7 @@ impl Level {
         let widened = |marks: Vec<bool>, times| (0..times).fold(marks, |m, _| dilate(grid, &m));
         let (held, evolving) = (
             widened(detached, HELD_BAND_NODES),
-            widened(attached, tuning().region.evolving),
+            widened(attached, EVOLVING.get()),
         );
         for (free, (held, evolving)) in self.mask.iter_mut().zip(held.into_iter().zip(evolving)) {
             *free &= evolving || !held;
@@ -78,10 +84,10 @@ impl Level {
                 open.push(s);
             }
         };
-        let side = 2 * tuning().region.round_rims + 1;
+        let side = 2 * ROUND_RIMS.get() + 1;
         for &p in rims {
             let n = self.lattice.to_lattice(p).round();
-            let low = [n.x, n.y, n.z].map(|x| x as i32 - tuning().region.round_rims);
+            let low = [n.x, n.y, n.z].map(|x| x as i32 - ROUND_RIMS.get());
             for i in 0..side.pow(3) {
                 let o = [i / (side * side), i / side % side, i % side];
                 visit(&mut open, add(low, o));

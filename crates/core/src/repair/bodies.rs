@@ -8,7 +8,17 @@ use super::{
     Carried, Edge, RepairReport, RepairStep, Run, border, chains, clean, orient, sheets, union,
 };
 use crate::mend::FillError;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Faces. With more intersecting faces than this, bodies are grown no further after a growth that changes nothing: each
+/// takes as long as the union.
+const GROWTH_FACES: Tunable<usize> = tunable("repair.growth_faces", 500);
+
+/// A union of the mesh as given is gone on with if at most one of this many intersecting faces is left.
+const FEW_LEFT: Tunable<usize> = tunable("repair.few_left", 20);
+
+/// Lengths by which bodies are grown in turn, each twice the one before, at most.
+const GROWTHS: Tunable<usize> = tunable("repair.growths", 3);
 
 /// The draft and its report before the first step of the repair.
 pub(super) type Given = (Draft, RepairReport);
@@ -32,13 +42,13 @@ impl Run<'_> {
             (self.draft, self.report) = before;
         }
         let mut left = left.unwrap_or(count);
-        for growth in (0..tuning().repair.growths).map(|i| f64::from(1u32 << i.min(16))) {
+        for growth in (0..GROWTHS.get()).map(|i| f64::from(1u32 << i.min(16))) {
             if left == 0 {
                 break;
             }
             let before = left;
             left = self.unite_grown(given, carried, (left, growth))?;
-            if left == before && count > tuning().repair.growth_faces {
+            if left == before && count > GROWTH_FACES.get() {
                 break;
             }
         }
@@ -118,7 +128,7 @@ impl Run<'_> {
     /// Whether few of this many intersecting faces are left.
     fn has_few_left(&mut self, crossing: usize) -> Result<bool, FillError> {
         let left = self.draft.self_intersections()?.len();
-        Ok(left * tuning().repair.few_left <= crossing)
+        Ok(left * FEW_LEFT.get() <= crossing)
     }
 
     /// The number of defects after a union that left this many intersecting faces: these, or, if more, the intersecting faces and

@@ -5,12 +5,20 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::Run;
 use super::draft::Draft;
+use super::shell_walls::LEAST_WALL;
 use crate::check::Walls;
 use crate::fill::{Closure, FillParams, HoleOutcome, LeftReason, RegionReport};
 use crate::mend::{FillError, FillReport, Filled, Inspection, Watch};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, HoleId, Mesh, area_vector};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Diameters of the smaller boundary loop. The loops of two sheets are the two sides of one gap where half of the shorter
+/// one is closer to the other than this; otherwise each is capped, or its sheet gets walls.
+const GAP: Tunable<f64> = tunable("repair.gap", 0.25);
+
+/// Fraction of a flat cap's area, at least, over which the body under it is not foil; otherwise its sheet gets walls.
+const THICK_CAP: Tunable<f64> = tunable("repair.thick_cap", 0.75);
 
 /// Requests flat caps for the borders of sheets and returns these borders. Excluded are borders that the caller already lists as
 /// flat and borders that are filled together with other holes; two borders that are only close to each other are capped
@@ -44,7 +52,7 @@ fn is_gap(mesh: &Mesh, one: &Hole, other: &Hole) -> bool {
         true => (one, other),
         false => (other, one),
     };
-    let width = tuning().repair.gap * one.diameter.min(other.diameter);
+    let width = GAP.get() * one.diameter.min(other.diameter);
     let at = |v: &u32| mesh.positions[*v as usize];
     let is_near = |v: &&u32| long.rim.iter().any(|w| at(v).distance(at(w)) < width);
     2 * short.rim.iter().filter(is_near).count() > short.rim.len()
@@ -177,7 +185,7 @@ fn foils(draft: &Draft, regions: &[u32], least: Option<f64>) -> Result<BTreeSet<
             continue;
         }
         let component = topology.component[f as usize] as usize;
-        let limit = least.unwrap_or(tuning().repair.least_wall * sheets.edge(component));
+        let limit = least.unwrap_or(LEAST_WALL.get() * sheets.edge(component));
         let wall = walls.at(f, sheets.volume[component] < 0.0);
         let own = area_vector(mesh.corners(f)).length();
         let area = areas.entry(region).or_default();
@@ -186,7 +194,7 @@ fn foils(draft: &Draft, regions: &[u32], least: Option<f64>) -> Result<BTreeSet<
             area[1] += own;
         }
     }
-    let is_foil = |[all, thick]: [f64; 2]| thick < tuning().repair.thick_cap * all;
+    let is_foil = |[all, thick]: [f64; 2]| thick < THICK_CAP.get() * all;
     let foils = areas.into_iter().filter(|(_, area)| is_foil(*area));
     Ok(foils.map(|(region, _)| region).collect())
 }

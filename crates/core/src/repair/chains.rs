@@ -7,11 +7,21 @@ use glam::DVec3;
 
 use super::draft::Draft;
 use super::rim_triangles::push;
+use crate::fill::FEW_EDGES;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::area_vector;
 use crate::mesh::topology::NONE;
 use crate::mesh::triangulate::{Polygon, triangulate};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Edges. Where more faces run one way than the other along more edges than this, no faces are added there.
+const CHAIN_EDGES: Tunable<usize> = tunable("repair.chain_edges", 2000);
+
+/// Edges. Longer loops of such edges are left to the fill.
+const CHAIN_LOOP: Tunable<usize> = tunable("repair.chain_loop", 60);
+
+/// Fraction of the area. Larger loops of more than three edges are left to the fill.
+const CHAIN_AREA: Tunable<f64> = tunable("repair.chain_area", 0.01);
 
 /// Adds faces along small loops of edges at which more faces run one way than the other; returns how many. Loops of boundary edges
 /// alone are holes, which are left to the fill.
@@ -19,8 +29,7 @@ pub(super) fn close(draft: &mut Draft) -> Result<usize, FillError> {
     let faces = {
         let found = draft.inspect()?;
         let open = Open::new(draft, &found);
-        let rules = &tuning().repair;
-        if open.next.is_empty() || open.count > rules.chain_edges {
+        if open.next.is_empty() || open.count > CHAIN_EDGES.get() {
             return Ok(0);
         }
         let area = |f: &[u32; 3]| area_vector(f.map(|v| found.mesh.positions[v as usize])).length();
@@ -28,7 +37,7 @@ pub(super) fn close(draft: &mut Draft) -> Result<usize, FillError> {
         let mut faces = Vec::new();
         for rim in open.loops() {
             let new = triangulated(&found.mesh.positions, &rim);
-            let is_small = new.iter().map(area).sum::<f64>() <= rules.chain_area * all;
+            let is_small = new.iter().map(area).sum::<f64>() <= CHAIN_AREA.get() * all;
             if is_small || rim.len() == 3 {
                 faces.extend(new);
             }
@@ -83,9 +92,9 @@ impl Open {
 
     /// Takes loops apart, the shortest first; those that are holes, or mostly boundary edges, are left out.
     fn loops(mut self) -> Vec<Vec<u32>> {
-        let few = tuning().fill.few_edges;
+        let few = FEW_EDGES.get();
         let mut loops = Vec::new();
-        for most in [few, tuning().repair.chain_loop] {
+        for most in [few, CHAIN_LOOP.get()] {
             let starts: Vec<u32> = self.next.keys().copied().collect();
             for start in starts {
                 while let Some(rim) = self.shortest(start, most) {

@@ -7,7 +7,10 @@ use super::edges;
 use crate::fill::FillParams;
 use crate::mend::{Control, CreaseEnd, FillError, Inspection};
 use crate::mesh::HoleId;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Faces. Components of at most this many faces have no inside.
+pub(super) const SMALL_FACES: Tunable<usize> = tunable("repair.small_faces", 2);
 
 /// Turns outer borders of open sheets into ordinary holes; returns those that may get flat caps. The level set cannot close them,
 /// because their surface continues away from the centre of the border.
@@ -16,7 +19,7 @@ pub(super) fn take_borders(found: &mut Inspection) -> Vec<HoleId> {
     for hole in found.holes.iter_mut().filter(|h| h.outer_boundary) {
         hole.outer_boundary = false;
         let faces = found.topology.component_faces[hole.component as usize];
-        if faces > tuning().repair.small_faces {
+        if faces > SMALL_FACES.get() {
             sheets.push(hole.id);
         }
     }

@@ -6,11 +6,18 @@ use glam::DVec3;
 
 use super::draft::Draft;
 use super::{RepairParams, RepairReport, RepairStep, cracks, union};
-use crate::check::{duplicates, is_flat};
+use crate::check::{CRACK, duplicates, is_flat};
 use crate::mend::FillError;
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{FaceOrigin, MeshError, VertexFaces, weld_map};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Rounds of edge flips: faces without area may be adjacent.
+pub(super) const CLEAN_ROUNDS: Tunable<usize> = tunable("repair.clean_rounds", 20);
+
+/// Units in the last place of 32-bit floats. Components no larger than this are points in an output of 32-bit floats: a
+/// body needs several units along each axis.
+const POINT: Tunable<f64> = tunable("repair.point", 4.0);
 
 /// Returns whether two input vertices have equal attributes.
 pub(super) type Alike<'a> = dyn Fn(u32, u32) -> bool + Sync + 'a;
@@ -58,7 +65,7 @@ pub(super) fn clean(
         return Err(MeshError::Empty.into());
     }
     report.degenerate_faces += draft.remove(&removed) - doubled;
-    for _ in 0..tuning().repair.clean_rounds {
+    for _ in 0..CLEAN_ROUNDS.get() {
         match flip_flat(draft, false)? {
             0 => break,
             flipped => report.flipped_edges += flipped,
@@ -66,7 +73,7 @@ pub(super) fn clean(
     }
     let most = match params.weld {
         Some(length) => length.max(draft.unit),
-        None => tuning().repair.crack * diagonal(draft),
+        None => CRACK.get() * diagonal(draft),
     };
     cracks::close(draft, most, report)
 }
@@ -97,7 +104,7 @@ pub(super) fn drop_duplicates(
 
 /// Flips edges of new faces without area, if the neighbour is new as well.
 pub(super) fn flip_new(draft: &mut Draft) -> Result<(), FillError> {
-    for _ in 0..tuning().repair.clean_rounds {
+    for _ in 0..CLEAN_ROUNDS.get() {
         if flip_flat(draft, true)? == 0 {
             break;
         }
@@ -143,7 +150,7 @@ fn drop_points(draft: &mut Draft) -> Result<usize, FillError> {
         let (mesh, topology) = (&found.mesh, &found.topology);
         let is_point = |(low, high): &(DVec3, DVec3)| {
             let unit = f64::from(f32::EPSILON) * low.abs().max(high.abs()).max_element();
-            (*high - *low).max_element() <= tuning().repair.point * unit
+            (*high - *low).max_element() <= POINT.get() * unit
         };
         let boxes = topology.component_bounds(mesh);
         let point: Vec<bool> = boxes.iter().map(is_point).collect();

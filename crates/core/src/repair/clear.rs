@@ -13,7 +13,23 @@ use crate::mend::Inspection;
 use crate::mesh::triangulate::triangulate_loop_with_neighbours;
 use crate::mesh::{Mesh, Part, area_vector};
 use crate::spatial::{Bounds, BoxTree, intersecting, meets};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Edges. Longer rims are first reduced by cutting ears. The memory of a search grows with the cube of their number: 1
+/// MB.
+const CLEAR_EDGES: Tunable<usize> = tunable("repair.clear_edges", 200);
+
+/// Rounds after which a search is given up; each excludes some triangles. On two scans with rims of hundreds of edges 300
+/// rounds and 450 edges closed no further hole.
+const CLEAR_ROUNDS: Tunable<usize> = tunable("repair.clear_rounds", 60);
+
+/// Fraction of the size of the coordinates. Faces on one side of a triangle's plane, farther from it than this, do not
+/// intersect it in rounded arithmetic.
+const CLEARLY: Tunable<f64> = tunable("repair.clearly", 1e-9);
+
+/// Weight of a diagonal's squared length relative to area: among triangulations of equal area the one with short
+/// diagonals is taken.
+const DIAGONAL: Tunable<f64> = tunable("repair.diagonal", 0.1);
 
 /// A welded mesh and new faces on its vertices that intersect neither the mesh nor one another.
 pub(super) struct Ground<'a> {
@@ -196,7 +212,7 @@ impl<'a> Ground<'a> {
         // Discard faces strictly on one side of the plane, by a margin above the rounding error.
         let normal = area_vector([a, b, c]);
         let size = a.abs().max(b.abs()).max(c.abs()).max_element();
-        let margin = tuning().repair.clearly * normal.length() * size;
+        let margin = CLEARLY.get() * normal.length() * size;
         let may_cross = |f: &[u32; 3]| {
             let height = |k: usize| normal.dot(self.mesh.positions[f[k] as usize] - a);
             let first = height(0);
@@ -224,7 +240,7 @@ impl<'a> Ground<'a> {
         let mut faces = Vec::new();
         let ring = self.without_ears(rim, &mut faces)?;
         let mut table = Table::new(self, &ring);
-        for _ in 0..tuning().repair.clear_rounds {
+        for _ in 0..CLEAR_ROUNDS.get() {
             let found = table.solve()?;
             if !table.rule_out(self, &found) {
                 let own = found.iter().map(|t| t.map(|i| ring[i]));
@@ -240,7 +256,7 @@ impl<'a> Ground<'a> {
     fn without_ears(&mut self, rim: &[u32], faces: &mut Vec<[u32; 3]>) -> Option<Vec<u32>> {
         let mut ring = rim.to_vec();
         let mut clear: HashMap<[u32; 3], bool> = HashMap::new();
-        while ring.len() > tuning().repair.clear_edges {
+        while ring.len() > CLEAR_EDGES.get() {
             let n = ring.len();
             let at = |k: usize| self.mesh.positions[ring[k % n] as usize];
             let ear = |k: usize| [ring[(k + n - 1) % n], ring[k], ring[(k + 1) % n]];
@@ -400,7 +416,7 @@ impl<'a> Table<'a> {
         if self.blocked[i * n + k] {
             return best;
         }
-        let diagonal = tuning().repair.diagonal * self.at[i].distance_squared(self.at[k]);
+        let diagonal = DIAGONAL.get() * self.at[i].distance_squared(self.at[k]);
         for m in i + 1..k {
             let parts = self.cost[i * n + m] + self.cost[m * n + k] + diagonal;
             if parts >= best.0 || self.crosses([i, m, k]) {

@@ -8,14 +8,28 @@ use std::collections::HashSet;
 
 use super::RepairReport;
 use super::draft::Draft;
+use super::relax::FOLDED;
 use super::seams::{Reach, merge, split};
+use crate::check::JUNCTION_MOST;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::{NONE, end, start};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Lengths of the shorter of two boundary edges. The ends of the edges are merged by default only within this distance.
+pub(super) const WELD_EDGE: Tunable<f64> = tunable("check.weld_edge", 0.1);
+
+/// Factor from one width at which cracks are closed to the next.
+const CRACK_GROWTH: Tunable<f64> = tunable("repair.crack_growth", 4.0);
+
+/// Attempts at each width, at most: each leaves out the vertices at which the one before made faces intersect.
+const CRACK_ATTEMPTS: Tunable<usize> = tunable("repair.crack_attempts", 4);
+
+/// Rounds of merging vertices and splitting edges in an attempt, at most.
+const CRACK_ROUNDS: Tunable<usize> = tunable("repair.crack_rounds", 6);
 
 /// Merges boundary edges that coincide within the precision of the coordinates; returns the number of merged vertices.
 pub(super) fn weld(draft: &mut Draft) -> Result<usize, FillError> {
-    let reach = (draft.unit, tuning().check.junction_most);
+    let reach = (draft.unit, JUNCTION_MOST.get());
     let joined = attempt(draft, reach, Kind::Edges)?;
     Ok(joined.map_or(0, |joined| joined.merged))
 }
@@ -27,12 +41,12 @@ pub(super) fn close(
     most: f64,
     report: &mut RepairReport,
 ) -> Result<(), FillError> {
-    let first = (draft.unit, tuning().check.junction_most);
+    let first = (draft.unit, JUNCTION_MOST.get());
     record(attempt(draft, first, Kind::Junctions)?, report);
     let mut unit = draft.unit;
     while unit < most && is_open(draft)? {
-        unit = (tuning().repair.crack_growth * unit).min(most);
-        let reach = (unit, tuning().check.weld_edge);
+        unit = (CRACK_GROWTH.get() * unit).min(most);
+        let reach = (unit, WELD_EDGE.get());
         let joined = attempt(draft, reach, Kind::Cracks)?;
         if let Some(joined) = &joined {
             report.crack_width = unit;
@@ -88,7 +102,7 @@ fn attempt(
     }
     let known = Known::new(draft, kind)?;
     let mut blocked: HashSet<u32> = HashSet::new();
-    for _ in 0..tuning().repair.crack_attempts {
+    for _ in 0..CRACK_ATTEMPTS.get() {
         let reach = Reach {
             unit,
             part,
@@ -122,7 +136,7 @@ fn attempt(
 /// Merges and splits in turn until neither finds anything.
 fn join(draft: &mut Draft, reach: &Reach, kind: Kind) -> Result<Joined, FillError> {
     let mut all = Joined::default();
-    for _ in 0..tuning().repair.crack_rounds {
+    for _ in 0..CRACK_ROUNDS.get() {
         let merged = match kind {
             Kind::Junctions => 0,
             _ => merge(draft, reach)?,
@@ -222,7 +236,7 @@ fn folded(found: &Inspection) -> impl Iterator<Item = (u32, u32)> {
                 .normalize_or_zero()
         };
         let are_same = (start(mesh, *h) == start(mesh, *o)) != (turned(*h) != turned(*o));
-        are_same && across(*h).dot(across(*o)) > tuning().repair.folded
+        are_same && across(*h).dot(across(*o)) > FOLDED.get()
     });
     same.map(|(h, _)| {
         let (v, w) = (start(mesh, h), end(mesh, h));

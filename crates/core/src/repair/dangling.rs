@@ -14,7 +14,10 @@ use crate::fill::{HoleOutcome, OpenReason};
 use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Topology, area_vector};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Fraction of the area of the component that it is attached to. A smaller sheet is a dangling sheet.
+const DANGLING: Tunable<f64> = tunable("repair.dangling", 0.01);
 
 /// Assigns dangling sheets to the component of their host.
 pub(super) fn join(draft: &mut Draft) -> Result<(), FillError> {
@@ -75,8 +78,7 @@ fn hosts(found: &Inspection) -> BTreeMap<u32, u32> {
             continue;
         };
         let is_dangling = |p: &&u32| {
-            open[**p as usize]
-                && area[**p as usize] < tuning().repair.dangling * area[largest as usize]
+            open[**p as usize] && area[**p as usize] < DANGLING.get() * area[largest as usize]
         };
         for &p in ids.iter().filter(is_dangling) {
             let host = hosts.entry(p).or_insert(largest);

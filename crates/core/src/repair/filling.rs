@@ -2,13 +2,17 @@
 
 use std::collections::HashSet;
 
+use super::choice::SMALL_FACES;
 use super::rim_triangles::push;
 use super::{Edge, RepairStep, Run, caps, chains, choice, edges, inner_sheets, report};
-use crate::fill::FillParams;
+use crate::fill::{FEW_EDGES, FillParams};
 use crate::mend::{FillError, FillReport, Inspection, Watch};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, HoleId};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Edges. Longer rims are not closed while bodies are united.
+const CAPPED_EDGES: Tunable<usize> = tunable("repair.capped_edges", 300);
 
 /// The region of triangles that close holes while bodies are united.
 pub(super) const CAP: u32 = NONE - 1;
@@ -95,12 +99,12 @@ impl Run<'_> {
             let chosen: HashSet<HoleId> = regions.hole_groups().flatten().map(|h| h.id).collect();
             let faces_of = &found.topology.component_faces;
             let is_kept = |hole: &Hole| {
-                let is_small = faces_of[hole.component as usize] <= tuning().repair.small_faces;
+                let is_small = faces_of[hole.component as usize] <= SMALL_FACES.get();
                 self.keeps_holes() && !hole.outer_boundary && !is_small
             };
             (found.holes.iter())
                 .filter(|hole| chosen.contains(&hole.id) || is_kept(hole))
-                .filter(|hole| hole.edges <= tuning().repair.capped_edges)
+                .filter(|hole| hole.edges <= CAPPED_EDGES.get())
                 .flat_map(|hole| chains::triangulated(&found.mesh.positions, &hole.rim))
                 .collect()
         };
@@ -152,7 +156,7 @@ impl Run<'_> {
         if which == Filling::Chosen {
             return Ok(chosen);
         }
-        let few = tuning().fill.few_edges;
+        let few = FEW_EDGES.get();
         let regions = found.regions(&chosen)?;
         let groups = regions.hole_groups();
         let obvious = groups.filter(|group| matches!(group[..], [hole] if hole.edges <= few));

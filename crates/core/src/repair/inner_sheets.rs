@@ -10,12 +10,16 @@ use super::RepairReport;
 use super::balance::{open_sets, runs_up};
 use super::draft::Draft;
 use super::intersection_cache::sorted;
-use super::witness::Solid;
+use super::orient::SAMPLES;
+use super::witness::{BEFORE, Solid, UNDECIDED};
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, Mesh, area_vector};
 use crate::spatial::solid_angle;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Faces. Open sheets inside a solid are looked for among components of at most this many: the work grows with its square.
+const SHEET_FACES: Tunable<usize> = tunable("repair.sheet_faces", 2000);
 
 /// Removes the open components that lie inside the solid of all others: the winding number of the others is one in front of each of
 /// their faces and behind it.
@@ -29,7 +33,7 @@ pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), F
         }
         let solid = Solid::new(&draft.mesh, topology.faces(), false);
         let is_inner = |own: &Vec<u32>| {
-            let step = own.len().div_ceil(tuning().repair.samples).max(1);
+            let step = own.len().div_ceil(SAMPLES.get()).max(1);
             let sampled = own.iter().step_by(step);
             let mut points = sampled.flat_map(|f| sides(&draft.mesh, *f));
             !own.is_empty() && points.all(|p| is_inside_without(&solid, &draft.mesh, own, p))
@@ -52,7 +56,7 @@ pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), F
 pub(super) fn inner_borders(draft: &Draft) -> Result<Vec<Vec<u32>>, FillError> {
     let found = draft.inspect()?;
     let topology = &found.topology;
-    let is_small = |c: u32| topology.component_faces[c as usize] <= tuning().repair.sheet_faces;
+    let is_small = |c: u32| topology.component_faces[c as usize] <= SHEET_FACES.get();
     let borders = found
         .holes
         .iter()
@@ -76,7 +80,7 @@ pub(super) fn inner_borders(draft: &Draft) -> Result<Vec<Vec<u32>>, FillError> {
         hole.rim.iter().zip(next).all(|(v, w)| {
             // Beside the edge, where the winding number of the sheet itself jumps.
             let middle = 0.5 * (at(*v) + at(*w));
-            let p = middle + tuning().repair.before * (hole.centre - middle);
+            let p = middle + BEFORE.get() * (hole.centre - middle);
             is_inside_without(&solid, &found.mesh, own, p)
         })
     };
@@ -89,7 +93,7 @@ pub(super) fn inner_borders(draft: &Draft) -> Result<Vec<Vec<u32>>, FillError> {
 
 /// Whether a point is inside a solid, also without some of its faces.
 fn is_inside_without(solid: &Solid, mesh: &Mesh, own: &[u32], p: DVec3) -> bool {
-    solid.winding(p) - winding(mesh, own, p) > 1.0 - tuning().repair.undecided
+    solid.winding(p) - winding(mesh, own, p) > 1.0 - UNDECIDED.get()
 }
 
 /// For each component its faces, if it may be a sheet inside a solid; else none.
@@ -109,7 +113,7 @@ fn sheets(found: &Inspection) -> Vec<Vec<u32>> {
     for f in topology.faces() {
         *times.entry(key(f)).or_insert(0) += 1;
         let component = topology.component[f as usize] as usize;
-        let is_small = topology.component_faces[component] <= tuning().repair.sheet_faces;
+        let is_small = topology.component_faces[component] <= SHEET_FACES.get();
         if open[component] && is_small {
             faces[component].push(f);
         }
@@ -137,7 +141,7 @@ pub(super) fn sides(mesh: &Mesh, face: u32) -> [DVec3; 2] {
     let corners = mesh.corners(face);
     let normal = area_vector(corners);
     let centre = corners.iter().sum::<DVec3>() / 3.0;
-    let step = tuning().repair.before * (0.5 * normal.length()).sqrt();
+    let step = BEFORE.get() * (0.5 * normal.length()).sqrt();
     let step = step * normal.normalize_or_zero();
     [centre + step, centre - step]
 }

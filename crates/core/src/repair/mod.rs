@@ -52,7 +52,7 @@ use crate::check::{DefectKind, components, weld_length};
 use crate::mend::{Control, FillError, FillReport, HoleReport, Inspection, Watch};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, Mesh, Origins};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
 use bodies::Given;
 use choice::Choice;
 use clean::Alike;
@@ -62,6 +62,23 @@ use plans::State;
 use rounding::Rounding;
 
 pub use params::{RepairParams, RepairReport, RepairStep, SelfIntersectionPass};
+
+/// Passes, at most. Each cuts intersecting faces out and fills the holes; each later pass cuts one more ring of faces.
+const PASSES: Tunable<usize> = tunable("repair.passes", 2);
+
+/// Rings of faces, at most, by which a hole is widened that cannot be closed without self-intersections.
+const WIDER: Tunable<usize> = tunable("repair.wider", 3);
+
+/// For patches that intersect other faces, at most one in this many faces of the input is cut out, plus
+/// `LOST_CROSSING` for each face that intersected others in the input: caps of sheets inside each other always
+/// intersect.
+const LOST_PART: Tunable<usize> = tunable("repair.lost_part", 30);
+
+/// Faces cut out for each face that intersected others in the input, at most.
+const LOST_CROSSING: Tunable<usize> = tunable("repair.lost_crossing", 2);
+
+/// Rings of faces around intersecting faces that are cut out with them.
+const RINGS: Tunable<usize> = tunable("repair.rings", 1);
 
 /// A repaired mesh.
 #[derive(Clone, Debug)]
@@ -293,7 +310,7 @@ impl Run<'_> {
     fn fill_and_cut(&mut self, filled: bool) -> Result<(), FillError> {
         let mut old = border(&*self.draft.inspect()?);
         let mut reopened = false;
-        for pass in 0..tuning().repair.passes {
+        for pass in 0..PASSES.get() {
             self.go_on()?;
             let before = (pass > 0).then(|| self.judged_state()).transpose()?;
             let cut = self.cuts && self.cut(pass)?;
@@ -357,7 +374,7 @@ impl Run<'_> {
         rim_triangles::settle(&mut self.draft, &mut self.report.fill, &is_left)?;
         let open = |hole: &Hole| was_border(hole, &origin);
         report::open(&self.draft, &mut self.report.fill, &open)?;
-        for rings in 0..=tuning().repair.wider {
+        for rings in 0..=WIDER.get() {
             self.go_on()?;
             let most = self.most_lost();
             self.lost += widen::widen(&mut self.draft, &mut self.report.fill, rings, most)?;
@@ -404,20 +421,15 @@ impl Run<'_> {
     fn most_lost(&self) -> usize {
         let crossed = self.report.before.as_ref();
         let crossed = crossed.map_or(0, |v| v.count(DefectKind::SelfIntersection));
-        let all = self.input.faces.len() / tuning().repair.lost_part
-            + tuning().repair.lost_crossing * crossed;
+        let all = self.input.faces.len() / LOST_PART.get() + LOST_CROSSING.get() * crossed;
         all.saturating_sub(self.lost)
     }
 
     fn cut(&mut self, pass: usize) -> Result<bool, FillError> {
         let most = self.most_lost();
         let cut = match pass {
-            0 => self_intersections::cut(&mut self.draft, tuning().repair.rings)?,
-            _ => self_intersections::cut_patches(
-                &mut self.draft,
-                tuning().repair.rings + pass,
-                most,
-            )?,
+            0 => self_intersections::cut(&mut self.draft, RINGS.get())?,
+            _ => self_intersections::cut_patches(&mut self.draft, RINGS.get() + pass, most)?,
         };
         let Some(cut) = cut else {
             return Ok(false);

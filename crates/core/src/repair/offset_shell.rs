@@ -10,7 +10,22 @@ use super::shell_vertex::{Shape, ShellBase, ShellVertex, below, under};
 use super::{Edge, edges};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{DisjointSets, Mesh, Part, area_vector, face_normal};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Factor of the depth where the shell intersects anything.
+const SHELL_NEARER: Tunable<f64> = tunable("repair.shell_nearer", 0.25);
+
+/// Times that a shell is moved closer to the surface, at most.
+const SHELL_ROUNDS: Tunable<usize> = tunable("repair.shell_rounds", 5);
+
+/// Factor of the depth of a wall where it intersects anything, in the first `WALL_STEPS` rounds.
+const WALL_NEARER: Tunable<f64> = tunable("repair.wall_nearer", 0.7);
+
+/// Rounds with `WALL_NEARER`; later rounds use the factor of a shell, since only a few places remain.
+const WALL_STEPS: Tunable<usize> = tunable("repair.wall_steps", 10);
+
+/// Times that a wall is made thinner, at most.
+const WALL_ROUNDS: Tunable<usize> = tunable("repair.wall_rounds", 24);
 
 /// An offset shell of some faces of a mesh.
 pub(super) struct OffsetShell {
@@ -245,8 +260,8 @@ impl OffsetShell {
     /// Maximum number of depth reductions.
     fn rounds(&self) -> usize {
         match self.shape {
-            Shape::Thin => tuning().repair.shell_rounds,
-            _ => tuning().repair.wall_rounds,
+            Shape::Thin => SHELL_ROUNDS.get(),
+            _ => WALL_ROUNDS.get(),
         }
     }
 
@@ -255,10 +270,8 @@ impl OffsetShell {
         let corners = faces.iter().flat_map(|f| self.faces[*f as usize]);
         let new: HashSet<u32> = corners.filter(|v| *v >= self.first).collect();
         let factor = match self.shape {
-            Shape::Walled(_) | Shape::Hanging(_) if round < tuning().repair.wall_steps => {
-                tuning().repair.wall_nearer
-            }
-            _ => tuning().repair.shell_nearer,
+            Shape::Walled(_) | Shape::Hanging(_) if round < WALL_STEPS.get() => WALL_NEARER.get(),
+            _ => SHELL_NEARER.get(),
         };
         let mut moved = HashSet::new();
         for v in new {

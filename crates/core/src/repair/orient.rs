@@ -13,7 +13,17 @@ use crate::mend::{FillError, Inspection};
 use crate::mesh::DisjointSets;
 use crate::mesh::topology::{NONE, end, start};
 use crate::spatial::{Bvh, WindingTree};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Faces of a component that are tested to decide whether it lies inside another.
+pub(super) const SAMPLES: Tunable<usize> = tunable("repair.samples", 64);
+
+/// Square roots of the component's area. An open component with shorter boundary loops counts as closed if it encloses
+/// `LEAST_VOLUME`.
+const SHORT_BORDER: Tunable<f64> = tunable("repair.short_border", 1.0);
+
+/// Area to the power 3/2. Least volume of such a component: 0.094 for a sphere.
+const LEAST_VOLUME: Tunable<f64> = tunable("repair.least_volume", 0.02);
 
 /// Reorients the faces; returns the number of reversed ones.
 pub(super) fn orient(draft: &mut Draft) -> Result<usize, FillError> {
@@ -66,8 +76,7 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
             at(start(mesh, h)).distance(at(end(mesh, h)));
     }
     let shows_inside = |(c, border): (&Component, &f64)| {
-        let has_inside =
-            c.closed || (*border < tuning().repair.short_border * c.area.sqrt() && encloses(c));
+        let has_inside = c.closed || (*border < SHORT_BORDER.get() * c.area.sqrt() && encloses(c));
         has_inside && c.volume < 0.0 && c.depth.is_multiple_of(2)
     };
     let mut wrong: Vec<bool> = components.iter().zip(&border).map(shows_inside).collect();
@@ -97,7 +106,7 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
 
 /// Whether a component encloses enough volume for its area to be a body with holes rather than a sheet.
 fn encloses(c: &Component) -> bool {
-    c.volume.abs() > tuning().repair.least_volume * powf(c.area, 1.5)
+    c.volume.abs() > LEAST_VOLUME.get() * powf(c.area, 1.5)
 }
 
 /// For each group of negative volume whether the other faces enclose it, by their winding numbers behind most of its faces.
@@ -114,7 +123,7 @@ fn cavities(found: &Inspection, groups: &[Group]) -> Vec<bool> {
         }
         let is_own = |f: &u32| group.components.contains(&topology.component[*f as usize]);
         let own: Vec<u32> = topology.faces().filter(is_own).collect();
-        let step = own.len().div_ceil(tuning().repair.samples).max(1);
+        let step = own.len().div_ceil(SAMPLES.get()).max(1);
         let behind = own.iter().step_by(step).map(|f| {
             let [_, p] = inner_sheets::sides(mesh, *f);
             tree.winding_number(&bvh, p) - inner_sheets::winding(mesh, &own, p)

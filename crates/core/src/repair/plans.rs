@@ -6,11 +6,37 @@ use std::collections::HashSet;
 use super::bodies::Given;
 use super::draft::{Draft, Faults};
 use super::filling::Filling;
-use super::witness::{Shape, Witness};
+use super::relax::RELAXED_FACES;
+use super::witness::{DOUBTFUL_DIFFERENCE, Shape, Witness};
 use super::{Carried, RepairReport, RepairStep, Run, border, dangling, orient, relax, sheets};
 use crate::mend::{FillError, HoleReport};
 use crate::spatial::intersecting_pairs;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Fraction of the boundary edges as given. If cleaning leaves fewer, they were cracks, and holes are not filled before cleaning:
+/// a tube of 2,500 faces with cracks spent three of four seconds on patches of cracks, which destroyed it.
+const CRACKED_REST: Tunable<f64> = tunable("repair.cracked_rest", 0.5);
+
+/// Faces. If all unions leave more intersecting ones, and more than the fraction `LEFT_PART`, none are cut out.
+const LEFT_FACES: Tunable<usize> = tunable("repair.left_faces", 200);
+
+/// Fraction of all faces: see `LEFT_FACES`.
+const LEFT_PART: Tunable<f64> = tunable("repair.left_part", 0.1);
+
+/// Faces. If each intersecting face intersects more others than this on average, the exact union has thousands of triangles to
+/// classify around one point, and vertices are moved before it: 6,600 pairs of 350 faces at the axis of a torus that is thicker
+/// than its ring took 20 s, and rounding let 4,300 intersect.
+const DENSE_PARTNERS: Tunable<usize> = tunable("repair.dense_partners", 10);
+
+/// Fraction of the input's area. A plan without faults that loses less ends the search in meshes of any size.
+const LITTLE_LOST: Tunable<f64> = tunable("repair.little_lost", 2e-3);
+
+/// Faces. In larger meshes a plan without faults whose solid agrees ends the search, even if it loses more than
+/// `DOUBTFUL_LOSS`: each further plan may take ten seconds.
+const SETTLED_FACES: Tunable<usize> = tunable("repair.settled_faces", 5000);
+
+/// Fraction of area or of volume. A plan that loses more is taken only if all others do.
+const DESTROYED: Tunable<f64> = tunable("repair.destroyed", 0.1);
 
 /// An order of steps after the mesh is cleaned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,7 +114,7 @@ impl Quality {
 
     /// Whether the solid is doubtful.
     fn has_another_solid(&self) -> bool {
-        self.differs > tuning().repair.doubtful_difference
+        self.differs > DOUBTFUL_DIFFERENCE.get()
     }
 }
 
@@ -171,7 +197,7 @@ impl Run<'_> {
             };
             // Another way to close what the bodies mean loses no less.
             let unites = matches!(plan, Plan::UniteGiven | Plan::UniteCleaned);
-            let is_large = self.input.faces.len() > tuning().repair.settled_faces;
+            let is_large = self.input.faces.len() > SETTLED_FACES.get();
             let is_meant = match is_large {
                 true => !quality.destroys,
                 false => !quality.has_another_solid(),
@@ -179,7 +205,7 @@ impl Run<'_> {
             if unites && quality.faults.intersecting_or_not_manifold() == 0 && is_meant {
                 self.is_united = true;
             }
-            let loses_little = quality.lost <= tuning().repair.little_lost;
+            let loses_little = quality.lost <= LITTLE_LOST.get();
             if !quality.is_wrong && (loses_little || is_large) || is_large && quality.is_tolerable()
             {
                 break;
@@ -267,14 +293,14 @@ impl Run<'_> {
             return Ok(false);
         };
         let before = border(&*given.inspect()?).len();
-        let rest = tuning().repair.cracked_rest * before as f64;
+        let rest = CRACKED_REST.get() * before as f64;
         Ok((self.cleaned_border as f64) < rest)
     }
 
     /// Whether each intersecting face intersects many others on average.
     fn is_dense(&mut self) -> Result<bool, FillError> {
         let crossing = self.draft.self_intersections()?;
-        if crossing.len() > tuning().repair.relaxed_faces {
+        if crossing.len() > RELAXED_FACES.get() {
             return Ok(false);
         }
         let found = self.draft.inspect()?;
@@ -283,7 +309,7 @@ impl Run<'_> {
             .collect();
         let all: Vec<u32> = (0..faces.len() as u32).collect();
         let pairs = intersecting_pairs(&found.mesh.positions, &faces, &all);
-        Ok(pairs.len() > tuning().repair.dense_partners * faces.len())
+        Ok(pairs.len() > DENSE_PARTNERS.get() * faces.len())
     }
 
     /// Unites bodies, with their holes closed meanwhile, then fills what is open.
@@ -364,9 +390,9 @@ impl Run<'_> {
 
     /// Whether each union that was tried left many intersecting faces: cutting these out would leave little of the mesh.
     fn leaves_many(&self) -> bool {
-        let (rules, faces) = (&tuning().repair, self.input.faces.len());
+        let faces = self.input.faces.len();
         let many =
-            |left: usize| left > rules.left_faces && left as f64 > rules.left_part * faces as f64;
+            |left: usize| left > LEFT_FACES.get() && left as f64 > LEFT_PART.get() * faces as f64;
         self.left.is_some_and(many)
     }
 
@@ -410,7 +436,7 @@ impl Run<'_> {
 
     fn quality(&mut self, shape: &Shape) -> Result<Quality, FillError> {
         let faults = self.draft.faults()?;
-        let destroys = tuning().repair.destroyed;
+        let destroys = DESTROYED.get();
         Ok(Quality {
             destroys: shape.lost.max(1.0 - shape.agreement) > destroys,
             is_wrong: faults.intersecting_or_not_manifold() > 0

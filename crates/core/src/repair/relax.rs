@@ -17,12 +17,40 @@ use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{DisjointSets, Mesh, VertexFaces, area_vector};
 use crate::spatial::{Bounds, BoxTree, intersecting_pairs};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Intersecting faces. With more than this, no vertices are moved: it bounds the time.
+pub(super) const RELAXED_FACES: Tunable<usize> = tunable("repair.relaxed_faces", 50_000);
+
+/// Rings of faces round intersecting ones. If the faces are connected with these, they are a fold or noise, whose vertices
+/// may move.
+const RELAXED_RINGS: Tunable<usize> = tunable("repair.relaxed_rings", 2);
+
+/// Rounds in which vertices move, at most.
+const RELAXED_ROUNDS: Tunable<usize> = tunable("repair.relaxed_rounds", 60);
+
+/// The first of these rounds in which vertices on boundaries slide along these.
+const SLIDING_ROUND: Tunable<usize> = tunable("repair.sliding_round", 5);
+
+/// Fraction of the way to the mean of the neighbours by which a vertex moves in a round.
+const RELAXED_STEP: Tunable<f64> = tunable("repair.relaxed_step", 0.5);
+
+/// Mean lengths of the edges at a vertex. It moves by this at most.
+const RELAXED_REACH: Tunable<f64> = tunable("repair.relaxed_reach", 1.5);
+
+/// Fraction of the intersecting faces of a fold or of noise. If more intersect still, the vertices are put back.
+const RELAXED_LEFT: Tunable<f64> = tunable("repair.relaxed_left", 0.1);
+
+/// Diagonals of the bounding box. No vertex moves by more than this.
+const RELAXED_MOST: Tunable<f64> = tunable("repair.relaxed_most", 0.1);
+
+/// Cosine. Faces at an edge whose angle is below this (60°) lie on each other.
+pub(super) const FOLDED: Tunable<f64> = tunable("repair.folded", 0.5);
 
 /// Moves vertices where the surface is folded or noisy, if fewer faces intersect others then and nothing else gets worse.
 pub(super) fn relax(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
     let crossing = draft.self_intersections()?;
-    if crossing.is_empty() || crossing.len() > tuning().repair.relaxed_faces {
+    if crossing.is_empty() || crossing.len() > RELAXED_FACES.get() {
         return Ok(());
     }
     let found = draft.inspect()?;
@@ -109,7 +137,7 @@ impl<'a> Relaxation<'a> {
         let mut relaxation = Self {
             around: VertexFaces::new(&mesh),
             clusters: DisjointSets::new(mesh.faces.len()),
-            most: tuning().repair.relaxed_most * low.distance(high),
+            most: RELAXED_MOST.get() * low.distance(high),
             near: Vec::new(),
             owner: BTreeMap::new(),
             pairs: Vec::new(),
@@ -158,7 +186,7 @@ impl<'a> Relaxation<'a> {
     /// Whether some faces with rings round them are connected across edges.
     fn is_one_piece(&self, faces: &[u32]) -> bool {
         let mut piece: BTreeSet<u32> = faces.iter().copied().collect();
-        for _ in 0..tuning().repair.relaxed_rings {
+        for _ in 0..RELAXED_RINGS.get() {
             piece = self.ring(piece.iter());
         }
         let Some(first) = piece.pop_first() else {
@@ -237,7 +265,7 @@ impl<'a> Relaxation<'a> {
     /// there was one.
     fn run(&mut self) {
         let mut clear = None;
-        for round in 0..tuning().repair.relaxed_rounds {
+        for round in 0..RELAXED_ROUNDS.get() {
             let mut active: BTreeSet<u32> = self.pairs.iter().flatten().copied().collect();
             if active.is_empty() {
                 active = self.folded(&self.mesh);
@@ -246,7 +274,7 @@ impl<'a> Relaxation<'a> {
                 }
                 clear = Some((self.mesh.positions.clone(), self.owner.clone()));
             }
-            self.move_round(&active, round >= tuning().repair.sliding_round);
+            self.move_round(&active, round >= SLIDING_ROUND.get());
             self.pairs = self.intersecting_moved();
         }
         if let Some((positions, owner)) = clear.filter(|_| !self.pairs.is_empty()) {
@@ -298,8 +326,8 @@ impl<'a> Relaxation<'a> {
                 count += 1.0;
             }
         }
-        let most = (tuning().repair.relaxed_reach * length / count).min(self.most);
-        let to = at + tuning().repair.relaxed_step * (mean / count - at);
+        let most = (RELAXED_REACH.get() * length / count).min(self.most);
+        let to = at + RELAXED_STEP.get() * (mean / count - at);
         first + (to - first).clamp_length_max(most)
     }
 
@@ -308,7 +336,7 @@ impl<'a> Relaxation<'a> {
         let at = |mesh: &Mesh, v: u32| mesh.positions[v as usize];
         let [before, after] = neighbours.map(|w| at(&self.mesh, w));
         let own = at(&self.mesh, v);
-        let to = own + tuning().repair.relaxed_step * (0.5 * (before + after) - own);
+        let to = own + RELAXED_STEP.get() * (0.5 * (before + after) - own);
         let first = at(&self.found.mesh, v);
         let [a, b] = neighbours.map(|w| {
             let side = at(&self.found.mesh, w) - first;
@@ -337,7 +365,7 @@ impl<'a> Relaxation<'a> {
             }
             let is_bad = |cluster: u32| {
                 let [before, left] = counts.get(&cluster).copied().unwrap_or_default();
-                left as f64 > tuning().repair.relaxed_left * before as f64
+                left as f64 > RELAXED_LEFT.get() * before as f64
             };
             let back: Vec<u32> = (self.owner.iter())
                 .filter(|(_, f)| is_bad(clusters.find(**f)))
@@ -376,7 +404,7 @@ impl<'a> Relaxation<'a> {
             let own = normal(*f);
             let mut opposite = (3 * f..3 * f + 3).map(|h| self.found.topology.opposite[h as usize]);
             own == DVec3::ZERO
-                || opposite.any(|o| o != NONE && own.dot(normal(o / 3)) < -tuning().repair.folded)
+                || opposite.any(|o| o != NONE && own.dot(normal(o / 3)) < -FOLDED.get())
         };
         self.moved().into_iter().filter(is_folded).collect()
     }

@@ -2,12 +2,16 @@
 
 use std::collections::HashSet;
 
+use super::cracks::WELD_EDGE;
 use super::draft::Draft;
 use crate::check::{Boundary, is_flat};
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::end;
 use crate::mesh::{DisjointSets, FaceOrigin, Mesh, VertexFaces, area_vector};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Rounds of splits at T-junctions, at most: each splits one edge of a face.
+const STITCH_ROUNDS: Tunable<usize> = tunable("repair.stitch_rounds", 12);
 
 /// How near boundary vertices must be to other ones, or to edges, to be merged or to split them.
 pub(super) struct Reach<'a> {
@@ -54,7 +58,7 @@ fn merges(found: &Inspection, boundary: &Boundary, reach: &Reach) -> Vec<u32> {
     let at = |v: u32| found.mesh.positions[v as usize];
     let mut sets = DisjointSets::new(count);
     // Join the ends of matching edges.
-    let matches = boundary.matches(boundary.unit, tuning().check.weld_edge);
+    let matches = boundary.matches(boundary.unit, WELD_EDGE.get());
     for (ends, other) in boundary.ends.iter().zip(matches) {
         if let Some(other) = other {
             for (v, w) in ends.iter().zip(other.ends) {
@@ -64,7 +68,7 @@ fn merges(found: &Inspection, boundary: &Boundary, reach: &Reach) -> Vec<u32> {
     }
     // Join vertices that are much nearer to each other than the edges there are long.
     if reach.vertices {
-        let mean = |v: u32| tuning().check.weld_edge * mean_edge(&found.mesh, &around, v);
+        let mean = |v: u32| WELD_EDGE.get() * mean_edge(&found.mesh, &around, v);
         boundary.for_each_pair(boundary.unit, |v, w| {
             if at(v).distance(at(w)) <= mean(v).min(mean(w)) {
                 sets.join(v, w);
@@ -109,7 +113,7 @@ fn mean_edge(mesh: &Mesh, around: &VertexFaces, v: u32) -> f64 {
 /// face of such an edge is replaced by parts of it.
 pub(super) fn split(draft: &mut Draft, reach: &Reach) -> Result<usize, FillError> {
     let mut count = 0;
-    for _ in 0..tuning().repair.stitch_rounds {
+    for _ in 0..STITCH_ROUNDS.get() {
         let splits = splits(&*draft.inspect()?, reach);
         if splits.is_empty() {
             break;

@@ -5,16 +5,33 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::choice::SMALL_FACES;
 use super::dangling;
 use super::draft::Draft;
+use super::orient::SAMPLES;
 use super::params::SelfIntersectionPass;
+use super::witness::BEFORE;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Mesh, Topology, area_vector, face_normal};
 use crate::spatial::meets;
 use crate::spatial::{Bvh, WindingTree};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Winding number of the other component. A sample point in front of a face lies inside the other component above this;
+/// half of the points decide.
+const INSIDE: Tunable<f64> = tunable("repair.inside", 0.5);
+
+/// Mean edges. A sheet covers another one that is at most this far below it.
+const COVER: Tunable<f64> = tunable("repair.cover", 4.0);
+
+/// Least cosine between the faces of two such sheets: 60°.
+const SAME_WAY: Tunable<f64> = tunable("repair.same_way", 0.5);
+
+/// Fraction of a component inside others. Above this the component is kept as an inner one, and its visible part is
+/// removed.
+const SUBMERGED: Tunable<f64> = tunable("repair.submerged", 0.9);
 
 /// Result of a pass of cuts.
 pub(super) struct CutResult {
@@ -162,8 +179,8 @@ fn cuts(
             let wide = rings_of[p].is_some_and(|rings| rings > 0);
             left[p] == 0
                 || (wide
-                    && left[p] <= tuning().repair.small_faces
-                    && topology.component_faces[p] > tuning().repair.small_faces)
+                    && left[p] <= SMALL_FACES.get()
+                    && topology.component_faces[p] > SMALL_FACES.get())
         };
         let gone: Vec<usize> = (0..left.len())
             .filter(|&p| little(p) && !dangling[p])
@@ -267,7 +284,7 @@ impl<'a> Parts<'a> {
             found,
             group,
             faces,
-            reach: tuning().repair.cover * length / f64::max(count, 1.0),
+            reach: COVER.get() * length / f64::max(count, 1.0),
         }
     }
 
@@ -308,20 +325,17 @@ impl<'a> Parts<'a> {
         let mesh = &self.found.mesh;
         let faces = &self.faces[part];
         let (mut inside, mut layered, mut all) = (0, 0, 0);
-        for &f in faces
-            .iter()
-            .step_by(faces.len().div_ceil(tuning().repair.samples))
-        {
+        for &f in faces.iter().step_by(faces.len().div_ceil(SAMPLES.get())) {
             let corners = mesh.corners(f);
             let normal = face_normal(mesh, f);
             if normal == DVec3::ZERO {
                 continue;
             }
             let centre = corners.iter().sum::<DVec3>() / 3.0;
-            let before = tuning().repair.before * (0.5 * area_vector(corners).length()).sqrt();
+            let before = BEFORE.get() * (0.5 * area_vector(corners).length()).sqrt();
             let winding = tree.winding_number(bvh, centre + before * normal);
             all += 1;
-            inside += usize::from(winding > tuning().repair.inside);
+            inside += usize::from(winding > INSIDE.get());
             layered += usize::from(self.is_under_other(f, centre, normal, bvh));
         }
         [2 * inside > all, 2 * layered > all]
@@ -343,7 +357,7 @@ impl<'a> Parts<'a> {
                 first = Some((t, g));
             }
         });
-        first.is_some_and(|(_, g)| face_normal(mesh, g).dot(normal) > tuning().repair.same_way)
+        first.is_some_and(|(_, g)| face_normal(mesh, g).dot(normal) > SAME_WAY.get())
     }
 
     /// The parts of a group to remove.
@@ -361,7 +375,7 @@ impl<'a> Parts<'a> {
         for own in of_component.values() {
             let all: f64 = own.iter().map(|(_, area, _)| area).sum();
             let inside: f64 = own.iter().filter(|p| p.2[0]).map(|p| p.1).sum();
-            let submerged = inside > tuning().repair.submerged * all;
+            let submerged = inside > SUBMERGED.get() * all;
             let some = own.iter().filter(|(_, _, [inside, layered])| {
                 if submerged {
                     !inside

@@ -14,13 +14,29 @@ use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::{NONE, Topology, end, start};
 use crate::mesh::{Mesh, Part, VertexFaces, fans, has_several_fans, vertex_normal};
 use crate::spatial::{Bounds, BoxTree, intersecting};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
 
 pub(super) use pairs::paired;
 
+/// Rounds of cuts: each changes which sheets touch.
+const SHEET_ROUNDS: Tunable<usize> = tunable("repair.sheet_rounds", 8);
+
+/// The first rounds of separating sheets, in which an edge that cannot be separated at its ends gets a vertex in its
+/// middle.
+const HALVING_ROUNDS: Tunable<usize> = tunable("repair.halving_rounds", 3);
+
+/// Shortest edges. Separated vertices are moved apart by this.
+const APART: Tunable<f64> = tunable("repair.apart", 1e-3);
+
+/// Factor of `APART` where faces would intersect; then its inverse.
+const APART_NEARER: Tunable<f64> = tunable("repair.apart_nearer", 0.1);
+
+/// Units in the last place of 32-bit floats. Separated vertices are moved apart by at least this.
+pub(super) const LEAST_APART: Tunable<f64> = tunable("repair.least_apart", 16.0);
+
 /// Separates surfaces that meet in edges or vertices if they bound bodies there; cuts out the others.
 pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
-    for round in 0..tuning().repair.sheet_rounds {
+    for round in 0..SHEET_ROUNDS.get() {
         let (cuts, copies) = {
             let mut found = draft.take_inspection()?;
             let crowded = found.topology.non_manifold_edges(&found.mesh);
@@ -48,7 +64,7 @@ pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(
             continue;
         }
         // Surfaces that still meet in an edge are connected at both of its ends; a new vertex in its middle can be separated.
-        if round < tuning().repair.halving_rounds && halve::halve(draft)? > 0 {
+        if round < HALVING_ROUNDS.get() && halve::halve(draft)? > 0 {
             continue;
         }
         let left: Vec<u32> = {
@@ -56,7 +72,7 @@ pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(
             let crowded = found.topology.non_manifold_edges(&found.mesh);
             crowded.iter().flatten().map(|h| h / 3).collect()
         };
-        if left.is_empty() || round + 1 == tuning().repair.sheet_rounds {
+        if left.is_empty() || round + 1 == SHEET_ROUNDS.get() {
             return Ok(());
         }
         report.non_manifold_faces += cut(draft, &left)?;
@@ -232,7 +248,7 @@ fn touching(found: &Inspection, is_old: impl Fn(u32) -> bool) -> Vec<CopyRequest
                 continue;
             }
             let ways = [inward(mesh, fan, v), along(mesh, fan, v)];
-            let nearer = tuning().repair.apart_nearer;
+            let nearer = APART_NEARER.get();
             let factors = [1.0, nearer, 1.0 / nearer];
             requests.push(CopyRequest {
                 fan: fan.clone(),
@@ -335,8 +351,8 @@ fn short(mesh: &Mesh, fan: &[u32], p: DVec3) -> f64 {
     let others = fan.iter().flat_map(|f| mesh.corners(*f));
     let distances = others.map(|q| q.distance(p)).filter(|d| *d > 0.0);
     let shortest = distances.fold(f64::INFINITY, f64::min);
-    let least = tuning().repair.least_apart * f64::from(f32::EPSILON) * p.abs().max_element();
-    (tuning().repair.apart * shortest).max(least)
+    let least = LEAST_APART.get() * f64::from(f32::EPSILON) * p.abs().max_element();
+    (APART.get() * shortest).max(least)
 }
 
 impl Copy {

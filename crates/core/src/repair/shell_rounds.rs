@@ -9,7 +9,13 @@ use super::{Run, offset_shells, report};
 use crate::fill::{HoleOutcome, LeftReason, OpenReason};
 use crate::mend::{FillError, HoleReport};
 use crate::mesh::Hole;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Rounds: each shell adds surface along which further holes can be closed.
+const SHELL_PASSES: Tunable<usize> = tunable("repair.shell_passes", 4);
+
+/// Times that faces are cut out of surfaces for which no shell can be made, at most.
+const SHELL_CUTS: Tunable<usize> = tunable("repair.shell_cuts", 30);
 
 impl Run<'_> {
     fn walls_wanted(&self) -> Wanted {
@@ -34,7 +40,7 @@ impl Run<'_> {
         let walls = self.walls_wanted();
         let mut budget = Budget::new(borders);
         let mut blocked = Vec::new();
-        for _ in 0..tuning().repair.shell_passes {
+        for _ in 0..SHELL_PASSES.get() {
             self.go_on()?;
             let before = self.judged_state()?;
             let done = offset_shells::add(
@@ -55,7 +61,7 @@ impl Run<'_> {
             }
         }
         let mut faults = None;
-        for blocked in blocked.into_iter().take(tuning().repair.shell_cuts) {
+        for blocked in blocked.into_iter().take(SHELL_CUTS.get()) {
             self.go_on()?;
             self.cut_and_offset(blocked, &wanted, was_border, (&mut budget, &mut faults))?;
         }
@@ -86,7 +92,7 @@ impl Run<'_> {
         let mut before = (self.draft.clone(), self.report.clone(), self.lost);
         let walls = self.walls_wanted();
         let mut was_cut = false;
-        for _ in 0..tuning().repair.shell_passes {
+        for _ in 0..SHELL_PASSES.get() {
             let most = self.most_lost();
             let Some(own) = offset_shells::cut(&mut self.draft, &mut blocked, most)? else {
                 break;

@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
+use super::choice::SMALL_FACES;
 use super::clear::Ground;
 use super::draft::Draft;
 use super::intersection_cache::sorted;
@@ -14,7 +15,33 @@ use super::{Edge, edges};
 use crate::mend::{FillError, Inspection};
 use crate::mesh::{Hole, VertexFaces};
 use crate::spatial::Bvh;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Mean edges of the surface. Default thickness of the walls of an open sheet.
+const WALL: Tunable<f64> = tunable("repair.wall", 1.0);
+
+/// Faces of an offset shell for one hole, at most; it bounds the time, not the shape.
+const SHELL_FACES: Tunable<usize> = tunable("repair.shell_faces", 20_000);
+
+/// Faces of a component that gets an offset shell as a whole, as the last resort, at most.
+const SHELL_WHOLE: Tunable<usize> = tunable("repair.shell_whole", 250_000);
+
+/// Faces of all components that get an offset shell as a whole, at most.
+const SHELL_WHOLE_WORK: Tunable<usize> = tunable("repair.shell_whole_work", 1_000_000);
+
+/// Edges. Longer boundary loops are not closed: where hundreds of edges could not be closed at the rim, they seldom can
+/// be farther away.
+const SHELL_EDGES: Tunable<usize> = tunable("repair.shell_edges", 200);
+
+/// Faces visited by the searches for offset shells of parts of a mesh, at most.
+const SHELL_WORK: Tunable<usize> = tunable("repair.shell_work", 400_000);
+
+/// Faces visited for one hole or for the holes of one component, at most.
+const SHELL_WORK_EACH: Tunable<usize> = tunable("repair.shell_work_each", 40_000);
+
+/// The search for triangles that close a boundary loop counts as the square of its number of edges over this, in visited
+/// faces.
+const SHELL_EDGES_WORK: Tunable<usize> = tunable("repair.shell_edges_work", 2);
 
 /// The number of faces that the searches may still visit, for partial shells and for shells of whole components.
 pub(super) struct Budget {
@@ -26,9 +53,9 @@ impl Budget {
     /// The full budget; shells of whole components only if `may_be_shells`.
     pub(super) fn new(may_be_shells: bool) -> Self {
         Self {
-            parts: tuning().repair.shell_work,
+            parts: SHELL_WORK.get(),
             whole: if may_be_shells {
-                tuning().repair.shell_whole_work
+                SHELL_WHOLE_WORK.get()
             } else {
                 0
             },
@@ -207,7 +234,7 @@ impl Search<'_> {
     /// Whether one of the holes is the outer border of its component, or the component is small: a sheet that no cap closed.
     fn is_sheet(&self, holes: &[(usize, &Hole)]) -> bool {
         let is_small = |h: &Hole| {
-            self.found.topology.component_faces[h.component as usize] <= tuning().repair.small_faces
+            self.found.topology.component_faces[h.component as usize] <= SMALL_FACES.get()
         };
         (holes.iter()).any(|(_, hole)| hole.outer_boundary || is_small(hole))
     }
@@ -220,7 +247,7 @@ impl Search<'_> {
             a.distance(b) + b.distance(c) + c.distance(a)
         });
         let edge = around.sum::<f64>() / (3 * faces.len().max(1)) as f64;
-        (edge, self.wall.unwrap_or(tuning().repair.wall * edge))
+        (edge, self.wall.unwrap_or(WALL.get() * edge))
     }
 
     /// The shell with the fewest rings of faces that closes some holes; none if there is none. Walls at full depth are tried
@@ -251,7 +278,7 @@ impl Search<'_> {
     ) -> Option<(f64, FoundShell)> {
         let rims = edges_of(holes.iter().map(|h| &h.rim[..]));
         let mut region = Region::new(holes);
-        let mut left = self.budget.parts.min(tuning().repair.shell_work_each);
+        let mut left = self.budget.parts.min(SHELL_WORK_EACH.get());
         let all = left;
         let mut found = None;
         let mut blocked: Option<Vec<u32>> = None;
@@ -259,8 +286,8 @@ impl Search<'_> {
             if rings > *reached {
                 break;
             }
-            let grew = region.grow(self.found, &self.around, rings, tuning().repair.shell_faces);
-            if !grew || region.faces.len() > tuning().repair.shell_faces.min(left) {
+            let grew = region.grow(self.found, &self.around, rings, SHELL_FACES.get());
+            if !grew || region.faces.len() > SHELL_FACES.get().min(left) {
                 break;
             }
             left -= region.faces.len();
@@ -325,15 +352,10 @@ impl Search<'_> {
         let rims = edges_of(holes.iter().map(|h| &h.rim[..]));
         let mut region = Region::new(holes);
         let faces = self.found.topology.component_faces[region.component as usize];
-        if faces > tuning().repair.shell_whole.min(self.budget.whole) {
+        if faces > SHELL_WHOLE.get().min(self.budget.whole) {
             return None;
         }
-        region.grow(
-            self.found,
-            &self.around,
-            usize::MAX,
-            tuning().repair.shell_whole,
-        );
+        region.grow(self.found, &self.around, usize::MAX, SHELL_WHOLE.get());
         let mut left = self.budget.whole - faces;
         self.budget.whole = left;
         let (edge, depth) = self.depth(&region.faces);
@@ -416,13 +438,13 @@ impl Search<'_> {
         // Longest loop first: it is the least likely to be closed.
         shell.loops.sort_by_key(|ring| Reverse(ring.len()));
         let longest = shell.loops.first().map_or(0, Vec::len);
-        if longest > tuning().repair.shell_edges {
+        if longest > SHELL_EDGES.get() {
             return Err(Vec::new());
         }
         shell.place(ground)?;
         let walls = shell.walls(&base);
         for ring in &shell.loops {
-            let work = ring.len() * ring.len() / tuning().repair.shell_edges_work;
+            let work = ring.len() * ring.len() / SHELL_EDGES_WORK.get();
             let cap = (work <= *left).then(|| ground.close(ring)).flatten();
             *left = left.saturating_sub(work);
             match cap {

@@ -6,10 +6,23 @@ use glam::DVec3;
 
 use super::Edge;
 use super::rounding::{Rounding, is_single};
+use super::sheets::LEAST_APART;
 use crate::mend::Inspection;
 use crate::mesh::{VertexFaces, face_normal};
 use crate::spatial::Bvh;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Shortest edges. Depth of an offset shell under the surface.
+const SHELL_DEPTH: Tunable<f64> = tunable("repair.shell_depth", 0.1);
+
+/// Fraction of the distance to the next surface below. Upper bound of the depth of a wall.
+const ROOM: Tunable<f64> = tunable("repair.room", 0.8);
+
+/// Fraction of the wanted depth. A wall that would have to be thinner anywhere is not made.
+const WALL_LEAST: Tunable<f64> = tunable("repair.wall_least", 2e-4);
+
+/// Steps of the search for a direction into the surface at a vertex, at most; twenty are rarely needed.
+const SHELL_STEPS: Tunable<usize> = tunable("repair.shell_steps", 100);
 
 /// A shell vertex below a point of the surface: `from + depth * direction`.
 pub(super) struct ShellVertex {
@@ -94,7 +107,7 @@ impl ShellBase<'_> {
         let next = bvh.first_along(from, direction, |f| !own.contains(&f));
         next.map_or(f64::INFINITY, |(f, distance)| {
             let shows_back = face_normal(&self.found.mesh, f).dot(direction) > 0.0;
-            let part = tuning().repair.room * if shows_back { 0.5 } else { 1.0 };
+            let part = ROOM.get() * if shows_back { 0.5 } else { 1.0 };
             part * distance
         })
     }
@@ -112,14 +125,13 @@ impl ShellVertex {
             true => f64::from(f32::EPSILON),
             false => f64::EPSILON,
         };
-        let min_depth = tuning().repair.least_apart * epsilon * from.abs().max_element();
+        let min_depth = LEAST_APART.get() * epsilon * from.abs().max_element();
         let direction = inward(&normals);
         let wanted = base.shape.depth();
-        let depth = wanted.unwrap_or(tuning().repair.shell_depth * length);
+        let depth = wanted.unwrap_or(SHELL_DEPTH.get() * length);
         let room = base.room(from, direction, own);
         // Below this depth a wall would be practically absent but still count as one.
-        let min_depth =
-            min_depth.max(wanted.map_or(0.0, |depth| tuning().repair.wall_least * depth));
+        let min_depth = min_depth.max(wanted.map_or(0.0, |depth| WALL_LEAST.get() * depth));
         Self {
             from,
             direction,
@@ -132,7 +144,7 @@ impl ShellVertex {
 /// A unit direction into the inside of all faces with these normals, if there is one (Rosenblatt's perceptron).
 fn inward(normals: &[DVec3]) -> DVec3 {
     let mut direction = -normals.iter().sum::<DVec3>();
-    for _ in 0..tuning().repair.shell_steps {
+    for _ in 0..SHELL_STEPS.get() {
         let worst = normals.iter().max_by(|m, n| {
             let [m, n] = [m.dot(direction), n.dot(direction)];
             m.total_cmp(&n)

@@ -10,7 +10,15 @@ use crate::check::{CheckParams, Component, components};
 use crate::mend::{FillError, Inspection};
 use crate::mesh::Mesh;
 use crate::mesh::topology::NONE;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Mean edges, or requested thicknesses. Thinner walls made by a repair count as foil where they exceed
+/// `THIN_PART`.
+pub(super) const LEAST_WALL: Tunable<f64> = tunable("repair.least_wall", 0.5);
+
+/// Fraction of a component's surface with walls below `LEAST_WALL`. A shell has an inner and an outer side: the
+/// fraction is a quarter of the sheet.
+const THIN_PART: Tunable<f64> = tunable("repair.thin_part", 0.125);
 
 /// A draft vertex of each offset shell that still exists, by region.
 pub(super) fn places(draft: &Draft, walls: &[ShellWall]) -> HashMap<u32, u32> {
@@ -64,7 +72,7 @@ pub(super) fn record(
             .map(|f| f.area)
             .sum();
         // With a caller's limit the verdict judges all walls. Debris never makes the verdict negative.
-        let is_foil = thin > tuning().repair.thin_part * component.area && !component.debris;
+        let is_foil = thin > THIN_PART.get() * component.area && !component.debris;
         if is_foil && params.min_wall.is_none() {
             report.thin_offset_shells.push((number, limit));
         }
@@ -81,7 +89,7 @@ fn faces<'a>(walls: &'a [&ShellWall]) -> impl Iterator<Item = &'a WallFace> {
 fn limit(walls: &[&ShellWall], params: &RepairParams) -> f64 {
     let edge = walls.iter().map(|w| w.edge).fold(f64::INFINITY, f64::min);
     let wanted = params.wall.unwrap_or(f64::INFINITY);
-    tuning().repair.least_wall * edge.min(wanted)
+    LEAST_WALL.get() * edge.min(wanted)
 }
 
 /// A component with the wall thickness of its offset shells.

@@ -7,9 +7,9 @@ use glam::DVec3;
 use super::RepairReport;
 use super::draft::Draft;
 use super::intersection_cache::sorted;
+use crate::check::WELD_UNITS;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::NONE;
-use crate::tuning::tuning;
 
 /// Removes each component that has the faces of an earlier one, with vertices that differ by rounding only.
 pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
@@ -39,7 +39,7 @@ fn precision(draft: &Draft) -> f64 {
     match is_single {
         true => draft
             .unit
-            .max(tuning().check.weld_units * f64::from(f32::EPSILON) * largest),
+            .max(WELD_UNITS.get() * f64::from(f32::EPSILON) * largest),
         false => draft.unit,
     }
 }

@@ -17,7 +17,43 @@ use crate::mend::FillError;
 use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, area_vector};
 use crate::spatial::{Bvh, WindingTree, closest_on_triangle};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Square roots of the face's area. Distance of the sample points from the face.
+pub(super) const BEFORE: Tunable<f64> = tunable("repair.before", 1e-2);
+
+/// Fraction of the input's area. If more is cut out, beside faces inside other bodies, the shape of the result is doubtful.
+const DOUBTFUL_LOSS: Tunable<f64> = tunable("repair.doubtful_loss", 0.02);
+
+/// Fraction of the volume of the input's and the result's solids together. If more belongs to only one of them, the shape
+/// of the result is doubtful.
+pub(super) const DOUBTFUL_DIFFERENCE: Tunable<f64> = tunable("repair.doubtful_difference", 0.01);
+
+/// Diagonals of the bounding box. A face that was cut out is not lost if the result's surface is this near to its centre.
+const REPLACED: Tunable<f64> = tunable("repair.replaced", 1e-3);
+
+/// Of `BEFORE`. A sheet that has nothing of the solid within this distance of both sides has no thickness.
+const TOUCHING: Tunable<f64> = tunable("repair.touching", 1e-4);
+
+/// Points at which the solids are compared, before those that decide nothing are left out.
+const WITNESS_POINTS: Tunable<usize> = tunable("repair.witness_points", 8192);
+
+/// Diagonals of the bounding box. The box of these points is at least this wide: a flat mesh is compared beside it too.
+const LEAST_SIDE: Tunable<f64> = tunable("repair.least_side", 0.1);
+
+/// Distance of a winding number from one half. Points nearer to it decide nothing: they lie near large holes.
+pub(super) const UNDECIDED: Tunable<f64> = tunable("repair.undecided", 0.1);
+
+/// Diameters of a hole. Points nearer to its centre decide nothing, unless they are `DEEP` inside: the patch there is
+/// not the input's.
+const NEAR_HOLE: Tunable<f64> = tunable("repair.near_hole", 0.75);
+
+/// By how much a winding number exceeds one half deep inside. A half ball has 0.65 at the middle between its pole and centre.
+const DEEP: Tunable<f64> = tunable("repair.deep", 0.2);
+
+/// Fraction of the bounding box. A mesh with less than this deep inside may be a sheet or a bowl: 0.003 of a scan of an
+/// excavation, 0.2 of half a ball, 0.4 to 0.7 of open housings.
+const LEAST_DEEP: Tunable<f64> = tunable("repair.least_deep", 0.3);
 
 /// The solid of a mesh.
 pub(super) struct Solid {
@@ -79,9 +115,8 @@ impl Shape {
 
     /// Why the shape is doubtful, if it is.
     pub(super) fn doubt(&self) -> Option<ShapeDoubt> {
-        let rules = &tuning().repair;
-        let loses = self.lost > rules.doubtful_loss;
-        let differs = 1.0 - self.agreement > rules.doubtful_difference;
+        let loses = self.lost > DOUBTFUL_LOSS.get();
+        let differs = 1.0 - self.agreement > DOUBTFUL_DIFFERENCE.get();
         (loses || differs).then_some(ShapeDoubt {
             lost: self.lost,
             lost_at: loses.then_some(self.lost_at),
@@ -109,16 +144,15 @@ impl Witness {
     pub(super) fn new(draft: &Draft, input: &Mesh, turns: bool) -> Result<Self, FillError> {
         let found = draft.inspect()?;
         let solid = Solid::new(&draft.mesh, found.topology.faces(), turns);
-        let rules = &tuning().repair;
         let (low, high) =
             crate::mesh::bounds((found.topology.faces()).flat_map(|f| draft.mesh.corners(f)));
         // Also beside a flat mesh.
-        let size = (high - low).max(DVec3::splat(rules.least_side * low.distance(high)));
+        let size = (high - low).max(DVec3::splat(LEAST_SIDE.get() * low.distance(high)));
         let from = 0.5 * (low + high - size);
         let balls: Vec<(DVec3, f64)> = (found.holes.iter())
-            .map(|h| (h.centre, rules.near_hole * h.diameter))
+            .map(|h| (h.centre, NEAR_HOLE.get() * h.diameter))
             .collect();
-        let sampled: Vec<(DVec3, f64)> = (1..=rules.witness_points as u32)
+        let sampled: Vec<(DVec3, f64)> = (1..=WITNESS_POINTS.get() as u32)
             .into_par_iter()
             .map(|i| from + halton(i) * size)
             .map(|p| (p, solid.winding(p)))
@@ -133,7 +167,7 @@ impl Witness {
             }
         }
         Ok(Self {
-            near: rules.replaced * low.distance(high),
+            near: REPLACED.get() * low.distance(high),
             solid,
             points,
             inside,
@@ -197,20 +231,19 @@ impl Witness {
     /// Whether a face of the input bounds nothing of the solid: the point in front of it is inside other bodies, or it is one side
     /// of a sheet without thickness.
     fn is_inner(&self, corners: [DVec3; 3]) -> bool {
-        let rules = &tuning().repair;
         let normal = area_vector(corners);
-        let step = rules.before * (0.5 * normal.length()).sqrt();
+        let step = BEFORE.get() * (0.5 * normal.length()).sqrt();
         let centre = corners.iter().sum::<DVec3>() / 3.0;
         let before = |step: f64| {
             self.solid
                 .winding(centre + step * normal.normalize_or_zero())
         };
-        let touching = rules.touching * step;
-        before(step) > 0.5 + rules.undecided
+        let touching = TOUCHING.get() * step;
+        before(step) > 0.5 + UNDECIDED.get()
             || [touching, -touching]
                 .map(before)
                 .iter()
-                .all(|w| *w < 0.5 - rules.undecided)
+                .all(|w| *w < 0.5 - UNDECIDED.get())
     }
 
     /// The common volume of both solids over the volume of both together, and a point in only one of them. Points that `moved` faces
@@ -246,21 +279,20 @@ fn deciding(
     sampled: &[(DVec3, f64)],
     balls: &[(DVec3, f64)],
 ) -> (Vec<DVec3>, Vec<bool>) {
-    let rules = &tuning().repair;
     let is_near_hole = |p: &DVec3| balls.iter().any(|(c, r)| p.distance_squared(*c) < r * r);
-    let is_deep = |winding: f64| winding > 0.5 + rules.deep;
+    let is_deep = |winding: f64| winding > 0.5 + DEEP.get();
     let deep = sampled.iter().filter(|(_, w)| is_deep(*w));
     let deep: Vec<DVec3> = deep.map(|(p, _)| *p).collect();
     // However wide a hole of a body is: no patch of it passes deep inside. A sheet has no inside.
-    let is_body = deep.len() as f64 > rules.least_deep * sampled.len() as f64 && {
+    let is_body = deep.len() as f64 > LEAST_DEEP.get() * sampled.len() as f64 && {
         let step = 1 + deep.len() / CAST_FROM;
         let cast: Vec<DVec3> = deep.iter().copied().step_by(step).collect();
-        let enclosed = |p: &&DVec3| solid.encloses(**p, 0.5 + rules.deep);
+        let enclosed = |p: &&DVec3| solid.encloses(**p, 0.5 + DEEP.get());
         2 * cast.par_iter().filter(enclosed).count() > cast.len()
     };
     let decides = |(p, winding): &(DVec3, f64)| match is_near_hole(p) {
         true => is_body && is_deep(*winding),
-        false => (winding - 0.5).abs() > rules.undecided,
+        false => (winding - 0.5).abs() > UNDECIDED.get(),
     };
     let decided = sampled.iter().filter(|of| decides(of));
     decided.map(|(p, winding)| (*p, *winding > 0.5)).unzip()

@@ -9,7 +9,10 @@ use super::sector::{Outline, nearest_pair};
 use super::zip::{Step, zip};
 use super::{StitchError, StitchInput, StitchReport};
 use crate::mesh::triangulate::{Ground, Polygon, cut_ears, triangulate};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Least mean cosine between the faces of a gap and the surface; below it the loops were matched wrongly.
+const LEAST_AGREEMENT: Tunable<f64> = tunable("stitch.least_agreement", 0.3);
 
 /// Loops of patch vertices, each with the gap on its left.
 pub(super) struct Loops {
@@ -59,7 +62,7 @@ pub(super) fn fill(
                 by_ears(mesh, rims, &polygon)
             };
             faces
-                .filter(|faces| agreement(mesh, faces) > tuning().stitch.least_agreement)
+                .filter(|faces| agreement(mesh, faces) > LEAST_AGREEMENT.get())
                 .ok_or(StitchError::RimNotReached {
                     rim: rims.source[gap.rims[0]],
                 })?
@@ -181,9 +184,10 @@ fn direct(
     };
     let faces: Option<Vec<[u32; 3]>> =
         triangulate(&polygon).map(|faces| faces.into_iter().map(|f| f.map(|i| rim[i])).collect());
-    match faces.filter(|faces| agreement(mesh, faces) > tuning().stitch.least_agreement) {
-        None => by_ears(mesh, rims, rim)
-            .filter(|faces| agreement(mesh, faces) > tuning().stitch.least_agreement),
+    match faces.filter(|faces| agreement(mesh, faces) > LEAST_AGREEMENT.get()) {
+        None => {
+            by_ears(mesh, rims, rim).filter(|faces| agreement(mesh, faces) > LEAST_AGREEMENT.get())
+        }
         found => found,
     }
 }

@@ -10,7 +10,13 @@ use super::cut::Kept;
 use super::rim::Rims;
 use super::sector::{Outline, nearest_pair};
 use super::{StitchError, StitchInput};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Voxels. A boundary of the kept part whose mean distance from the rim is larger does not belong to the rim.
+const FAR_BORDER: Tunable<f64> = tunable("stitch.far_border", 6.0);
+
+/// Vertices of a boundary loop that have to be nearest to a rim loop for the two to bound the same gap.
+const VOTES: Tunable<usize> = tunable("stitch.votes", 2);
 
 /// A gap between the rim and the kept part, given by its boundary loops.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -39,7 +45,7 @@ pub(super) fn gaps(
     {
         let most = votes.values().copied().max().unwrap_or(0);
         for (&rim, &n) in votes {
-            if n >= tuning().stitch.votes.min(most) {
+            if n >= VOTES.get().min(most) {
                 groups.join(rim, count + l);
                 reached[rim] = true;
             }
@@ -68,7 +74,7 @@ fn vote(
     rims: &Rims,
     kept: &Kept,
 ) -> Result<(Votes, BTreeSet<usize>), StitchError> {
-    let limit = tuning().stitch.far_border * input.voxel;
+    let limit = FAR_BORDER.get() * input.voxel;
     let segments = segments(input, rims);
     let mut far = Vec::new();
     let mut near = vec![false; kept.component_len.len()];
@@ -195,7 +201,7 @@ fn join_islands(
     let is_alone = |o: usize| alone.get(o).copied().unwrap_or(false);
     for r in (0..reached.len()).filter(|&r| !reached[r] && !is_alone(r)) {
         let island = outlines[r].turning() < -PI;
-        let mut best = (tuning().stitch.far_border * input.voxel, r);
+        let mut best = (FAR_BORDER.get() * input.voxel, r);
         for o in (0..outlines.len()).filter(|&o| o != r && (island || !is_alone(o))) {
             if let Some((d, ..)) = nearest_pair(&outlines[r], &outlines[o], best.0) {
                 best = (d, o);

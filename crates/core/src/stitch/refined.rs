@@ -9,7 +9,25 @@ use super::{Patch, StitchError};
 use crate::elementary::angle_between;
 use crate::mesh::Mesh;
 use crate::mesh::triangulate::triangulate_loop;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Factor of a centroid's distance from each corner. A face is divided at its centroid where this product exceeds the
+/// edge lengths there. Liepa's α, √2, gives faces of about the size of the faces around the hole. For 660 vertices cut
+/// out of scans, with rims of 5 to 12 edges, finished patches were 1 % farther from the true surface than level-set
+/// patches with 1.7, 8 % with √2.
+const DENSITY: Tunable<f64> = tunable("stitch.density", 1.7);
+
+/// Rounds of division of a triangulation, at most: each about halves the lengths.
+const REFINEMENTS: Tunable<usize> = tunable("stitch.refinements", 40);
+
+/// Rounds of edge flips after each division, at most.
+const REFINED_FLIPS: Tunable<usize> = tunable("stitch.refined_flips", 60);
+
+/// Faces of a refined triangulation per square of the rim's number of edges, at most.
+const REFINED_FACES_OF_RIM: Tunable<usize> = tunable("stitch.refined_faces_of_rim", 16);
+
+/// Faces in addition to `REFINED_FACES_OF_RIM`, at most.
+const REFINED_FACES_BESIDES: Tunable<usize> = tunable("stitch.refined_faces_besides", 5000);
 
 /// A refined triangulation of one rim of `mesh`. Its new vertices are on the triangles between the rim's vertices: only the
 /// connectivity and density of the patch are useful.
@@ -22,9 +40,8 @@ pub fn refined_triangulation(mesh: &Mesh, rim: &[u32], factor: f64) -> Result<Pa
     let faces = faces.into_iter().map(|f| f.map(|v| local[&v])).collect();
     let mut work = Refinement::new(mesh, rim, factor, faces);
     work.flip();
-    let most = tuning().stitch.refined_faces_besides
-        + tuning().stitch.refined_faces_of_rim * rim.len() * rim.len();
-    for _ in 0..tuning().stitch.refinements {
+    let most = REFINED_FACES_BESIDES.get() + REFINED_FACES_OF_RIM.get() * rim.len() * rim.len();
+    for _ in 0..REFINEMENTS.get() {
         if !work.divide() {
             break;
         }
@@ -112,7 +129,7 @@ impl Refinement {
             let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
             let size = f.iter().map(|&v| self.size[v as usize]).sum::<f64>() / 3.0;
             let large = (0..3).all(|k| {
-                let away = tuning().stitch.density * centroid.distance(corners[k]);
+                let away = DENSITY.get() * centroid.distance(corners[k]);
                 away > size && away > self.size[f[k] as usize]
             });
             if large {
@@ -134,7 +151,7 @@ impl Refinement {
                 face_of.insert((face[k], face[(k + 1) % 3]), f as u32);
             }
         }
-        for _ in 0..tuning().stitch.refined_flips {
+        for _ in 0..REFINED_FLIPS.get() {
             let mut flipped = false;
             for f in 0..self.faces.len() {
                 for k in 0..3 {

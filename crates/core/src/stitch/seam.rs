@@ -1,7 +1,10 @@
 //! Closing of a seam: triangles between two coincident rims.
 
 use crate::mesh::Mesh;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Mean edges. Rims whose vertices are closer than this coincide.
+const SEAM_APART: Tunable<f64> = tunable("stitch.seam_apart", 1e-3);
 
 /// The thin triangles between two boundary loops of `mesh` that coincide vertex by vertex but share no vertex, for example the
 /// two sides of a seam whose coordinates were rounded differently. `None` if they do not coincide.
@@ -16,9 +19,8 @@ pub fn close_seam(mesh: &Mesh, first: &[u32], second: &[u32]) -> Option<Vec<[u32
     let length: f64 = (0..n)
         .map(|i| position(first[i]).distance(position(first[(i + 1) % n])))
         .sum();
-    let close = |a: u32, b: u32| {
-        position(a).distance(position(b)) < tuning().stitch.seam_apart * length / n as f64
-    };
+    let close =
+        |a: u32, b: u32| position(a).distance(position(b)) < SEAM_APART.get() * length / n as f64;
     // The loops run in opposite directions.
     let partner = |start: usize, i: usize| second[(start + n - i) % n];
     let start = (0..n).find(|&start| (0..n).all(|i| close(first[i], partner(start, i))))?;

@@ -3,8 +3,11 @@
 use std::f64::consts::TAU;
 
 use crate::elementary::angle_between;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
 use glam::DVec3;
+
+/// Voxels times the length of a loop. A loop that keeps nothing inside is thin up to this area.
+const THIN: Tunable<f64> = tunable("stitch.thin", 2.0);
 
 /// A closed polyline with the gap on its left, seen from the tips of the normals.
 #[derive(Clone, Default)]
@@ -55,7 +58,7 @@ impl Outline {
             .length()
             / 2.0;
         let length: f64 = (0..n).map(|i| at(i).distance(at(i + 1))).sum();
-        area <= tuning().stitch.thin * voxel * length
+        area <= THIN.get() * voxel * length
     }
 
     /// The sum of the turning angles to the left: positive around a hole, negative around an island.

@@ -3,7 +3,22 @@
 use glam::DVec3;
 
 use super::sector::{Outline, nearest_pair};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Cells. Of a larger table only a strip is searched.
+const FULL_TABLE: Tunable<usize> = tunable("stitch.full_table", 8_000_000);
+
+/// Inner vertices. Least half-width of the strip.
+const STRIP: Tunable<usize> = tunable("stitch.strip", 256);
+
+/// Triangles whose cosine to the surface normal is below this are penalised.
+const TILT_COSINE: Tunable<f64> = tunable("stitch.tilt_cosine", 0.5);
+
+/// Weight of the difference between their cosine and `TILT_COSINE`.
+const TILT_WEIGHT: Tunable<f64> = tunable("stitch.tilt_weight", 40.0);
+
+/// Weight of an edge that leaves the gap.
+const ASTRAY_WEIGHT: Tunable<f64> = tunable("stitch.astray_weight", 20.0);
 
 /// One triangle of the ring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,10 +56,10 @@ pub(super) fn zip(rim: &Outline, inner: &Outline) -> Vec<Step> {
 
 /// Half the width of the strip of the table that is computed, in columns; the whole table if it is small.
 fn half_width(n: usize, m: usize) -> usize {
-    if n * m <= tuning().stitch.full_table {
+    if n * m <= FULL_TABLE.get() {
         m
     } else {
-        tuning().stitch.strip.max(m / 10).max(2 * m / n)
+        STRIP.get().max(m / 10).max(2 * m / n)
     }
 }
 
@@ -160,7 +175,7 @@ impl Table<'_> {
         let from_rim = self.rim.opens_towards(self.rim_index(i), q);
         let from_inner = self.inner.opens_towards(self.inner_index(j), p);
         let outside = f64::from(u8::from(!from_rim)) + f64::from(u8::from(!from_inner));
-        p.distance_squared(q) * (1.0 + tuning().stitch.astray_weight * outside)
+        p.distance_squared(q) * (1.0 + ASTRAY_WEIGHT.get() * outside)
     }
 
     fn tilt_rim(&self, i: usize, j: usize) -> f64 {
@@ -182,9 +197,9 @@ fn tilt(a: (DVec3, DVec3), b: (DVec3, DVec3), c: (DVec3, DVec3)) -> f64 {
         .max(v.length_squared())
         .max((c.0 - b.0).length_squared());
     let cosine = cross.normalize_or_zero().dot(normal);
-    if cosine >= tuning().stitch.tilt_cosine {
+    if cosine >= TILT_COSINE.get() {
         0.0
     } else {
-        tuning().stitch.tilt_weight * (tuning().stitch.tilt_cosine - cosine) * longest
+        TILT_WEIGHT.get() * (TILT_COSINE.get() - cosine) * longest
     }
 }

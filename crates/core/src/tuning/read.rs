@@ -1,45 +1,65 @@
 //! Reads the thresholds of an experimental build from the environment variable `ISOMEND_TUNING`.
 
+use std::collections::HashMap;
 use std::process;
 use std::sync::OnceLock;
 
-use super::Tuning;
+use super::Tunable;
 
 const VARIABLE: &str = "ISOMEND_TUNING";
 
-/// The thresholds, with the values that `ISOMEND_TUNING` changes. If it cannot be parsed the process ends, so that no experiment
-/// runs with other values than it asked for.
-pub fn tuning() -> &'static Tuning {
-    static READ: OnceLock<Tuning> = OnceLock::new();
-    READ.get_or_init(|| {
-        let text = std::env::var(VARIABLE).unwrap_or_default();
-        changed(&text).unwrap_or_else(|error| {
-            eprintln!("{VARIABLE}: {error}");
-            process::exit(2)
-        })
-    })
+/// Kinds of numbers that a threshold may have.
+pub trait Number: Copy {
+    /// The number nearest to a value of an experiment.
+    fn of(value: f64) -> Self;
 }
 
-/// The chosen thresholds, with the values of a flat JSON object of numbers replaced.
-fn changed(text: &str) -> Result<Tuning, String> {
-    let mut tuning = Tuning::CHOSEN;
+macro_rules! numbers {
+    ($($kind:ty)*) => {
+        $(impl Number for $kind {
+            #[allow(trivial_numeric_casts, clippy::unnecessary_cast)]
+            fn of(value: f64) -> Self {
+                value as Self
+            }
+        })*
+    };
+}
+
+numbers!(f64 i32 u32 u64 usize);
+
+impl<T: Number> Tunable<T> {
+    /// The value of `ISOMEND_TUNING`, else the chosen one. If the variable cannot be parsed the process ends, so that no experiment
+    /// runs with other values than it asked for. Names are checked by `scripts/sweep.py`, which finds them in the sources.
+    pub fn get(self) -> T {
+        static READ: OnceLock<HashMap<String, f64>> = OnceLock::new();
+        let values = READ.get_or_init(|| {
+            let text = std::env::var(VARIABLE).unwrap_or_default();
+            parsed(&text).unwrap_or_else(|error| {
+                eprintln!("{VARIABLE}: {error}");
+                process::exit(2)
+            })
+        });
+        values.get(self.name).map_or(self.chosen, |v| T::of(*v))
+    }
+}
+
+/// The values of a flat JSON object of numbers.
+fn parsed(text: &str) -> Result<HashMap<String, f64>, String> {
     let text = text.trim();
     if text.is_empty() {
-        return Ok(tuning);
+        return Ok(HashMap::new());
     }
     let inner = text.strip_prefix('{').and_then(|t| t.strip_suffix('}'));
     let inner = inner.ok_or("not a JSON object such as {\"fill.bent\": 5.6}")?;
-    for entry in inner.split(',').filter(|e| !e.trim().is_empty()) {
-        let (name, value) = entry
-            .split_once(':')
-            .ok_or_else(|| format!("no value in {entry}"))?;
+    let entries = inner.split(',').filter(|e| !e.trim().is_empty());
+    let value_of = |entry: &str| {
+        let (name, value) =
+            (entry.split_once(':')).ok_or_else(|| format!("no value in {entry}"))?;
         let name = name.trim().trim_matches('"');
         let value: f64 = value.trim().parse().map_err(|e| format!("{name}: {e}"))?;
-        if !tuning.set(name, value) {
-            return Err(format!("no threshold has the name {name}"));
-        }
-    }
-    Ok(tuning)
+        Ok((name.to_string(), value))
+    };
+    entries.map(value_of).collect()
 }
 
 #[cfg(test)]
@@ -47,17 +67,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_and_values_are_checked() {
-        let tuning = changed("{\"fill.bent\": 5.6, \"fill.most_attempts\": 3}").unwrap();
-        assert_eq!((tuning.fill.bent, tuning.fill.most_attempts), (5.6, 3));
-        for text in [
-            "fill.bent",
-            "{\"fill.bend\": 1}",
-            "{\"fill.bent\": x}",
-            "{\"bent\": 1}",
-        ] {
-            assert!(changed(text).is_err(), "{text}");
+    fn values_are_checked() {
+        let values = parsed("{\"fill.bent\": 5.6, \"fill.most_attempts\": 3}").unwrap();
+        assert_eq!(
+            (values["fill.bent"], values["fill.most_attempts"]),
+            (5.6, 3.0)
+        );
+        for text in ["fill.bent", "{\"fill.bent\": x}", "{\"fill.bent\"}"] {
+            assert!(parsed(text).is_err(), "{text}");
         }
-        assert!(changed("").is_ok() && changed("{}").is_ok());
+        assert!(parsed("").unwrap().is_empty() && parsed("{}").unwrap().is_empty());
     }
 }

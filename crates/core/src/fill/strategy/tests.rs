@@ -2,6 +2,7 @@
 
 use super::super::reasons::NotSmooth;
 use super::*;
+use super::{BENT, CHEAP};
 
 const SOUND: Quality = Quality {
     open_rims: 0,
@@ -23,7 +24,7 @@ fn region() -> RetryContext {
         diameter: 1.0,
         finishes: true,
         one_rim: true,
-        faired_cost: tuning().fill.cheap,
+        faired_cost: CHEAP.get(),
         budget: 1,
         ..RetryContext::default()
     }
@@ -115,9 +116,9 @@ fn a_bent_patch_gives_way_to_a_sound_one_of_much_lower_energy_only() {
         };
         let region = RetryContext {
             faired_cost: if is_cheap {
-                tuning().fill.cheap
+                CHEAP.get()
             } else {
-                2.0 * tuning().fill.cheap
+                2.0 * CHEAP.get()
             },
             ..region()
         };
@@ -143,12 +144,12 @@ fn a_bent_patch_gives_way_to_a_sound_one_of_much_lower_energy_only() {
 #[test]
 fn a_wide_bent_patch_that_has_not_converged_is_compared_with_a_faired_triangulation() {
     let wide = |one_rim| RetryContext {
-        faired_cost: 10.0 * tuning().fill.cheap,
+        faired_cost: 10.0 * CHEAP.get(),
         one_rim,
         ..region()
     };
     let bent = Quality {
-        energy: 2.0 * tuning().fill.bent,
+        energy: 2.0 * BENT.get(),
         ..SOUND
     };
     let taken = |region: RetryContext, is_unconverged: bool, faired: Quality| {
@@ -254,7 +255,7 @@ fn it_always_ends_with_a_patch() {
         ] {
             searched(decided.clone(), &region(), end);
             let long_rim = RetryContext {
-                faired_cost: 2.0 * tuning().fill.cheap,
+                faired_cost: 2.0 * CHEAP.get(),
                 ..region()
             };
             searched(decided.clone(), &long_rim, end);
@@ -266,7 +267,7 @@ fn it_always_ends_with_a_patch() {
 fn of_two_level_sets_of_a_bent_surface_the_better_one_counts() {
     let first = Attempt::first(Energy::Willmore);
     let long_rim = RetryContext {
-        faired_cost: 2.0 * tuning().fill.cheap,
+        faired_cost: 2.0 * CHEAP.get(),
         ..region()
     };
     let ending = |own: Attempt,

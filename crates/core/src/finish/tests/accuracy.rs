@@ -197,13 +197,13 @@ fn faces_that_are_folded_over_are_unfolded_and_nothing_else_is_moved() {
     let mut folded = start.clone();
     let middle = start.len() / 2;
     folded[middle] = folded[middle] + 2.5 * (folded[middle + 1] - folded[middle]);
-    let folds = willmore::folds(&located.patch, &folded);
+    let folds = folds::folds(&located.patch, &folded);
     assert!(folds > 0);
-    let unfolded = willmore::unfolded(&located.patch, &folded, 0).unwrap();
-    assert_eq!(willmore::folds(&located.patch, &unfolded), 0);
+    let unfolded = folds::unfolded(&located.patch, &folded, 0).unwrap();
+    assert_eq!(folds::folds(&located.patch, &unfolded), 0);
     let moved = unfolded.iter().zip(&folded).filter(|(a, b)| a != b);
     assert!(moved.count() <= 3 * folds);
-    let kept = willmore::unfolded(&located.patch, &folded, folds).unwrap();
+    let kept = folds::unfolded(&located.patch, &folded, folds).unwrap();
     assert_eq!(kept, folded);
 }
 

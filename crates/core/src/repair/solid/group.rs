@@ -6,7 +6,26 @@ use super::thickness::{SkinSide, median};
 use crate::mend::Inspection;
 use crate::mesh::topology::{NONE, end, start};
 use crate::spatial::Bvh;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Fraction of a body's area that must have another side.
+const PAIRED: Tunable<f64> = tunable("solid.paired", 0.5);
+
+/// Thicknesses. Radius of the ball that finds outer faces: it enters no opening narrower than about three thicknesses.
+const BALL: Tunable<f64> = tunable("solid.ball", 1.5);
+
+/// Fraction of a body's area in front of which there must be another part of the body: in front of an inner skin there is
+/// always one. Bounds the time for bodies without inner skins.
+const FACED: Tunable<f64> = tunable("solid.faced", 0.25);
+
+/// Thicknesses. Smallest distance between two sides of a skin.
+const SKIN_LEAST: Tunable<f64> = tunable("solid.skin_least", 0.4);
+
+/// Thicknesses. Largest distance between two sides of a skin.
+const SKIN_MOST: Tunable<f64> = tunable("solid.skin_most", 1.6);
+
+/// Diagonals of the bounding box. With pinholes: the same. Double skins had up to 0.065.
+const THIN_PIERCED: Tunable<f64> = tunable("solid.thin_pierced", 0.12);
 
 /// Components that are each other's skins.
 pub(super) struct SkinGroup<'a> {
@@ -30,19 +49,18 @@ impl<'a> SkinGroup<'a> {
         faces: Vec<u32>,
         bvh: &Bvh,
     ) -> Option<Self> {
-        let rules = &tuning().solid;
         let (thickness, part) = median(sides, &faces)?;
         let own = || faces.iter().map(|f| &sides[*f as usize]);
         let all: f64 = own().map(|s| s.area).sum();
         let faced: f64 = own().filter(|s| s.is_faced).map(|s| s.area).sum();
         let corners = faces.iter().flat_map(|f| found.mesh.corners(*f));
         let (low, high) = crate::mesh::bounds(corners);
-        let is_thin = thickness < rules.thin_pierced * low.distance(high);
-        if part < rules.paired || faced < rules.faced * all || thickness <= 0.0 || !is_thin {
+        let is_thin = thickness < THIN_PIERCED.get() * low.distance(high);
+        if part < PAIRED.get() || faced < FACED.get() * all || thickness <= 0.0 || !is_thin {
             return None;
         }
         let points: Vec<_> = faces.iter().map(|f| sides[*f as usize].centre).collect();
-        let touched = reached(bvh, [low, high], &points, rules.ball * thickness)?;
+        let touched = reached(bvh, [low, high], &points, BALL.get() * thickness)?;
         let mut outer = vec![false; sides.len()];
         for (f, touched) in faces.iter().zip(touched) {
             outer[*f as usize] = touched;
@@ -59,7 +77,7 @@ impl<'a> SkinGroup<'a> {
 
     /// Whether the other side of a face is at about the thickness.
     pub(super) fn is_skin(&self, f: u32) -> bool {
-        let (least, most) = (tuning().solid.skin_least, tuning().solid.skin_most);
+        let (least, most) = (SKIN_LEAST.get(), SKIN_MOST.get());
         let (side, t) = (&self.sides[f as usize], self.thickness);
         side.opposite != NONE && side.distance > least * t && side.distance < most * t
     }

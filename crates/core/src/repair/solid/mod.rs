@@ -26,9 +26,15 @@ use crate::mend::{FillError, Inspection};
 use crate::mesh::DisjointSets;
 use crate::mesh::topology::NONE;
 use crate::spatial::Bvh;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
 use group::SkinGroup;
 use thickness::{SkinSide, sides};
+
+/// Fraction of a component's area that has its other side on another component: then both belong to the same body.
+const LINKED: Tunable<f64> = tunable("solid.linked", 0.2);
+
+/// Faces. Bodies with fewer have no inner skin.
+const LEAST_FACES: Tunable<usize> = tunable("solid.least_faces", 100);
 
 /// The inner skins of a mesh.
 #[derive(Default)]
@@ -96,7 +102,7 @@ fn inner_skins(found: &Inspection) -> InnerSkins {
     let groups = groups(found, &sides);
     let only = groups.len() == 1;
     for faces in groups {
-        if faces.len() < tuning().solid.least_faces {
+        if faces.len() < LEAST_FACES.get() {
             continue;
         }
         let own = (!only).then(|| Bvh::new(mesh, faces.iter().copied()));
@@ -134,7 +140,7 @@ fn groups(found: &Inspection, sides: &[SkinSide]) -> Vec<Vec<u32>> {
     }
     let mut sets = DisjointSets::new(count);
     for ((a, b), shared) in shared {
-        if shared > tuning().solid.linked * area[a as usize] {
+        if shared > LINKED.get() * area[a as usize] {
             sets.join(a, b);
         }
     }

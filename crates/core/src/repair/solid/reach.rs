@@ -4,7 +4,17 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::spatial::Bvh;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Nodes of the lattice in a radius of this ball. With two, an opening must be wider by a thickness to let the ball in.
+const RADIUS_NODES: Tunable<f64> = tunable("solid.radius_nodes", 3.0);
+
+/// Nodes of the lattice, at most: 128 MB.
+const NODES: Tunable<usize> = tunable("solid.nodes", 64_000_000);
+
+/// Nodes of the lattice for each face, at most, beside the first million: it bounds the time, half a microsecond each.
+/// Double skins as they come from marching cubes have 4.
+const FACE_NODES: Tunable<usize> = tunable("solid.face_nodes", 100);
 
 /// Nodes along each side of a block. Blocks far from the surface or close to it take one query.
 const BLOCK: usize = 4;
@@ -135,9 +145,8 @@ pub(super) fn reached(
     points: &[DVec3],
     radius: f64,
 ) -> Option<Vec<bool>> {
-    let rules = &tuning().solid;
-    let spacing = radius / rules.radius_nodes;
-    let most = rules.nodes.min(1_000_000 + rules.face_nodes * points.len());
+    let spacing = radius / RADIUS_NODES.get();
+    let most = NODES.get().min(1_000_000 + FACE_NODES.get() * points.len());
     let lattice = BallLattice::new(within, radius, spacing, most)?;
     let outside = lattice.flood(lattice.free(bvh, radius));
     // The centre of a ball that touches may lie half a cell's diagonal from a node.

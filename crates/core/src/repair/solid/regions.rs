@@ -10,7 +10,56 @@ use super::thickness::median;
 use crate::mesh::DisjointSets;
 use crate::mesh::cut::without_spikes;
 use crate::mesh::topology::{NONE, end, start};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Fraction of the remaining area that must have an inner skin behind it. Double skins had 0.7 and more; a torus whose ring
+/// the ball does not enter had a third.
+const COVERED: Tunable<f64> = tunable("solid.covered", 0.4);
+
+/// Fraction of the thickness by which the distance of parallel skins varies.
+const CONSTANT: Tunable<f64> = tunable("solid.constant", 0.25);
+
+/// Fraction of the area of a closed inner skin that is at this constant distance; else it bounds a cavity.
+const CONSTANT_PART: Tunable<f64> = tunable("solid.constant_part", 0.7);
+
+/// Diagonals of the body's bounding box. A closed inner skin farther than this from the outer one bounds a cavity.
+const THIN: Tunable<f64> = tunable("solid.thin", 0.08);
+
+/// Thicknesses. Largest radius of a pinhole along its longer side. Two that overlap had up to 2.6.
+const OPENING: Tunable<f64> = tunable("solid.opening", 3.0);
+
+/// Fraction of an inner skin's area that its pinholes have in all, at most. A bore has a quarter at twice its width.
+const CAPS: Tunable<f64> = tunable("solid.caps", 0.15);
+
+/// Fraction of an inner skin's area that must have the outer skin on its other side at a constant distance.
+const SKIN_PART: Tunable<f64> = tunable("solid.skin_part", 0.5);
+
+/// Cosine. The outer skin is a tube along the axis of an opening where its normals are perpendicular to the axis within this
+/// (20°).
+const TUBE: Tunable<f64> = tunable("solid.tube", 0.35);
+
+/// Fraction of the outer skin's area round an opening that is such a tube at a mouth.
+const TUBE_PART: Tunable<f64> = tunable("solid.tube_part", 0.7);
+
+/// The smaller over the larger second moment of the normals across the axis: one for a round tube, zero for the two sides of
+/// a thin edge. A mouth has at least this.
+const ROUND: Tunable<f64> = tunable("solid.round", 0.3);
+
+/// Thicknesses. Width of the outer skin round an opening whose normals count.
+const BESIDE: Tunable<f64> = tunable("solid.beside", 1.5);
+
+/// Thicknesses. Largest distance from a ring at which faces belong to a pinhole's neck: the lip round it is half a circle of the
+/// diameter of one thickness, so that it ends at 0.7.
+const NECK: Tunable<f64> = tunable("solid.neck", 1.4);
+
+/// Cosine. Faces whose other side is parallel within this angle (14°), and at the thickness, belong to no neck.
+const NECK_PARALLEL: Tunable<f64> = tunable("solid.neck_parallel", 0.97);
+
+/// Fraction of the thickness by which the other side of such faces may be nearer or farther.
+const NECK_CONSTANT: Tunable<f64> = tunable("solid.neck_constant", 0.1);
+
+/// Rings of faces beside a neck that are removed with it. With two, small bodies lost up to 4.3 % of the outer skin.
+const NECK_RINGS: Tunable<usize> = tunable("solid.neck_rings", 1);
 
 /// A connected set of separated faces.
 struct SkinRegion {
@@ -32,7 +81,6 @@ struct Opening {
 
 /// The separated regions that are inner skins, with the necks of their pinholes.
 pub(super) fn inner_skins(group: &SkinGroup, separated: &[bool]) -> InnerSkins {
-    let rules = &tuning().solid;
     let mut skins = InnerSkins {
         removed: vec![false; separated.len()],
         ..InnerSkins::default()
@@ -69,7 +117,7 @@ pub(super) fn inner_skins(group: &SkinGroup, separated: &[bool]) -> InnerSkins {
         skins.pinholes,
         covered / kept
     );
-    if skins.skins == 0 || covered < rules.covered * kept {
+    if skins.skins == 0 || covered < COVERED.get() * kept {
         return InnerSkins::default();
     }
     skins.thickness = group.thickness;
@@ -146,7 +194,6 @@ fn openings(group: &SkinGroup, mut border: Vec<u32>) -> Vec<Opening> {
 
 /// Whether a closed region is an inner skin, not a cavity: thin and of constant distance to the outer skin.
 fn is_parallel(group: &SkinGroup, region: &SkinRegion) -> bool {
-    let rules = &tuning().solid;
     let Some((thickness, _)) = median(group.sides, &region.faces) else {
         return false;
     };
@@ -154,22 +201,21 @@ fn is_parallel(group: &SkinGroup, region: &SkinRegion) -> bool {
     for side in region.faces.iter().map(|f| &group.sides[*f as usize]) {
         all += side.area;
         let differs = (side.distance - thickness).abs();
-        if side.opposite != NONE && differs < rules.constant * thickness {
+        if side.opposite != NONE && differs < CONSTANT.get() * thickness {
             parallel += side.area;
         }
     }
-    parallel > rules.constant_part * all && thickness < rules.thin * group.diagonal
+    parallel > CONSTANT_PART.get() * all && thickness < THIN.get() * group.diagonal
 }
 
 /// Whether a region is a skin all of whose openings are pinholes.
 fn is_behind_pinholes(group: &SkinGroup, region: &SkinRegion, separated: &[bool]) -> bool {
-    let rules = &tuning().solid;
     let t = group.thickness;
     let (mut area, mut skin) = (0.0, 0.0);
     for &f in &region.faces {
         let side = &group.sides[f as usize];
         area += side.area;
-        let is_parallel = (side.distance - t).abs() < rules.constant * t;
+        let is_parallel = (side.distance - t).abs() < CONSTANT.get() * t;
         if side.opposite != NONE && is_parallel && !separated[side.opposite as usize] {
             skin += side.area;
         }
@@ -188,17 +234,16 @@ fn is_behind_pinholes(group: &SkinGroup, region: &SkinRegion, separated: &[bool]
         caps / area,
         skin / area,
     );
-    widest < rules.opening * t
-        && caps < rules.caps * area
-        && skin > rules.skin_part * area
+    widest < OPENING.get() * t
+        && caps < CAPS.get() * area
+        && skin > SKIN_PART.get() * area
         && !is_mouth
 }
 
 /// Whether an opening is the mouth of a pipe or of a bottle's neck: the outer skin round it is a tube along the normal of the
 /// opening's cap. Round a pinhole the skin faces as the cap does, or both ways where the pinhole pierces a thin part.
 fn is_mouth(group: &SkinGroup, opening: &Opening, separated: &[bool]) -> bool {
-    let rules = &tuning().solid;
-    let reach = opening.radius + rules.beside * group.thickness;
+    let reach = opening.radius + BESIDE.get() * group.thickness;
     let faces = around(group, &opening.ring, separated, |f| {
         group.sides[f as usize].centre.distance(opening.centre) < reach
     });
@@ -215,7 +260,7 @@ fn is_mouth(group: &SkinGroup, opening: &Opening, separated: &[bool]) -> bool {
         if group.is_skin(f) && separated[side.opposite as usize] {
             let (u, v) = (side.normal.dot(x), side.normal.dot(y));
             all += side.area;
-            if side.normal.dot(axis).abs() < rules.tube {
+            if side.normal.dot(axis).abs() < TUBE.get() {
                 along += side.area;
             }
             xx += side.area * u * u;
@@ -225,7 +270,7 @@ fn is_mouth(group: &SkinGroup, opening: &Opening, separated: &[bool]) -> bool {
     }
     let mean = 0.5 * (xx + yy);
     let half = (0.25 * (xx - yy).powi(2) + xy * xy).sqrt();
-    all > 0.0 && along > rules.tube_part * all && mean - half > rules.round * (mean + half)
+    all > 0.0 && along > TUBE_PART.get() * all && mean - half > ROUND.get() * (mean + half)
 }
 
 /// The faces outside that are connected with a ring through faces that `belongs` accepts, in the order of their distance in edges.
@@ -252,16 +297,15 @@ fn around(
 /// Marks the faces of necks: near the half-edges of rings, those whose other side is not parallel to them. Without them patches
 /// continue the outer skin.
 fn remove_necks(group: &SkinGroup, rings: &[u32], removed: &mut Vec<bool>) {
-    let rules = &tuning().solid;
     let (mesh, opposite) = (&group.found.mesh, &group.found.topology.opposite);
     let inner = removed.clone();
-    let reach = rules.neck * group.thickness;
+    let reach = NECK.get() * group.thickness;
     let is_neck = |f: u32| {
         let side = &group.sides[f as usize];
         let is_parallel = side.opposite != NONE
             && inner[side.opposite as usize]
-            && (side.distance - group.thickness).abs() < rules.neck_constant * group.thickness
-            && side.normal.dot(group.sides[side.opposite as usize].normal) < -rules.neck_parallel;
+            && (side.distance - group.thickness).abs() < NECK_CONSTANT.get() * group.thickness
+            && side.normal.dot(group.sides[side.opposite as usize].normal) < -NECK_PARALLEL.get();
         !is_parallel
     };
     let middle = |h: u32| {
@@ -280,7 +324,7 @@ fn remove_necks(group: &SkinGroup, rings: &[u32], removed: &mut Vec<bool>) {
         queue.extend(group.neighbours(f).map(|(_, g)| (g, from)));
     }
     // The skin bends a little beside the lip too.
-    for _ in 0..rules.neck_rings {
+    for _ in 0..NECK_RINGS.get() {
         let is_border = |f: &&u32| {
             !removed[**f as usize] && group.neighbours(**f).any(|(_, g)| removed[g as usize])
         };

@@ -6,7 +6,10 @@ use rayon::prelude::*;
 use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, area_vector};
 use crate::spatial::Bvh;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Cosine. A face is the other side of another if their normals are opposite within this angle (60°).
+const PARALLEL: Tunable<f64> = tunable("solid.parallel", 0.5);
 
 /// The geometry of a face and of the face on the other side of the material behind it.
 #[derive(Clone, Copy)]
@@ -43,7 +46,7 @@ pub(super) fn sides(mesh: &Mesh, bvh: &Bvh) -> Vec<SkinSide> {
             false => bvh.first_along(centre, -normal, |other| other != f),
         };
         let is_parallel =
-            |(g, _): &(u32, f64)| normal.dot(geometry[*g as usize].1) < -tuning().solid.parallel;
+            |(g, _): &(u32, f64)| normal.dot(geometry[*g as usize].1) < -PARALLEL.get();
         let (opposite, distance) = hit.filter(is_parallel).unwrap_or((NONE, f64::INFINITY));
         let is_faced =
             normal != DVec3::ZERO && bvh.first_along(centre, normal, |g| g != f).is_some();

@@ -14,8 +14,8 @@ use super::arrange::Piece;
 use super::exact::{Point, Points, Unit, rounded_turn, side, turn};
 use super::planar::ArrangementError;
 use crate::mesh::DisjointSets;
+use crate::repair::witness::DOUBTFUL_DIFFERENCE;
 use crate::spatial::{Bounds, BoxTree};
-use crate::tuning::tuning;
 
 /// Barycentric weights of a ray's origin in a triangle; the next ones are used if the ray passes through an edge.
 const WEIGHTS: [[u32; 3]; 8] = [
@@ -96,7 +96,7 @@ impl ClosedSurface<'_> {
                 *volume += (back - front) * cone;
             }
         }
-        let least = tuning().repair.doubtful_difference;
+        let least = DOUBTFUL_DIFFERENCE.get();
         let large = volumes.into_iter().filter(|(_, [n, p])| *n > least * p);
         large.map(|(cluster, _)| cluster).collect()
     }

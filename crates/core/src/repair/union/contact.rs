@@ -15,7 +15,19 @@ use crate::mesh::{DisjointSets, Mesh, VertexFaces, area_vector};
 use crate::repair::draft::Draft;
 use crate::repair::rounding::is_single;
 use crate::spatial::{Bounds, BoxTree};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Pairs of faces whose boxes meet, each counted twice. A union is attempted up to this many: it bounds the time, a few
+/// microseconds each. 1000 boxes in a heap have 0.6 million.
+pub(super) const UNION_PAIRS: Tunable<usize> = tunable("repair.union_pairs", 20_000_000);
+
+/// Diagonals of the mesh's bounding box. Shorter edges at new vertices of unions are collapsed: they come from
+/// intersection curves that pass a vertex by a rounding error.
+pub(super) const SHORT_EDGE: Tunable<f64> = tunable("repair.short_edge", 1e-9);
+
+/// Units in the last place of the largest coordinate as a 32-bit float. Bodies that touch up to rounding are grown by at
+/// least this much.
+const CONTACT_UNITS: Tunable<f64> = tunable("repair.contact_units", 8.0);
 
 /// Least cosine of the angle between the planes of two faces in contact.
 const MIN_CONTACT_COSINE: f64 = 0.99;
@@ -105,8 +117,7 @@ fn length(draft: &Draft) -> f64 {
     } else {
         0.0
     };
-    (tuning().repair.contact_units * unit * largest)
-        .max(tuning().repair.short_edge * (high - low).length())
+    (CONTACT_UNITS.get() * unit * largest).max(SHORT_EDGE.get() * (high - low).length())
 }
 
 /// Bodies in contact: their pairs and contact faces.
@@ -162,7 +173,7 @@ impl<'a> Touching<'a> {
             .map(|f| Bounds::of(mesh.corners(*f)).widened(self.length))
             .collect();
         let tree = BoxTree::new(&boxes);
-        let mut left = tuning().repair.union_pairs;
+        let mut left = UNION_PAIRS.get();
         for (f, own_box) in own.iter().zip(&boxes) {
             let mut near = Vec::new();
             tree.for_each(own_box, |i| near.push(own[i as usize]));

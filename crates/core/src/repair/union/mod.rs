@@ -40,10 +40,11 @@ use rayon::prelude::*;
 
 use super::RepairReport;
 use super::draft::Draft;
+use super::union::contact::UNION_PAIRS;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::NONE;
 use crate::spatial::{Bounds, BoxTree, intersecting_pairs};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
 use arrange::arrange;
 use assemble::Union;
 use classify::{ClosedSurface, multiplicity};
@@ -54,6 +55,19 @@ use planar::ArrangementError;
 
 pub(super) use clusters::{are_closed, paired_components, walls};
 pub(super) use contact::grow;
+
+/// Rounds of unions, at most: rounded vertices may make faces intersect again.
+const UNION_ROUNDS: Tunable<usize> = tunable("repair.union_rounds", 6);
+
+/// Rounds of a union after the best one.
+const VAIN_ROUNDS: Tunable<usize> = tunable("repair.vain_rounds", 2);
+
+/// Factor. If a round of a union leaves more than this many times as many intersecting faces as before, the next one would leave
+/// more still: a torus thicker than its ring went from 144 to 1,500 and 18,000 in a minute.
+const UNION_GROWTH: Tunable<usize> = tunable("repair.union_growth", 2);
+
+/// Faces. With fewer intersecting faces than this a union goes on, even if they multiply.
+const UNION_GROWTH_FACES: Tunable<usize> = tunable("repair.union_growth_faces", 100);
 
 /// Counts of what a union did.
 #[derive(Clone, Copy, Debug, Default)]
@@ -77,7 +91,7 @@ pub(super) fn unite(
     // Keep the best round, since rounding may let more faces intersect than before.
     let mut best: Option<(Draft, usize)> = None;
     let mut vain = 0;
-    for _ in 0..tuning().repair.union_rounds {
+    for _ in 0..UNION_ROUNDS.get() {
         let union = united(draft, &*draft.inspect()?, &crossing, turns);
         let Some(union) = union else {
             break;
@@ -108,10 +122,9 @@ pub(super) fn unite(
         } else {
             vain += 1;
         }
-        let rules = &tuning().repair;
-        let is_many = crossing.len() > rules.union_growth_faces;
-        let multiplies = is_many && crossing.len() > rules.union_growth * before;
-        if vain == rules.vain_rounds || multiplies {
+        let is_many = crossing.len() > UNION_GROWTH_FACES.get();
+        let multiplies = is_many && crossing.len() > UNION_GROWTH.get() * before;
+        if vain == VAIN_ROUNDS.get() || multiplies {
             break;
         }
     }
@@ -185,7 +198,7 @@ fn too_many(positions: &[DVec3], faces: &[[u32; 3]]) -> bool {
         .map(|f| Bounds::of(f.map(|v| positions[v as usize])))
         .collect();
     let tree = BoxTree::new(&boxes);
-    let mut left = tuning().repair.union_pairs;
+    let mut left = UNION_PAIRS.get();
     boxes.iter().any(|own| {
         tree.find(own, |_| {
             left = left.saturating_sub(1);

@@ -5,19 +5,20 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 
 use glam::DVec3;
 
+use super::contact::SHORT_EDGE;
 use crate::check::is_flat;
 use crate::mend::FillError;
 use crate::mesh::{Mesh, VertexFaces, area_vector};
+use crate::repair::clean::CLEAN_ROUNDS;
 use crate::repair::draft::Draft;
-use crate::tuning::tuning;
 
 /// Collapses edges of vertices from `first` on that are shorter than a fraction of the mesh's size or than `reach`, if that does
 /// not change the surface. Undone if more faces intersect others afterwards.
 pub(super) fn collapse(draft: &mut Draft, first: usize, reach: f64) -> Result<(), FillError> {
     let [low, high] = draft.mesh.bounds();
-    let reach = reach.max(tuning().repair.short_edge * (high - low).length());
+    let reach = reach.max(SHORT_EDGE.get() * (high - low).length());
     let mut before: Option<(Draft, usize)> = None;
-    for _ in 0..tuning().repair.clean_rounds {
+    for _ in 0..CLEAN_ROUNDS.get() {
         let moves = {
             let found = draft.inspect()?;
             moves(&found.mesh, first, reach)

@@ -2,9 +2,15 @@
 
 use rayon::prelude::*;
 
-use super::Remesher;
+use super::{LEAST_COSINE, Remesher};
 use crate::stitch::half_edge::NONE;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Rings of free vertices over which the compensation for chords grows to its full size.
+const COMPENSATION_FADE: Tunable<u32> = tunable("stitch.compensation_fade", 2);
+
+/// Mean edge lengths at a vertex. Upper bound of its displacement by the compensation.
+const MOST_COMPENSATION: Tunable<f64> = tunable("stitch.most_compensation", 0.1);
 
 /// Mean over a triangle of a quadratic function that vanishes at the corners, relative to its value at the centroid.
 const MEAN_OVER_CENTROID: f64 = 0.75;
@@ -22,7 +28,7 @@ impl Remesher<'_> {
         if self.is_cancelled() {
             return;
         }
-        let ring = self.rings(tuning().stitch.compensation_fade);
+        let ring = self.rings(COMPENSATION_FADE.get());
         let moves: Vec<(u32, f64, f64)> = self
             .free_vertices()
             .map(|v| {
@@ -30,7 +36,7 @@ impl Remesher<'_> {
                 (
                     v,
                     part * by,
-                    part * tuning().stitch.most_compensation * self.mesh.mean_length(v),
+                    part * MOST_COMPENSATION.get() * self.mesh.mean_length(v),
                 )
             })
             .collect();
@@ -46,7 +52,7 @@ impl Remesher<'_> {
     pub(super) fn displace(&mut self, v: u32, by: f64, most: f64) {
         let p = self.mesh.position[v as usize];
         let moved = p + by.clamp(-most, most) * self.mesh.normal[v as usize];
-        if self.around(v, moved).0 >= tuning().stitch.least_cosine.min(self.around(v, p).0) {
+        if self.around(v, moved).0 >= LEAST_COSINE.get().min(self.around(v, p).0) {
             self.mesh.position[v as usize] = moved;
         }
     }
@@ -81,8 +87,8 @@ impl Remesher<'_> {
             sum += area * offset[h as usize / 3];
             weight += area;
         }
-        let fade = f64::from(ring.min(tuning().stitch.compensation_fade + 1))
-            / f64::from(tuning().stitch.compensation_fade + 1);
+        let fade = f64::from(ring.min(COMPENSATION_FADE.get() + 1))
+            / f64::from(COMPENSATION_FADE.get() + 1);
         if weight > 0.0 {
             -fade * sum / weight
         } else {

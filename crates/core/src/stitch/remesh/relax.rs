@@ -6,7 +6,29 @@ use super::Remesher;
 use crate::elementary::atan2;
 use crate::linalg::{Jacobi, LinearOperator, conjugate_gradient};
 use crate::stitch::half_edge::{next, prev};
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Fraction of the mean angle across the mesh's own edges at the rim. A larger mean angle across the rim is reduced
+/// towards this.
+const SEAM_GOAL: Tunable<f64> = tunable("stitch.seam_goal", 0.85);
+
+/// Fraction of the angles across the rim that curvature does not explain. With a smaller fraction the angles are left.
+const SEAM_ROUGH: Tunable<f64> = tunable("stitch.seam_rough", 0.4);
+
+/// Radians. Mean angles below this are left.
+const SEAM_VISIBLE: Tunable<f64> = tunable("stitch.seam_visible", 0.01);
+
+/// Rings of free vertices that are moved to reduce the angles across the rim.
+const SEAM_RINGS: Tunable<u32> = tunable("stitch.seam_rings", 3);
+
+/// Weight of the angles across the rim relative to the angles within the patch.
+const SEAM_WEIGHT: Tunable<f64> = tunable("stitch.seam_weight", 32.0);
+
+/// Weight of the displacements, in edge lengths, relative to the angles.
+const SEAM_STAY: Tunable<f64> = tunable("stitch.seam_stay", 0.1);
+
+/// Edge lengths. Upper bound of a displacement that reduces the angles across the rim.
+const SEAM_MOST: Tunable<f64> = tunable("stitch.seam_most", 0.25);
 
 /// An edge of the rim.
 struct Seam {
@@ -76,23 +98,22 @@ impl Remesher<'_> {
         let Some(around) = self.rims.angle_around else {
             return;
         };
-        let rules = &tuning().stitch;
         // Angles across the rim in radians, and their excess over the curvature of the surface.
         let seam: Vec<Seam> = self.seam().collect();
         let mean =
             |of: fn(&Seam) -> f64| seam.iter().map(of).sum::<f64>() / seam.len().max(1) as f64;
         let angle = mean(|s| s.angle.abs());
         let excess = mean(|s| s.excess.abs());
-        if angle <= around.max(rules.seam_visible) || excess <= rules.seam_rough * angle {
+        if angle <= around.max(SEAM_VISIBLE.get()) || excess <= SEAM_ROUGH.get() * angle {
             return;
         }
         // The fraction of the excess to remove, so that the mean angle becomes a fraction of the mesh's.
-        let part = 1.0 - rules.seam_goal * around / angle;
+        let part = 1.0 - SEAM_GOAL.get() * around / angle;
         // The unknowns: displacements of free vertices near the rim along their normals, in units of the mesh.
-        let ring = self.rings(rules.seam_rings);
+        let ring = self.rings(SEAM_RINGS.get());
         let (mut number, mut moved) = (vec![FIXED; ring.len()], Vec::new());
         for v in self.free_vertices() {
-            if ring[v as usize] <= rules.seam_rings {
+            if ring[v as usize] <= SEAM_RINGS.get() {
                 number[v as usize] = moved.len() as u32;
                 moved.push(v);
             }
@@ -103,7 +124,7 @@ impl Remesher<'_> {
             .map(|s| Row {
                 change: self.change([Some(s.edge), None], &number),
                 goal: -part * s.excess,
-                weight: rules.seam_weight,
+                weight: SEAM_WEIGHT.get(),
             })
             .collect();
         let inner = self.mesh.interior_edges().filter_map(|h| {
@@ -116,7 +137,7 @@ impl Remesher<'_> {
         });
         rows.extend(inner);
         let lengths: Vec<f64> = moved.iter().map(|&v| self.mesh.mean_length(v)).collect();
-        let stay = |l: &f64| (rules.seam_stay / l).powi(2);
+        let stay = |l: &f64| (SEAM_STAY.get() / l).powi(2);
         let stay: Vec<f64> = lengths.iter().map(stay).collect();
         // Right-hand side and diagonal of the normal equations, which are solved matrix-free.
         let (mut rhs, mut diagonal) = (vec![0.0; moved.len()], stay.clone());
@@ -135,7 +156,7 @@ impl Remesher<'_> {
         let scaling = Jacobi(bending.jacobi());
         conjugate_gradient(&bending, &scaling, &rhs, &mut by, 1e-3, 200);
         for ((v, by), length) in moved.into_iter().zip(by).zip(lengths) {
-            self.displace(v, by, rules.seam_most * length);
+            self.displace(v, by, SEAM_MOST.get() * length);
         }
     }
 

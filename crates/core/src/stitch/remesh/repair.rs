@@ -6,7 +6,10 @@ use super::Remesher;
 use crate::stitch::StitchInput;
 use crate::stitch::assemble::Assembled;
 use crate::stitch::check::Surroundings;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Rounds of repair of a patch's faces.
+const REPAIR_ROUNDS: Tunable<usize> = tunable("stitch.repair_rounds", 9);
 
 /// Changes the patch around its intersecting faces until none is left or nothing helps; returns their remaining number.
 pub(in crate::stitch) fn repair(
@@ -16,7 +19,7 @@ pub(in crate::stitch) fn repair(
 ) -> usize {
     let mesh_len = input.mesh.positions.len();
     let mut hits = surroundings.intersections(patch, mesh_len);
-    for round in 0..tuning().stitch.repair_rounds {
+    for round in 0..REPAIR_ROUNDS.get() {
         if hits.is_empty() || input.surface.is_cancelled() {
             break;
         }

@@ -8,14 +8,49 @@ use super::Remesher;
 use crate::elementary::powi;
 use crate::stitch::StitchParams;
 use crate::stitch::half_edge::NONE;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Growth of the target length per unit of length, at most.
+const SIZE_GROWTH: Tunable<f64> = tunable("stitch.size_growth", 0.3);
+
+/// Sweeps that smooth the target lengths between neighbours.
+const SIZE_SWEEPS: Tunable<usize> = tunable("stitch.size_sweeps", 12);
+
+/// Fraction of the rim's target length. Lower bound of the target length that curvature asks for.
+const SIZE_LEAST: Tunable<f64> = tunable("stitch.size_least", 0.25);
+
+/// Voxels. Least target length.
+const SIZE_LEAST_VOXEL: Tunable<f64> = tunable("stitch.size_least_voxel", 0.02);
+
+/// Faces of a patch, at most, approximately.
+const MOST_FACES: Tunable<f64> = tunable("stitch.most_faces", 1e6);
+
+/// Faces of a patch per square of a rim's number of edges, at most, approximately. A disc with equal edges around it gets
+/// 0.3; rims of which a part is finer by orders of magnitude would otherwise reach `MOST_FACES`.
+const MOST_FACES_OF_RIM: Tunable<f64> = tunable("stitch.most_faces_of_rim", 16.0);
+
+/// Faces of a patch per equilateral triangle of its area whose edges have the rim's mean length, at most, approximately.
+const MOST_FACES_OF_AREA: Tunable<f64> = tunable("stitch.most_faces_of_area", 16.0);
+
+/// Faces of a patch in addition to these, at most, approximately.
+const MOST_FACES_BESIDES: Tunable<f64> = tunable("stitch.most_faces_besides", 5000.0);
+
+/// Faces. A patch with more, if all had the size of those at the rim, gets larger faces inward. A disc has this many with a rim of
+/// 800 edges and takes 15 s; with 20,000 edges it would have 1e8.
+const MOST_EVEN_FACES: Tunable<f64> = tunable("stitch.most_even_faces", 2e5);
+
+/// Growth of the target length per unit of distance from the rim of such a patch, at most.
+const STEEPEST_GROWTH: Tunable<f64> = tunable("stitch.steepest_growth", 1.0);
+
+/// Exponent of the distance in the interpolation of target lengths from the rim.
+const SIZE_POWER: Tunable<i32> = tunable("stitch.size_power", 3);
 
 /// Area of an equilateral triangle over the square of its edge.
 const EQUILATERAL: f64 = 0.433_012_701_892_219_3;
 
 /// The faces that a patch may have if this many are plausible.
 fn with_besides(faces: f64, params: &StitchParams) -> f64 {
-    (tuning().stitch.most_faces_besides + faces) / params.edge_factor.powi(2).min(1.0)
+    (MOST_FACES_BESIDES.get() + faces) / params.edge_factor.powi(2).min(1.0)
 }
 
 impl Remesher<'_> {
@@ -37,7 +72,7 @@ impl Remesher<'_> {
                 if self.mesh.is_rim(v) {
                     size
                 } else {
-                    size.min(by_curvature.max(tuning().stitch.size_least * size))
+                    size.min(by_curvature.max(SIZE_LEAST.get() * size))
                 }
             })
             .collect();
@@ -50,7 +85,7 @@ impl Remesher<'_> {
         if params.may_coarsen {
             self.grow_inward();
         }
-        let of_area = tuning().stitch.most_faces_of_area * self.faces_of_mean_edge();
+        let of_area = MOST_FACES_OF_AREA.get() * self.faces_of_mean_edge();
         let most = self.most_faces(params).min(with_besides(of_area, params));
         self.limit_faces(0.5 * most);
     }
@@ -66,7 +101,7 @@ impl Remesher<'_> {
         if squares == 0.0 {
             return f64::INFINITY;
         }
-        with_besides(tuning().stitch.most_faces_of_rim * squares, params)
+        with_besides(MOST_FACES_OF_RIM.get() * squares, params)
     }
 
     /// The number of equilateral faces of the patch's area whose edges have the mean length of those at the rims; infinite
@@ -137,7 +172,7 @@ impl Remesher<'_> {
             let there = mesh.faces.iter().filter(|f| f[0] != NONE);
             there.map(wanted).sum()
         };
-        let most = tuning().stitch.most_even_faces;
+        let most = MOST_EVEN_FACES.get();
         if rim == 0 || faces(&mesh.size) <= most {
             return;
         }
@@ -152,9 +187,9 @@ impl Remesher<'_> {
             let inner = inner.map(|(size, (d, at_rim))| size.max(at_rim + growth * d));
             mesh.size[..rim].iter().copied().chain(inner).collect()
         };
-        let mut growth = tuning().stitch.size_growth;
+        let mut growth = SIZE_GROWTH.get();
         let mut sizes = grown(growth);
-        while growth < tuning().stitch.steepest_growth && faces(&sizes) > 0.5 * most {
+        while growth < STEEPEST_GROWTH.get() && faces(&sizes) > 0.5 * most {
             growth *= 1.5;
             sizes = grown(growth);
         }
@@ -173,7 +208,7 @@ impl Remesher<'_> {
                 let (mut sum, mut weight) = (0.0, 0.0);
                 for (q, size) in &rim {
                     let distance = p.distance(*q).max(1e-9 * size);
-                    let w = size / powi(distance, tuning().stitch.size_power);
+                    let w = size / powi(distance, SIZE_POWER.get());
                     sum += w * size;
                     weight += w;
                 }
@@ -192,9 +227,9 @@ impl Remesher<'_> {
             .iter()
             .map(|&f| self.mesh.area_vector(f).length() / 2.0)
             .sum();
-        (area / tuning().stitch.most_faces)
+        (area / MOST_FACES.get())
             .sqrt()
-            .max(tuning().stitch.size_least_voxel * voxel)
+            .max(SIZE_LEAST_VOXEL.get() * voxel)
     }
 
     /// Smooths the target at rim corners: each becomes the mean with its neighbours along the rim; three passes.
@@ -245,7 +280,7 @@ impl Remesher<'_> {
 
     /// Limits how fast targets grow from vertex to vertex.
     fn limit_growth(&mut self) {
-        for _ in 0..tuning().stitch.size_sweeps {
+        for _ in 0..SIZE_SWEEPS.get() {
             let mesh = &*self.mesh;
             let limited: Vec<f64> = (0..mesh.position.len() as u32)
                 .into_par_iter()
@@ -253,7 +288,7 @@ impl Remesher<'_> {
                     let size = mesh.size[v as usize];
                     let reach = |w: u32| {
                         let d = mesh.position[v as usize].distance(mesh.position[w as usize]);
-                        mesh.size[w as usize] + tuning().stitch.size_growth * d
+                        mesh.size[w as usize] + SIZE_GROWTH.get() * d
                     };
                     mesh.neighbours(v).map(reach).fold(size, f64::min)
                 })

@@ -3,9 +3,12 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::Remesher;
+use super::{LEAST_COSINE, Remesher};
 use crate::stitch::half_edge::prev;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Fraction of the way to its goal that a vertex moves in smoothing.
+const SMOOTH_STEP: Tunable<f64> = tunable("stitch.smooth_step", 0.7);
 
 impl Remesher<'_> {
     /// Moves free vertices towards the centroid of the faces around them, weighted so that edges approach their target lengths.
@@ -74,7 +77,7 @@ impl Remesher<'_> {
                 }
                 let (p, n) = (this.mesh.position[v as usize], this.mesh.normal[v as usize]);
                 let step = goal(this, v) - p;
-                let step = tuning().stitch.smooth_step * (step - step.dot(n) * n);
+                let step = SMOOTH_STEP.get() * (step - step.dot(n) * n);
                 if !step.is_finite() {
                     return None;
                 }
@@ -110,9 +113,8 @@ impl Remesher<'_> {
         let before = self.around(v, old);
         self.mesh.normal[v as usize] = n;
         let after = self.around(v, p);
-        let good = (after.0 >= tuning().stitch.least_cosine && after.1 >= keep * before.1)
-            || (before.0 < tuning().stitch.least_cosine
-                && self.least_area(v, p) > self.least_area(v, old));
+        let good = (after.0 >= LEAST_COSINE.get() && after.1 >= keep * before.1)
+            || (before.0 < LEAST_COSINE.get() && self.least_area(v, p) > self.least_area(v, old));
         if good {
             self.mesh.position[v as usize] = p;
         } else {

@@ -4,10 +4,13 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::Remesher;
+use super::{LEAST_COSINE, Remesher};
 use crate::elementary::{cos, sin};
 use crate::stitch::half_edge::NONE;
-use crate::tuning::tuning;
+use crate::tuning::{Tunable, tunable};
+
+/// Rounds over all folded faces.
+const UNTANGLE_ROUNDS: Tunable<usize> = tunable("stitch.untangle_rounds", 3);
 
 /// Number of directions in which a new position for a vertex of a folded face is searched.
 const DIRECTIONS: usize = 12;
@@ -20,15 +23,14 @@ impl Remesher<'_> {
         let faces = &self.mesh.faces;
         (0..faces.len() as u32)
             .filter(|&f| {
-                faces[f as usize][0] != NONE
-                    && self.cosine(faces[f as usize]) < tuning().stitch.least_cosine
+                faces[f as usize][0] != NONE && self.cosine(faces[f as usize]) < LEAST_COSINE.get()
             })
             .collect()
     }
 
     /// Flips edges and moves vertices of tilted faces; from the second round on also collapses their edges.
     pub(super) fn untangle(&mut self) {
-        for round in 0..tuning().stitch.untangle_rounds {
+        for round in 0..UNTANGLE_ROUNDS.get() {
             let tilted = self.tilted();
             if tilted.is_empty() {
                 return;
@@ -46,7 +48,7 @@ impl Remesher<'_> {
     fn unfold(&mut self, f: u32, collapse: bool) {
         let is_tilted = |work: &Self| {
             let face = work.mesh.faces[f as usize];
-            face[0] != NONE && work.cosine(face) < tuning().stitch.least_cosine
+            face[0] != NONE && work.cosine(face) < LEAST_COSINE.get()
         };
         for k in 0..3 {
             if is_tilted(self) {
@@ -74,7 +76,7 @@ impl Remesher<'_> {
         let now = self.signed_area([a, b, c]).min(self.signed_area([b, a, d]));
         let then = self.signed_area([a, d, c]).min(self.signed_area([d, b, c]));
         let least = self.cosine([a, d, c]).min(self.cosine([d, b, c]));
-        if self.may_flip([a, b, c, d]) && (then > now || least >= tuning().stitch.least_cosine) {
+        if self.may_flip([a, b, c, d]) && (then > now || least >= LEAST_COSINE.get()) {
             self.mesh.flip(h);
         }
     }

@@ -2,10 +2,15 @@
 
 use serde::Serialize;
 
+use super::BEYOND_PART;
 use super::components::Component;
 use isomend_core::mend::FillReport;
 use isomend_core::mesh::{HoleId, Mesh, area_vector};
-use isomend_core::tuning::tuning;
+use isomend_core::tuning::{Tunable, tunable};
+
+/// Expected errors. This multiple of a vertex's expected error has to be within the tolerance: about 92 % of the vertices
+/// of a patch are closer to the true surface than twice their expected error.
+const SIGMAS: Tunable<f64> = tunable("deliver.sigmas", 2.0);
 
 /// The invented (new) surface of a mesh: totals and one entry for each patch.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -32,7 +37,7 @@ pub(in crate::job) struct Patch {
     pub(in crate::job) percent: f64,
     pub(in crate::job) expected_error: Expected,
     /// Whether twice the expected error is within the tolerance on all of its area but at most the fraction
-    /// `tuning().deliver.beyond_part`. `None` without a tolerance.
+    /// `BEYOND_PART.get()`. `None` without a tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(in crate::job) is_within: Option<bool>,
 }
@@ -110,7 +115,7 @@ impl Measured<'_> {
             all.add(&sums);
             let within = |_| {
                 // `<=`: a patch of zero area is within any tolerance.
-                sums.area - sums.within <= tuning().deliver.beyond_part * sums.area
+                sums.area - sums.within <= BEYOND_PART.get() * sums.area
             };
             patches.push(Patch {
                 holes: component.holes.clone(),
@@ -168,7 +173,7 @@ impl Measured<'_> {
                     sums.error += part * error;
                     sums.largest = sums.largest.max(error);
                 }
-                let bound = error.map(|e| tuning().deliver.sigmas * e);
+                let bound = error.map(|e| SIGMAS.get() * e);
                 let is_within = |t: f64| bound.map_or(spans_little, |b| b <= t);
                 if self.tolerance.is_some_and(is_within) {
                     sums.within += part;

@@ -10,7 +10,14 @@ use super::mark_surface;
 use crate::io::{Format, GltfDocument};
 use isomend_core::mesh::attributes::{Attribute, Role, Scalar};
 use isomend_core::mesh::{Mesh, Model, area_vector};
-use isomend_core::tuning::tuning;
+use isomend_core::tuning::{Tunable, tunable};
+
+/// Mean edge lengths of the patch. Lower bound of the stripe width on hatched patches: vertex colours cannot show finer
+/// stripes.
+const STRIPE_EDGES: Tunable<f64> = tunable("deliver.stripe_edges", 2.5);
+
+/// Number of stripes across a patch, at most.
+const STRIPES: Tunable<f64> = tunable("deliver.stripes", 24.0);
 
 /// The colour of hatches.
 const ORANGE: [u8; 3] = [0xe6, 0x78, 0x14];
@@ -211,12 +218,11 @@ impl Stripes {
                 count += 1.0;
             }
         }
-        let t = &tuning().deliver;
-        let fine: f64 = t.stripe_edges * edges / f64::max(count, 1.0);
+        let fine: f64 = STRIPE_EDGES.get() * edges / f64::max(count, 1.0);
         Self {
             across,
             width: fine
-                .max((ends[1] - ends[0]) / t.stripes)
+                .max((ends[1] - ends[0]) / STRIPES.get())
                 .max(f64::MIN_POSITIVE),
         }
     }

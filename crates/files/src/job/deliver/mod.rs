@@ -16,11 +16,15 @@ use serde::{Deserialize, Serialize};
 use super::{JobError, JobSpec, Output, Place, Work};
 use isomend_core::mend::FillReport;
 use isomend_core::mesh::Unit;
+use isomend_core::tuning::{Tunable, tunable};
 
 pub(super) use components::Component;
 pub(super) use invented::Invented;
 pub use mark::Mark;
 pub(super) use write::{Delivered, PieceRow};
+
+/// Fraction of a patch. A hole is listed if more of its patch than this may be farther off than the tolerance.
+const BEYOND_PART: Tunable<f64> = tunable("deliver.beyond_part", 0.05);
 
 /// Further files besides a mended mesh, and how patches are marked and reported.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -40,7 +44,7 @@ pub struct Deliverables {
     /// that equal runs give equal bytes.
     pub unit: Option<Unit>,
     /// The largest error allowed, in the mesh's units. Reports list a hole if twice the expected error exceeds this on more than the
-    /// fraction `tuning().deliver.beyond_part` of its patch.
+    /// fraction `BEYOND_PART.get()` of its patch.
     pub tolerance: Option<f64>,
     /// Leave patches across seams of a texture without texels, with a plain material.
     pub no_texture: bool,

@@ -7,7 +7,11 @@ use isomend_core::mend::{Control, Inspection};
 use isomend_core::mesh::topology::{end, start};
 use isomend_core::mesh::{Mesh, Topology, VertexFaces, face_normal, vertex_normal, weld_map};
 use isomend_core::repair::{Carried, RepairParams, RepairStep, repair};
-use isomend_core::tuning::tuning;
+use isomend_core::tuning::{Tunable, tunable};
+
+/// Fraction of the volume of the part's largest component. Smaller components are left out: where a patch and the removed
+/// faces are the same surface up to noise, there are thin slivers between them.
+const PIECE_PART: Tunable<f64> = tunable("deliver.piece_part", 1e-3);
 
 /// Message if other work than a restoration is asked for a piece.
 pub(super) const ONLY_RESTORED: &str = "only a restoration makes a piece: the solid between the faces that it cuts out and the patches";
@@ -198,12 +202,12 @@ fn judged(mesh: &Mesh) -> Result<(Verdict, Topology), String> {
     Ok((verdict, found.topology))
 }
 
-/// The components that enclose a positive volume larger than the fraction `tuning().deliver.piece_part` of the largest component's;
+/// The components that enclose a positive volume larger than the fraction `PIECE_PART.get()` of the largest component's;
 /// `None` if there are none.
 fn outward(mesh: &Mesh, verdict: &Verdict, topology: &Topology) -> Option<Mesh> {
     let volumes: Vec<f64> = verdict.components.iter().map(|c| c.volume).collect();
     let largest = volumes.iter().copied().fold(0.0, f64::max);
-    let least = largest * tuning().deliver.piece_part;
+    let least = largest * PIECE_PART.get();
     let stays = |f: usize| {
         let volume = volumes.get(topology.component[f] as usize);
         volume.is_some_and(|v| *v > least)
