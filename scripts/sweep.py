@@ -27,7 +27,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-THRESHOLD = re.compile(r'tunable\(\s*"(\w+\.\w+)",\s*([^,)]+),?\s*\)')
+THRESHOLD = re.compile(r'tunable\(\s*"(\w+(?:\.\w+)+)",\s*([^,)]+),?\s*\)')
 KIND = re.compile(r"Tunable<(\w+)>")
 
 

@@ -119,6 +119,49 @@ fn topless_block(n: u32) -> Mesh {
     Mesh::new(positions.collect(), faces)
 }
 
+/// A round box without its bottom, of 48 sides, whose vertices are moved by at most a part of an edge.
+fn noisy_box(noise: f64) -> Mesh {
+    let (sides, rings) = (48u32, 16u32);
+    let edge = std::f64::consts::TAU / f64::from(sides);
+    let moved = |i: u32| {
+        let random = |k: u32| (f64::from(3 * i + k) * 12.9898).sin() * 43758.5453;
+        let offset = [0, 1, 2].map(|k| 2.0 * random(k).rem_euclid(1.0) - 1.0);
+        noise * edge * DVec3::from(offset)
+    };
+    let mut positions = vec![DVec3::new(0.0, 0.0, f64::from(rings) * edge)];
+    let mut faces = Vec::new();
+    for (ring, side) in (0..=rings).flat_map(|r| (0..sides).map(move |s| (r, s))) {
+        let (sine, cosine) = (f64::from(side) * edge).sin_cos();
+        let height = f64::from(rings - ring) * edge;
+        positions.push(DVec3::new(cosine, sine, height) + moved(ring * sides + side));
+        let at = |r: u32, s: u32| 1 + r * sides + s % sides;
+        match ring {
+            0 => faces.push([0, at(0, side), at(0, side + 1)]),
+            r => {
+                let [a, b] = [at(r - 1, side), at(r - 1, side + 1)];
+                let [c, d] = [at(r, side), at(r, side + 1)];
+                faces.extend([[a, c, b], [b, c, d]]);
+            }
+        }
+    }
+    Mesh::new(positions, faces)
+}
+
+#[test]
+fn a_missing_flat_side_of_noisy_walls_is_flat() {
+    let whole = std::f64::consts::PI * 16.0 * std::f64::consts::TAU / 48.0;
+    for noise in [0.0, 1e-3, 5e-3] {
+        let filled = fill(&noisy_box(noise), &FillParams::default()).unwrap();
+        assert_eq!(topology(&filled.mesh), (0, 2));
+        let part = volume(&filled.mesh) / whole;
+        assert!(
+            (part - 1.0).abs() < 0.01,
+            "noise {noise}: {part} of the volume"
+        );
+        assert!(filled.report.flawless());
+    }
+}
+
 #[test]
 fn a_missing_side_round_a_hole_is_a_cap_with_a_hole_however_few_edges_its_outline_has() {
     let block = topless_block(24);

@@ -112,7 +112,7 @@ fn thresholds_have_the_names_of_their_constants() {
                 continue;
             };
             let name = rest.split('"').nth(1).unwrap();
-            let own = name.split_once('.').map(|(_, own)| own.to_uppercase());
+            let own = name.rsplit_once('.').map(|(_, own)| own.to_uppercase());
             assert_eq!(own.as_deref(), Some(constant), "{}", file.display());
             let other = places.insert(name.to_owned(), file.clone());
             assert!(

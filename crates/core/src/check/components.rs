@@ -7,16 +7,17 @@ use serde::{Deserialize, Serialize};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, Topology, area_vector};
 use crate::spatial::{Bounds, BoxTree, Bvh, WindingTree};
+use crate::tuning::{Tunable, tunable};
 
 /// Winding number of a component above which a point is inside it: 1 inside a closed one, less near its holes. All sampled points of
 /// what lies inside a closed component are above it, and the mean of what lies inside an open one.
-const INSIDE: f64 = 0.75;
+const INSIDE: Tunable<f64> = tunable("check.components.inside", 0.75);
 /// Winding number of an open component above which every sampled point of what lies inside it is.
-const INSIDE_OPEN: f64 = 0.5;
+const INSIDE_OPEN: Tunable<f64> = tunable("check.components.inside_open", 0.5);
 /// Number of vertices of a component that are tested to decide whether it lies inside another.
-const SAMPLES: usize = 32;
+const SAMPLES: Tunable<usize> = tunable("check.components.samples", 32);
 /// Components with fewer faces enclose nothing: 4 faces make a tetrahedron.
-const LEAST_FACES: usize = 4;
+const LEAST_FACES: Tunable<usize> = tunable("check.components.least_faces", 4);
 
 /// A connected component of a mesh: faces connected across edges with exactly two faces.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -126,7 +127,7 @@ fn nest(mesh: &Mesh, faces: &[Vec<u32>], boxes: &[Bounds], found: &mut [Componen
         outer.low.cmple(inner.low).all() && outer.high.cmpge(inner.high).all()
     };
     // Only components that can enclose others: with thousands of single faces in one place the box tests would be quadratic.
-    let large = (0..boxes.len() as u32).filter(|i| faces[*i as usize].len() >= LEAST_FACES);
+    let large = (0..boxes.len() as u32).filter(|i| faces[*i as usize].len() >= LEAST_FACES.get());
     let large: Vec<u32> = large.collect();
     let large_boxes: Vec<Bounds> = large.iter().map(|i| boxes[*i as usize]).collect();
     let tree = BoxTree::new(&large_boxes);
@@ -149,13 +150,13 @@ fn nest(mesh: &Mesh, faces: &[Vec<u32>], boxes: &[Bounds], found: &mut [Componen
             let bvh = Bvh::new(mesh, faces[group[0].0 as usize].iter().copied());
             let tree = WindingTree::new(&bvh);
             let least = match found[group[0].0 as usize].closed {
-                true => INSIDE,
-                false => INSIDE_OPEN,
+                true => INSIDE.get(),
+                false => INSIDE_OPEN.get(),
             };
             // A component is inside if all its sampled vertices are.
             let wholly = |inner: u32| {
                 let own = &faces[inner as usize];
-                let step = own.len().div_ceil(SAMPLES);
+                let step = own.len().div_ceil(SAMPLES.get());
                 let (mut sum, mut count) = (0.0, 0.0);
                 for f in own.iter().step_by(step) {
                     let p = mesh.corners(*f)[0];
@@ -165,7 +166,7 @@ fn nest(mesh: &Mesh, faces: &[Vec<u32>], boxes: &[Bounds], found: &mut [Componen
                     }
                     (sum, count) = (sum + winding, count + 1.0);
                 }
-                sum > INSIDE * count
+                sum > INSIDE.get() * count
             };
             let inner = group.iter().filter(|(_, inner)| wholly(*inner));
             inner.copied().collect::<Vec<_>>()

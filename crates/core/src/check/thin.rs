@@ -6,10 +6,11 @@ use rayon::prelude::*;
 use super::{Defect, DefectKind, Subject};
 use crate::mesh::{Mesh, Topology, face_normal};
 use crate::spatial::{Bvh, meets};
+use crate::tuning::{Tunable, tunable};
 
 /// Cosine of 60 degrees. A ray ends on a face whose normal is within this angle of the ray. At larger angles the two faces are
 /// taken for the sides of an edge.
-pub(super) const FACING: f64 = 0.5;
+pub(super) const FACING: Tunable<f64> = tunable("check.thin.facing", 0.5);
 
 /// The faces whose inward ray reaches the opposite side within `length` (mesh units).
 pub(super) fn thin(subject: &Subject, length: f64) -> Defect {
@@ -27,7 +28,7 @@ pub(super) fn thin(subject: &Subject, length: f64) -> Defect {
         bvh.for_each_in_box(centre.min(end), centre.max(end), |g| {
             found = found
                 || (!shares_vertex(mesh, f, g)
-                    && normal(g).dot(inward) > FACING
+                    && normal(g).dot(inward) > FACING.get()
                     && meets(centre, inward, mesh.corners(g)).is_some_and(|t| t < length));
         });
         found

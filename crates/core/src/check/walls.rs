@@ -72,7 +72,7 @@ impl<'a> Walls<'a> {
             .bvh
             .first_along(centroid(self.mesh, f), inward, leaves)?;
         let cosine = normal(g).dot(inward);
-        (cosine > FACING).then_some(Wall {
+        (cosine > FACING.get()).then_some(Wall {
             thickness,
             is_parallel: cosine > PARALLEL.get(),
         })

@@ -8,21 +8,22 @@ use super::rings::rings_of;
 use crate::cancel::Cancel;
 use crate::elementary::exp;
 use crate::mesh::{Mesh, Part, VertexFaces, area_vector};
+use crate::tuning::{Tunable, tunable};
 
 /// Minimum and maximum width of the collar in which creases are searched, in rings of faces.
 const RINGS: [f64; 2] = [6.0, 14.0];
 /// Width of that collar between the bounds, in diameters of the hole.
-const WIDTH: f64 = 0.5;
+const WIDTH: Tunable<f64> = tunable("creases.collar.width", 0.5);
 /// Passes of the bilateral filter of normals.
-const SMOOTHINGS: usize = 10;
+const SMOOTHINGS: Tunable<usize> = tunable("creases.collar.smoothings", 10);
 /// Width of the filter's weight exp(−(1 − n·n′)/width): normals that differ by more than 30° hardly influence each other.
-const SMOOTHING_WIDTH: f64 = 0.12;
+const SMOOTHING_WIDTH: Tunable<f64> = tunable("creases.collar.smoothing_width", 0.12);
 /// Number that stands for "no face".
 const NONE: u32 = u32::MAX;
 
 /// Width in rings of the collar in which creases are searched. `across` is the hole's diameter in edges.
 pub(super) fn rings(across: f64) -> u32 {
-    (WIDTH * across).clamp(RINGS[0], RINGS[1]) as u32
+    (WIDTH.get() * across).clamp(RINGS[0], RINGS[1]) as u32
 }
 
 /// Some rings of faces around a rim. Positions are relative to the centroid of the rim.
@@ -138,7 +139,7 @@ impl Collar {
     /// Face normals after the bilateral filter (Tomasi and Manduchi 1998, applied to the faces of a mesh).
     fn smooth(&self) -> Vec<DVec3> {
         let mut normals = self.normals.clone();
-        for _ in 0..SMOOTHINGS {
+        for _ in 0..SMOOTHINGS.get() {
             if self.cancel.is_cancelled() {
                 break;
             }
@@ -146,7 +147,7 @@ impl Collar {
                 let own = normals[f];
                 let sum = self.across(f).fold(own, |sum, g| {
                     let other = normals[g];
-                    sum + other * exp(-(1.0 - own.dot(other)) / SMOOTHING_WIDTH)
+                    sum + other * exp(-(1.0 - own.dot(other)) / SMOOTHING_WIDTH.get())
                 });
                 sum.normalize_or_zero()
             };

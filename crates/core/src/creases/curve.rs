@@ -5,17 +5,18 @@ use glam::DVec3;
 use super::CreaseRefusal;
 use super::network::{FARTHEST_CORNER, LONGEST_STEP, Network, ON_BOTH};
 use super::sheet::{Sheet, onto};
+use crate::tuning::{Tunable, tunable};
 
 /// Maximum length of a crease found from its chord: this times the chord, plus two edges.
-const MOST_DETOUR: f64 = 1.8;
+const MOST_DETOUR: Tunable<f64> = tunable("creases.curve.most_detour", 1.8);
 /// Maximum length of a crease that is followed step by step, in diameters of the hole.
-const MOST_FOLLOWED: f64 = 4.0;
+const MOST_FOLLOWED: Tunable<f64> = tunable("creases.curve.most_followed", 4.0);
 /// A point of a crease closer than this (in edges) to a vertex of the mesh that is not on the rim counts as on the mesh;
-const ON_MESH: f64 = 0.6;
+const ON_MESH: Tunable<f64> = tunable("creases.curve.on_mesh", 0.6);
 /// at most this fraction of the points of a crease may be on the mesh.
-const MOST_KNOWN: f64 = 0.5;
+const MOST_KNOWN: Tunable<f64> = tunable("creases.curve.most_known", 0.5);
 /// A crease is not followed where the sine of the angle between its sheets is below this.
-const GRAZING: f64 = 0.05;
+const GRAZING: Tunable<f64> = tunable("creases.curve.grazing", 0.05);
 
 impl Network<'_> {
     /// The points of a crease between two points, at the distance of rim vertices: projected from the chord, or if that gives no
@@ -26,15 +27,15 @@ impl Network<'_> {
         to: DVec3,
         sides: [usize; 2],
     ) -> Result<Vec<DVec3>, CreaseRefusal> {
-        let longest = LONGEST_STEP * self.collar.diameter;
+        let longest = LONGEST_STEP.get() * self.collar.diameter;
         let sheets = sides.map(|s| self.sheet(s));
         let chord = from.distance(to);
         let on_chord = (0..9).map(|i| from.lerp(to, f64::from(i) / 8.0));
         let points = on_chord.map(|p| onto(&sheets, p, 20, longest)).collect();
-        let most = MOST_DETOUR * chord + 2.0 * self.collar.rim_edge;
+        let most = MOST_DETOUR.get() * chord + 2.0 * self.collar.rim_edge;
         self.evened(points, sheets, most).or_else(|why| {
             let followed = self.followed(from, to, sheets).ok_or(why)?;
-            self.evened(followed, sheets, MOST_FOLLOWED * self.collar.diameter)
+            self.evened(followed, sheets, MOST_FOLLOWED.get() * self.collar.diameter)
         })
     }
 
@@ -45,7 +46,10 @@ impl Network<'_> {
         sheets: [&Sheet; 2],
         most: f64,
     ) -> Result<Vec<DVec3>, CreaseRefusal> {
-        let (edge, longest) = (self.collar.rim_edge, LONGEST_STEP * self.collar.diameter);
+        let (edge, longest) = (
+            self.collar.rim_edge,
+            LONGEST_STEP.get() * self.collar.diameter,
+        );
         for _ in 0..2 {
             let again = resampled(&points, edge).into_iter();
             points = again.map(|p| onto(&sheets, p, 8, longest)).collect();
@@ -57,10 +61,10 @@ impl Network<'_> {
                 .map(|p| s.distance(*p).abs())
                 .fold(0.0, f64::max)
         };
-        let is_on_both = off(sheets[0]) + off(sheets[1]) <= ON_BOTH * edge;
+        let is_on_both = off(sheets[0]) + off(sheets[1]) <= ON_BOTH.get() * edge;
         match points.iter().all(|p| p.is_finite()) && is_on_both {
             true if length > most => Err(CreaseRefusal::LongCrease),
-            true if self.known(&points) > MOST_KNOWN => Err(CreaseRefusal::NoCrease),
+            true if self.known(&points) > MOST_KNOWN.get() => Err(CreaseRefusal::NoCrease),
             true => Ok(points),
             false => Err(CreaseRefusal::NoCrease),
         }
@@ -68,7 +72,7 @@ impl Network<'_> {
 
     /// Fraction of the points of a crease that are on the mesh: close to vertices that are not on the rim.
     fn known(&self, points: &[DVec3]) -> f64 {
-        let near = ON_MESH * self.collar.rim_edge;
+        let near = ON_MESH.get() * self.collar.rim_edge;
         let is_on = |p: &&DVec3| {
             let mut inner = self.collar.inner_points();
             inner.any(|q| q.distance_squared(**p) < near * near)
@@ -87,14 +91,14 @@ impl Network<'_> {
     /// Follows the crease in one direction (predictor: the cross product of both normals; corrector: Gauss-Newton).
     fn way(&self, from: DVec3, to: DVec3, sheets: [&Sheet; 2], sign: f64) -> Option<Vec<DVec3>> {
         let step = self.collar.rim_edge;
-        let most = (MOST_FOLLOWED * self.collar.diameter / step) as usize;
+        let most = (MOST_FOLLOWED.get() * self.collar.diameter / step) as usize;
         let mut points = vec![from];
         let mut at = from;
         let mut direction = DVec3::ZERO;
         for _ in 0..most {
             let [a, b] = sheets.map(|s| s.normal(at));
             let along = a.cross(b);
-            if along.length() < GRAZING {
+            if along.length() < GRAZING.get() {
                 return None;
             }
             let along = along.normalize();
@@ -105,7 +109,7 @@ impl Network<'_> {
             };
             direction = along * forward;
             at = onto(&sheets, at + step * direction, 8, step);
-            if at.length() > FARTHEST_CORNER * self.collar.diameter {
+            if at.length() > FARTHEST_CORNER.get() * self.collar.diameter {
                 return None;
             }
             if at.distance(to) < step {

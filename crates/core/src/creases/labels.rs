@@ -2,11 +2,12 @@
 
 use super::collar::Collar;
 use super::segment::Sides;
+use crate::tuning::{Tunable, tunable};
 
 /// Maximum cost of a corner that is off the sheet of its edge.
-const MOST_OFF: f64 = 9.0;
+const MOST_OFF: Tunable<f64> = tunable("creases.labels.most_off", 9.0);
 /// A rim edge is on a second sheet too if the cost of both corners is below this.
-const ON: f64 = 1.0;
+const ON: Tunable<f64> = tunable("creases.labels.on", 1.0);
 
 /// Costs and limits for assigning rim edges to sides.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +43,9 @@ fn edge_costs(collar: &Collar, sides: &Sides, near: &[usize], costs: &LabelCosts
     let count = collar.rim.len();
     let corner = |i: usize, side: usize| {
         let off = sides.list[side].sheet.distance(collar.rim_point(i)).abs();
-        (off / costs.tolerance / collar.edge).powi(2).min(MOST_OFF)
+        (off / costs.tolerance / collar.edge)
+            .powi(2)
+            .min(MOST_OFF.get())
     };
     let corners: Vec<Vec<f64>> = (0..count)
         .map(|i| near.iter().map(|&s| corner(i, s)).collect())
@@ -52,7 +55,10 @@ fn edge_costs(collar: &Collar, sides: &Sides, near: &[usize], costs: &LabelCosts
         let worse: Vec<f64> = a.iter().zip(b).map(|(a, b)| a.max(*b)).collect();
         let beyond = sides.of_face[collar.beyond[i] as usize];
         let one = |(j, side): (usize, &usize)| {
-            let is_on_other = worse.iter().enumerate().any(|(k, w)| k != j && *w < ON);
+            let is_on_other = worse
+                .iter()
+                .enumerate()
+                .any(|(k, w)| k != j && *w < ON.get());
             let extra = if *side == beyond && is_on_other {
                 costs.beyond
             } else {

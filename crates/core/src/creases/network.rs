@@ -7,24 +7,25 @@ use super::CreaseRefusal;
 use super::collar::Collar;
 use super::segment::Sides;
 use super::sheet::{Sheet, onto};
+use crate::tuning::{Tunable, tunable};
 
 /// Maximum step towards a crease, in diameters of the hole.
-pub(super) const LONGEST_STEP: f64 = 0.3;
+pub(super) const LONGEST_STEP: Tunable<f64> = tunable("creases.network.longest_step", 0.3);
 /// Maximum step towards a corner, in diameters of the hole.
-const LONGEST_CORNER_STEP: f64 = 0.2;
+const LONGEST_CORNER_STEP: Tunable<f64> = tunable("creases.network.longest_corner_step", 0.2);
 /// Maximum distance of a crease's end from its rim vertex, in edges.
-const FARTHEST_END: f64 = 1.5;
+const FARTHEST_END: Tunable<f64> = tunable("creases.network.farthest_end", 1.5);
 /// Maximum distance of points of a crease from both sheets, in edges; a tenth of it for a corner.
-pub(super) const ON_BOTH: f64 = 1e-2;
+pub(super) const ON_BOTH: Tunable<f64> = tunable("creases.network.on_both", 1e-2);
 /// Maximum distance of a corner from the middle of the rim, in diameters of the hole.
-pub(super) const FARTHEST_CORNER: f64 = 0.9;
+pub(super) const FARTHEST_CORNER: Tunable<f64> = tunable("creases.network.farthest_corner", 0.9);
 /// A corner closer than this to an end on the rim, in edges, coincides with that rim vertex.
-const SAME_POINT: f64 = 0.3;
+const SAME_POINT: Tunable<f64> = tunable("creases.network.same_point", 0.3);
 /// A rim vertex closer than this to both sheets and to a crease, in edges, is on the crease.
-const ON_CREASE: f64 = 0.05;
+const ON_CREASE: Tunable<f64> = tunable("creases.network.on_crease", 0.05);
 /// Minimum of the smallest singular value of the three unit normals at a corner: sheets at grazing angles do not determine a
 /// corner.
-const DETERMINED: f64 = 0.15;
+const DETERMINED: Tunable<f64> = tunable("creases.network.determined", 0.15);
 
 /// A part of the patch between creases: its side and its outline. Points of the rim are numbered first, then points of creases.
 pub(super) struct Part {
@@ -209,7 +210,7 @@ impl<'a> Network<'a> {
             });
         };
         // A corner at an end on the rim is that rim vertex; otherwise it is a new point.
-        let near = SAME_POINT * self.collar.rim_edge;
+        let near = SAME_POINT.get() * self.collar.rim_edge;
         let ends = arcs.iter().map(|arc| arc.ends()[0]);
         let same = ends
             .into_iter()
@@ -256,16 +257,21 @@ impl<'a> Network<'a> {
         let collar = self.collar;
         let middle = ends.iter().map(|&e| self.points[e]).sum::<DVec3>() / ends.len() as f64;
         let sheets = sides.map(|s| self.sheet(s));
-        let corner = onto(&sheets, middle, 40, LONGEST_CORNER_STEP * collar.diameter);
+        let corner = onto(
+            &sheets,
+            middle,
+            40,
+            LONGEST_CORNER_STEP.get() * collar.diameter,
+        );
         let off = sheets
             .iter()
             .map(|s| s.distance(corner).abs())
             .fold(0.0, f64::max);
         let least = least_singular_value(sheets.map(|s| s.normal(corner)));
-        let is_far = corner.length() > FARTHEST_CORNER * collar.diameter;
+        let is_far = corner.length() > FARTHEST_CORNER.get() * collar.diameter;
         // The comparison is false for NaN.
-        let is_on_all = off <= 0.1 * ON_BOTH * collar.rim_edge;
-        match is_on_all && !is_far && least >= DETERMINED {
+        let is_on_all = off <= 0.1 * ON_BOTH.get() * collar.rim_edge;
+        match is_on_all && !is_far && least >= DETERMINED.get() {
             true => Ok(corner),
             false => Err(CreaseRefusal::NoCorner),
         }
@@ -299,7 +305,7 @@ impl<'a> Network<'a> {
         [from, to]: [usize; 2],
         sides: [usize; 2],
     ) -> Vec<(f64, usize)> {
-        let near = ON_CREASE * self.collar.rim_edge;
+        let near = ON_CREASE.get() * self.collar.rim_edge;
         let ends = [self.points[from], self.points[to]];
         let all = [&ends[..1], points, &ends[1..]].concat();
         let is_on = |i: &usize| {
@@ -363,7 +369,7 @@ impl<'a> Network<'a> {
     fn lead_point(&self, end: usize, sides: [usize; 2]) -> Result<DVec3, CreaseRefusal> {
         let sheets = sides.map(|s| self.sheet(s));
         let point = onto(&sheets, self.points[end], 15, f64::INFINITY);
-        match point.distance(self.points[end]) <= FARTHEST_END * self.collar.rim_edge {
+        match point.distance(self.points[end]) <= FARTHEST_END.get() * self.collar.rim_edge {
             true => Ok(point),
             false => Err(CreaseRefusal::EndOffCrease),
         }

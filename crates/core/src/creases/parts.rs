@@ -9,19 +9,20 @@ use super::sheet::{Sheet, onto};
 use crate::elementary::{angle_of, at_angle};
 use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
 use crate::mesh::triangulate::constrained_delaunay;
+use crate::tuning::{Tunable, tunable};
 
 /// A part is unrolled if the cosine of one of its normals with their mean is below this.
-const TURNS: f64 = 0.5;
+const TURNS: Tunable<f64> = tunable("creases.parts.turns", 0.5);
 /// Maximum component along the axis of the unit normals of an unrolled part.
-const ALONG_AXIS: f64 = 0.5;
+const ALONG_AXIS: Tunable<f64> = tunable("creases.parts.along_axis", 0.5);
 /// Maximum radius of an unrolled part, in diameters of the hole.
-const MOST_RADIUS: f64 = 5.0;
+const MOST_RADIUS: Tunable<f64> = tunable("creases.parts.most_radius", 5.0);
 /// Minimum distance of inner points from the outline, in edges.
-const FROM_OUTLINE: f64 = 0.45;
+const FROM_OUTLINE: Tunable<f64> = tunable("creases.parts.from_outline", 0.45);
 /// Steps that project inner points on the sheet.
-const STEPS: usize = 12;
+const STEPS: Tunable<usize> = tunable("creases.parts.steps", 12);
 /// Maximum number of inner points of a part.
-const MOST_POINTS: f64 = 200_000.0;
+const MOST_POINTS: Tunable<f64> = tunable("creases.parts.most_points", 200_000.0);
 
 /// A triangulated part: positions of its inner points, and triangles with indices into the outline followed by the inner points.
 pub(super) struct Triangles {
@@ -57,7 +58,7 @@ pub(super) fn triangulate(
         .iter()
         .map(|n| n.dot(mean))
         .fold(f64::INFINITY, f64::min);
-    let (chart, flat) = match least < TURNS {
+    let (chart, flat) = match least < TURNS.get() {
         true => unroll(collar, sheet, outline, &normals)?,
         false => project(outline, mean),
     };
@@ -67,7 +68,7 @@ pub(super) fn triangulate(
     let inner = inner_points(&flat, collar.rim_edge)?;
     let faces = constrained_delaunay(&flat, &inner).ok_or(CreaseRefusal::Crosses)?;
     let longest = 0.3 * collar.diameter;
-    let back = |p: &DVec2| onto(&[sheet], chart.back(*p), STEPS, longest);
+    let back = |p: &DVec2| onto(&[sheet], chart.back(*p), STEPS.get(), longest);
     Ok(Triangles {
         inner: inner.iter().map(back).collect(),
         faces,
@@ -144,7 +145,7 @@ fn unroll(
         .iter()
         .map(|n| n.dot(axis).abs())
         .fold(0.0, f64::max);
-    if !closes || along > ALONG_AXIS || radius > MOST_RADIUS * collar.diameter {
+    if !closes || along > ALONG_AXIS.get() || radius > MOST_RADIUS.get() * collar.diameter {
         return Err(CreaseRefusal::Turns);
     }
     // The orientation: whether normals point away from the axis.
@@ -207,7 +208,7 @@ fn inner_points(outline: &[DVec2], edge: f64) -> Result<Vec<DVec2>, CreaseRefusa
         .fold(DVec2::NEG_INFINITY, DVec2::max);
     let row = 0.866 * edge;
     let size = ((high - low) / DVec2::new(edge, row)).ceil();
-    if size.x.is_nan() || size.x * size.y > MOST_POINTS {
+    if size.x.is_nan() || size.x * size.y > MOST_POINTS.get() {
         return Err(CreaseRefusal::TooLarge);
     }
     let mut points = Vec::new();
@@ -215,7 +216,7 @@ fn inner_points(outline: &[DVec2], edge: f64) -> Result<Vec<DVec2>, CreaseRefusa
         for i in 0..size.x as usize {
             let shift = if j % 2 == 1 { 0.5 * edge } else { 0.0 };
             let p = low + DVec2::new(i as f64 * edge + shift, j as f64 * row);
-            if is_inside(outline, p) && distance(outline, p) > FROM_OUTLINE * edge {
+            if is_inside(outline, p) && distance(outline, p) > FROM_OUTLINE.get() * edge {
                 points.push(p);
             }
         }

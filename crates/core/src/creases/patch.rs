@@ -7,11 +7,12 @@ use glam::DVec3;
 use super::network::{CreaseLine, Network, ends, simple_loops};
 use super::rim_sides::RimSides;
 use super::{Continued, Crease, CreaseRefusal, parts};
+use crate::tuning::{Tunable, tunable};
 
 /// Distances from the rim at which creases start inside the hole, in edges: attempted in this order.
 const LEADS: [f64; 4] = [0.3, 0.6, 1.0, 1.5];
 /// Maximum number of combinations of shifted ends.
-const MOST_SHIFTS: usize = 60;
+const MOST_SHIFTS: Tunable<usize> = tunable("creases.patch.most_shifts", 60);
 
 impl RimSides {
     /// Continues the creases that end at the rim, or fills a rim that runs along creases with its one side. The mesh has `count`
@@ -152,7 +153,7 @@ fn shifts(ends: usize) -> Vec<Vec<i32>> {
         all = all.iter().flat_map(longer).collect();
     }
     all.sort_by_key(|d| (d.iter().map(|x| x.abs()).sum::<i32>(), d.clone()));
-    all.truncate(MOST_SHIFTS);
+    all.truncate(MOST_SHIFTS.get());
     all
 }
 

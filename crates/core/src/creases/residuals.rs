@@ -9,11 +9,12 @@ use glam::DVec3;
 
 use crate::elementary::{exp, ln};
 use crate::linalg::Cholesky;
+use crate::tuning::{Tunable, tunable};
 
 /// Maximum number of vertices for the prediction: the cost of each likelihood grows with its cube.
-const MOST: usize = 150;
+const MOST: Tunable<usize> = tunable("creases.residuals.most", 150);
 /// Minimum number of vertices.
-const FEWEST: usize = 20;
+const FEWEST: Tunable<usize> = tunable("creases.residuals.fewest", 20);
 /// Residuals below this fraction of an edge are rounding errors.
 const ROUNDING: f64 = 1e-4;
 /// Candidate ranges of the covariance, in diameters of the hole.
@@ -21,7 +22,7 @@ const RANGES: [f64; 3] = [0.4, 0.8, 1.6];
 /// Candidate noise variances, as fractions of the field's variance.
 const NOISES: [f64; 4] = [1e-6, 1e-3, 3e-2, 0.3];
 /// Minimum gain in log-likelihood over noise alone.
-const GAIN: f64 = 10.0;
+const GAIN: Tunable<f64> = tunable("creases.residuals.gain", 10.0);
 
 /// A random field of signed distances.
 #[derive(Clone, Debug)]
@@ -42,12 +43,12 @@ impl Residuals {
     ) -> Option<Self> {
         let count = points.len();
         let square = distances.iter().map(|d| d * d).sum::<f64>() / count.max(1) as f64;
-        if count < FEWEST || square.sqrt() < ROUNDING * edge {
+        if count < FEWEST.get() || square.sqrt() < ROUNDING * edge {
             return None;
         }
         // Half of the points from next to the hole, the others evenly from the rest.
-        let near = count.min(MOST / 2);
-        let step = (count - near).div_ceil(MOST - near).max(1);
+        let near = count.min(MOST.get() / 2);
+        let step = (count - near).div_ceil(MOST.get() - near).max(1);
         let chosen = (0..near).chain((near..count).step_by(step));
         let chosen: Vec<usize> = chosen.collect();
         let points: Vec<DVec3> = chosen.iter().map(|&i| points[i]).collect();
@@ -73,7 +74,7 @@ impl Residuals {
             }
         }
         let (likelihood, field) = best?;
-        (likelihood - alone > GAIN).then_some(field)
+        (likelihood - alone > GAIN.get()).then_some(field)
     }
 
     /// The predicted signed distance between the side and its sheet at a point.

@@ -12,6 +12,7 @@ use super::segment::Sides;
 use crate::cancel::Cancel;
 use crate::elementary::{acos, cos};
 use crate::mesh::{Mesh, VertexFaces};
+use crate::tuning::{Tunable, tunable};
 
 /// Thresholds for a kind of mesh.
 #[derive(Clone, Copy, Debug)]
@@ -46,21 +47,21 @@ const SCAN: Limits = Limits {
     rim: [0.9, 0.2],
 };
 /// A mesh is clean if less than this fraction of the collar's faces is on no sheet,
-const MOST_FREE: f64 = 0.02;
+const MOST_FREE: Tunable<f64> = tunable("creases.rim_sides.most_free", 0.02);
 /// and the median residual of sheets is below this, in edges.
-const MOST_NOISE: f64 = 0.03;
+const MOST_NOISE: Tunable<f64> = tunable("creases.rim_sides.most_noise", 0.03);
 /// Minimum angle of a crease between two sides, in degrees.
-const CREASE: f64 = 28.0;
+const CREASE: Tunable<f64> = tunable("creases.rim_sides.crease", 28.0);
 /// Exception for a crease with two ends, which may fade: minimum of the larger and of the smaller angle at its ends, in degrees.
 const FADING: [f64; 2] = [25.0, 6.0];
 /// Sides that meet at more than this angle fold back, in degrees.
-const FOLD: f64 = 150.0;
+const FOLD: Tunable<f64> = tunable("creases.rim_sides.fold", 150.0);
 /// At the end of a crease the residuals of both sides are below this, in edges,
-const MOST_NOISE_OF_END: f64 = 0.1;
+const MOST_NOISE_OF_END: Tunable<f64> = tunable("creases.rim_sides.most_noise_of_end", 0.1);
 /// and the chain of vertices where they meet is longer than this, in edges.
-const LEAST_CHAIN: f64 = 2.5;
+const LEAST_CHAIN: Tunable<f64> = tunable("creases.rim_sides.least_chain", 2.5);
 /// A rim runs along a crease if at least this fraction of its length does.
-const ALONG: f64 = 0.1;
+const ALONG: Tunable<f64> = tunable("creases.rim_sides.along", 0.1);
 
 /// A rim vertex at which a crease of the mesh ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,7 +93,8 @@ impl RimSides {
     ) -> Result<Self, CreaseRefusal> {
         let collar = Collar::new(mesh, around, rim, rings, cancel).ok_or(CreaseRefusal::Rim)?;
         let sides = Sides::new(&collar);
-        let is_exact = sides.free() < MOST_FREE && sides.noise(collar.edge) < MOST_NOISE;
+        let is_exact =
+            sides.free() < MOST_FREE.get() && sides.noise(collar.edge) < MOST_NOISE.get();
         let limits = if is_exact { CLEAN } else { SCAN };
         let labels = labels(&collar, &sides, &limits.labels).ok_or(CreaseRefusal::NoSide)?;
         Ok(Self {
@@ -133,7 +135,8 @@ impl RimSides {
             angle: self.angle_at(i, &self.labels),
         };
         let seen = |i: &usize| {
-            (CREASE..=FOLD).contains(&self.angle_at(*i, &self.labels)) && self.is_chain(*i)
+            (CREASE.get()..=FOLD.get()).contains(&self.angle_at(*i, &self.labels))
+                && self.is_chain(*i)
         };
         let all = ends(&self.labels).into_iter().filter(seen);
         all.map(end).collect()
@@ -143,8 +146,9 @@ impl RimSides {
     fn is_chain(&self, at: usize) -> bool {
         let count = self.labels.len();
         let [a, b] = [self.labels[(at + count - 1) % count], self.labels[at]];
-        let is_exact =
-            |s: usize| self.sides.list[s].sheet.residual < MOST_NOISE_OF_END * self.collar.edge;
+        let is_exact = |s: usize| {
+            self.sides.list[s].sheet.residual < MOST_NOISE_OF_END.get() * self.collar.edge
+        };
         let is_between = |v: u32| {
             let meets = |f: u32| {
                 let side = self.sides.of_face[f as usize];
@@ -164,7 +168,7 @@ impl RimSides {
         };
         is_exact(a)
             && is_exact(b)
-            && self.collar.reach(at, is_between) > LEAST_CHAIN * self.collar.edge
+            && self.collar.reach(at, is_between) > LEAST_CHAIN.get() * self.collar.edge
     }
 
     /// Checks that creases can be continued between sides with these labels.
@@ -201,14 +205,14 @@ impl RimSides {
         }
         let angles = ends.iter().map(|&i| self.angle_at(i, labels));
         let angles: Vec<f64> = angles.collect();
-        if angles.iter().any(|angle| *angle > FOLD) {
+        if angles.iter().any(|angle| *angle > FOLD.get()) {
             return Err(CreaseRefusal::Folds);
         }
         // The stretches of the rim between consecutive ends. If the sides before and after a stretch are the same, one crease
         // joins its two ends and may fade.
         let count = ends.len();
         let side = |j: usize| labels[ends[j % count]];
-        let mut is_sharp: Vec<bool> = angles.iter().map(|angle| *angle >= CREASE).collect();
+        let mut is_sharp: Vec<bool> = angles.iter().map(|angle| *angle >= CREASE.get()).collect();
         for j in 0..count {
             let pair = [angles[j], angles[(j + 1) % count]];
             let [least, largest] = [pair[0].min(pair[1]), pair[0].max(pair[1])];
@@ -246,11 +250,11 @@ impl RimSides {
             let (p, q) = (collar.rim_point(i), collar.rim_point(i + 1));
             let beyond = collar.smoothed[collar.beyond[i] as usize];
             all += p.distance(q);
-            if sheet.normal(p).dot(beyond) < cos(CREASE.to_radians()) {
+            if sheet.normal(p).dot(beyond) < cos(CREASE.get().to_radians()) {
                 along += p.distance(q);
             }
         }
-        match along >= ALONG * all || sheet.is_plane() {
+        match along >= ALONG.get() * all || sheet.is_plane() {
             true => Ok(()),
             false => Err(CreaseRefusal::OneSide),
         }

@@ -1,21 +1,22 @@
 //! Model of flat sides with rounded edges and corners between them: the surface of a ball that rolls along two or three planes.
 
+use crate::tuning::{Tunable, tunable};
 use glam::{DMat3, DVec3};
 
 /// Maximum number of planes of a model.
 pub(super) const MOST_PLANES: usize = 6;
 /// Points farther than this from the surface, in edges, are outliers.
-pub(super) const OUTLIER: f64 = 0.3;
+pub(super) const OUTLIER: Tunable<f64> = tunable("creases.rounded.outlier", 0.3);
 /// A model is accepted if at least this fraction of the points are not outliers,
-const MOST: f64 = 0.9;
+const MOST: Tunable<f64> = tunable("creases.rounded.most", 0.9);
 /// their residual is at most this, in edges,
-const RESIDUAL: f64 = 0.1;
+const RESIDUAL: Tunable<f64> = tunable("creases.rounded.residual", 0.1);
 /// and at least this fraction of the points are on rounded edges or corners.
-const FEWEST_ROUNDED: f64 = 0.04;
+const FEWEST_ROUNDED: Tunable<f64> = tunable("creases.rounded.fewest_rounded", 0.04);
 /// Normals whose Gram matrix has a determinant below this are linearly dependent.
 const DEPENDENT: f64 = 1e-3;
 /// Steps that project a point on the surface.
-const STEPS: usize = 4;
+const STEPS: Tunable<usize> = tunable("creases.rounded.steps", 4);
 
 /// The intersection or the union of half-spaces, with rounded edges and corners. Positions are relative to the middle of the rim.
 #[derive(Clone, Debug)]
@@ -53,16 +54,16 @@ impl Rounded {
     /// determined.
     pub(super) fn holds(mut self, points: &[DVec3], edge: f64) -> Option<Self> {
         let places = points.iter().map(|p| self.at(*p));
-        let near = places.filter(|place| place.distance.abs() < OUTLIER * edge);
+        let near = places.filter(|place| place.distance.abs() < OUTLIER.get() * edge);
         let near: Vec<(f64, bool)> = near
             .map(|place| (place.distance / edge, place.face.planes.len() > 1))
             .collect();
         let squares: f64 = near.iter().map(|(off, _)| off * off).sum();
         let rounded = near.iter().filter(|(_, is_rounded)| *is_rounded).count();
         let residual = (squares / near.len().max(1) as f64).sqrt();
-        let holds = near.len() as f64 >= MOST * points.len() as f64
-            && rounded as f64 >= FEWEST_ROUNDED * points.len() as f64
-            && residual < RESIDUAL;
+        let holds = near.len() as f64 >= MOST.get() * points.len() as f64
+            && rounded as f64 >= FEWEST_ROUNDED.get() * points.len() as f64
+            && residual < RESIDUAL.get();
         self.residual = residual;
         holds.then_some(self)
     }
@@ -118,7 +119,7 @@ impl Rounded {
     /// The point of the surface closest to `point`.
     pub(crate) fn onto(&self, point: DVec3) -> DVec3 {
         let mut p = point - self.origin;
-        for _ in 0..STEPS {
+        for _ in 0..STEPS.get() {
             let place = self.at(p);
             p -= place.normal * place.distance;
         }

@@ -9,58 +9,59 @@ use crate::cancel::Cancel;
 use crate::elementary::{cos, ln, powf};
 use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
 use crate::mesh::{Mesh, VertexFaces};
+use crate::tuning::{Tunable, tunable};
 
 /// A plane is seeded at a face where smoothed normals within two rings differ by less than this, in 1 − cos.
-const CALM: f64 = 0.02;
+const CALM: Tunable<f64> = tunable("creases.rounding.calm", 0.02);
 /// A face joins a plane if its corners are closer than this, in edges,
-const NEAR: f64 = 0.1;
+const NEAR: Tunable<f64> = tunable("creases.rounding.near", 0.1);
 /// and its smoothed normal is within this angle of the plane's normal, in degrees.
-const TURNED: f64 = 6.0;
+const TURNED: Tunable<f64> = tunable("creases.rounding.turned", 6.0);
 /// Rounds in which a plane grows and is refitted.
-const ROUNDS: usize = 6;
+const ROUNDS: Tunable<usize> = tunable("creases.rounding.rounds", 6);
 /// Minimum number of faces of a plane.
-const FEWEST: usize = 20;
+const FEWEST: Tunable<usize> = tunable("creases.rounding.fewest", 20);
 /// Minimum, in edges, of the distance within which faces join a growing plane once its noise is known.
-const EXACT_PLANE: f64 = 0.01;
+const EXACT_PLANE: Tunable<f64> = tunable("creases.rounding.exact_plane", 0.01);
 /// Narrower strips, for example along a rounding, are not planes: minimum of the second standard deviation of a plane's points,
 /// in edges.
-const NARROWEST: f64 = 0.8;
+const NARROWEST: Tunable<f64> = tunable("creases.rounding.narrowest", 0.8);
 /// Planes whose normals have a larger cosine than this are the same.
-const SAME: f64 = 0.99;
+const SAME: Tunable<f64> = tunable("creases.rounding.same", 0.99);
 /// Planes are searched in as many rings of faces as the hole's diameter has edges, between these bounds.
 const RINGS: [f64; 2] = [10.0, 24.0];
 /// Number of points of the collar used to evaluate a model; more are not needed to determine one radius.
-const SAMPLES: usize = 300;
+const SAMPLES: Tunable<usize> = tunable("creases.rounding.samples", 300);
 /// Radii attempted first: the smallest in edges, the largest in diameters of the hole, and their number.
 const RADII: (f64, f64, usize) = (0.5, 1.5, 12);
 /// Steps of the golden-section search between two of these radii.
-const GOLDEN: usize = 16;
+const GOLDEN: Tunable<usize> = tunable("creases.rounding.golden", 16);
 /// The fraction at which a golden section cuts.
 const PART: f64 = 0.381_966;
 
 /// Minimum fraction of the faces that the planes of a model cover. On 135 holes of solids accepted models had at least 0.35; on
 /// 361 holes of scans nearly all had less than 0.2.
-const COVERED: f64 = 0.18;
+const COVERED: Tunable<f64> = tunable("creases.rounding.covered", 0.18);
 /// The search for planes ends after this number of seeds
-const PATIENCE: usize = 12;
+const PATIENCE: Tunable<usize> = tunable("creases.rounding.patience", 12);
 /// unless the planes cover at least this fraction of the faces.
-const EARLY: f64 = 0.08;
+const EARLY: Tunable<f64> = tunable("creases.rounding.early", 0.08);
 /// A face joins a growing plane within this multiple of the median distance of its points, once its noise is known.
-const TRIM: f64 = 4.0;
+const TRIM: Tunable<f64> = tunable("creases.rounding.trim", 4.0);
 /// Width of Cauchy's weight (distance at which it is ½), as a multiple of the median distance of the points;
-const SPREAD: f64 = 2.0;
+const SPREAD: Tunable<f64> = tunable("creases.rounding.spread", 2.0);
 /// and its minimum, in edges.
-const EXACT: f64 = 0.002;
+const EXACT: Tunable<f64> = tunable("creases.rounding.exact", 0.002);
 /// Added to the diagonal of the normal equations, as a fraction of it.
 const DAMPING: f64 = 1e-3;
 /// Maximum tilt of a plane in a step, in radians.
-const MOST_TILT: f64 = 0.2;
+const MOST_TILT: Tunable<f64> = tunable("creases.rounding.most_tilt", 0.2);
 /// Unknowns of the largest model: three for each plane, and the radius.
 const MOST_UNKNOWNS: usize = 3 * MOST_PLANES + 1;
 /// Steps of the refinement while planes are selected.
-const FIRST_STEPS: usize = 5;
+const FIRST_STEPS: Tunable<usize> = tunable("creases.rounding.first_steps", 5);
 /// Steps of the final refinement.
-const STEPS: usize = 20;
+const STEPS: Tunable<usize> = tunable("creases.rounding.steps", 20);
 
 /// The part of a mesh around a hole to which models are fitted.
 struct Data {
@@ -74,7 +75,7 @@ struct Data {
 impl Data {
     /// Sum of squared distances of the near points from a model, each clamped to [`OUTLIER`].
     fn sum(&self, model: &Rounded) -> f64 {
-        let outlier = OUTLIER * self.collar.edge;
+        let outlier = OUTLIER.get() * self.collar.edge;
         let square = |p: &DVec3| model.at(*p).distance.abs().min(outlier).powi(2);
         self.near.iter().map(square).sum()
     }
@@ -92,7 +93,7 @@ impl Data {
             model.radius = radius;
             self.sum(&model)
         };
-        for _ in 0..GOLDEN {
+        for _ in 0..GOLDEN.get() {
             let (a, b) = (low + PART * (high - low), high - PART * (high - low));
             if at(a) < at(b) {
                 high = b;
@@ -144,7 +145,8 @@ impl Data {
                 .iter()
                 .map(|p| model.at(*p).distance.abs())
                 .collect();
-            let width = (SPREAD * median(&mut off)).clamp(EXACT * edge, OUTLIER * edge);
+            let width =
+                (SPREAD.get() * median(&mut off)).clamp(EXACT.get() * edge, OUTLIER.get() * edge);
             let unknowns = 3 * model.planes.len() + 1;
             let mut matrix = vec![0.0; unknowns * unknowns];
             let mut step = vec![0.0; unknowns];
@@ -180,7 +182,7 @@ impl Data {
         };
         let planes = planes(&self.collar);
         let covered: usize = planes.iter().map(|p| p.faces).sum();
-        if (covered as f64) < COVERED * self.collar.len() as f64 {
+        if (covered as f64) < COVERED.get() * self.collar.len() as f64 {
             return None;
         }
         let mut chosen = vec![0];
@@ -194,7 +196,7 @@ impl Data {
                 let all = [&chosen[..], &[i]].concat();
                 let planes: Vec<Plane> = all.iter().map(|&i| planes[i]).collect();
                 let sign = bend(&planes)?;
-                Some((self.refined(self.fit(planes, sign), FIRST_STEPS), all))
+                Some((self.refined(self.fit(planes, sign), FIRST_STEPS.get()), all))
             });
             match with.min_by(|a, b| cost(&a.0).total_cmp(&cost(&b.0))) {
                 Some((next, all)) if best.as_ref().is_none_or(|b| cost(&next) < cost(b)) => {
@@ -220,11 +222,11 @@ impl Rounded {
         let collar = Collar::new(mesh, around, rim, rings, cancel)?;
         let near = collar::rings(collar.diameter / collar.rim_edge);
         let data = Data {
-            all: collar.samples(SAMPLES, u32::MAX),
-            near: collar.samples(SAMPLES, near),
+            all: collar.samples(SAMPLES.get(), u32::MAX),
+            near: collar.samples(SAMPLES.get(), near),
             collar,
         };
-        let model = data.refined(data.best()?, STEPS);
+        let model = data.refined(data.best()?, STEPS.get());
         (!cancel.is_cancelled()).then_some(())?;
         model.holds(&data.near, data.collar.edge)
     }
@@ -274,7 +276,8 @@ fn moved(model: Rounded, step: &[f64], axes: &[[DVec3; 2]], scale: f64) -> Round
     let mut planes = model.planes.clone();
     for (i, plane) in planes.iter_mut().enumerate() {
         let tilt = axes[i][0] * step[3 * i] + axes[i][1] * step[3 * i + 1];
-        plane.normal = (plane.normal + (tilt / scale).clamp_length_max(MOST_TILT)).normalize();
+        plane.normal =
+            (plane.normal + (tilt / scale).clamp_length_max(MOST_TILT.get())).normalize();
         plane.offset += step[3 * i + 2];
     }
     let change = step[step.len() - 1].clamp(-0.3 * model.radius, 0.3 * model.radius);
@@ -309,14 +312,14 @@ fn planes(collar: &Collar) -> Vec<Plane> {
     let mut planes: Vec<Plane> = Vec::new();
     let (mut seeds, mut taken) = (0, 0);
     for &first in &order {
-        if variation[first] > CALM || collar.cancel.is_cancelled() {
+        if variation[first] > CALM.get() || collar.cancel.is_cancelled() {
             break;
         }
         if is_taken[first] || !is_seed[first] {
             continue;
         }
         // If the flattest faces are in no planes, there are none.
-        if seeds >= PATIENCE && (taken as f64) < EARLY * collar.len() as f64 {
+        if seeds >= PATIENCE.get() && (taken as f64) < EARLY.get() * collar.len() as f64 {
             return Vec::new();
         }
         seeds += 1;
@@ -329,7 +332,7 @@ fn planes(collar: &Collar) -> Vec<Plane> {
         faces.iter().for_each(|&f| is_taken[f] = true);
         taken += faces.len();
         let is_same = |p: &Plane| {
-            p.normal.dot(plane.normal) > SAME && p.distance(plane.middle).abs() < collar.edge
+            p.normal.dot(plane.normal) > SAME.get() && p.distance(plane.middle).abs() < collar.edge
         };
         match planes.iter_mut().find(|p| is_same(p)) {
             Some(same) if same.faces >= plane.faces => same.faces += plane.faces,
@@ -348,14 +351,14 @@ fn grown(collar: &Collar, first: usize, is_taken: &[bool]) -> (Option<Plane>, Ve
     let mut normal = collar.smoothed[first];
     let mut offset = normal.dot(collar.middle(first));
     let mut faces = Vec::new();
-    let mut near = NEAR * collar.edge;
-    for round in 0..ROUNDS {
+    let mut near = NEAR.get() * collar.edge;
+    for round in 0..ROUNDS.get() {
         // Grow: connected faces close to the plane in position and normal. Then refit.
         let fits = |f: usize| {
             let off = collar.corners(f).map(|p| (normal.dot(p) - offset).abs());
             !is_taken[f]
                 && off.iter().all(|d| *d < near)
-                && collar.smoothed[f].dot(normal) > cos(TURNED.to_radians())
+                && collar.smoothed[f].dot(normal) > cos(TURNED.get().to_radians())
         };
         faces = flood(collar, first, fits);
         if faces.len() < 3 {
@@ -367,13 +370,13 @@ fn grown(collar: &Collar, first: usize, is_taken: &[bool]) -> (Option<Plane>, Ve
         normal = sheet.normal(DVec3::ZERO);
         offset = -sheet.distance(DVec3::ZERO);
         // Faces of a rounding may have joined at first; they are excluded once the noise of the plane is known.
-        if round >= ROUNDS / 2 {
+        if round >= ROUNDS.get() / 2 {
             let mut off: Vec<f64> = sheet
                 .points
                 .iter()
                 .map(|p| sheet.distance(*p).abs())
                 .collect();
-            near = (TRIM * median(&mut off)).clamp(EXACT_PLANE * collar.edge, near);
+            near = (TRIM.get() * median(&mut off)).clamp(EXACT_PLANE.get() * collar.edge, near);
         }
     }
     // The result must be large and wide enough, and no quadric.
@@ -385,9 +388,12 @@ fn grown(collar: &Collar, first: usize, is_taken: &[bool]) -> (Option<Plane>, Ve
         faces: faces.len(),
     };
     let (points, normals) = collar.vertices(&faces);
-    let is_wide = width(&points) > NARROWEST * collar.edge
+    let is_wide = width(&points) > NARROWEST.get() * collar.edge
         && Sheet::fit(points, normals, collar.diameter, collar.edge).is_plane();
-    ((faces.len() >= FEWEST && is_wide).then_some(plane), faces)
+    (
+        (faces.len() >= FEWEST.get() && is_wide).then_some(plane),
+        faces,
+    )
 }
 
 /// The second largest standard deviation of points along their principal axes.

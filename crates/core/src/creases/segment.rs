@@ -7,38 +7,39 @@ use glam::DVec3;
 use super::collar::{Collar, median};
 use super::sheet::Sheet;
 use crate::elementary::cos;
+use crate::tuning::{Tunable, tunable};
 
 /// A region is seeded at a face where smoothed normals within two rings differ by less than this, in 1 − cos.
-const CALM: f64 = 0.1;
+const CALM: Tunable<f64> = tunable("creases.segment.calm", 0.1);
 /// Neighbours join the seed region if their normals have at least this cosine with the first face's.
-const SIMILAR: f64 = 0.93;
+const SIMILAR: Tunable<f64> = tunable("creases.segment.similar", 0.93);
 /// Minimum number of faces of a region.
-const FEWEST: usize = 6;
+const FEWEST: Tunable<usize> = tunable("creases.segment.fewest", 6);
 /// A face joins a region if its corners are closer to the sheet than this, in edges,
-const NEAR: f64 = 0.15;
+const NEAR: Tunable<f64> = tunable("creases.segment.near", 0.15);
 /// and its normal is within this angle of the sheet's normal, in degrees.
-const TURNED: f64 = 20.0;
+const TURNED: Tunable<f64> = tunable("creases.segment.turned", 20.0);
 /// Maximum number of rounds; in each a region grows by up to two rings and its sheet is refitted.
-const ROUNDS: usize = 25;
+const ROUNDS: Tunable<usize> = tunable("creases.segment.rounds", 25);
 /// The outermost ring of a region, which may be a bevel, is removed; then faces of it return if their corners are closer than
 /// this multiple of 1.5 times the median distance of the rest.
-const TAKE_BACK: f64 = 3.5;
+const TAKE_BACK: Tunable<f64> = tunable("creases.segment.take_back", 3.5);
 /// Minimum number of faces that must remain without the outermost ring,
-const FEWEST_OF_CORE: usize = 8;
+const FEWEST_OF_CORE: Tunable<usize> = tunable("creases.segment.fewest_of_core", 8);
 /// and their minimum fraction of the region's faces.
-const CORE: f64 = 0.25;
+const CORE: Tunable<f64> = tunable("creases.segment.core", 0.25);
 /// Two regions are joined if their joint residual is less than this times the larger of their own.
-const JOINT: f64 = 1.6;
+const JOINT: Tunable<f64> = tunable("creases.segment.joint", 1.6);
 /// Number of points of a region that are sampled to test whether it is off the sheet of another.
-const SOME: usize = 48;
+const SOME: Tunable<usize> = tunable("creases.segment.some", 48);
 /// The sheets of a mesh are exact if their median residual is below this, in edges.
-const EXACT: f64 = 0.02;
+const EXACT: Tunable<f64> = tunable("creases.segment.exact", 0.02);
 /// Minimum number of coplanar faces of an exact mesh that form a sheet though they are too few for a region,
-const FEWEST_OF_FACET: usize = 4;
+const FEWEST_OF_FACET: Tunable<usize> = tunable("creases.segment.fewest_of_facet", 4);
 /// and the maximum residual of that sheet, in edges.
-const EXACT_FACET: f64 = 0.003;
+const EXACT_FACET: Tunable<f64> = tunable("creases.segment.exact_facet", 0.003);
 /// Minimum cosine of these faces' normals with the first face's.
-const COPLANAR: f64 = 0.998;
+const COPLANAR: Tunable<f64> = tunable("creases.segment.coplanar", 0.998);
 /// Marks a face on no side.
 const NONE: usize = usize::MAX;
 
@@ -67,7 +68,7 @@ impl Sides {
         let mut order: Vec<usize> = (0..collar.len()).collect();
         order.sort_by(|a, b| variation[*a].total_cmp(&variation[*b]));
         for &first in &order {
-            if variation[first] > CALM || collar.cancel.is_cancelled() {
+            if variation[first] > CALM.get() || collar.cancel.is_cancelled() {
                 break;
             }
             if growth.of_face[first] == NONE
@@ -163,16 +164,16 @@ impl Growth<'_> {
         let mut faces = Region::new(collar.len(), &[first]);
         for _ in 0..2 {
             for f in self.front(&faces) {
-                if collar.smoothed[f].dot(normal) > SIMILAR {
+                if collar.smoothed[f].dot(normal) > SIMILAR.get() {
                     faces.insert(f);
                 }
             }
         }
-        (faces.list.len() >= FEWEST).then_some(())?;
+        (faces.list.len() >= FEWEST.get()).then_some(())?;
         let mut sheet = collar.fit(&faces.sorted());
         let mut off = Distances::new(collar);
         // Alternates growing by up to two rings with fitting the sheet, until the region no longer changes.
-        for _ in 0..ROUNDS {
+        for _ in 0..ROUNDS.get() {
             if collar.cancel.is_cancelled() {
                 break;
             }
@@ -186,7 +187,7 @@ impl Growth<'_> {
                 }
             }
             grown.retain(|f| self.fits(f, &sheet, &mut off));
-            if grown.list.len() < FEWEST || grown.is_in == faces.is_in {
+            if grown.list.len() < FEWEST.get() || grown.is_in == faces.is_in {
                 break;
             }
             faces = grown;
@@ -205,7 +206,10 @@ impl Growth<'_> {
         let sorted = faces.sorted();
         let is_core = |f: &usize| collar.across(*f).all(|g| faces.is_in[g]);
         let core: Vec<usize> = sorted.iter().copied().filter(is_core).collect();
-        let fewest = f64::max(FEWEST_OF_CORE as f64, CORE * sorted.len() as f64);
+        let fewest = f64::max(
+            FEWEST_OF_CORE.get() as f64,
+            CORE.get() * sorted.len() as f64,
+        );
         (core.len() as f64 >= fewest).then_some(())?;
         let sheet = collar.fit(&core);
         let mut distances: Vec<f64> = sheet
@@ -214,20 +218,20 @@ impl Growth<'_> {
             .map(|p| sheet.distance(*p).abs())
             .collect();
         let spread = (1.5 * median(&mut distances)).max(1e-6 * collar.edge);
-        let stays = |f: &usize| is_core(f) || collar.off(*f, &sheet) < TAKE_BACK * spread;
+        let stays = |f: &usize| is_core(f) || collar.off(*f, &sheet) < TAKE_BACK.get() * spread;
         let stay: Vec<usize> = sorted.iter().copied().filter(stays).collect();
         Some(collar.fit(&stay))
     }
 
     /// Whether a face is close enough to a sheet, in position and normal.
     fn fits(&self, face: usize, sheet: &Sheet, off: &mut Distances) -> bool {
-        let most = NEAR * self.collar.edge;
+        let most = NEAR.get() * self.collar.edge;
         let is_near = |v: u32| off.of(v, || sheet.distance(self.collar.position(v)).abs()) < most;
         self.collar.corners_of(face as u32).into_iter().all(is_near)
             && sheet
                 .normal(self.collar.middle(face))
                 .dot(self.collar.smoothed[face])
-                > cos(TURNED.to_radians())
+                > cos(TURNED.get().to_radians())
     }
 
     /// Faces across the edges of a region that are in no region, in rising order.
@@ -244,7 +248,7 @@ impl Growth<'_> {
     /// On exact meshes: adds coplanar faces that seeded no region, for example the narrow side of a thin wall.
     fn add_facets(&mut self, order: &[usize]) {
         let collar = self.collar;
-        if self.list.is_empty() || median_residual(&self.list) >= EXACT * collar.edge {
+        if self.list.is_empty() || median_residual(&self.list) >= EXACT.get() * collar.edge {
             return;
         }
         for &first in order {
@@ -256,19 +260,19 @@ impl Growth<'_> {
             let mut at = 0;
             while let Some(&f) = faces.list.get(at) {
                 for g in collar.across(f) {
-                    if self.of_face[g] == NONE && collar.normals[g].dot(normal) > COPLANAR {
+                    if self.of_face[g] == NONE && collar.normals[g].dot(normal) > COPLANAR.get() {
                         faces.insert(g);
                     }
                 }
                 at += 1;
             }
-            if faces.list.len() < FEWEST_OF_FACET {
+            if faces.list.len() < FEWEST_OF_FACET.get() {
                 continue;
             }
             let faces = faces.sorted();
             let (points, normals) = collar.vertices(&faces);
             let sheet = Sheet::plane(points, normals, collar.diameter);
-            if sheet.residual < EXACT_FACET * collar.edge {
+            if sheet.residual < EXACT_FACET.get() * collar.edge {
                 self.add(Side { faces, sheet });
             }
         }
@@ -314,7 +318,7 @@ impl Growth<'_> {
             let some = of
                 .points
                 .iter()
-                .step_by(of.points.len().div_ceil(SOME).max(1));
+                .step_by(of.points.len().div_ceil(SOME.get()).max(1));
             let far = |p: &&DVec3| sheet.distance(**p).abs() > 0.5 * collar.edge;
             2 * some.clone().filter(far).count() > some.count()
         };
@@ -329,8 +333,8 @@ impl Growth<'_> {
         let agree = pairs
             .filter(|(p, n)| sheet.normal(**p).dot(**n) > 0.8)
             .count();
-        let is_one =
-            sheet.residual < JOINT * larger && agree as f64 > 0.95 * sheet.points.len() as f64;
+        let is_one = sheet.residual < JOINT.get() * larger
+            && agree as f64 > 0.95 * sheet.points.len() as f64;
         is_one.then_some(sheet)
     }
 

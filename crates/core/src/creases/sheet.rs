@@ -5,13 +5,14 @@ use glam::DVec3;
 use super::residuals::Residuals;
 use crate::elementary::ln;
 use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
+use crate::tuning::{Tunable, tunable};
 
 /// Number of coefficients of a quadric: x², y², z², xy, yz, xz, x, y, z and 1.
 const TERMS: usize = 10;
 /// Minimum number of points of a quadric; with fewer a plane is fitted.
-const FEWEST_OF_QUADRIC: usize = 14;
+const FEWEST_OF_QUADRIC: Tunable<usize> = tunable("creases.sheet.fewest_of_quadric", 14);
 /// Maximum weight of a unit normal relative to a position in the sheet's scale; less if edges are short.
-const NORMAL_WEIGHT: f64 = 0.3;
+const NORMAL_WEIGHT: Tunable<f64> = tunable("creases.sheet.normal_weight", 0.3);
 /// Ridge on the quadratic terms, relative to the weight of normals, so that planes and cylinders stay exact.
 const RIDGE: f64 = 1e-3;
 /// Ridge on the other terms, which makes the system solvable.
@@ -42,7 +43,7 @@ impl Sheet {
     pub(super) fn fit(points: Vec<DVec3>, normals: Vec<DVec3>, scale: f64, edge: f64) -> Self {
         let plane = Self::plane(points, normals, scale);
         let count = plane.points.len() as f64;
-        if plane.points.len() < FEWEST_OF_QUADRIC {
+        if plane.points.len() < FEWEST_OF_QUADRIC.get() {
             return plane;
         }
         let Some(quadric) = plane.quadric(edge) else {
@@ -87,7 +88,7 @@ impl Sheet {
     /// The least-squares quadric of the plane's points and normals; `None` if the system cannot be solved.
     fn quadric(&self, edge: f64) -> Option<Self> {
         let count = self.points.len() as f64;
-        let weight = NORMAL_WEIGHT.min(edge / self.scale);
+        let weight = NORMAL_WEIGHT.get().min(edge / self.scale);
         let mut matrix = [0.0; TERMS * TERMS];
         let mut terms = [0.0; TERMS];
         // Normal equations of f(x) = 0 and ∇f(x) = n, lower triangle.

@@ -11,13 +11,14 @@ use crate::creases::Rounded;
 use crate::finish::biharmonic;
 use crate::mesh::{Part, VertexFaces};
 use crate::stitch::Patch;
+use crate::tuning::{Tunable, tunable};
 
 /// Rounds in which the patch's vertices are evened out and projected onto the surface.
-const ROUNDS: usize = 10;
+const ROUNDS: Tunable<usize> = tunable("fill.rounded.rounds", 10);
 
 /// Edges. Where the smooth sides around a rim have larger residuals, no model is fitted. On 135 holes of solids the sides around accepted
 /// models had residuals of at most 0.061; on half of 141 holes of scans they have more than 0.11.
-const MOST_NOISE: f64 = 0.1;
+const MOST_NOISE: Tunable<f64> = tunable("fill.rounded.most_noise", 0.1);
 
 /// Expected cost: as the smooth patch that its prediction is compared with.
 pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
@@ -26,7 +27,7 @@ pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
 
 /// Closes the region by rounded edges between its flat sides.
 pub(super) fn make(problem: &RegionProblem<'_>, so_far: &SoFar<'_>) -> Made {
-    match so_far.noise < MOST_NOISE {
+    match so_far.noise < MOST_NOISE.get() {
         true => problem.rounded().into(),
         false => Made::Nothing,
     }
@@ -44,9 +45,9 @@ impl RegionProblem<'_> {
         let model = Rounded::find(&part.mesh, &VertexFaces::new(&part.mesh), &rim, self.cancel)?;
         // On 135 holes of solids accepted models had residuals of at most 0.042 edges; on scans and noisy surfaces models had at least
         // 0.05, and were refused.
-        (model.residual < SURE).then_some(())?;
+        (model.residual < SURE.get()).then_some(())?;
         let error = self.rounded_error(&part, &rim);
-        let is_better = error.is_none_or(|[own, smooth]| own < CLEARLY_BETTER * smooth);
+        let is_better = error.is_none_or(|[own, smooth]| own < CLEARLY_BETTER.get() * smooth);
         log::debug!(
             "hole {}: rounded edges of radius {:.4}, residual {:.3}, predicted {error:.4?}",
             hole.id.get(),
@@ -55,7 +56,7 @@ impl RegionProblem<'_> {
         );
         is_better.then_some(())?;
         let (mut local, mut patch) = self.spanned(hole, biharmonic)?;
-        for _ in 0..ROUNDS {
+        for _ in 0..ROUNDS.get() {
             let own = local.part.mesh.positions.len();
             for (v, p) in local.evened() {
                 patch.positions[v as usize - own] = model.onto(p);

@@ -19,27 +19,28 @@ use crate::mesh::{Hole, Mesh, Part, Topology, VertexFaces, find_holes};
 use crate::sdf::Sampler;
 use crate::spatial::Bvh;
 use crate::stitch::Patch;
+use crate::tuning::{Tunable, tunable};
 
 /// Edges. Longer rims are not examined: the triangulation of a part takes time proportional to their number of edges times its
 /// area.
-const MOST_EDGES: usize = 1000;
+const MOST_EDGES: Tunable<usize> = tunable("fill.sharp.most_edges", 1000);
 /// Numbers of rings that are removed for the test; the second where the first leaves no hole across which the sides can be
 /// continued.
 pub(super) const RINGS: [u32; 2] = [2, 1];
 /// Ratio of errors. The sides must predict the removed rings with less than this fraction of a smooth patch's error. On 73 holes
 /// of solids this refused 2 correct patches, and took 1 that was worse than the smooth one.
-pub(super) const CLEARLY_BETTER: f64 = 0.6;
+pub(super) const CLEARLY_BETTER: Tunable<f64> = tunable("fill.sharp.clearly_better", 0.6);
 /// Ratio of errors. The same bound where no crease of the mesh is found to end at the rim and the sides are rough: on holes of
 /// scans wrong creases had 0.27 and more.
-const FAR_BETTER: f64 = 0.25;
+const FAR_BETTER: Tunable<f64> = tunable("fill.sharp.far_better", 0.25);
 /// Edges. Where no ring can be removed, the sides are accepted if their residual is below this. On holes of scans wrong patches
 /// had residuals of at least 0.077, correct ones of at most 0.065, except for two.
-pub(super) const SURE: f64 = 0.06;
+pub(super) const SURE: Tunable<f64> = tunable("fill.sharp.sure", 0.06);
 /// Edges. The same bound where, in addition, no crease is found to end at the rim.
-const EXACT: f64 = 0.02;
+const EXACT: Tunable<f64> = tunable("fill.sharp.exact", 0.02);
 /// Fraction of the rim's vertices. A hole of the widened mesh is the widened one if more than this fraction of its rim's vertices
 /// belong to removed faces.
-const SAME_RIM: f64 = 0.9;
+const SAME_RIM: Tunable<f64> = tunable("fill.sharp.same_rim", 0.9);
 
 /// How well continued sides, and a smooth patch, predict the removed rings.
 struct Prediction {
@@ -94,7 +95,7 @@ fn declined(why: CreaseRefusal) -> NotContinued {
 
 /// Whether creases that end at the rim of a hole are searched: not at the longest rims, and not where few triangles close it.
 pub(crate) fn may_have_crease_ends(hole: &Hole) -> bool {
-    hole.edges > FEW_EDGES.get() && hole.edges <= MOST_EDGES
+    hole.edges > FEW_EDGES.get() && hole.edges <= MOST_EDGES.get()
 }
 
 impl RegionProblem<'_> {
@@ -180,11 +181,11 @@ impl RegionProblem<'_> {
             let around = VertexFaces::new(&part.mesh);
             Rounded::find(&part.mesh, &around, rim, self.cancel).is_some()
         };
-        let is_likely = is_seen || continued.creases.is_empty() || continued.residual < SURE;
+        let is_likely = is_seen || continued.creases.is_empty() || continued.residual < SURE.get();
         let clearly_better = if is_likely {
-            CLEARLY_BETTER
+            CLEARLY_BETTER.get()
         } else {
-            FAR_BETTER
+            FAR_BETTER.get()
         };
         let is_refined = prediction.as_ref().is_none_or(|p| p.is_refined);
         let error = match prediction {
@@ -192,7 +193,7 @@ impl RegionProblem<'_> {
             Some(p) if continued.is_flat && p.sides <= p.smooth => Ok(Some(p.sides)),
             Some(p) if p.sides < clearly_better * p.smooth => Ok(Some(p.sides)),
             Some(_) => Err(NotContinued::Predicted),
-            None if continued.residual >= if is_seen { SURE } else { EXACT } => {
+            None if continued.residual >= if is_seen { SURE.get() } else { EXACT.get() } => {
                 Err(NotContinued::Rough)
             }
             None if is_rounded() => Err(NotContinued::Rounded),
@@ -303,7 +304,7 @@ fn widened_hole(holes: Vec<Hole>, rest: &Part, removed: &[u32]) -> Option<Hole> 
     };
     let is_it = |h: &Hole| {
         let own = h.rim.iter().filter(is_removed).count();
-        own as f64 > SAME_RIM * h.rim.len() as f64
+        own as f64 > SAME_RIM.get() * h.rim.len() as f64
     };
     let mut own = holes.into_iter().filter(is_it);
     match (own.next(), own.next()) {

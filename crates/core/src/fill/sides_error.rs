@@ -7,20 +7,21 @@
 use glam::DVec3;
 
 use crate::elementary::hypot;
+use crate::tuning::{Tunable, tunable};
 
 /// Noise of the rings over the residual of the sides.
-const NOISE: f64 = 1.2;
+const NOISE: Tunable<f64> = tunable("fill.sides_error.noise", 1.2);
 /// Upper bound of the residual over the error on the rings. A larger residual is not noise, which the rings would have too: the sides do
 /// not fit.
-const MOST_NOISE: f64 = 2.0;
+const MOST_NOISE: Tunable<f64> = tunable("fill.sides_error.most_noise", 2.0);
 /// Error of a fitted side over the noise, divided by the square root of the edge's length in diameters: for a single plane, and otherwise.
-const OWN_OF_PLANE: f64 = 0.35;
-const OWN: f64 = 0.9;
+const OWN_OF_PLANE: Tunable<f64> = tunable("fill.sides_error.own_of_plane", 0.35);
+const OWN: Tunable<f64> = tunable("fill.sides_error.own", 0.9);
 /// Error expected in the hole over the rings' error beyond the noise.
-const BEYOND_NOISE: f64 = 0.8;
+const BEYOND_NOISE: Tunable<f64> = tunable("fill.sides_error.beyond_noise", 0.8);
 /// Diameters. Lower bound of the expected error of rounded edges: the exact surfaces were known to 0.02 ‰, so smaller errors could not be
 /// measured.
-const LEAST_OF_ROUNDED: f64 = 1.6e-5;
+const LEAST_OF_ROUNDED: Tunable<f64> = tunable("fill.sides_error.least_of_rounded", 1.6e-5);
 /// Standard deviation of rounding to a 32-bit float over the largest coordinate. Both the vertices round the hole and the written ones may
 /// be rounded.
 const ROUNDING: f64 = 0.35 / (1u64 << 24) as f64;
@@ -41,20 +42,24 @@ pub(super) struct Predicted {
 impl Predicted {
     /// The expected error of the patch.
     pub(super) fn expected(&self) -> f64 {
-        let noise = match self.residual <= MOST_NOISE * self.error {
-            true => (NOISE * self.residual).min(self.error),
+        let noise = match self.residual <= MOST_NOISE.get() * self.error {
+            true => (NOISE.get() * self.residual).min(self.error),
             false => 0.0,
         };
         let beyond = (self.error.powi(2) - noise.powi(2)).max(0.0).sqrt();
-        let own = if self.is_flat { OWN_OF_PLANE } else { OWN };
+        let own = if self.is_flat {
+            OWN_OF_PLANE.get()
+        } else {
+            OWN.get()
+        };
         let own = noise * (own * self.edge.sqrt()).min(1.0);
-        hypot(own, BEYOND_NOISE * beyond)
+        hypot(own, BEYOND_NOISE.get() * beyond)
     }
 }
 
 /// The expected error of rounded edges, from their error on the rings and the hole's diameter.
 pub(super) fn of_rounded(error: f64, diameter: f64) -> f64 {
-    hypot(error, LEAST_OF_ROUNDED * diameter)
+    hypot(error, LEAST_OF_ROUNDED.get() * diameter)
 }
 
 /// An expected error at a point, increased by the rounding of its coordinates.

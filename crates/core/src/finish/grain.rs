@@ -16,32 +16,33 @@ use super::patch::{Located, Patch};
 use super::surroundings::Surroundings;
 use crate::elementary::{cos, ln};
 use crate::linalg::solve_spd;
+use crate::tuning::{Tunable, tunable};
 
 /// Mean edges. Radii of the quadrics. Shape of longer wavelengths is continued by the patch itself.
 const RADII: [f64; 4] = [2.2, 4.0, 7.0, 11.0];
 /// Index of the radius whose roughness is reported.
 const REPORTED: usize = 2;
 /// Width of the ring whose roughness is measured: diameters, and its lower bound in mean edges.
-const RING: f64 = 0.45;
-const RING_EDGES: f64 = 6.0;
+const RING: Tunable<f64> = tunable("finish.grain.ring", 0.45);
+const RING_EDGES: Tunable<f64> = tunable("finish.grain.ring_edges", 6.0);
 /// Upper bound of the number of vertices at which roughness is measured.
-const MOST: usize = 1000;
+const MOST: Tunable<usize> = tunable("finish.grain.most", 1000);
 /// Lower bound of the number of vertices of a quadric fit, of the ring, and of the patch.
-const FEWEST: usize = 12;
+const FEWEST: Tunable<usize> = tunable("finish.grain.fewest", 12);
 /// Mean edges. Lengths ℓ of the covariances exp(−r² / 2ℓ²); 0 is white noise.
 const LENGTHS: [f64; 5] = [0.0, 0.7, 1.4, 2.8, 5.6];
 /// Sweeps of coordinate descent in the fit of the variances.
-const ROUNDS: usize = 400;
+const ROUNDS: Tunable<usize> = tunable("finish.grain.rounds", 400);
 /// Upper bound of the factor that corrects the height of the summed fields, which is 1 for independent fields.
-const MOST_SCALED: f64 = 3.0;
+const MOST_SCALED: Tunable<f64> = tunable("finish.grain.most_scaled", 3.0);
 /// Number of draws. On six surfaces with one draw the roughness at the radii 2.2, 4 and 11 was 0.6 to 1.6 times the ring's.
 const DRAWS: usize = 8;
 /// Weight of the height beyond the ring's roughness in the choice of a draw.
-const HEIGHT: f64 = 8.0;
+const HEIGHT: Tunable<f64> = tunable("finish.grain.height", 8.0);
 /// Number of waves of each random field.
 const WAVES: usize = 192;
 /// Mean edges. Distance from the rim over which the grain grows from zero to its whole height.
-const FADE: f64 = 2.0;
+const FADE: Tunable<f64> = tunable("finish.grain.fade", 2.0);
 /// Seed of the random numbers.
 const SEED: u64 = 0x6973_6f6d_656e_6421;
 
@@ -60,7 +61,7 @@ pub(crate) fn grain(around: &Surroundings<'_>, vertices: &[u32]) -> Option<Grain
     let located = super::located(around, &vertices, &FinishParams::default()).ok()?;
     let patch = &located.patch;
     let (ring, inner) = (ring(patch), inner(patch));
-    if ring.len() < FEWEST || inner.len() < FEWEST {
+    if ring.len() < FEWEST.get() || inner.len() < FEWEST.get() {
         return None;
     }
     // The roughness of the ring at each radius.
@@ -101,7 +102,7 @@ pub(crate) fn grain(around: &Surroundings<'_>, vertices: &[u32]) -> Option<Grain
         let squares: f64 = heights.iter().map(|h| h * h).sum();
         let height = (squares / heights.len() as f64).sqrt();
         let most = target.iter().copied().fold(0.0, f64::max);
-        unlike + HEIGHT * ln(height / most).max(0.0).powi(2)
+        unlike + HEIGHT.get() * ln(height / most).max(0.0).powi(2)
     };
     let best = draws
         .into_iter()
@@ -147,7 +148,7 @@ impl Task<'_> {
         // The fields are not quite independent: scale their sum once to the reported roughness.
         let now = measured(&heights)[REPORTED].powi(2) - own[REPORTED].powi(2);
         let scale = (self.missing[REPORTED] / now).sqrt();
-        if !scale.is_finite() || scale > MOST_SCALED || patch.cancel.is_cancelled() {
+        if !scale.is_finite() || scale > MOST_SCALED.get() || patch.cancel.is_cancelled() {
             return None;
         }
         heights.iter_mut().for_each(|h| *h *= scale);
@@ -173,7 +174,7 @@ fn sum(fields: &[(Vec<f64>, Vec<f64>)], missing: &[f64], target: &[f64]) -> Vec<
 /// descent.
 fn variances(added: &[&[f64]], missing: &[f64], target: &[f64]) -> Vec<f64> {
     let mut factors = vec![0.0; added.len()];
-    for _ in 0..ROUNDS {
+    for _ in 0..ROUNDS.get() {
         for k in 0..added.len() {
             let (mut up, mut down) = (0.0, 0.0);
             for r in (0..missing.len()).filter(|&r| target[r] > 0.0) {
@@ -214,7 +215,7 @@ fn normals(patch: &Patch) -> Vec<DVec3> {
 /// The heights of a field times a smooth step that grows from 0 at the rim to 1.
 fn faded(patch: &Patch, field: &[f64]) -> Vec<f64> {
     let grown = |(height, depth): (&f64, f64)| {
-        let part = (depth / (FADE * patch.edge)).clamp(0.0, 1.0);
+        let part = (depth / (FADE.get() * patch.edge)).clamp(0.0, 1.0);
         height * part * part * (3.0 - 2.0 * part)
     };
     field.iter().zip(patch.depth()).map(grown).collect()
@@ -231,7 +232,7 @@ fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
 
 /// Vertices of the ring: known ones near the rim, off the mesh's boundary.
 fn ring(patch: &Patch) -> Vec<u32> {
-    let width = (RING * patch.diameter).max(RING_EDGES * patch.edge);
+    let width = (RING.get() * patch.diameter).max(RING_EDGES.get() * patch.edge);
     let inside = |&v: &u32| {
         let i = v as usize;
         patch.known[i] && !patch.border[i] && patch.distance[i] < width
@@ -242,7 +243,7 @@ fn ring(patch: &Patch) -> Vec<u32> {
 /// Vertices of the patch where the grain has its whole height.
 fn inner(patch: &Patch) -> Vec<u32> {
     let deep = patch.closure.moving.iter().zip(patch.depth());
-    let deep = deep.filter(|(_, depth)| *depth > FADE * patch.edge);
+    let deep = deep.filter(|(_, depth)| *depth > FADE.get() * patch.edge);
     thinned(
         deep.map(|(&v, _)| patch.closure.vertices[v as usize])
             .collect(),
@@ -273,7 +274,7 @@ fn roughness(
 
 /// At most [`MOST`] of the vertices, at regular intervals.
 fn thinned(all: Vec<u32>) -> Vec<u32> {
-    let step = all.len().div_ceil(MOST).max(1);
+    let step = all.len().div_ceil(MOST.get()).max(1);
     all.into_iter().step_by(step).collect()
 }
 
@@ -321,7 +322,7 @@ impl Cells {
 /// √(1 − leverage), as a studentised residual: the fit follows the vertex by its leverage.
 fn height(points: &[DVec3], near: &[u32], vertex: u32, normal: DVec3) -> Option<f64> {
     const TERMS: usize = 6;
-    if near.len() < FEWEST {
+    if near.len() < FEWEST.get() {
         return None;
     }
     let origin = points[vertex as usize];

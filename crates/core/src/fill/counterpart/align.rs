@@ -9,9 +9,10 @@ use crate::elementary;
 use crate::linalg::solve_spd;
 use crate::mesh::{Mesh, area_vector, face_normal};
 use crate::spatial::{Bvh, Closest};
+use crate::tuning::{Tunable, tunable};
 
 /// Lower bound of the cosine between the normals of a sample and its partner: 60°.
-const PARTNER_COSINE: f64 = 0.5;
+const PARTNER_COSINE: Tunable<f64> = tunable("fill.align.partner_cosine", 0.5);
 /// Converged if the step is below this, dimensionless: rotation in radians plus translation in spans plus change of scale.
 const SHORTEST_STEP: f64 = 1e-7;
 
@@ -64,7 +65,7 @@ impl Target<'_> {
     pub(super) fn partner(&self, at: DVec3, normal: DVec3) -> Option<(DVec3, DVec3)> {
         let closest = self.bvh.closest(at, f64::INFINITY)?;
         let own = face_normal(self.mesh, closest.face);
-        let is_partner = own.dot(normal) > PARTNER_COSINE && !self.is_on_border(&closest);
+        let is_partner = own.dot(normal) > PARTNER_COSINE.get() && !self.is_on_border(&closest);
         is_partner.then_some((closest.point, own))
     }
 

@@ -11,41 +11,42 @@ use crate::cancel::Cancel;
 use crate::elementary::{cos, sin, sin_cos};
 use crate::linalg::{second_moments, symmetric_eigen};
 use crate::mesh::Mesh;
+use crate::tuning::{Tunable, tunable};
 
 /// Number of samples of the coarse alignments and of the fine ones.
-const FEW_SAMPLES: usize = 400;
-const MANY_SAMPLES: usize = 1500;
+const FEW_SAMPLES: Tunable<usize> = tunable("fill.find.few_samples", 400);
+const MANY_SAMPLES: Tunable<usize> = tunable("fill.find.many_samples", 1500);
 /// Number of initial plane normals besides the principal axes, evenly on a half sphere, about 15° apart. If principal moments are equal,
 /// principal axes are arbitrary.
-const DIRECTIONS: usize = 90;
+const DIRECTIONS: Tunable<usize> = tunable("fill.find.directions", 90);
 /// Number of initial rotations about each principal axis of the template, for both directions of the axis.
-const TURNS: usize = 8;
+const TURNS: Tunable<usize> = tunable("fill.find.turns", 8);
 /// Upper bounds of the iterations of a coarse and of a fine alignment.
-const COARSE: usize = 8;
-const FINE: usize = 60;
+const COARSE: Tunable<usize> = tunable("fill.find.coarse", 8);
+const FINE: Tunable<usize> = tunable("fill.find.fine", 60);
 /// Fraction of the samples used: a quarter of the surface may have no counterpart.
-const KEPT: f64 = 0.75;
+const KEPT: Tunable<f64> = tunable("fill.find.kept", 0.75);
 /// Fractions of the samples used by the last alignments. The result of each is accepted if the distance of the nearest samples
 /// ([`KEPT`]) is at most [`AS_NEAR`] times as large as before.
 const NEARLY_ALL: [f64; 2] = [0.93, 0.985];
-const AS_NEAR: f64 = 1.2;
+const AS_NEAR: Tunable<f64> = tunable("fill.find.as_near", 1.2);
 /// See [`Settings::ridge`].
 const RIDGE: f64 = 1e-6;
 /// Upper bounds of the number of coarse results that are refined, and of the motions that are returned.
-const REFINED: usize = 10;
-const MOST: usize = 4;
+const REFINED: Tunable<usize> = tunable("fill.find.refined", 10);
+const MOST: Tunable<usize> = tunable("fill.find.most", 4);
 /// Spans. Upper bound of the root mean square distance of a symmetry or pose.
-const FARTHEST: f64 = 0.1;
+const FARTHEST: Tunable<f64> = tunable("fill.find.farthest", 0.1);
 /// Spans. A template whose rigid motions have a smaller distance is not scaled.
-const CLOSELY: f64 = 0.002;
+const CLOSELY: Tunable<f64> = tunable("fill.find.closely", 0.002);
 /// Upper bound of the distance of a scaled template over its distance unscaled.
-const NEARER_IF_SCALED: f64 = 0.5;
+const NEARER_IF_SCALED: Tunable<f64> = tunable("fill.find.nearer_if_scaled", 0.5);
 /// Upper bound of a motion's distance over the best motion's.
-const ALIKE: f64 = 4.0;
+const ALIKE: Tunable<f64> = tunable("fill.find.alike", 4.0);
 /// Spans. Motions whose mean difference on the samples is smaller count as the same.
-const SAME: f64 = 0.02;
+const SAME: Tunable<f64> = tunable("fill.find.same", 0.02);
 /// Spans. Upper bound of the mean distance between the samples and the same samples reflected twice.
-const INVOLUTION: f64 = 0.05;
+const INVOLUTION: Tunable<f64> = tunable("fill.find.involution", 0.05);
 
 /// Centre, principal axes and span (root mean square distance from the centre) of points.
 struct Moments {
@@ -71,9 +72,9 @@ impl Moments {
 
 /// The reflections that map a mesh approximately onto itself, the best first; empty without a symmetry.
 pub(super) fn mirrors(mesh: &Mesh, target: &Target, cancel: &Cancel) -> Vec<Motion> {
-    let coarse = samples(mesh, FEW_SAMPLES);
+    let coarse = samples(mesh, FEW_SAMPLES.get());
     let moments = Moments::new(&coarse);
-    let around = (0..DIRECTIONS).map(half_sphere);
+    let around = (0..DIRECTIONS.get()).map(half_sphere);
     let normals: Vec<DVec3> = moments.axes.into_iter().chain(around).collect();
     let starts = normals
         .iter()
@@ -83,7 +84,7 @@ pub(super) fn mirrors(mesh: &Mesh, target: &Target, cancel: &Cancel) -> Vec<Moti
     let is_symmetry = |m: &Motion| {
         let back = |s: &Sample| m.at(m.at(s.point)).distance(s.point);
         let mean = coarse.iter().map(back).sum::<f64>() / coarse.len().max(1) as f64;
-        m.is_reflection() && mean < INVOLUTION * moments.span
+        m.is_reflection() && mean < INVOLUTION.get() * moments.span
     };
     ends.filter(is_symmetry).collect()
 }
@@ -91,10 +92,10 @@ pub(super) fn mirrors(mesh: &Mesh, target: &Target, cancel: &Cancel) -> Vec<Moti
 /// The motions that map a mesh onto a template, the best first; empty if none fits. They scale only if no rigid motion fits closely, and
 /// the distance is less than half the distance of the best rigid motion.
 pub(super) fn poses(mesh: &Mesh, template: &Mesh, target: &Target, cancel: &Cancel) -> Vec<Motion> {
-    let coarse = samples(mesh, FEW_SAMPLES);
+    let coarse = samples(mesh, FEW_SAMPLES.get());
     let (own, other) = (
         Moments::new(&coarse),
-        Moments::new(&samples(template, FEW_SAMPLES)),
+        Moments::new(&samples(template, FEW_SAMPLES.get())),
     );
     let found = |scale: bool| {
         let factor = match scale && own.span > 0.0 {
@@ -113,9 +114,9 @@ pub(super) fn poses(mesh: &Mesh, template: &Mesh, target: &Target, cancel: &Canc
     };
     let least = |ends: &[Aligned]| ends.first().map_or(f64::INFINITY, own_distance);
     let mut ends = found(false);
-    if least(&ends) > CLOSELY * own.span {
+    if least(&ends) > CLOSELY.get() * own.span {
         let scaled = found(true);
-        if least(&scaled) < NEARER_IF_SCALED * least(&ends) {
+        if least(&scaled) < NEARER_IF_SCALED.get() * least(&ends) {
             ends = scaled;
         }
     }
@@ -135,8 +136,8 @@ fn frames(from: [DVec3; 3], to: [DVec3; 3]) -> Vec<DMat3> {
     let mut all = Vec::new();
     for axis in 0..3 {
         let [x, y, z] = [0, 1, 2].map(|k| to.col((axis + k) % 3));
-        for k in 0..TURNS {
-            let (sine, cosine) = sin_cos(TAU * k as f64 / TURNS as f64);
+        for k in 0..TURNS.get() {
+            let (sine, cosine) = sin_cos(TAU * k as f64 / TURNS.get() as f64);
             let (u, v) = (x * cosine + y * sine, y * cosine - x * sine);
             // The frame, and the frame with the axis reversed.
             all.push(DMat3::from_cols(u, v, z) * from.transpose());
@@ -165,22 +166,34 @@ fn best(
     // Coarse alignment from each initial motion.
     let span = Moments::new(coarse).span;
     let from = |start: &Motion| {
-        let end = aligned(coarse, target, *start, &with(COARSE, KEPT), cancel);
+        let end = aligned(
+            coarse,
+            target,
+            *start,
+            &with(COARSE.get(), KEPT.get()),
+            cancel,
+        );
         ranked(coarse, target, end)
     };
     let mut ends: Vec<Aligned> = starts.par_iter().map(from).collect();
     ends.sort_by(|a, b| a.rms.total_cmp(&b.rms));
-    let ends = distinct(ends, coarse, span, REFINED);
+    let ends = distinct(ends, coarse, span, REFINED.get());
     // Fine alignment of the best ones.
-    let fine = samples(mesh, MANY_SAMPLES);
+    let fine = samples(mesh, MANY_SAMPLES.get());
     let from = |end: &Aligned| {
-        let first = aligned(&fine, target, end.motion, &with(FINE, KEPT), cancel);
+        let first = aligned(
+            &fine,
+            target,
+            end.motion,
+            &with(FINE.get(), KEPT.get()),
+            cancel,
+        );
         // Then with nearly all samples, if these agree with the nearest: on a sphere with details the farthest samples are the details.
         let mut end = first;
         for kept in NEARLY_ALL {
-            let all = aligned(&fine, target, end.motion, &with(FINE, kept), cancel);
-            let own = distance(&fine, target, &all.motion, KEPT);
-            if own <= AS_NEAR * first.rms {
+            let all = aligned(&fine, target, end.motion, &with(FINE.get(), kept), cancel);
+            let own = distance(&fine, target, &all.motion, KEPT.get());
+            if own <= AS_NEAR.get() * first.rms {
                 end = all;
             }
         }
@@ -190,8 +203,8 @@ fn best(
     ends.sort_by(|a, b| a.rms.total_cmp(&b.rms));
     // Keep the different ones that are close enough.
     let least = ends.first().map_or(0.0, own_distance);
-    let ends = distinct(ends, coarse, span, MOST);
-    let farthest = (FARTHEST * span).min(ALIKE * least.max(1e-6 * span));
+    let ends = distinct(ends, coarse, span, MOST.get());
+    let farthest = (FARTHEST.get() * span).min(ALIKE.get() * least.max(1e-6 * span));
     let is_close = |end: &Aligned| own_distance(end) <= farthest;
     ends.into_iter().filter(is_close).collect()
 }
@@ -201,7 +214,7 @@ fn best(
 fn ranked(samples: &[Sample], target: &Target, end: Aligned) -> Aligned {
     let of = |kept| distance(samples, target, &end.motion, kept);
     Aligned {
-        rms: (of(KEPT) * of(NEARLY_ALL[1])).sqrt(),
+        rms: (of(KEPT.get()) * of(NEARLY_ALL[1])).sqrt(),
         ..end
     }
 }
@@ -213,7 +226,7 @@ fn distinct(ends: Vec<Aligned>, samples: &[Sample], span: f64, most: usize) -> V
         let is_same = |other: &Aligned| {
             let apart = |s: &Sample| end.motion.at(s.point).distance(other.motion.at(s.point));
             let mean = samples.iter().map(apart).sum::<f64>() / samples.len() as f64;
-            mean < SAME * span * end.motion.scale()
+            mean < SAME.get() * span * end.motion.scale()
         };
         if kept.len() < most && !kept.iter().any(is_same) {
             kept.push(end);
@@ -225,7 +238,7 @@ fn distinct(ends: Vec<Aligned>, samples: &[Sample], span: f64, most: usize) -> V
 /// Direction `i` of [`DIRECTIONS`] on a Fibonacci lattice of the half sphere (Á. González, "Measurement of areas on a sphere using
 /// Fibonacci and latitude-longitude lattices", 2010).
 fn half_sphere(i: usize) -> DVec3 {
-    let z = 1.0 - (i as f64 + 0.5) / DIRECTIONS as f64;
+    let z = 1.0 - (i as f64 + 0.5) / DIRECTIONS.get() as f64;
     let turn = PI * (3.0 - 5.0_f64.sqrt()) * i as f64;
     let wide = (1.0 - z * z).sqrt();
     DVec3::new(wide * cos(turn), wide * sin(turn), z)

@@ -13,25 +13,26 @@ use crate::fill::invented::NotLike;
 use crate::finish::{OffsetDatum, OffsetField};
 use crate::mesh::{Mesh, VertexFaces, vertex_normal};
 use crate::spatial::Bvh;
+use crate::tuning::{Tunable, tunable};
 
 /// Diameters. Width of the collar of known vertices to which a counterpart is fitted, as for kriging.
-const COLLAR: f64 = 0.45;
+const COLLAR: Tunable<f64> = tunable("fill.judge.collar", 0.45);
 /// Mean rim edges. Lower bound of the collar's width.
-const COLLAR_EDGES: f64 = 3.5;
+const COLLAR_EDGES: Tunable<f64> = tunable("fill.judge.collar_edges", 3.5);
 /// Upper bounds of the iterations and of the samples of the alignment with the collar.
-const ROUNDS: usize = 10;
-const SAMPLES: usize = 800;
+const ROUNDS: Tunable<usize> = tunable("fill.judge.rounds", 10);
+const SAMPLES: Tunable<usize> = tunable("fill.judge.samples", 800);
 /// Fraction of the collar that is aligned: the remainder may be damaged on one of the two sides.
-const KEPT: f64 = 0.85;
+const KEPT: Tunable<f64> = tunable("fill.judge.kept", 0.85);
 /// See [`Settings::ridge`]: a smooth collar must not slide on the counterpart.
 const RIDGE: f64 = 0.01;
 /// Lower bound of the fraction of the collar's vertices with partners on the counterpart.
-const LEAST_PARTNERS: f64 = 0.7;
+const LEAST_PARTNERS: Tunable<f64> = tunable("fill.judge.least_partners", 0.7);
 /// Upper bounds of the alignment's motion: displacement of the collar's centre in diameters, and rotation in radians.
-const FARTHEST: f64 = 0.25;
-const LARGEST_ANGLE: f64 = 0.35;
+const FARTHEST: Tunable<f64> = tunable("fill.judge.farthest", 0.25);
+const LARGEST_ANGLE: Tunable<f64> = tunable("fill.judge.largest_angle", 0.35);
 /// Diameters. Upper bound of the distance of a partner.
-const FAR: f64 = 0.2;
+const FAR: Tunable<f64> = tunable("fill.judge.far", 0.2);
 
 /// The known vertices round a hole; lengths in the mesh's unit.
 pub(super) struct Collar {
@@ -67,7 +68,7 @@ impl Collar {
         let next = rim.iter().cycle().skip(1);
         let lengths = rim.iter().zip(next).map(|(&a, &b)| at(a).distance(at(b)));
         let edge = lengths.sum::<f64>() / rim.len().max(1) as f64;
-        let width = (COLLAR * diameter).max(COLLAR_EDGES * edge);
+        let width = (COLLAR.get() * diameter).max(COLLAR_EDGES.get() * edge);
         // About 300 points of a long rim suffice for distances up to half a diameter.
         let few: Vec<DVec3> = rim
             .iter()
@@ -120,11 +121,11 @@ impl Collar {
             bvh: &bvh,
             border: &part.border,
         };
-        let step = self.samples.len().div_ceil(SAMPLES).max(1);
+        let step = self.samples.len().div_ceil(SAMPLES.get()).max(1);
         let few: Vec<Sample> = self.samples.iter().step_by(step).copied().collect();
         let settings = Settings {
-            rounds: ROUNDS,
-            kept: KEPT,
+            rounds: ROUNDS.get(),
+            kept: KEPT.get(),
             scale: false,
             ridge: RIDGE,
         };
@@ -133,8 +134,8 @@ impl Collar {
             return Err(self.why_apart(part, &bvh));
         }
         let middle = few.iter().map(|s| s.point).sum::<DVec3>() / few.len() as f64;
-        if end.motion.at(middle).distance(middle) > FARTHEST * self.diameter
-            || end.motion.angle() > LARGEST_ANGLE
+        if end.motion.at(middle).distance(middle) > FARTHEST.get() * self.diameter
+            || end.motion.angle() > LARGEST_ANGLE.get()
         {
             return Err(NotLike::Apart);
         }
@@ -161,7 +162,7 @@ impl Collar {
                 own += usize::from(face.iter().any(|&v| part.own_rim[v as usize]));
             }
         }
-        match open as f64 > (1.0 - LEAST_PARTNERS) * self.samples.len() as f64 {
+        match open as f64 > (1.0 - LEAST_PARTNERS.get()) * self.samples.len() as f64 {
             true if 2 * own > open => NotLike::Own,
             true => NotLike::Open,
             false => NotLike::Apart,
@@ -185,7 +186,7 @@ impl Collar {
         let datum = |(s, depth): (&Sample, &f64)| {
             let (partner, _) = target.partner(s.point, s.normal)?;
             let offset = s.point - partner;
-            let is_near = offset.length() < FAR * self.diameter;
+            let is_near = offset.length() < FAR.get() * self.diameter;
             is_near.then_some(OffsetDatum {
                 point: s.point,
                 offset,
@@ -199,7 +200,7 @@ impl Collar {
             .map(datum)
             .collect();
         let data: Vec<OffsetDatum> = all.into_iter().flatten().collect();
-        if (data.len() as f64) < LEAST_PARTNERS * self.samples.len() as f64 {
+        if (data.len() as f64) < LEAST_PARTNERS.get() * self.samples.len() as f64 {
             return Err(self.why_apart(part, &bvh));
         }
         // The smooth field, and the root mean squares of offsets and field.

@@ -23,6 +23,7 @@ use crate::cancel::Cancel;
 use crate::elementary::hypot;
 use crate::mesh::{DisjointSets, Mesh, Part};
 use crate::stitch::Patch;
+use crate::tuning::{Tunable, tunable};
 
 pub(crate) use placed::{Counterpart, PlacedPart};
 
@@ -31,19 +32,19 @@ use surface::CounterpartSurface;
 
 /// Upper bound of the counterpart's error on the rings over a smooth patch's error, if the counterpart has a feature in the hole: its
 /// vertices are as noisy as the rings', which alone gives √2.
-const NOT_WORSE: f64 = 1.6;
+const NOT_WORSE: Tunable<f64> = tunable("fill.counterpart.not_worse", 1.6);
 /// The same bound without a feature: then it must be clearly better.
-const CLEARLY_BETTER: f64 = 0.6;
+const CLEARLY_BETTER: Tunable<f64> = tunable("fill.counterpart.clearly_better", 0.6);
 /// Distance of the counterpart from a smooth patch in the hole, over its error on the rings: up to the first it has no feature, from the
 /// second on it has one. Between them the bound is interpolated.
 const FEATURE: [f64; 2] = [1.2, 2.5];
 /// Upper bound of the fraction of the patch's vertices that are off the counterpart by more than its error on the rings and an edge.
-const MOST_OFF: f64 = 0.05;
+const MOST_OFF: Tunable<f64> = tunable("fill.counterpart.most_off", 0.05);
 /// Lower bound of that distance over the smooth misfit beside the hole. Dissimilar surfaces differ as much beside the hole as in it.
-const BEYOND_MISFIT: f64 = 3.0;
+const BEYOND_MISFIT: Tunable<f64> = tunable("fill.counterpart.beyond_misfit", 3.0);
 /// Upper bound of the fraction of a smooth patch's vertices whose closest points on the counterpart are on a boundary: small holes of it
 /// are closed when it is joined.
-const MOST_OPEN: f64 = 0.02;
+const MOST_OPEN: Tunable<f64> = tunable("fill.counterpart.most_open", 0.02);
 
 /// Expected cost: of two smooth patches to compare with, of the hole and of the hole without some rings of faces.
 pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
@@ -182,10 +183,10 @@ impl RegionProblem<'_> {
         } else {
             1.0
         };
-        let most = CLEARLY_BETTER + part * (NOT_WORSE - CLEARLY_BETTER);
+        let most = CLEARLY_BETTER.get() + part * (NOT_WORSE.get() - CLEARLY_BETTER.get());
         report.refused = if own > most * other {
             Some(NotLike::Predicted)
-        } else if feature < BEYOND_MISFIT * fitted.smooth_misfit {
+        } else if feature < BEYOND_MISFIT.get() * fitted.smooth_misfit {
             Some(NotLike::Alike)
         } else {
             None
@@ -227,7 +228,7 @@ impl RegionProblem<'_> {
         let ring = found.ring_error.unwrap_or(0.0);
         let is_off = |p: &&DVec3| fitted.distance(**p) > ring + edge;
         let off = patch.positions.iter().filter(is_off).count();
-        if off as f64 > MOST_OFF * patch.positions.len() as f64 {
+        if off as f64 > MOST_OFF.get() * patch.positions.len() as f64 {
             log::debug!("region {}: {off} vertices are off the counterpart", self.id);
             return Err(NotLike::NotJoined);
         }
@@ -297,7 +298,7 @@ impl Fitted {
                 own += usize::from(used.iter().any(|&v| part.own_rim[v]));
             }
         }
-        match (open as f64) < MOST_OPEN * smooth.len() as f64 {
+        match (open as f64) < MOST_OPEN.get() * smooth.len() as f64 {
             true => Ok(()),
             false if 2 * own > open => Err(NotLike::Own),
             false => Err(NotLike::Open),

@@ -1,7 +1,6 @@
 //! Accuracy of finished patches whose true surface is known.
 
 use super::super::patch::Located;
-use super::super::willmore;
 use super::super::*;
 use super::{
     clifford_torus, finished, noise, rms, square, surroundings, torus_distance, with_patch,

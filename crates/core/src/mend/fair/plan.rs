@@ -24,27 +24,28 @@ use crate::region::{
 };
 use crate::sdf::{Sampler, Surface};
 use crate::stitch::{Patch, remesh_closed};
+use crate::tuning::{Tunable, tunable};
 
 /// Mean edges. The default strength.
-const STRENGTH_EDGES: f64 = 8.0;
+const STRENGTH_EDGES: Tunable<f64> = tunable("mend.fair.strength_edges", 8.0);
 /// Voxels across the width of the features that are removed.
-const PER_FEATURE: f64 = 8.0;
+const PER_FEATURE: Tunable<f64> = tunable("mend.fair.per_feature", 8.0);
 /// Mean edges. Lower bound of the automatic voxel.
-const LEAST_PER_EDGE: f64 = 1.0 / 3.0;
+const LEAST_PER_EDGE: Tunable<f64> = tunable("mend.fair.least_per_edge", 1.0 / 3.0);
 /// Upper bound of area / voxel² for the automatic voxel: 44,000 took 60 s of one core on a scan.
-const USUAL_SQUARES: f64 = 5e4;
+const USUAL_SQUARES: Tunable<f64> = tunable("mend.fair.usual_squares", 5e4);
 /// Upper bound of area / voxel² for a given voxel: it needs about 2.5 GB.
-const MOST_SQUARES: f64 = 1e6;
+const MOST_SQUARES: Tunable<f64> = tunable("mend.fair.most_squares", 1e6);
 /// Voxels of the finest automatic grid. Lower bound of the strength: the grid does not resolve narrower features.
-const LEAST_VOXELS: f64 = 4.0;
+const LEAST_VOXELS: Tunable<f64> = tunable("mend.fair.least_voxels", 4.0);
 /// Diagonals of the faired surface. Upper bound of the strength for a given voxel: by then the flow has reached its steady state.
-const MOST_STRENGTH: f64 = 1e3;
+const MOST_STRENGTH: Tunable<f64> = tunable("mend.fair.most_strength", 1e3);
 /// Voxels along the longest side on the coarsest lattice, at most.
-const COARSEST: f64 = 40.0;
+const COARSEST: Tunable<f64> = tunable("mend.fair.coarsest", 40.0);
 /// Voxels of the coarsest lattice. Free space around the model.
-const MARGIN: f64 = 6.0;
+const MARGIN: Tunable<f64> = tunable("mend.fair.margin", 6.0);
 /// Voxels. Width of the strip along borders and open holes that stays unchanged.
-const STRIP: f64 = 4.0;
+const STRIP: Tunable<f64> = tunable("mend.fair.strip", 4.0);
 
 /// The parameters of a fairing, resolved for a mesh.
 pub(super) struct Plan {
@@ -66,12 +67,12 @@ impl Plan {
     ) -> Result<Self, FairError> {
         let sizes = Sizes::new(found, marked).ok_or(FairError::NoSurface)?;
         let Sizes { edge, area, .. } = sizes;
-        let finest = (LEAST_PER_EDGE * edge).max((area / USUAL_SQUARES).sqrt());
-        let fits = LEAST_VOXELS * finest;
+        let finest = (LEAST_PER_EDGE.get() * edge).max((area / USUAL_SQUARES.get()).sqrt());
+        let fits = LEAST_VOXELS.get() * finest;
         let strength = match params.extent {
             FairExtent::Time(time) => TAU * powf(time, 0.25),
             FairExtent::Strength(strength) => strength,
-            FairExtent::Auto => fits.max(STRENGTH_EDGES * edge),
+            FairExtent::Auto => fits.max(STRENGTH_EDGES.get() * edge),
         };
         let span = match params.extent {
             FairExtent::Time(time) => TimeSpan {
@@ -84,7 +85,7 @@ impl Plan {
             },
         };
         let voxel = match params.voxel {
-            VoxelSize::Auto => (strength / PER_FEATURE).max(finest),
+            VoxelSize::Auto => (strength / PER_FEATURE.get()).max(finest),
             VoxelSize::Length(voxel) => voxel,
         };
         sizes.check(strength, voxel, params.voxel)?;
@@ -216,9 +217,11 @@ impl Plan {
         let corners = found.topology.faces().flat_map(|f| found.mesh.corners(f));
         let (low, high) = bounds(corners);
         let longest = (high - low).max_element();
-        let refinements = log2(longest / (self.voxel * COARSEST)).ceil().max(0.0) as usize;
+        let refinements = log2(longest / (self.voxel * COARSEST.get()))
+            .ceil()
+            .max(0.0) as usize;
         let coarse = self.voxel * f64::from(1u32 << refinements.min(16));
-        let margin = DVec3::splat(MARGIN * coarse);
+        let margin = DVec3::splat(MARGIN.get() * coarse);
         let (lattice, dims) = Lattice::around(low, high, margin, coarse);
         NestedSettings {
             own: None,
@@ -238,7 +241,7 @@ impl Plan {
         &self,
         found: &Inspection,
     ) -> Result<(Vec<bool>, usize), FairError> {
-        let strip = STRIP * self.voxel;
+        let strip = STRIP.get() * self.voxel;
         let mut open = vec![false; found.topology.component_faces.len()];
         for h in (0..found.topology.boundary.len()).filter(|h| found.topology.boundary[*h]) {
             let component = found.topology.component[h / 3];
@@ -309,8 +312,8 @@ impl Sizes {
     /// Refuses lengths beyond which nothing of a surface of this size would be left, or which need too many voxels.
     fn check(&self, strength: f64, voxel: f64, asked: VoxelSize) -> Result<(), FairError> {
         let widest = match asked {
-            VoxelSize::Auto => PER_FEATURE,
-            VoxelSize::Length(_) => MOST_STRENGTH,
+            VoxelSize::Auto => PER_FEATURE.get(),
+            VoxelSize::Length(_) => MOST_STRENGTH.get(),
         };
         let lengths = [
             ("a strength", strength, widest * self.diagonal),
@@ -324,8 +327,8 @@ impl Sizes {
                 fits,
             });
         }
-        if self.area / (voxel * voxel) > MOST_SQUARES {
-            let fits = (self.area / MOST_SQUARES).sqrt();
+        if self.area / (voxel * voxel) > MOST_SQUARES.get() {
+            let fits = (self.area / MOST_SQUARES.get()).sqrt();
             return Err(FairError::TooFine { voxel, fits });
         }
         Ok(())
