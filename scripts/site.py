@@ -60,6 +60,7 @@ CHAPTERS = {
         "formats.md": "Formats and attributes",
         "json.md": "JSON reports",
         "method.md": "Method",
+        "equations.md": "Equations",
     },
     "How well": {
         "accuracy.md": "Accuracy",
