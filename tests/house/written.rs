@@ -38,6 +38,10 @@ fn row(parameter: &Parameter, table: &Table) -> String {
     // `--help` has the details.
     let what = format!("{} {}", parameter.sentence, excluded(parameter));
     let what = table.as_options(what.trim_end_matches(['.', ' ']));
+    // The page says so once.
+    let what = what
+        .replace(", in the mesh's units", "")
+        .replace(" in the mesh's units", "");
     let default = match parameter.default {
         DefaultValue::Value(text) => format!("`{text}`"),
         usual => table.as_options(&usual.text()),
