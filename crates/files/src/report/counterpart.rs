@@ -35,7 +35,7 @@ pub(crate) fn grain_text(r: &RegionReport, unit: Option<Unit>) -> Option<String>
             "no grain, since more faces would intersect (roughness of the surroundings {ring})"
         ),
         _ => format!(
-            "with invented grain: roughness {}, of the surroundings {ring}; expected errors do not include it",
+            "with grain: roughness {}, of the surroundings {ring}; expected errors do not include it",
             Unit::text(unit, grain.patch)
         ),
     })
