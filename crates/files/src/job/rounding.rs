@@ -56,7 +56,10 @@ mod tests {
         };
         assert_eq!(note(1e3, 0), None);
         let said = note(0.1, 0).unwrap();
-        assert!(said.contains("6.2e-2 apart"), "{said}");
+        assert!(
+            said.contains("are 0.062 apart there, at coordinates of 1000000;"),
+            "{said}"
+        );
         // Faces of the input do not count.
         assert_eq!(note(0.1, far(0.1).faces.len()), None);
     }
