@@ -138,7 +138,7 @@ fn pages_have_the_verdict_and_lead_to_the_defects() {
     ]);
     let fill = page("fill.html");
     assert!(fill.contains("<p class=\"badge fair\" role=\"status\">1 of 2 holes left open</p>"));
-    assert!(!fill.contains("<ol id=\"defects\">"));
+    assert!(!fill.contains("<ol id=\"faults\">"));
     desk.run(&[
         "repair",
         "ball.ply",

@@ -108,8 +108,8 @@ function showDefect(kind) {
   const places = data.defects[kind];
   if (!viewer || !places.length) return;
   const at = nextPlaces[kind]++ % places.length, reach = 0.06 * data.scene.radius;
-  for (const button of all("#defects button")) button.setAttribute("aria-pressed", Number(button.dataset.defect) === kind);
-  say(`${find(`#defects button[data-defect="${kind}"] .name`).textContent}: place ${at + 1} of ${places.length}`);
+  for (const button of all("#faults button")) button.setAttribute("aria-pressed", Number(button.dataset.defect) === kind);
+  say(`${find(`#faults button[data-defect="${kind}"] .name`).textContent}: place ${at + 1} of ${places.length}`);
   labels.pin(places[at]);
   viewer.fly({ centre: places[at], axes: frame(outwardAt(places[at], reach), data.scene.up), reach });
 }

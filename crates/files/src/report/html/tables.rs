@@ -165,7 +165,7 @@ pub fn defect_list(defects: &[MarkedDefect]) -> String {
     }
     match out.is_empty() {
         true => out,
-        false => format!("<h2>Defects</h2><ol id=\"defects\">{out}</ol>"),
+        false => format!("<h2>Defects</h2><ol id=\"faults\">{out}</ol>"),
     }
 }
 
