@@ -258,10 +258,11 @@ def cell(r):
     """The result of one program on one file, as the text of a cell."""
     if r["found"] is None:
         return "–"
-    closed = "closed" if r["found"]["watertight"] else "open"
-    cross = f", {r['found']['crossing']} cross" if r["found"]["crossing"] else ""
-    gone = f", {r['found']['lost_components']} components" if r["found"]["lost_components"] else ""
-    return f"{closed}{cross}; {r['found']['lost']} lost{gone}; {r['seconds']:.1f} s"
+    faults = [] if r["found"]["watertight"] else ["open"]
+    if r["found"]["crossing"]:
+        faults.append(f"{r['found']['crossing']} cross")
+    gone = f" ({r['found']['lost_components']})" if r["found"]["lost_components"] else ""
+    return "; ".join([*filter(None, [", ".join(faults)]), f"{r['found']['lost']}{gone}", f"{r['seconds']:.1f} s"])
 
 
 def table(rows):

@@ -274,7 +274,7 @@ def panel(case, v, f, patch, plain):
 
 
 def draw(chosen, target):
-    """Draws the picture of some cases: a row for each case, a column for each method."""
+    """Draws the picture of some cases: a row for each case, a column for each method. Figures are in the table only."""
     import matplotlib
 
     matplotlib.use("agg")
@@ -283,7 +283,7 @@ def draw(chosen, target):
     from PIL import Image
 
     figure, axes = plt.subplots(len(chosen), len(COLUMNS), figsize=(11.2, 2.02 * len(chosen) + 0.9), squeeze=False)
-    for number, (row, (case, meshes, scores)) in enumerate(zip(axes, chosen)):
+    for number, (row, (case, meshes)) in enumerate(zip(axes, chosen)):
         for at, name in zip(row, COLUMNS):
             at.set_xticks([])
             at.set_yticks([])
@@ -291,9 +291,6 @@ def draw(chosen, target):
                 spine.set_color("#cccccc")
             if name in meshes:
                 at.imshow(panel(case, *meshes[name], name == "truth"), interpolation="lanczos")
-            if name in scores:
-                at.text(0.98, 0.03, f"{scores[name]['rms']:.2f} ‰", transform=at.transAxes, ha="right", fontsize=9,
-                        bbox=dict(facecolor="white", alpha=0.75, edgecolor="none", pad=1.2))
             if number == 0:
                 at.set_title(METHODS.get(name, name), fontsize=11)
         row[0].set_ylabel(case.name, fontsize=9.5)
@@ -323,7 +320,7 @@ def main():
         row, meshes = compare(arguments.isomend, case)
         rows.append(row)
         if case.name in PICTURE:
-            chosen.append((case, meshes, row["scores"]))
+            chosen.append((case, meshes))
         print(detailed([row]).split("\n", 2)[2], flush=True)
     print("\n" + table(rows))
     print("nearest to the truth:", summary(rows))

@@ -82,8 +82,8 @@ def catenoid_distance(p):
 SLAB = np.array([1.0, 0.8, 0.5])
 
 
-def slab(cells):
-    """A box with a round hole in its flat top."""
+def box(cells):
+    """A box of triangles whose edges are edges of the mesh."""
     number, v, f = {}, [], []
     counts = np.round(cells * SLAB).astype(int)
 
@@ -114,9 +114,23 @@ def slab(cells):
                     q = q if side > 0 else q[::-1]
                     k = rng.integers(2)
                     f += [[q[k], q[1 + k], q[2 + k]], [q[k], q[2 + k], q[(3 + k) % 4]]]
-    v, f = np.array(v), np.array(f)
+    return np.array(v), np.array(f)
+
+
+def slab(cells):
+    """A box with a round hole in its flat top."""
+    v, f = box(cells)
     centre = v[f].mean(axis=1)
     return cut(v, f, (centre[:, 2] > SLAB[2] - 1e-6) & (np.hypot(centre[:, 0] - 0.1, centre[:, 1]) < 0.35))
+
+
+def part(cells):
+    """A box with a hole across an edge and one over a corner."""
+    v, f = box(cells)
+    centre = v[f].mean(axis=1)
+    at_edge = np.linalg.norm(centre - [-0.2, SLAB[1], SLAB[2]], axis=1) < 0.22
+    at_corner = np.linalg.norm(centre - [SLAB[0], -SLAB[1], SLAB[2]], axis=1) < 0.3
+    return cut(v, f, at_edge | at_corner)
 
 
 def slab_distance(p):
@@ -286,6 +300,8 @@ def main():
     for name, (make, _) in SHAPES.items():
         v, f = make()
         write_ply(folder / f"{name}.ply", v @ TURN.T, f)
+    v, f = part(16)
+    write_ply(folder / "part.ply", v @ TURN.T, f)
     write_ply(folder / "scan.ply", *scan(7000))
     write_ply(folder / "painted.ply", *painted(2000))
     write_obj(folder / "sheet.obj", *sheet(36))

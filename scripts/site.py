@@ -60,6 +60,7 @@ CHAPTERS = {
         "formats.md": "Formats and attributes",
         "json.md": "JSON reports",
         "method.md": "Method",
+        "equations.md": "Equations",
     },
     "How well": {
         "accuracy.md": "Accuracy",
@@ -78,7 +79,7 @@ CHAPTERS = {
 }
 # Pictures of the gallery, each drawn by a script of the repository.
 GALLERY = {
-    "mended.png": ("A scan with holes and the same filled, patches in orange", "readme_picture.py"),
+    "mended.png": ("A scanned toy dinosaur, repaired, and the expected errors of its patches", "readme_picture.py"),
     "blender.png": ("In Blender: with holes, filled, and the expected error of the patches", "blender_picture.py"),
     "piece.png": ("A break, its hatched patch, and the missing piece", "restoration_pictures.py"),
     "counterpart.png": ("An ear made after the other one", "restoration_pictures.py"),

@@ -6,7 +6,7 @@ use clap::Args;
 use isomend::Unit;
 use isomend::compare::{Comparison, Distances, SurfaceFacts};
 use isomend::job;
-use isomend::report::{counted, length, number, point};
+use isomend::report::{counted, length, length_beside, number, point};
 use serde::Deserialize;
 
 use super::console::{self, Console};
@@ -91,23 +91,27 @@ fn cells_line(name: &str, cells: &[String; 5]) -> String {
 fn table(c: &Comparison, unit: Option<Unit>) -> String {
     let square = unit.map_or(String::new(), |unit| format!(" {unit}²"));
     let facts = |name: &str, s: &SurfaceFacts| {
+        let inner = match s.boundary_vertices {
+            0 => String::new(),
+            n => format!(" (without its {})", counted(n, "boundary vertex")),
+        };
         format!(
-            "{name}: {}, {}, area {}{square}, bending energy {} without {}\n",
+            "{name}: {}, {}, area {}{square}, bending energy {}{inner}\n",
             counted(s.vertices, "vertex"),
             counted(s.faces, "face"),
             length(s.area),
             number(s.willmore_energy),
-            counted(s.boundary_vertices, "boundary vertex")
         )
     };
     // Of the order of the model's size, by which `point` rounds: much smaller coordinates are rounding errors.
     let size = c.a.area.sqrt();
     let row = |name: &str, d: &Distances| {
-        let cells = [d.max, d.rms, d.mean, d.normal_mean, d.normal_max].map(number);
-        cells_line(name, &cells)
+        let lengths = [d.max, d.rms, d.mean].map(|x| length_beside(x, size));
+        let angles = [d.normal_mean, d.normal_max].map(|x| length_beside(x, 180.0) + "°");
+        let ([max, rms, mean], [angle, angle_max]) = (lengths, angles);
+        cells_line(name, &[max, rms, mean, angle, angle_max])
     };
     let at = |d: &Distances| point(d.max_at, size);
-    let k = &c.kept;
     facts("A", &c.a)
         + &facts("B", &c.b)
         + "\n"
@@ -123,9 +127,26 @@ fn table(c: &Comparison, unit: Option<Unit>) -> String {
         + "\n"
         + &format!("largest from A to B at {}\n", at(&c.a_to_b))
         + &format!("largest from B to A at {}\n", at(&c.b_to_a))
-        + &format!(
-            "\nkept in B, bit for bit: {} of {} vertices of A, the first {} with the same number; {} of {} faces, the first {} with \
-             the same number\n",
-            k.vertices, c.a.vertices, k.vertices_in_order, k.faces, c.a.faces, k.faces_in_order
-        )
+        + "\n"
+        + &kept_line(c)
+}
+
+/// How many vertices and faces of A are in B with the same bits, and how many of the first ones keep their numbers.
+fn kept_line(c: &Comparison) -> String {
+    let k = &c.kept;
+    let of = |kept: usize, in_order: usize, all: usize, noun: &str| {
+        let part = match kept == all {
+            true => format!("all {}", counted(all, noun)),
+            false => format!("{kept} of {}", counted(all, noun)),
+        };
+        match in_order == all {
+            true => part,
+            false => format!("{part} (the first {in_order} with the same numbers)"),
+        }
+    };
+    let vertices = of(k.vertices, k.vertices_in_order, c.a.vertices, "vertex");
+    let faces = of(k.faces, k.faces_in_order, c.a.faces, "face");
+    let are_all = [k.vertices_in_order, k.faces_in_order] == [c.a.vertices, c.a.faces];
+    let order = if are_all { ", in the same order" } else { "" };
+    format!("kept in B bit for bit: {vertices} and {faces} of A{order}\n")
 }

@@ -14,6 +14,8 @@ const HEADING: Style = Style::new().bold();
 const BAD: Style = AnsiColor::Red.on_default().bold();
 /// Style of warnings.
 const WARNING: Style = AnsiColor::Yellow.on_default().bold();
+/// Style of verdicts that are a yes.
+const GOOD: Style = AnsiColor::Green.on_default().bold();
 /// Style of notes.
 const NOTE: Style = AnsiColor::Cyan.on_default();
 /// Style of log levels below a warning.
@@ -54,7 +56,7 @@ impl Console {
 
     /// Prints a note, which `-q` silences.
     pub fn note(self, line: &str) {
-        self.say(&format!("{NOTE}note:{NOTE:#} {line}"));
+        self.say(&noted(line));
     }
 
     /// Prints a line only with `-v`.
@@ -86,6 +88,29 @@ pub fn fail(line: &str) {
 /// A heading in bold; the style is removed if output is not coloured.
 pub fn heading(line: &str) -> String {
     format!("{HEADING}{line}{HEADING:#}")
+}
+
+/// A line that begins with `note:`.
+pub fn noted(line: &str) -> String {
+    format!("{NOTE}note:{NOTE:#} {line}")
+}
+
+/// How good an answer is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    Yes,
+    InPart,
+    No,
+}
+
+/// A verdict in the colour of its answer: green, yellow or red; the style is removed if output is not coloured.
+pub fn verdict(answer: Standing, text: &str) -> String {
+    let style = match answer {
+        Standing::Yes => GOOD,
+        Standing::InPart => WARNING,
+        Standing::No => BAD,
+    };
+    format!("{style}{text}{style:#}")
 }
 
 /// Prints a line to standard error, in colour on a terminal unless `NO_COLOR`, `CLICOLOR`, `CLICOLOR_FORCE` or `TERM=dumb` say otherwise.

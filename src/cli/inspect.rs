@@ -150,13 +150,16 @@ fn table(loaded: &Loaded, inspected: &Inspected) -> String {
         let _ = writeln!(text, "{line}");
     };
     line(format!(
-        "{}: {}, {}, {}, {}; size {}{of_unit}",
+        "{}: {}, {}, {}, {}",
         loaded.format,
         counted(loaded.mesh.positions.len(), "vertex"),
         counted(loaded.mesh.faces.len(), "face"),
         counted(components, "component"),
         counted(found.holes.len(), "hole"),
-        size.to_array().map(length).join(" x "),
+    ));
+    line(format!(
+        "size: {}{of_unit}",
+        size.to_array().map(length).join(" x ")
     ));
     line(format!(
         "bounds: from {} to {}{of_unit}",
@@ -165,7 +168,7 @@ fn table(loaded: &Loaded, inspected: &Inspected) -> String {
     ));
     let defects = defect_lines(&found.topology.defects).into_iter();
     for remark in defects.chain(chain_lines(&found.open_chains)) {
-        line(format!("note: {remark}"));
+        line(console::noted(&remark));
     }
     if !found.holes.is_empty() {
         line(String::new());

@@ -3,14 +3,15 @@
 use isomend::io::{Format, Precision};
 use isomend::job::{JobPlan, JobResult, OperationReport, WorkPlan};
 use isomend::report::{
-    counted, length_beside, level_lines, number, plan_lines, point, reason_lines, repair_lines_in,
-    tally_line, timed,
+    counted, left_holes, length_beside, level_lines, number, plan_lines, point, reason_lines,
+    repair_lines_in, tally_line, timed,
 };
 use isomend::{
     FairPlan, FairReport, FillReport, HoleOutcome, RegionReport, RepairReport, RestorePlan, Unit,
 };
 
-use super::console::{self, Console};
+use super::check::answer_of;
+use super::console::{self, Console, Standing};
 use super::outcome;
 
 /// Most open holes that get a line each.
@@ -94,8 +95,12 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
     for line in outcome::lines(done, chosen, is_verbose, console::error_width()) {
         console.say(&line);
     }
+    // What is left open is said above, with the option that changes it.
+    let said = left_holes(report).len();
+    let reasons = reason_lines(report).into_iter();
+    let reasons = reasons.filter(|line| said == 0 || !line.contains(" left open: "));
     let levels = report.regions.iter().flat_map(|r| level_lines(r, unit));
-    for line in reason_lines(report).into_iter().chain(levels) {
+    for line in reasons.chain(levels) {
         console.detail(&line);
     }
     for line in done.delivery_lines() {
@@ -106,7 +111,7 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
     }
     still_open(report, name, console);
     let file = written(done);
-    let verdict = tally_line(report);
+    let verdict = console::verdict(tally_answer(report), &tally_line(report));
     match &done.extent {
         OperationReport::Repaired(report) => {
             console.say(&verdict);
@@ -120,6 +125,17 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
             console.say(&(file + what));
         }
         _ => console.say(&(file + &verdict)),
+    }
+}
+
+/// Yes if all holes are closed without intersections, no if one could not be closed, else in part.
+fn tally_answer(report: &FillReport) -> Standing {
+    let tally = report.tally();
+    let is_whole = tally.left == 0 && tally.intersecting_patches == 0 && tally.open_chains == 0;
+    match tally.open {
+        0 if is_whole => Standing::Yes,
+        0 => Standing::InPart,
+        _ => Standing::No,
     }
 }
 
@@ -171,16 +187,12 @@ fn repaired(report: &RepairReport, file: &str, unit: Option<Unit>, console: &Con
     for line in repair_lines_in(report, unit) {
         console.say(&line);
     }
-    console.say(&format!(
-        "{} of the input {} removed{}",
-        counted(report.lost_faces, "face"),
-        if report.lost_faces == 1 {
-            "was"
-        } else {
-            "were"
-        },
-        lost_components(report.lost_components)
-    ));
+    let lost = lost_components(report.lost_components);
+    console.say(&match report.lost_faces {
+        0 => "no face of the input was removed".to_owned(),
+        1 => format!("1 face of the input was removed{lost}"),
+        n => format!("{n} faces of the input were removed{lost}"),
+    });
     if let Some(after) = &report.after {
         for defect in &after.defects {
             let places = defect.places.iter().take(MOST_PLACES);
@@ -191,9 +203,11 @@ fn repaired(report: &RepairReport, file: &str, unit: Option<Unit>, console: &Con
         if !after.foils.is_empty() {
             console.say(FOIL);
         }
-        match after.is_sound() {
-            true => console.say(&format!("{file}{}", after.line())),
-            false => console.warn(&format!("{file}{}", after.line())),
+        let answer = answer_of(after);
+        let line = format!("{file}{}", console::verdict(answer, &after.line()));
+        match answer {
+            Standing::Yes => console.say(&line),
+            _ => console.warn(&line),
         }
     }
 }

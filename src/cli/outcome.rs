@@ -281,9 +281,9 @@ pub fn lines(done: &JobResult, last: usize, verbose: bool, width: Option<usize>)
     if small > 0 {
         let faces: usize = report.regions.iter().map(|r| r.new_faces).sum();
         let of_rows: usize = rows.iter().map(|row| row.region.new_faces).sum();
-        let noun = if small == 1 { "hole" } else { "holes" };
         lines.push(format!(
-            "{small} small {noun} and sides of seams closed by {} between rim vertices",
+            "{} closed by {} between rim vertices",
+            small_regions(report, small),
             counted(faces - of_rows, "triangle")
         ));
     }
@@ -299,6 +299,21 @@ pub fn lines(done: &JobResult, last: usize, verbose: bool, width: Option<usize>)
         lines.push(NO_INNER_SKIN.to_owned());
     }
     lines
+}
+
+/// The number of regions that get no row, in words: small holes, and sides of seams where there are any.
+fn small_regions(report: &FillReport, count: usize) -> String {
+    let own = |r: &&RegionReport| r.closure == Some(Closure::Seam) && !r.has_surface();
+    let seams = report.regions.iter().filter(own).count().min(count);
+    match (seams, count - seams) {
+        (0, holes) => counted(holes, "small hole"),
+        (seams, 0) => counted(seams, "seam"),
+        (seams, holes) => format!(
+            "{} and {}",
+            counted(holes, "small hole"),
+            counted(seams, "seam")
+        ),
+    }
 }
 
 /// The line of a repair with `--solid` that found no inner skin.
@@ -397,9 +412,15 @@ fn left(report: &FillReport, work: &Work) -> Vec<String> {
             LeftReason::KeptOpen if repairs => {
                 "as --skip holes, --keep-open or --max-diameter requests".to_owned()
             }
-            LeftReason::TooWide => format!("{why}; a larger --max-diameter fills it"),
+            LeftReason::TooWide => {
+                let them = if ids.len() == 1 { "it" } else { "them" };
+                format!("{why}; a larger --max-diameter fills {them}")
+            }
             LeftReason::OuterBoundary => format!("{why} (--holes with its number)"),
-            LeftReason::NotChosen => format!("{why}; add it to --holes to fill it"),
+            LeftReason::NotChosen => {
+                let them = if ids.len() == 1 { "it" } else { "them" };
+                format!("{why}; add {them} to --holes to fill {them}")
+            }
             LeftReason::KeptOpen => format!("{why} (--keep-open)"),
             _ => why.to_string(),
         };

@@ -30,7 +30,8 @@ Examples:
 
 /// Run an experiment of the paper.
 ///
-/// Prints tables, and the values that the paper states next to the computed ones. All lengths and times are dimensionless.
+/// Prints tables, and what the paper, theory or an independent implementation states next to the computed values. All lengths and times are
+/// dimensionless.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct StudyArgs {

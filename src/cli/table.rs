@@ -70,7 +70,10 @@ fn widths(rows: &[Vec<String>]) -> Vec<usize> {
 /// The least width of a table, with its last column wrapped at [`LEAST_LAST`] characters.
 fn least_width(rows: &[Vec<String>]) -> usize {
     let last = rows.iter().filter_map(|row| row.last());
-    let last = last.map(|cell| cell.chars().count()).max().unwrap_or(0);
+    let last = last
+        .map(|cell| console::characters(cell))
+        .max()
+        .unwrap_or(0);
     let widths = widths(rows);
     widths.iter().sum::<usize>() + 2 * (widths.len() - 1) + last.min(LEAST_LAST)
 }

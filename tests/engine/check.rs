@@ -185,7 +185,7 @@ fn the_picture_and_the_page_mark_the_places() {
     let marked = pixels.chunks(3).filter(red).count();
     assert!(marked > 2000, "{marked}");
     let page = std::fs::read_to_string(desk.path("p.html")).unwrap();
-    assert!(page.contains("faces intersect others") && page.contains("red: "));
+    assert!(page.contains("faces intersect others") && page.contains("class=\"swatch\""));
 }
 
 #[test]

@@ -35,13 +35,13 @@ fn excluded(parameter: &Parameter) -> String {
 fn row(parameter: &Parameter, table: &Table) -> String {
     let value = parameter.kind.placeholder().replace('|', "\\|");
     let option = format!("--{} {value}", parameter.option());
-    let what = format!(
-        "{} {} {}",
-        parameter.sentence,
-        parameter.details,
-        excluded(parameter)
-    );
-    let what = table.as_options(what.replace(".  ", ". ").trim_end_matches(['.', ' ']));
+    // `--help` has the details.
+    let what = format!("{} {}", parameter.sentence, excluded(parameter));
+    let what = table.as_options(what.trim_end_matches(['.', ' ']));
+    // The page says so once.
+    let what = what
+        .replace(", in the mesh's units", "")
+        .replace(" in the mesh's units", "");
     let default = match parameter.default {
         DefaultValue::Value(text) => format!("`{text}`"),
         usual => table.as_options(&usual.text()),
@@ -66,7 +66,13 @@ fn the_page_of_options_has_the_tables() {
             // The solve's parameters are in the table of `fill`.
             let solve = table.solve.filter(|at| at.is_empty()).map(|_| solve::SOLVE);
             for parameter in table.own.iter().chain(solve.unwrap_or_default()) {
-                if !parameter.library_only {
+                // What a repair shares with a fill is in the table of `fill`.
+                let is_shared = command == Table::REPAIR.command
+                    && Table::FILL
+                        .own
+                        .iter()
+                        .any(|p| p.option() == parameter.option());
+                if !parameter.library_only && !is_shared {
                     made += &row(parameter, table);
                 }
             }

@@ -6,6 +6,7 @@ mod desk;
 #[path = "../common/shapes.rs"]
 mod shapes;
 
+mod answers;
 mod cli;
 mod creases;
 mod deliver;

@@ -20,15 +20,15 @@ fn holes_are_listed_with_normals_and_heights_in_aligned_columns_at_any_scale() {
         assert_code(&done, 0);
         let table = text(&done.stdout);
         let lines: Vec<&str> = table.lines().collect();
-        assert!(lines[1].starts_with("bounds: from "), "{table}");
+        assert!(lines[2].starts_with("bounds: from "), "{table}");
         assert!(lines.iter().all(|l| l.len() < 200), "{table}");
-        let ends = |name: &str| lines[3].find(name).unwrap() + name.len();
-        for row in &lines[4..] {
+        let ends = |name: &str| lines[4].find(name).unwrap() + name.len();
+        for row in &lines[5..] {
             for name in ["hole", "edges", "length", "diameter", "height", "planarity"] {
                 let (cell, next) = (&row[..ends(name)], row.as_bytes()[ends(name)]);
                 assert!(!cell.ends_with(' ') && next == b' ', "{name} in\n{table}");
             }
-            let column = lines[3].find("normal").unwrap();
+            let column = lines[4].find("normal").unwrap();
             assert!(
                 row[..column].ends_with("  ") && !row[column..].starts_with(' '),
                 "{table}"

@@ -8,6 +8,7 @@
 //! Each experiment of [`experiments`] returns a [`StudyReport`]: tables, the stated values beside the measured ones, and charts.
 #![warn(missing_docs)]
 
+mod axis;
 mod contour;
 mod element;
 mod evolution;

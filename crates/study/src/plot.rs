@@ -1,11 +1,13 @@
 //! Draws the charts and level lines of a report as one SVG.
 
 use std::error::Error;
+use std::ops::Range;
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::report::{Chart, Curve, Levels, Panel, StudyReport, short_number};
+use super::axis::ChartAxis;
+use super::report::{Chart, Curve, Levels, Panel, StudyReport};
 
 /// Size of a panel, in pixels.
 const PANEL: (u32, u32) = (560, 380);
@@ -24,6 +26,9 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(120, 120, 120),
     RGBColor(0, 0, 0),
 ];
+
+/// Most points of a curve that get markers.
+const MOST_MARKERS: usize = 16;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = Result<(), Box<dyn Error>>;
@@ -73,7 +78,7 @@ fn drawn_points(chart: &Chart, curve: &Curve) -> Vec<(f64, f64)> {
 }
 
 /// The range of values with a margin; 0 to 1 if there are none.
-fn range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
+fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
     let (low, high) = values.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
     if low > high {
         return 0.0..1.0;
@@ -84,31 +89,6 @@ fn range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
         0.5 * high.abs().max(1e-3)
     };
     low - margin..high + margin
-}
-
-fn label(value: f64, logarithmic: bool) -> String {
-    if !logarithmic {
-        let text = short_number(if value.abs() < 1e-12 { 0.0 } else { value });
-        let (digits, exponent) = text
-            .split_once('e')
-            .map_or((text.as_str(), ""), |(d, e)| (d, e));
-        let short = match digits.contains('.') {
-            true => digits.trim_end_matches('0').trim_end_matches('.'),
-            false => digits,
-        };
-        return if exponent.is_empty() {
-            short.to_owned()
-        } else {
-            format!("{short}e{exponent}")
-        };
-    }
-    let v = 10f64.powf(value);
-    if (0.1..1000.0).contains(&v) {
-        let digits = if v < 10.0 { 2 } else { 0 };
-        format!("{v:.digits$}")
-    } else {
-        format!("{v:.1e}")
-    }
 }
 
 fn draw_chart(area: &Area, chart: &Chart) -> Drawn {
@@ -130,7 +110,10 @@ fn draw_chart(area: &Area, chart: &Chart) -> Drawn {
         })
         .x_label_area_size(42)
         .y_label_area_size(72)
-        .build_cartesian_2d(xs, ys)?;
+        .build_cartesian_2d(
+            ChartAxis::new(xs.clone(), lx),
+            ChartAxis::new(ys.clone(), ly),
+        )?;
     context
         .configure_mesh()
         .light_line_style(WHITE)
@@ -138,8 +121,6 @@ fn draw_chart(area: &Area, chart: &Chart) -> Drawn {
         .y_labels(7)
         .x_desc(chart.axes[0])
         .y_desc(chart.axes[1])
-        .x_label_formatter(&|v| label(*v, lx))
-        .y_label_formatter(&|v| label(*v, ly))
         .label_style(("sans-serif", 13))
         .axis_desc_style(("sans-serif", 14))
         .draw()?;
@@ -149,10 +130,31 @@ fn draw_chart(area: &Area, chart: &Chart) -> Drawn {
             let dots = points.into_iter();
             context.draw_series(dots.map(|p| Circle::new(p, 3, colour.stroke_width(1))))?;
         } else {
+            if points.len() <= MOST_MARKERS {
+                let markers = points.iter().map(|p| Circle::new(*p, 3, colour.filled()));
+                context.draw_series(markers)?;
+            }
             context.draw_series(LineSeries::new(points, colour.stroke_width(2)))?;
         }
     }
+    if let Some(order) = chart.order {
+        let (corners, place) = slope(&xs, &ys, order);
+        context.draw_series([PathElement::new(corners, BLACK.mix(0.6).stroke_width(1))])?;
+        let style = ("sans-serif", 13).into_text_style(area);
+        context.draw_series([Text::new(format!("order {order}"), place, style)])?;
+    }
     draw_legend(area, chart)
+}
+
+/// The triangle that shows the slope of an order, at the lower right of a chart with logarithmic axes, and the place of its name.
+fn slope(xs: &Range<f64>, ys: &Range<f64>, order: f64) -> (Vec<(f64, f64)>, (f64, f64)) {
+    let (width, height) = (xs.end - xs.start, ys.end - ys.start);
+    // At most a quarter of the chart's height.
+    let run = (0.18 * width).min(0.25 * height / order);
+    let (left, low) = (xs.start + 0.64 * width, ys.start + 0.06 * height);
+    let (right, high) = (left + run, low + order * run);
+    let corners = vec![(left, low), (right, low), (right, high), (left, low)];
+    (corners, (right + 0.015 * width, low + 0.5 * (high - low)))
 }
 
 /// Draws the names of the curves to the right of the chart.
@@ -219,6 +221,7 @@ mod tests {
             title: "A chart".to_owned(),
             axes: ["h", "error"],
             logarithmic: [true, true],
+            order: Some(2.0),
             curves: vec![
                 Curve {
                     name: "a curve".to_owned(),
@@ -239,8 +242,21 @@ mod tests {
             bold: vec![],
         }));
         let svg = to_svg(&report).expect("a plate");
-        for text in ["A chart", "A square", "a curve", "<circle", "<polyline"] {
+        for text in [
+            "A chart",
+            "A square",
+            "a curve",
+            "<circle",
+            "<polyline",
+            "order 2",
+        ] {
             assert!(svg.contains(text), "{text}");
         }
+        // A marker for each point of the curve that a logarithmic axis can show, and one dot.
+        assert_eq!(
+            svg.matches("<circle").count(),
+            2 + 1 + 1,
+            "with the legend's dot"
+        );
     }
 }

@@ -251,6 +251,8 @@ pub struct Chart {
     pub axes: [&'static str; 2],
     /// Which axes are logarithmic.
     pub logarithmic: [bool; 2],
+    /// The order of convergence whose slope is drawn as a triangle; only with two logarithmic axes.
+    pub order: Option<f64>,
     /// The curves.
     pub curves: Vec<Curve>,
 }

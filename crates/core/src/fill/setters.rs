@@ -14,7 +14,7 @@ fn ids<T: Into<HoleId>>(holes: impl IntoIterator<Item = T>) -> Vec<HoleId> {
 
 setters! { FillParams:
     /// Sets [`FillParams::voxel`].
-    with_voxel(voxel: VoxelSize) => voxel = voxel;
+    with_voxel(voxel: impl Into<VoxelSize>) => voxel = voxel.into();
     /// Fills these holes only; see [`FillParams::holes`].
     ///
     /// ```

@@ -30,7 +30,7 @@ setters! { FairParams:
     /// ```
     with_extent(extent: FairExtent) => extent = extent;
     /// Sets [`FairParams::voxel`].
-    with_voxel(voxel: VoxelSize) => voxel = voxel;
+    with_voxel(voxel: impl Into<VoxelSize>) => voxel = voxel.into();
     /// Sets [`FairParams::edge_ratio`].
     with_edge_ratio(ratio: f64) => edge_ratio = ratio;
     /// Sets [`FairParams::keep_vertices`].

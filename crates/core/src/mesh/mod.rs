@@ -93,6 +93,21 @@ impl Mesh {
     }
 }
 
+/// A mesh from arrays of doubles: positions and faces.
+impl From<(Vec<[f64; 3]>, Vec<[u32; 3]>)> for Mesh {
+    fn from((positions, faces): (Vec<[f64; 3]>, Vec<[u32; 3]>)) -> Self {
+        Self::new(positions.into_iter().map(DVec3::from).collect(), faces)
+    }
+}
+
+/// A mesh from arrays of 32-bit floats, which doubles hold exactly: positions and faces.
+impl From<(Vec<[f32; 3]>, Vec<[u32; 3]>)> for Mesh {
+    fn from((positions, faces): (Vec<[f32; 3]>, Vec<[u32; 3]>)) -> Self {
+        let double = |p: [f32; 3]| DVec3::from(p.map(f64::from));
+        Self::new(positions.into_iter().map(double).collect(), faces)
+    }
+}
+
 /// Smallest and largest coordinates of points; (+∞, −∞) without points.
 pub fn bounds(points: impl IntoIterator<Item = DVec3>) -> (DVec3, DVec3) {
     let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);

@@ -138,7 +138,7 @@ pub const GRAIN: Parameter = Parameter {
     name: "grain",
     field: "grain",
     sentence: "Give patches the roughness of their surroundings, so that they do not look like plastic.",
-    details: "The roughness is invented: simulated with the covariance of the residuals of a smooth patch around the hole, the same at \
+    details: "The roughness is simulated with the covariance of the residuals of a smooth patch around the hole, the same at \
               each run. The report gives the roughness of the patch and of its surroundings; expected errors do not include it.",
     ..Parameter::PLAIN
 };

@@ -102,6 +102,13 @@ pub enum VoxelSize {
     Length(f64),
 }
 
+/// A length in the mesh's units.
+impl From<f64> for VoxelSize {
+    fn from(length: f64) -> Self {
+        Self::Length(length)
+    }
+}
+
 impl VoxelSize {
     /// The requested length.
     pub fn length(self) -> Option<f64> {

@@ -70,7 +70,7 @@ pub use {
 use serde::{Deserialize, Serialize};
 
 use isomend_core::grid::Volume;
-use isomend_core::mesh::{Attributes, Bodies, Mesh, Model, Origins};
+use isomend_core::mesh::{Attributes, Bodies, Mesh, Model, Origins, significant};
 
 /// A mesh read from a file, with its attributes, its format and remarks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -373,8 +373,12 @@ fn rounded(mesh: &Mesh, format: Format) -> Result<(Vec<[f32; 3]>, Vec<String>), 
         largest = largest.max((point.as_dvec3() - position).abs().max_element());
         points.push(point.to_array());
     }
-    let note = (largest > 0.0)
-        .then(|| format!("positions were rounded to 32-bit floats, by up to {largest:.1e}"));
+    let note = (largest > 0.0).then(|| {
+        format!(
+            "positions were rounded to 32-bit floats, by up to {}",
+            significant(largest, 2)
+        )
+    });
     Ok((points, note.into_iter().collect()))
 }
 

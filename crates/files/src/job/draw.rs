@@ -6,14 +6,15 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::staging::Staging;
-use super::unchanged::{FACES, Unchanged, rims, title};
+use super::unchanged::{FACES, Unchanged, badge_of, rims, title};
 use super::{JobError, Place};
 use crate::io::Loaded;
-use crate::report::defect_lines;
-use crate::report::html::{HtmlPage, page};
+use crate::report::html::{Badge, HtmlPage, page};
 use crate::report::picture::{PictureError, picture};
 use crate::report::scene::{Scene, SceneChange};
+use crate::report::{counted, defect_lines};
 use isomend_core::cancel::Cancel;
+use isomend_core::check::Verdict;
 use isomend_core::mend::FillReport;
 use isomend_core::mesh::Mesh;
 
@@ -82,6 +83,8 @@ pub(super) struct Drawn<'a> {
     pub(super) filed: Vec<(&'static str, String)>,
     /// The report of the fill.
     pub(super) report: &'a FillReport,
+    /// The verdict on the mesh after a repair.
+    pub(super) verdict: Option<&'a Verdict>,
 }
 
 impl Drawings {
@@ -221,7 +224,42 @@ impl Drawn<'_> {
             regions: &report.regions,
             scene,
             single: false,
+            badge: self.badge(),
+            defects: &[],
         })
+    }
+
+    /// The verdict of a repair, else how many holes are closed.
+    fn badge(&self) -> Option<Badge> {
+        if let Some(verdict) = self.verdict {
+            return Some(badge_of(verdict));
+        }
+        let (all, tally) = (self.report.holes.len(), self.report.tally());
+        let open = all - tally.closed;
+        let (class, text) = match (open, tally.intersecting_patches) {
+            _ if all == 0 => return None,
+            (0, 0) if all == 1 => ("good", "the hole is closed".to_owned()),
+            (0, 0) => ("good", format!("all {all} holes are closed")),
+            (0, n) => (
+                "fair",
+                format!(
+                    "all closed, {} intersecting",
+                    match n {
+                        1 => "1 patch".to_owned(),
+                        n => format!("{n} patches"),
+                    }
+                ),
+            ),
+            _ if tally.open > 0 => (
+                "bad",
+                format!("{} of {all} holes could not be closed", tally.open),
+            ),
+            _ => (
+                "fair",
+                format!("{open} of {} left open", counted(all, "hole")),
+            ),
+        };
+        Some(Badge { class, text })
     }
 
     fn scene(&self) -> Scene {

@@ -313,6 +313,10 @@ impl<'s> Mended<'s> {
             notes,
             filed,
             report: &self.report,
+            verdict: match &self.extent {
+                OperationReport::Repaired(repair) => repair.after.as_ref(),
+                _ => None,
+            },
         }
     }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use isomend_core::check::is_flat;
-use isomend_core::mesh::Mesh;
+use isomend_core::mesh::{Mesh, number, significant};
 
 /// A remark on the faces after the first `kept` that have an area in full precision, but none in the positions that are written;
 /// none if there are no such faces. `full` gives the position of a vertex in full precision.
@@ -22,10 +22,12 @@ pub(super) fn collapse_note(
         .reduce(f32::max)?;
     let spacing = f64::from(largest.next_up()) - f64::from(largest);
     Some(format!(
-        "{} of {} new faces have no area in the file: its 32-bit floats are {spacing:.1e} apart there, at coordinates of \
-         {largest:.3e}; move the model towards the origin, or use larger faces (a larger edge ratio)",
+        "{} of {} new faces have no area in the file: its 32-bit floats are {} apart there, at coordinates of \
+         {}; move the model towards the origin, or use larger faces (a larger edge ratio)",
         lost.len(),
-        new.len()
+        new.len(),
+        significant(spacing, 2),
+        number(f64::from(largest))
     ))
 }
 
@@ -54,7 +56,10 @@ mod tests {
         };
         assert_eq!(note(1e3, 0), None);
         let said = note(0.1, 0).unwrap();
-        assert!(said.contains("6.2e-2 apart"), "{said}");
+        assert!(
+            said.contains("are 0.062 apart there, at coordinates of 1000000;"),
+            "{said}"
+        );
         // Faces of the input do not count.
         assert_eq!(note(0.1, far(0.1).faces.len()), None);
     }

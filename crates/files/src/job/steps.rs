@@ -18,7 +18,7 @@ use crate::io::Loaded;
 use isomend_core::attributes::UnwantedColour;
 use isomend_core::cancel::Cancel;
 use isomend_core::mend::{Control, FairError, FillError, Filled, Inspection, RestoreError};
-use isomend_core::mesh::{Bodies, Mesh};
+use isomend_core::mesh::{Bodies, Mesh, significant};
 use isomend_core::repair::RepairParams;
 
 /// A job whose mesh has been read.
@@ -90,7 +90,8 @@ impl JobSpec {
         let shift = |p: &DVec3| (p.as_vec3().as_dvec3() - p).abs().max_element();
         let largest = loaded.mesh.positions.iter().map(shift).fold(0.0, f64::max);
         let note = format!(
-            "positions were rounded to 32-bit floats before the repair, by up to {largest:.1e}"
+            "positions were rounded to 32-bit floats before the repair, by up to {}",
+            significant(largest, 2)
         );
         Some(note)
     }

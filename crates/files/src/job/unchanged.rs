@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{JobError, Place};
 use crate::io::Loaded;
-use crate::report::html::{HtmlPage, page};
+use crate::report::html::{Badge, HtmlPage, MarkedDefect, page};
 use crate::report::picture::{PictureError, picture_of_marked, picture_of_one};
 use crate::report::scene::{LegendColour, Scene, SceneChange};
 use crate::report::{crease_end_line, defect_lines, verdict_rows};
@@ -88,6 +88,8 @@ impl Unchanged<'_> {
             regions: &[],
             scene,
             single: true,
+            badge: self.verdict.map(badge_of),
+            defects: &self.verdict.map_or_else(Vec::new, marked_defects),
         })
     }
 
@@ -96,14 +98,6 @@ impl Unchanged<'_> {
         let [low, high] = self.loaded.mesh.bounds();
         let mut facts = vec![("input", self.place.name()), ("verdict", verdict.line())];
         facts.extend(verdict_rows(verdict, low.distance(high), self.unit));
-        let marked = verdict.defects.iter().map(|d| {
-            let colour = colour(d.kind).name;
-            format!("{colour}: {}", d.kind.text(d.count))
-        });
-        let legend: Vec<String> = marked.collect();
-        if !legend.is_empty() {
-            facts.push(("colours", legend.join("; ")));
-        }
         facts
     }
 
@@ -133,6 +127,27 @@ impl Unchanged<'_> {
         }
         facts
     }
+}
+
+/// A verdict as a badge.
+pub(super) fn badge_of(verdict: &Verdict) -> Badge {
+    let (class, text) = match verdict.defects.is_empty() {
+        true if verdict.is_sound() => ("good", "watertight and printable"),
+        true => ("fair", "watertight, of doubtful shape"),
+        false => ("bad", "not printable"),
+    };
+    let text = text.to_owned();
+    Badge { class, text }
+}
+
+/// The defects of a verdict, with their colours.
+fn marked_defects(verdict: &Verdict) -> Vec<MarkedDefect> {
+    let marked = verdict.defects.iter().map(|d| MarkedDefect {
+        text: d.kind.text(d.count),
+        rgb: colour(d.kind).rgb,
+        places: d.places.clone(),
+    });
+    marked.collect()
 }
 
 /// A scene in which the faces with defects are sorted to the end and drawn like new faces, each kind of defect as a region.

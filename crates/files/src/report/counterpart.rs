@@ -1,7 +1,7 @@
 //! Report text on invented shape: the counterpart of a patch, and its grain.
 
 use isomend_core::fill::{Closure, CounterpartKind, CounterpartReport, RegionReport};
-use isomend_core::mesh::Unit;
+use isomend_core::mesh::{Unit, number};
 
 /// The counterpart of a region and its fit, or why it was refused; `None` without a counterpart.
 pub(crate) fn counterpart_text(r: &RegionReport, unit: Option<Unit>) -> Option<String> {
@@ -35,7 +35,7 @@ pub(crate) fn grain_text(r: &RegionReport, unit: Option<Unit>) -> Option<String>
             "no grain, since more faces would intersect (roughness of the surroundings {ring})"
         ),
         _ => format!(
-            "with invented grain: roughness {}, of the surroundings {ring}; expected errors do not include it",
+            "with grain: roughness {}, of the surroundings {ring}; expected errors do not include it",
             Unit::text(unit, grain.patch)
         ),
     })
@@ -56,7 +56,7 @@ fn kind_text(kind: CounterpartKind) -> String {
             )
         }
         CounterpartKind::Template(scale) if (scale - 1.0).abs() < 1e-9 => "the template".to_owned(),
-        CounterpartKind::Template(scale) => format!("the template, scaled by {scale:.4}"),
+        CounterpartKind::Template(scale) => format!("the template, scaled by {}", number(scale)),
     }
 }
 

@@ -1,4 +1,6 @@
-//! Numbers with nouns, and run times, in words.
+//! Numbers with nouns, percentages, and run times, in words.
+
+use isomend_core::mesh::{Unit, significant};
 
 /// A number with a noun, in the singular for 1.
 #[doc(hidden)]
@@ -8,6 +10,17 @@ pub fn counted(n: usize, noun: &str) -> String {
         (_, Some(before)) => format!("{n} {before}vertices"),
         _ => format!("{n} {noun}s"),
     }
+}
+
+/// A percentage with at most three significant digits.
+pub(crate) fn percent(x: f64) -> String {
+    format!("{} %", significant(x, 3))
+}
+
+/// An expected error with two significant digits, as in the table of holes.
+pub(crate) fn error_text(unit: Option<Unit>, x: f64) -> String {
+    let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
+    significant(x, 2) + &unit
 }
 
 /// The end of a line with a run time; empty if run times are left out.

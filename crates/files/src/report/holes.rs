@@ -40,7 +40,13 @@ const END_COLUMNS: [(&str, isize); 4] =
 #[doc(hidden)]
 pub fn hole_table(holes: &[Hole], ends: &[CreaseEnd], width: Option<usize>) -> Vec<String> {
     let mut columns = HOLE_COLUMNS.to_vec();
-    let mut rows: Vec<Vec<String>> = holes.iter().map(|h| hole_cells(h).to_vec()).collect();
+    // One size for all centres, so that they have the same number of decimals.
+    let sizes = holes
+        .iter()
+        .map(|h| h.diameter.max(h.centre.abs().max_element()));
+    let size = sizes.fold(0.0, f64::max);
+    let cells = |h: &Hole| hole_cells(h, size).to_vec();
+    let mut rows: Vec<Vec<String>> = holes.iter().map(cells).collect();
     if !ends.is_empty() {
         columns.insert(2, CREASE_COLUMN);
         for (row, hole) in rows.iter_mut().zip(holes) {
@@ -130,7 +136,8 @@ fn table(columns: &[(&str, isize)], rows: Vec<Vec<String>>) -> Vec<String> {
     all.iter().map(line).collect()
 }
 
-fn hole_cells(h: &Hole) -> [String; 10] {
+/// The cells of a hole; `size` is the size to which centres are rounded.
+fn hole_cells(h: &Hole, size: f64) -> [String; 10] {
     let kind = if h.outer_boundary {
         "outer border"
     } else {
@@ -144,7 +151,7 @@ fn hole_cells(h: &Hole) -> [String; 10] {
         length(h.diameter),
         length_beside(h.height, h.diameter),
         number(h.planarity),
-        point(h.centre, h.diameter),
+        point(h.centre, size),
         normal.join(", "),
         h.component.to_string(),
         kind.to_owned(),

@@ -15,6 +15,7 @@ pub mod scripts;
 mod text;
 
 pub use check::verdict_lines;
+pub(crate) use counts::{error_text, percent};
 pub use text::{summary_lines, tally_line};
 
 pub use {

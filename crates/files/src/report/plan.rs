@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-use super::defect_lines;
 use super::text::{chain_lines, joined, ranges, with_article};
+use super::{counted, defect_lines};
 use isomend_core::fill::{Closure, HoleOutcome, LeftReason};
 use isomend_core::mend::{FillPlan, FillReport};
 use isomend_core::mesh::{HoleId, Unit};
@@ -11,8 +11,9 @@ use isomend_core::mesh::{HoleId, Unit};
 /// A plan in lines: defects, then the regions, then the holes that would stay open.
 #[doc(hidden)]
 pub fn plan_lines(plan: &FillPlan, unit: Option<Unit>) -> Vec<String> {
-    let mut lines = defect_lines(&plan.defects);
-    lines.extend(chain_lines(&plan.open_chains));
+    let notes = defect_lines(&plan.defects).into_iter();
+    let notes = notes.chain(chain_lines(&plan.open_chains));
+    let mut lines: Vec<String> = notes.map(|line| format!("note: {line}")).collect();
     for r in &plan.regions {
         if let (Some(voxel), Some([x, y, z])) = (r.voxel, r.dims) {
             lines.push(format!(
@@ -39,7 +40,12 @@ pub fn plan_lines(plan: &FillPlan, unit: Option<Unit>) -> Vec<String> {
     }
     let open: usize = left.iter().map(|(_, ids)| ids.len()).sum();
     let all = plan.holes.len();
-    lines.push(format!("{} of {all} holes would be filled", all - open));
+    lines.push(match (all, open) {
+        (0, _) => "no holes".to_owned(),
+        (1, 0) => "the hole would be filled".to_owned(),
+        (_, 0) => format!("all {all} holes would be filled"),
+        _ => format!("{} of {} would be filled", all - open, counted(all, "hole")),
+    });
     lines
 }
 

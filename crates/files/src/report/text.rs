@@ -3,14 +3,14 @@
 use std::collections::HashMap;
 
 use super::counterpart::{self, counterpart_text, grain_text};
-use super::counts::{counted, counted_as, timed};
+use super::counts::{counted, counted_as, error_text, timed};
 use isomend_core::fill::{
     Closure, FinishReport, HoleOutcome, NotSmooth, PatchInitialisation, RegionReport,
 };
 use isomend_core::finish::{FinishRecord, FinishResult};
 use isomend_core::flow::Energy;
 use isomend_core::mend::FillReport;
-use isomend_core::mesh::{Defects, HoleId, OpenChain, Unit, number, point};
+use isomend_core::mesh::{Defects, HoleId, OpenChain, Unit, number, point, significant};
 use isomend_core::region::LevelReport;
 
 /// Most hole numbers of a region in a line.
@@ -108,7 +108,10 @@ pub fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
     line += &format!(", {}{}", counted(r.new_faces, "face"), timed(r.seconds));
     if r.closure == Some(Closure::LevelSet) && !r.levels.is_empty() && !r.converged {
         let update = r.levels.last().map_or(f64::NAN, |l| l.flow.update);
-        line += &format!("; not converged: the last step moved it by {update:.1e} voxels");
+        line += &format!(
+            "; not converged: the last step moved it by {} voxels",
+            significant(update, 2)
+        );
     }
     if r.other_energy {
         line +=
@@ -168,7 +171,7 @@ fn finished(finish: &FinishReport, unit: Option<Unit>) -> String {
     if let Some(expected_error) = finish.largest_expected_error() {
         text += &format!(
             ", expected error up to {}",
-            Unit::text(unit, expected_error)
+            error_text(unit, expected_error)
         );
     }
     text
@@ -198,9 +201,8 @@ fn solved(r: &RegionReport) -> String {
 fn level_line(level: &LevelReport, unit: Option<Unit>) -> String {
     let flow = &level.flow;
     let iterations: usize = flow.steps.iter().map(|s| s.iterations).sum();
-    let update = flow.update;
     format!(
-        "  voxel {}{}: {} nodes, {} unknowns, {}, {}, last update {:.1e} voxels{}{}",
+        "  voxel {}{}: {} nodes, {} unknowns, {}, {}, last update {} voxels{}{}",
         Unit::text(unit, level.voxel),
         match flow.energy {
             Energy::Willmore => "",
@@ -211,7 +213,7 @@ fn level_line(level: &LevelReport, unit: Option<Unit>) -> String {
         flow.unknowns,
         counted(flow.steps.len(), "step"),
         counted(iterations, "iteration"),
-        update,
+        significant(flow.update, 2),
         if flow.converged {
             ""
         } else {
@@ -239,7 +241,7 @@ pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
         counted(r.components, "component")
     );
     if r.quality_mean > 0.0 {
-        patch += &format!(", quality {:.3}", r.quality_mean);
+        patch += &format!(", quality {}", significant(r.quality_mean, 3));
     }
     if let (Some(mean), Some(largest)) = (r.seam_angle_mean, r.seam_angle_max) {
         patch += &format!(", seam angle mean {mean:.2} and largest {largest:.2} degrees");

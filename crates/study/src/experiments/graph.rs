@@ -254,7 +254,10 @@ fn claims(
         let got = [evolution.energies[0], end];
         report.claim(
             "energy at the start and the end",
-            format!("{} -> {}, to 0.5 %", REFERENCE[0], REFERENCE[1]),
+            format!(
+                "an independent implementation's {} -> {}, to 0.5 %",
+                REFERENCE[0], REFERENCE[1]
+            ),
             format!("{:.2} -> {:.2}", got[0], got[1]),
             got.iter()
                 .zip(REFERENCE)
@@ -293,6 +296,7 @@ fn panels(report: &mut StudyReport, pair: Pair, apart: &[Difference], sections: 
         title: "Energy".to_owned(),
         axes: ["time", "energy"],
         logarithmic: [false, true],
+        order: None,
         curves: vec![
             line("graph", pair.evolution.curve(pair.flow.tau)),
             line(

@@ -169,6 +169,7 @@ pub fn merge(settings: &MergeSettings, observer: &dyn Observer) -> Result<StudyR
         title: "Energy".to_owned(),
         axes: ["step", "energy"],
         logarithmic: [false, true],
+        order: None,
         curves: vec![line("energy", evolution.curve(1.0))],
     }));
     report.remarks.push(format!(

@@ -62,6 +62,7 @@ fn chart(title: &str, axes: [&'static str; 2], curves: Vec<Curve>) -> Panel {
         title: title.to_owned(),
         axes,
         logarithmic: [false, false],
+        order: None,
         curves,
     })
 }

@@ -183,6 +183,7 @@ pub fn patches(
         title: "Root mean square error of the fill".to_owned(),
         axes: ["h / D", "error / D"],
         logarithmic: [true, true],
+        order: Some(2.0),
         curves,
     }));
     report.seconds = clock.elapsed().as_secs_f64();

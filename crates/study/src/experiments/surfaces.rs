@@ -115,6 +115,7 @@ pub fn surfaces(
         title: "Energy relative to the steady state".to_owned(),
         axes: ["time", "1/2 int h^2, over 8 pi or 4 pi^2"],
         logarithmic: [true, false],
+        order: None,
         curves,
     }));
     report.remarks.push(

@@ -11,6 +11,7 @@ use crate::job::documents::FileInfo;
 use crate::job::output::Saved;
 use crate::job::staging::Staging;
 use crate::job::{JobError, Mended, Output};
+use crate::report::{error_text, percent};
 use isomend_core::mend::Control;
 use isomend_core::mesh::{Mesh, Model, Part, Unit, number};
 
@@ -60,9 +61,9 @@ impl Delivered {
                 n => format!("{n} patches"),
             };
             lines.push(format!(
-                "invented: {patches}, area {}{square}, {} % of the surface",
+                "new surface: {patches}, area {}{square}, {} of the whole surface",
                 number(invented.area),
-                number(invented.percent)
+                percent(invented.percent)
             ));
             lines.push(expected(&invented.expected_error, unit, tolerance));
         }
@@ -78,10 +79,10 @@ impl Delivered {
         let line = |patch: &&Patch| {
             let holes: Vec<String> = patch.holes.iter().map(ToString::to_string).collect();
             format!(
-                "hole {}: area {}{square}, {} % of the surface, {}",
+                "hole {}: area {}{square}, {} of the whole surface, {}",
                 holes.join("+"),
                 number(patch.area),
-                number(patch.percent),
+                percent(patch.percent),
                 expected(&patch.expected_error, unit, None)
             )
         };
@@ -116,7 +117,8 @@ impl Delivered {
                     false => format!("hole {}", holes.join("+")),
                 };
                 lines.push(format!(
-                    "{name}: {part:.1} % of its patch may err by more than {limit}{}",
+                    "{name}: {} of its patch may err by more than {limit}{}",
+                    percent(part),
                     match patch.expected_error.mean {
                         Some(_) => "",
                         None => "; its expected error is not known",
@@ -136,18 +138,22 @@ fn expected(all: &Expected, unit: Option<Unit>, tolerance: Option<f64>) -> Strin
     let mut line = match (all.mean, all.largest) {
         (Some(mean), Some(largest)) => format!(
             "expected error: mean {}, largest {}",
-            Unit::text(unit, mean),
-            Unit::text(unit, largest)
+            error_text(unit, mean),
+            error_text(unit, largest)
         ),
         _ => "expected error: not known".to_owned(),
     };
     if all.mean.is_some() && all.unknown_percent >= 0.05 {
-        line += &format!(", not known on {:.1} % of the patches", all.unknown_percent);
+        line += &format!(
+            ", not known on {} of the patches",
+            percent(all.unknown_percent)
+        );
     }
     if let (Some(within), Some(tolerance)) = (all.within_percent, tolerance) {
         line += &format!(
-            "; twice the expected error is within {} on {within:.1} % of the patches",
-            Unit::text(unit, tolerance)
+            "; twice the expected error is within {} on {} of the patches",
+            Unit::text(unit, tolerance),
+            percent(within)
         );
     }
     line
@@ -242,7 +248,7 @@ impl Mended<'_> {
         for line in delivered.lines(wanted.unit, wanted.tolerance) {
             if let Some((name, text)) = line.split_once(": ") {
                 let name = match name {
-                    "invented" => "invented",
+                    "new surface" => "new surface",
                     _ => "expected error",
                 };
                 facts.push((name, text.to_owned()));

@@ -9,6 +9,7 @@ mod tables;
 
 use std::fmt::Write;
 
+use glam::DVec3;
 use serde::Serialize;
 
 use super::scene::Scene;
@@ -17,6 +18,8 @@ use isomend_core::fill::RegionReport;
 use isomend_core::mend::HoleReport;
 use isomend_core::mesh::HoleId;
 
+/// Most places of a kind of defect to which a page leads.
+const MOST_PLACES: usize = 200;
 const TEMPLATE: &str = include_str!("page.html");
 /// The style sheet of a report; the style sheet of the interactive view starts with it.
 #[doc(hidden)]
@@ -46,6 +49,28 @@ pub struct HtmlPage<'a> {
     pub scene: &'a Scene,
     /// The mesh was only inspected: there is no mesh after, and holes have no outcome.
     pub single: bool,
+    /// The verdict in the header; `None` where there is none.
+    pub badge: Option<Badge>,
+    /// The kinds of defects that the view marks.
+    pub defects: &'a [MarkedDefect],
+}
+
+/// A verdict in the header of a page, in a colour.
+pub struct Badge {
+    /// Its class in the style sheet: `good`, `fair` or `bad`.
+    pub class: &'static str,
+    /// The verdict in a few words.
+    pub text: String,
+}
+
+/// A kind of defect, in the colour that its faces have in the view.
+pub struct MarkedDefect {
+    /// The defect in words, with its count.
+    pub text: String,
+    /// Its colour: red, green and blue (sRGB).
+    pub rgb: [u8; 3],
+    /// The centres of its groups of faces, in the mesh's coordinates.
+    pub places: Vec<DVec3>,
 }
 
 /// A hole, as data for the page's script. `centre` is relative to the scene's origin.
@@ -73,9 +98,17 @@ pub fn page(page: &HtmlPage) -> String {
             open: h.outcome.closure().is_none(),
         })
         .collect();
+    let of_defect = |defect: &MarkedDefect| -> Vec<[f32; 3]> {
+        let places = defect.places.iter().take(MOST_PLACES);
+        places
+            .map(|p| (*p - scene.origin).as_vec3().to_array())
+            .collect()
+    };
+    let defects: Vec<_> = page.defects.iter().map(of_defect).collect();
     let ends: Vec<[f32; 3]> = scene.points.iter().map(|p| p.to_array()).collect();
-    let data =
-        serde_json::json!({ "scene": header, "holes": holes, "ends": ends, "single": page.single });
+    let data = serde_json::json!({
+        "scene": header, "holes": holes, "ends": ends, "single": page.single, "defects": defects
+    });
     let labels = tables::OutcomeLabels {
         single: page.single,
     };
@@ -88,6 +121,8 @@ pub fn page(page: &HtmlPage) -> String {
         "script" => bundle("page.js", &SCRIPT),
         "kind" => if page.single { "inspect" } else { "changed" }.to_owned(),
         "plain" => if page.single { "Surface" } else { "Patches" }.to_owned(),
+        "badge" => tables::badge(page.badge.as_ref()),
+        "defect-list" => tables::defect_list(page.defects),
         "status" => labels.status(page.holes),
         "facts" => tables::facts(page.facts),
         "notes" => tables::notes(page.notes, scene),
@@ -137,19 +172,12 @@ fn escaped(text: &str) -> String {
     out
 }
 
-/// A number with four significant digits; three for very large and very small ones.
+/// A number as text reports have it, with a minus sign instead of a hyphen; a dash if it is not finite.
 fn number(x: f64) -> String {
-    if x == 0.0 || !x.is_finite() {
-        return if x == 0.0 { "0" } else { "–" }.to_owned();
+    match x.is_finite() {
+        true => isomend_core::mesh::number(x).replace('-', "−"),
+        false => "–".to_owned(),
     }
-    let magnitude = x.abs().log10().floor() as i32;
-    let text = if (-4..7).contains(&magnitude) {
-        let decimals = (3 - magnitude).max(0) as usize;
-        format!("{x:.decimals$}")
-    } else {
-        format!("{x:.2e}")
-    };
-    text.replace('-', "−")
 }
 
 /// As [`number`], for a length measured on an object of a size: a length that is only rounding error at that size becomes 0.
@@ -203,11 +231,11 @@ mod tests {
     fn numbers_have_four_digits() {
         let cases = [
             (0.0, "0"),
-            (1.0, "1.000"),
+            (1.0, "1"),
             (-12.3456, "−12.35"),
             (123_456.7, "123457"),
             (0.001_234_5, "0.001234"),
-            (1.5e-9, "1.50e−9"),
+            (1.5e-9, "1.500e−9"),
             (f64::NAN, "–"),
         ];
         for (x, text) in cases {

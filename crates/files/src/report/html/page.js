@@ -1,7 +1,7 @@
 // The script of an HTML report: connects the 3D view with the list of holes, the tools and the keys.
 
 import { unpack } from "../viewer/geometry.js";
-import { frame, minus } from "../viewer/camera.js";
+import { cross, frame, minus } from "../viewer/camera.js";
 import { Viewer } from "../viewer/viewer.js";
 import { Labels } from "../viewer/labels.js";
 import { Point } from "../viewer/point.js";
@@ -86,6 +86,34 @@ function choose(id, scroll = true) {
   } catch { /* Some browsers forbid it for files. */ }
 }
 
+// Defects.
+
+/** The next place of each kind of defect. */
+const nextPlaces = data.defects.map(() => 0);
+
+/** The outward direction at a point: the area-weighted normal of the faces that are near it. */
+function outwardAt(place, radius) {
+  const { faces, positions } = viewer.mesh, sum = [0, 0, 0];
+  for (let f = 0; f < faces.length; f += 3) {
+    const [a, b, c] = [0, 1, 2].map((k) => positions.subarray(3 * faces[f + k], 3 * faces[f + k] + 3));
+    if (Math.hypot(...minus(a, place)) > radius) continue;
+    const n = cross(minus(b, a), minus(c, a));
+    for (let k = 0; k < 3; k++) sum[k] += n[k];
+  }
+  return Math.hypot(...sum) > 0 ? sum : data.scene.towards;
+}
+
+/** Moves the view to the next place of a kind of defect. */
+function showDefect(kind) {
+  const places = data.defects[kind];
+  if (!viewer || !places.length) return;
+  const at = nextPlaces[kind]++ % places.length, reach = 0.06 * data.scene.radius;
+  for (const button of all("#faults button")) button.setAttribute("aria-pressed", Number(button.dataset.defect) === kind);
+  say(`${find(`#faults button[data-defect="${kind}"] .name`).textContent}: place ${at + 1} of ${places.length}`);
+  labels.pin(places[at]);
+  viewer.fly({ centre: places[at], axes: frame(outwardAt(places[at], reach), data.scene.up), reach });
+}
+
 function step(by) {
   const ids = data.holes.map((hole) => hole.id);
   if (!ids.length) return;
@@ -155,6 +183,7 @@ async function begin() {
     choose(Number(item.dataset.hole), false);
     if (item.tagName === "A") find("#look").scrollIntoView();
   }));
+  all("[data-defect]").forEach((item) => item.addEventListener("click", () => showDefect(Number(item.dataset.defect))));
   if (typeof DecompressionStream === "undefined") throw new Error("this browser cannot unpack the meshes; a newer one can");
   const mesh = await unpack(find("#geometry").textContent, data.scene);
   viewer = new Viewer(find("#view"), { radius: mesh.radius, faces: mesh.faces.length / 3 });

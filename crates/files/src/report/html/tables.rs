@@ -4,9 +4,10 @@ use std::cmp::Reverse;
 use std::fmt::Write;
 
 use super::super::counterpart::{counterpart_text, grain_text};
+use super::super::counts::counted;
 use super::super::scene::Scene;
 use super::super::text::lost_creases;
-use super::{add, escaped, listed, number, number_beside};
+use super::{Badge, MarkedDefect, add, escaped, listed, number, number_beside};
 use isomend_core::fill::{Closure, HoleOutcome, RegionReport};
 use isomend_core::mend::HoleReport;
 
@@ -100,14 +101,14 @@ impl OutcomeLabels {
             add!(
                 out,
                 "<tr><th scope=\"row\"><a href=\"#hole-{id}\" data-hole=\"{id}\">{id}</a></th>{object}<td>{}</td><td>{}</td><td>{}</td>\
-             <td>{}</td><td>{}</td><td>{:.4}</td><td>{x}, {y}, {z}</td><td>{normal}</td><td>{}</td><td class=\"text\"><span class=\"tag {class}\">{}\
+             <td>{}</td><td>{}</td><td>{}</td><td>{x}, {y}, {z}</td><td>{normal}</td><td>{}</td><td class=\"text\"><span class=\"tag {class}\">{}\
              </span> {}</td></tr>",
                 h.hole.edges,
                 number(h.hole.length),
                 number(h.hole.diameter),
                 number(h.hole.width),
                 number_beside(h.hole.height, h.hole.diameter),
-                h.hole.planarity,
+                number(h.hole.planarity),
                 if h.region == 0 {
                     "–".to_owned()
                 } else {
@@ -138,6 +139,33 @@ pub fn object_heading(holes: &[HoleReport]) -> &'static str {
     match names_objects(holes) {
         true => "<th class=\"text\">object</th>",
         false => "",
+    }
+}
+
+/// The verdict in the header; empty if there is none.
+pub fn badge(badge: Option<&Badge>) -> String {
+    badge.map_or(String::new(), |badge| {
+        let (class, text) = (badge.class, escaped(&badge.text));
+        format!("<p class=\"badge {class}\" role=\"status\">{text}</p>")
+    })
+}
+
+/// A heading and a button for each kind of defect, with its colour in the view; empty if there are none.
+pub fn defect_list(defects: &[MarkedDefect]) -> String {
+    let mut out = String::new();
+    for (number, defect) in defects.iter().enumerate() {
+        let [r, g, b] = defect.rgb;
+        add!(
+            out,
+            "<li><button type=\"button\" class=\"hole\" data-defect=\"{number}\"><span class=\"name\"><i class=\"swatch\" \
+             style=\"background:rgb({r},{g},{b})\"></i>{}</span><span class=\"size\">at {}</span></button></li>",
+            escaped(&defect.text),
+            counted(defect.places.len(), "place"),
+        );
+    }
+    match out.is_empty() {
+        true => out,
+        false => format!("<h2>Defects</h2><ol id=\"faults\">{out}</ol>"),
     }
 }
 
@@ -184,10 +212,9 @@ pub fn region_table(regions: &[RegionReport]) -> String {
     if small().next().is_some() {
         add!(
             out,
-            "<tr class=\"more\"><td colspan=\"12\">{} more regions, of small holes and sides of seams: closed with {} faces between \
-             rim vertices</td></tr>",
-            small().count(),
-            small().map(|r| r.new_faces).sum::<usize>()
+            "<tr class=\"more\"><td colspan=\"12\">{}: closed with {} between rim vertices</td></tr>",
+            counted(small().count(), "more region"),
+            counted(small().map(|r| r.new_faces).sum(), "face")
         );
     }
     out
