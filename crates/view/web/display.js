@@ -112,6 +112,8 @@ export class Display {
     else if (viewer.sides.before) delete viewer.sides.before;
     find("fieldset.change").disabled = !old;
     if (!old && viewer.options.show !== "after") this.option("show", "after");
+    // Only the marks of the current mesh are drawn.
+    for (const shown of [mesh, old]) if (shown?.mask?.show(shown === mesh && after === model.state.current)) viewer.surfaces.get(shown)?.changed();
     viewer.keep();
     model.forget([after, before]);
     this.label();

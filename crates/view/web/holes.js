@@ -22,8 +22,6 @@ export class Holes {
     this.chosen = null;
     this.picked = new Set();
     this.over = null;
-    /** The holes to which a preset gave the action close flat. */
-    this.capped = [];
     this.sort = { by: "id", falls: false };
     for (const query of ["#wider", "#narrower"]) find(query).addEventListener("input", () => this.filter());
     find("#set-all").addEventListener("change", () => {
@@ -71,10 +69,6 @@ export class Holes {
       this.app.viewer.selected = { region: 0, rim: -1 };
     }
     if (fresh) find("#defects").open = false;
-    if (fresh && this.capped.length) {
-      this.capped = [];
-      this.app.steps.presets.leave("fill");
-    }
     this.filter();
   }
 
@@ -90,7 +84,7 @@ export class Holes {
       return text && right ? value : none;
     };
     const low = bound("#wider", 0), high = bound("#narrower", Infinity), { by, falls } = this.sort, sign = falls ? -1 : 1;
-    const key = (hole) => by === "doing" ? this.doings.get(hole.id) || "" : hole[by];
+    const key = (hole) => by === "doing" ? this.doing(hole.id) : hole[by];
     const order = (a, b) => key(a) < key(b) ? -sign : key(a) > key(b) ? sign : a.id - b.id;
     return this.list.filter((hole) => hole.diameter >= low && hole.diameter <= high).sort(order);
   }
@@ -136,6 +130,12 @@ export class Holes {
     return item;
   }
 
+  /** The action that is carried out for a hole: the chosen one, or flat where the preset closes flat what is to be filled. */
+  doing(id) {
+    const doing = this.doings.get(id) || "fill";
+    return doing === "fill" && this.app.steps?.presets.caps ? "flat" : doing;
+  }
+
   /** The bridges, each with its holes. */
   bridges() {
     const groups = new Map();
@@ -145,6 +145,13 @@ export class Holes {
 
   /** Sets the actions for holes, and sends them to the program. */
   put(doings) {
+    const { presets } = this.app.steps;
+    // One hole that is not to be closed flat: the preset does not hold for all any more.
+    if (presets.caps && doings.some(([, doing]) => doing === "fill")) {
+      const flat = [...this.doings.keys()].filter((id) => this.doing(id) === "flat" && !doings.some(([other]) => other === id));
+      presets.leave("fill");
+      doings = [...doings, ...flat.map((id) => [id, "flat"])];
+    }
     for (const [id, doing] of doings) this.doings.set(id, doing);
     this.app.choices.holes(this.app.model.state.current, Object.fromEntries(doings));
   }
@@ -157,18 +164,10 @@ export class Holes {
     if (id === this.chosen) this.tell(this.list.find((hole) => hole.id === id));
   }
 
-  /** Changes the action of all holes from fill to close flat, or back. */
-  cap(flat) {
-    const ids = flat ? [...this.doings.keys()].filter((id) => this.doings.get(id) === "fill") : this.capped.filter((id) => this.doings.get(id) === "flat");
-    this.capped = flat ? [...this.capped, ...ids] : [];
-    if (ids.length) this.put(ids.map((id) => [id, flat ? "flat" : "fill"]));
-    this.changed();
-  }
-
   /** Shows size and action of a hole in the message line. */
   tell({ id, diameter, height }) {
     const unit = this.app.unit();
-    this.app.say(tr("hole_summary", { id, diameter: digits(diameter) + unit, height: digits(height, diameter) + unit, doing: doingName(this.doings.get(id)) }));
+    this.app.say(tr("hole_summary", { id, diameter: digits(diameter) + unit, height: digits(height, diameter) + unit, doing: doingName(this.doing(id)) }));
   }
 
   /** Adds a hole to the last bridge, or to a first one if there is none. */
@@ -181,7 +180,7 @@ export class Holes {
     const next = this.bridges().size + 1, names = Array.from({ length: next }, (_, i) => `bridge ${i + 1}`), offered = [...DOINGS, ...names];
     const rows = all("#holes li"), first = rows.find((row) => Number(row.dataset.hole) === this.chosen) || rows[0];
     for (const item of rows) {
-      const id = Number(item.dataset.hole), doing = this.doings.get(id), select = item.querySelector("select"), button = item.querySelector(".hole");
+      const id = Number(item.dataset.hole), doing = this.doing(id), select = item.querySelector("select"), button = item.querySelector(".hole");
       const hole = this.list.find((h) => h.id === id);
       if (select.options.length !== offered.length) select.replaceChildren(...offered.map((value) => new Option(doingName(value), value)));
       select.value = doing;
@@ -206,7 +205,7 @@ export class Holes {
   /** The colour index of each rim of a mesh, and the colours. */
   rimKinds(mesh) {
     const own = mesh.id === this.app.model.state.current, order = ["fill", "open", "flat", "bridge"];
-    const kind = (id) => this.picked.size > 1 && this.picked.has(id) ? 4 : Math.max(0, order.indexOf((this.doings.get(id) || "fill").split(" ")[0]));
+    const kind = (id) => this.picked.size > 1 && this.picked.has(id) ? 4 : Math.max(0, order.indexOf(this.doing(id).split(" ")[0]));
     return { kinds: mesh.rimIds.map((id) => own ? kind(id) : 0), colours: ["bad", "soft", "fair", "second", "mark"] };
   }
 
@@ -219,10 +218,10 @@ export class Holes {
   params(only) {
     const crease = this.app.creases.params(only), groups = [...this.bridges().values()];
     if (only) {
-      const flat = only.filter((id) => this.doings.get(id) === "flat");
+      const flat = only.filter((id) => this.doing(id) === "flat");
       return { holes: only, keep_open: [], flat, bridge: groups.filter((group) => group.length > 1 && group.every((id) => only.includes(id))), crease };
     }
-    const ids = (doing) => [...this.doings].filter(([, d]) => d === doing).map(([id]) => id), chosen = (test) => new Set(this.list.filter(test).map((h) => h.id));
+    const ids = (doing) => [...this.doings.keys()].filter((id) => this.doing(id) === doing), chosen = (test) => new Set(this.list.filter(test).map((h) => h.id));
     const border = chosen((h) => this.isBorder(h)), stays = chosen((h) => h.stays_open);
     // What stays open by itself is not named: a rim that is kept open joins no other.
     const open = ids("open").filter((id) => !stays.has(id));

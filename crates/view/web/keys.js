@@ -47,7 +47,7 @@ export function useViewKeys(app) {
     5: () => views.go("front"), 6: () => views.go("right"), 7: () => views.go("top"), 8: () => views.go("isometric"), 9: () => press("#parallel"),
     n: () => holes.step(1), p: () => holes.step(-1), i: () => doing("fill"), k: () => doing("open"), l: () => doing("flat"),
     j: () => holes.chosen !== null && holes.bridge(holes.chosen),
-    w: () => option("wire"), f: () => option("flat"), r: () => option("rims"), h: () => option("folds"), c: () => next("#colour"), y: () => next("#shading"),
+    w: () => option("wire"), f: () => option("flat"), r: () => option("rims"), h: () => press("#mask-hide"), c: () => next("#colour"), y: () => next("#shading"),
     x: () => { find("#section").value = find("#section").value ? "" : "x"; display.cut(); },
     t: () => app.setTool("turn"), b: () => app.setTool("brush"), z: () => app.setTool("fair"), o: () => app.setTool("box"), s: () => app.setTool("lasso"), m: () => app.setTool("component"),
     u: () => app.setTool("smooth"), q: () => app.setTool("distance"), a: () => views.fitSelected(), ",": () => press("#roll-left"), ".": () => press("#roll-right"),
@@ -63,7 +63,9 @@ export function useViewKeys(app) {
     }
     if (find("#keys").open) return undefined;
     if (event.key === "Escape" && !typing) return paint.started ? paint.cancel() : app.measure.points.length ? app.measure.cancel() : steps.job ? steps.cancel() : app.setTool("turn");
-    if (!event.ctrlKey && !event.metaKey && !event.altKey && !typing) actions[key]?.();
+    // On many keyboards brackets and signs need Alt, AltGr or both Ctrl and Alt.
+    const isSign = key?.length === 1 && !/[a-z0-9]/.test(key), plain = !event.ctrlKey && !event.altKey || isSign && (event.altKey || event.getModifierState("AltGraph"));
+    if (plain && !event.metaKey && !typing) actions[key]?.();
     return undefined;
   });
 }

@@ -5,7 +5,7 @@ import { tr } from "./strings.js";
 
 /**
  * The presets of each command. `set` holds values of parameters, `edges` lengths in mean edges of the mesh; `capped` closes every
- * hole flat.
+ * hole flat that is to be filled.
  */
 const PRESETS = {
   fill: [{ name: "continue" }, { name: "cap", capped: true }, { name: "draft", set: { finish: "none" } }],
@@ -57,8 +57,37 @@ export class Presets {
     form.reset();
     form.put(set);
     if (kind === "fill" || kind === "restore") this.app.like.reset();
-    if (kind === "fill") this.app.holes.cap(Boolean(preset.capped));
+    this.changed(kind);
+  }
+
+  /** Updates the page after another preset of a command is chosen. */
+  changed(kind) {
+    if (kind === "fill") this.app.holes.changed();
     this.taken();
+  }
+
+  /** Whether the chosen preset of a fill closes holes flat. */
+  get caps() {
+    return Boolean(this.chosen.fill.capped);
+  }
+
+  /** What a command would run with: the preset and the values of the form. */
+  settings(kind) {
+    return { kind, preset: this.chosen[kind], values: this.app.steps.forms[kind].values() };
+  }
+
+  /** Sets what [settings] returned. */
+  restore({ kind, preset, values }) {
+    this.chosen[kind] = preset;
+    this.app.steps.forms[kind].put(values);
+    if (this.app.steps.kind === kind) this.show(kind);
+    this.changed(kind);
+  }
+
+  /** Selects the first preset of a command if a value that the chosen one sets has been changed. */
+  follow(kind) {
+    const { set = {} } = this.chosen[kind], values = this.app.steps.forms[kind].values();
+    if (Object.entries(set).some(([name, value]) => String(values[name]) !== String(value))) this.leave(kind);
   }
 
   /** Resets a command to its defaults. */

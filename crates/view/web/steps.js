@@ -28,7 +28,10 @@ export class Steps {
     find("#preview").addEventListener("click", () => this.run(this.kind, { preview: true, only: this.kind === "fill" ? app.holes.only() : null }));
     find("#defaults").addEventListener("click", () => this.presets.reset(this.kind));
     find("#fields").addEventListener("submit", (event) => { event.preventDefault(); this.run(this.kind); });
-    find("#fields").addEventListener("input", () => this.describe());
+    find("#fields").addEventListener("input", () => {
+      this.presets.follow(this.kind);
+      this.describe();
+    });
     find("#ask-no").addEventListener("click", () => this.ask(null));
     find("#ask-yes").addEventListener("click", () => this.asked?.());
     find("#cancel").addEventListener("click", () => this.cancel());
@@ -96,13 +99,14 @@ export class Steps {
         return this.ask(tr("fair_all"), () => this.run(kind, { preview, only, sure: true }));
       }
       const label = ["isomend", kind, ...(kind === "fill" ? [this.app.holes.text(only)] : []), ...this.typed(kind)].join(" ");
-      return this.request(label, { kind, params, mask: mask.length ? mask : null, no_texture: like.noTexture(kind), preview });
+      return this.request(label, { kind, params, mask: mask.length ? mask : null, no_texture: like.noTexture(kind), preview }, preview ? this.presets.settings(kind) : null);
     });
   }
 
   /** Requests a step, and shows that it runs; `label` is its command line. */
-  async request(label, step) {
+  async request(label, step, settings = null) {
     this.begin(step.kind, Boolean(step.preview), label);
+    this.job.settings = settings;
     try {
       await this.app.choices.flush();
       const { job } = await askJson("step", step);
@@ -202,7 +206,7 @@ export class Steps {
       if (job) find(`#${job.place === "mend" ? "mend" : job.place === "paint" ? "paint" : "holes"}-trouble`).textContent = words;
     }
     if (name === "cancelled") this.app.say(tr("cancelled"));
-    if (name === "done" && job?.preview) return this.previewed(data.state, job.label);
+    if (name === "done" && job?.preview) return this.previewed(data.state, job);
     await this.app.refresh();
     const made = this.app.model.find(data.state);
     if (name === "done") this.app.say([made?.summary || tr("done"), isRefused(made?.report) && counterpartLine(made.report)].filter(Boolean).join(". "));
@@ -258,9 +262,9 @@ export class Steps {
   }
 
   /** Adds a finished preview. */
-  async previewed(id, label) {
+  async previewed(id, { label, settings }) {
     await this.app.model.fetchState();
-    this.previews.push({ id, label });
+    this.previews.push({ id, label, settings });
     this.app.like.update();
     await this.showPreviews();
   }
@@ -279,7 +283,7 @@ export class Steps {
     this.app.say(tr(b ? "two_previews" : "one_preview"));
   }
 
-  previewRow({ id, label }, i) {
+  previewRow({ id, label, settings }, i) {
     const row = document.createElement("div"), text = document.createElement("code");
     const button = (words, act) => {
       const made = Object.assign(document.createElement("button"), { type: "button", textContent: words });
@@ -298,6 +302,8 @@ export class Steps {
       await askJson("adopt", { id });
       for (const other of this.previews) if (other.id !== id) await askJson("discard", { id: other.id }).catch(() => null);
       this.previews = [];
+      // The page shows what the step was made with, not what a later preview was made with.
+      if (settings) this.presets.restore(settings);
       await this.app.refresh();
       this.app.say(this.app.model.current.summary || "");
     };
