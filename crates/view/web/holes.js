@@ -1,7 +1,6 @@
 // The list of holes: sorting, filter, selection, and the action for each hole.
 
 import { frame, minus } from "../../report/viewer/camera.js";
-import { copy } from "../../report/viewer/point.js";
 import { all, digits, directionTo, find, numberIn } from "../../report/viewer/controls.js";
 import { outcomeWords, tr } from "./strings.js";
 import { isInside } from "./paint.js";
@@ -31,7 +30,6 @@ export class Holes {
     });
     find("#fill-chosen").addEventListener("click", () => app.steps.run("fill", { only: this.only() }));
     find("#fill-all").addEventListener("click", () => app.steps.run("fill"));
-    find("#copy-holes").addEventListener("click", async () => app.say(await copy(this.text()) ? tr("copied", { text: this.text() }) : tr("copy_by_hand")));
     for (const button of all("#holes-head button")) button.addEventListener("click", () => this.sortBy(button.dataset.sort));
     this.useList(find("#holes"));
   }
@@ -68,8 +66,11 @@ export class Holes {
       this.picked.clear();
       this.app.viewer.selected = { region: 0, rim: -1 };
     }
-    if (fresh) find("#defects").open = false;
     this.filter();
+  }
+
+  nameOf(hole) {
+    return tr(this.isBorder(hole) ? "border_name" : "hole_name", { id: hole.id });
   }
 
   isBorder(hole) {
@@ -110,7 +111,7 @@ export class Holes {
   /** The row of a hole. */
   row(hole) {
     const item = document.createElement("li"), button = document.createElement("button"), select = document.createElement("select");
-    const name = tr(this.isBorder(hole) ? "border_name" : "hole_name", { id: hole.id });
+    const name = this.nameOf(hole);
     const part = (kind, text) => Object.assign(document.createElement("span"), { className: kind, textContent: text });
     button.type = "button";
     button.className = "hole";
@@ -118,6 +119,7 @@ export class Holes {
     button.tabIndex = -1;
     button.append(part("name", hole.id), part("size", digits(hole.diameter)), part("edges", hole.edges));
     if (hole.joined.length) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: ` + ${hole.joined.join(" + ")}` }));
+    if (hole.was) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("was_number", { was: hole.was }) }));
     if (this.isBorder(hole)) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("border_short") }));
     button.title = hole.outcome ? `${name}: ${outcomeWords(hole)}` : tr("row_title", { name, height: digits(hole.height, hole.diameter) + this.app.unit() });
     if (hole.joined.length) button.title += " " + tr("row_joined", { ids: hole.joined.join(", ") });
@@ -188,16 +190,14 @@ export class Holes {
       item.classList.toggle("picked", this.picked.has(id));
       button.setAttribute("aria-pressed", this.picked.has(id));
       button.tabIndex = item === first ? 0 : -1;
-      const name = tr(this.isBorder(hole) ? "border_name" : "hole_name", { id });
+      const name = this.nameOf(hole);
       button.setAttribute("aria-label", tr("row_label", { name, diameter: digits(hole.diameter) + this.app.unit(), edges: hole.edges, doing: doingName(doing) }));
     }
-    find("#holes-text").textContent = this.text();
-    find("#copy-holes").hidden = !this.canFill();
     find("#fill-all").disabled = Boolean(this.app.steps.job) || !this.canFill();
     const { size } = this.picked;
     find("#fill-chosen").disabled = !size;
     find("#fill-chosen").textContent = size > 1 ? tr("fill_these", { count: size }) : size ? tr("fill_hole", { id: this.chosen }) : tr("fill_this");
-    find("#picked").textContent = size > 1 ? tr("picked", { count: size }) : "";
+    find("#fill-chosen").hidden = !size;
     this.app.display.rims();
     this.app.steps.describe();
   }
@@ -234,6 +234,17 @@ export class Holes {
     // filled, or may because another stays open; also if that list is the shorter one.
     const named = filled.some((id) => stays.has(id) || open.length && border.has(id)) || filled.length <= open.length;
     return { holes: named ? filled : null, keep_open: named ? [] : open, flat: ids("flat"), bridge: groups, crease };
+  }
+
+  /** The holes that the user chose to close flat: also a repair does so. */
+  caps() {
+    return [...this.doings].filter(([, doing]) => doing === "flat").map(([id]) => id);
+  }
+
+  /** The same as options of a repair. */
+  capsText() {
+    const ids = this.caps();
+    return ids.length ? [`--flat ${ids.join(",")}`] : [];
   }
 
   /** The same parameters as options of the command line. */

@@ -61,8 +61,14 @@ export function useViewKeys(app) {
       const redoes = key === "y" || event.shiftKey, painting = app.tab === "paint" && app.tool !== "fair" && (app.mask()?.done.length || app.mask()?.undone.length);
       return press(painting ? (redoes ? "#restroke" : "#unstroke") : redoes ? "#redo" : "#undo");
     }
-    if (find("#keys").open) return undefined;
-    if (event.key === "Escape" && !typing) return paint.started ? paint.cancel() : app.measure.points.length ? app.measure.cancel() : steps.job ? steps.cancel() : app.setTool("turn");
+    if ((event.ctrlKey || event.metaKey) && key === "s") {
+      event.preventDefault();
+      if (app.tab === "save") return press("#save");
+      app.open("save");
+      return find("#save").focus();
+    }
+    if (find("#keys").open || find("#opener").open) return undefined;
+    if (event.key === "Escape" && !typing) return app.card.hide() ? undefined : paint.started ? paint.cancel() : app.measure.points.length ? app.measure.cancel() : steps.job ? steps.cancel() : app.setTool("turn");
     // On many keyboards brackets and signs need Alt, AltGr or both Ctrl and Alt.
     const isSign = key?.length === 1 && !/[a-z0-9]/.test(key), plain = !event.ctrlKey && !event.altKey || isSign && (event.altKey || event.getModifierState("AltGraph"));
     if (plain && !event.metaKey && !typing) actions[key]?.();

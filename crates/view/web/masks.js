@@ -3,7 +3,7 @@
 import { all, find, numberIn } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
 import { facesOf } from "./mask.js";
-import { counts, language, tr } from "./strings.js";
+import { counts, tr, whole } from "./strings.js";
 
 export class Masks {
   constructor(app) {
@@ -47,7 +47,6 @@ export class Masks {
       app.say(tr("mask_saved", { path }));
     });
     find("#mask-file").addEventListener("change", () => find("#mask-file").files[0] && this.takeFile(find("#mask-file").files[0]));
-    for (const kind of ["restore", "fair"]) find("#to-" + kind).addEventListener("click", () => { app.steps.show(kind); app.open("mend", true); });
   }
 
   /** Marks exactly these faces. */
@@ -125,7 +124,7 @@ export class Masks {
       made.addEventListener("click", () => app.attempt("#paint-trouble", act));
       return made;
     };
-    text.textContent = `${shown} (${counts("face", count)}${gone ? tr("mask_gone", { gone: gone.toLocaleString(language()) }) : ""})`;
+    text.textContent = `${shown} (${counts("face", count)}${gone ? tr("mask_gone", { gone: whole(gone) }) : ""})`;
     text.title = gone ? tr("mask_gone_title", { count: counts("face", gone) }) : shown;
     const faces = () => this.facesOf(name);
     const again = button("mask_show", async () => this.take(await faces())), add = button("mask_add", async () => {

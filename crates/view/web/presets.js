@@ -32,20 +32,26 @@ export class Presets {
 
   /** Shows the presets of a command. */
   show(kind) {
-    find("#presets").replaceChildren(...PRESETS[kind].map((preset) => this.card(kind, preset)));
+    find("#presets").replaceChildren(...PRESETS[kind].map((preset) => this.pill(kind, preset)));
+    find("#preset-hint").textContent = tr("preset_" + this.chosen[kind].name + "_hint");
   }
 
-  card(kind, preset) {
-    const label = document.createElement("label"), input = document.createElement("input"), name = document.createElement("b"), hint = document.createElement("small");
+  /** Chooses a preset by its name, without changing parameters. */
+  choose(kind, name) {
+    this.chosen[kind] = PRESETS[kind].find((preset) => preset.name === name) || this.chosen[kind];
+  }
+
+  pill(kind, preset) {
+    const label = document.createElement("label"), input = document.createElement("input"), name = document.createElement("span");
     input.type = "radio";
     input.name = "preset";
     input.value = preset.name;
     input.checked = this.chosen[kind] === preset;
     input.disabled = !this.ready;
     name.textContent = tr("preset_" + preset.name);
-    hint.textContent = tr("preset_" + preset.name + "_hint");
+    label.title = tr("preset_" + preset.name + "_hint");
     input.addEventListener("change", () => this.take(kind, preset));
-    label.append(input, name, hint);
+    label.append(input, name);
     return label;
   }
 
@@ -54,6 +60,7 @@ export class Presets {
     const form = this.app.steps.forms[kind], edge = preset.edges ? this.app.meanEdge() : 0, set = { ...preset.set };
     for (const [name, edges] of Object.entries(preset.edges || {})) set[name] = Number((edges * edge).toPrecision(3));
     this.chosen[kind] = preset;
+    find("#preset-hint").textContent = tr("preset_" + preset.name + "_hint");
     form.reset();
     form.put(set);
     if (kind === "fill" || kind === "restore") this.app.like.reset();

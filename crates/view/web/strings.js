@@ -1,7 +1,9 @@
 // All texts of the page in English and German, by names that the other scripts use. The program's own messages, and parameters and
 // defects without an entry here, are shown in English.
 
+import { number } from "../../report/viewer/controls.js";
 import { DELIVER_WORDS } from "./deliver_strings.js";
+import { JOB_WORDS, REASONS } from "./job_strings.js";
 import { LIKE_WORDS } from "./like_strings.js";
 import { PAINT_WORDS } from "./paint_strings.js";
 
@@ -25,8 +27,8 @@ const WORDS = {
   ],
   opening: ["Opening…", "Wird geöffnet…"],
   intro: [
-    "Drag to turn the mesh, wheel to zoom, right button to shift. Click a hole in the view or in the list, choose an action, then press Fill.",
-    "Ziehen dreht das Netz, das Rad zoomt, die rechte Taste verschiebt. Ein Loch in der Ansicht oder Liste anklicken, eine Aktion wählen, dann auf Füllen drücken.",
+    "Drag to turn the mesh, wheel to zoom, right button to shift. Choose what to do on the right; click a hole for its choices.",
+    "Ziehen dreht das Netz, das Rad zoomt, die rechte Taste verschiebt. Rechts die Aufgabe wählen; ein Loch anklicken zeigt, was damit geht.",
   ],
   understood: ["Got it", "Verstanden"],
   not_saved: ["not saved", "nicht gesichert"],
@@ -111,12 +113,6 @@ const WORDS = {
   slider: ["Slider", "Regler"],
   split: ["Divider between before and after", "Grenze zwischen vorher und nachher"],
   // Tabs.
-  tab_holes: ["Holes", "Löcher"],
-  tab_paint: ["Paint", "Malen"],
-  tab_mend: ["Mend", "Heilen"],
-  tab_measure: ["Measure", "Messen"],
-  tab_history: ["History", "Verlauf"],
-  tab_save: ["Files", "Dateien"],
   // Holes.
   wider: ["wider than", "breiter als"],
   narrower: ["narrower than", "schmaler als"],
@@ -145,7 +141,6 @@ const WORDS = {
   fill_this: ["Fill only this hole", "Nur dieses Loch füllen"],
   fill_hole: ["Fill only hole {id}", "Nur Loch {id} füllen"],
   fill_these: ["Fill only these {count}", "Nur diese {count} füllen"],
-  picked: ["{count} chosen", "{count} gewählt"],
   bridge_alone: ["{bridge} has one hole only, {id}: a bridge joins two or more", "{bridge} hat nur ein Loch, {id}: eine Brücke verbindet zwei oder mehr"],
   nothing_to_fill: ["there are no holes to fill", "es gibt keine Löcher zu füllen"],
   all_stay_open: ["every hole is to stay open: choose one to fill", "alle Löcher bleiben offen: eines zum Füllen wählen"],
@@ -161,10 +156,7 @@ const WORDS = {
   end_second: ["A sharp edge is continued between the ends {first} and {id} of hole {hole}. A click on one of them removes it.", "Zwischen den Enden {first} und {id} von Loch {hole} wird eine scharfe Kante fortgesetzt. Ein Klick auf eines entfernt sie."],
   take_away: ["Remove", "Entfernen"],
   take_away_label: ["Remove the sharp edge between ends {a} and {b}", "Scharfe Kante zwischen den Enden {a} und {b} entfernen"],
-  check: ["Check for defects", "Auf Fehler prüfen"],
   checking: ["Checking…", "Wird geprüft…"],
-  sound: ["The mesh is sound: closed, manifold, oriented and free of self-intersections.", "Das Netz ist einwandfrei: geschlossen, mannigfaltig, orientiert und ohne Selbstdurchdringung."],
-  walls: ["Wall thickness: {least} at least, {mean} on average.", "Wanddicke: mindestens {least}, im Mittel {mean}."],
   defect_title: ["Mark the faces of this defect, and go to the next one", "Die Flächen dieses Fehlers markieren und zur nächsten gehen"],
   kind_boundary_edge: ["boundary edges", "Randkanten"],
   kind_non_manifold_edge: ["non-manifold edges", "nicht mannigfaltige Kanten"],
@@ -213,7 +205,7 @@ const WORDS = {
   preset_block: ["Terrain on a base", "Gelände auf Sockel"],
   preset_block_hint: ["Open sheets get straight walls and a flat base.", "Offene Flächen bekommen gerade Wände und einen flachen Boden."],
   advanced: ["Advanced", "Weitere Einstellungen"],
-  command_line: ["As a command:", "Als Befehl:"],
+  command_line: ["As a command", "Als Befehl"],
   run: ["Run", "Ausführen"],
   preview: ["Preview", "Vorschau"],
   defaults: ["Defaults", "Vorgaben"],
@@ -286,7 +278,6 @@ const WORDS = {
   done: ["Done.", "Fertig."],
   undone: ["Undone: now {label}.", "Zurückgenommen: nun {label}."],
   redone: ["Redone: now {label}.", "Wieder ausgeführt: nun {label}."],
-  language_loses: ["Changing the language reloads the page: previews and a running preview are lost. Continue?", "Ein Sprachwechsel lädt die Seite neu: Vorschauen und eine laufende Vorschau gehen verloren. Fortfahren?"],
   no_answer: ["The program does not answer: it may have been stopped.", "Das Programm antwortet nicht: vielleicht wurde es beendet."],
   answered_with: ["the program answered with {status}", "das Programm antwortete mit {status}"],
   previews: ["Previews", "Vorschauen"],
@@ -330,14 +321,11 @@ const WORDS = {
   band_none: ["No vertex has moved.", "Kein Punkt hat sich bewegt."],
   no_deviation: ["make a step first, or name a file to measure from", "zuerst einen Schritt machen oder eine Datei als Bezug nennen"],
   // History and files.
-  open_other: ["open another file", "andere Datei öffnen"],
   open: ["Open", "Öffnen"],
-  opening_file: ["{name} is being opened…", "{name} wird geöffnet…"],
   is_open: ["{name} is already open on this page.", "{name} ist auf dieser Seite schon offen."],
   sending_file: ["{name} is being uploaded to the program's folder…", "{name} wird in den Ordner des Programms übertragen…"],
   steps: ["Steps", "Schritte"],
   compare_with: ["compare with", "vergleichen mit"],
-  details: ["Details of this step", "Einzelheiten dieses Schritts"],
   outcome_level_set: ["level set", "Level-Set-Fläche"],
   outcome_faired: ["smoothed triangles", "geglättete Dreiecke"],
   outcome_sides: ["continued sides", "fortgesetzte Seitenflächen"],
@@ -435,6 +423,7 @@ const COUNTED = {
   marked_face: [["marked face", "marked faces"], ["markierte Fläche", "markierte Flächen"]],
   hole: [["hole", "holes"], ["Loch", "Löcher"]],
   region: [["region", "regions"], ["Bereich", "Bereichen"]],
+  debris: [["small component", "small components"], ["kleines Stück", "kleine Stücke"]],
   place: [["place", "places"], ["Stelle", "Stellen"]],
   crease: [["sharp edge ends", "sharp edges end"], ["scharfe Kante endet", "scharfe Kanten enden"]],
   byte: [["byte", "bytes"], ["Byte", "Bytes"]],
@@ -471,7 +460,7 @@ export function setLanguage(name) {
   } catch { /* The browser allows no storage. */ }
 }
 
-const wordsOf = (name) => WORDS[name] || DELIVER_WORDS[name] || LIKE_WORDS[name] || PAINT_WORDS[name];
+const wordsOf = (name) => WORDS[name] || JOB_WORDS[name] || DELIVER_WORDS[name] || LIKE_WORDS[name] || PAINT_WORDS[name];
 
 export const has = (name) => Boolean(wordsOf(name));
 
@@ -481,13 +470,22 @@ export function tr(name, values = {}) {
   return said.replace(/\{(\w+)\}/g, (all, key) => values[key] ?? all);
 }
 
+/** A whole number. */
+export const whole = (count) => number(count);
+
+/** A size of a file, from bytes. */
+export function fileSize(bytes) {
+  const power = Math.min(3, Math.max(1, Math.floor(Math.log10(bytes + 1) / 3)));
+  return `${number(bytes / 1000 ** power, { maximumSignificantDigits: 3 })} ${["", "kB", "MB", "GB"][power]}`;
+}
+
 /** A count with its noun. */
-export function counts(what, number) {
+export function counts(what, count) {
   const [one, many] = COUNTED[what][spoken];
-  return `${number.toLocaleString(language())} ${number === 1 ? one : many}`;
+  return `${whole(count)} ${count === 1 ? one : many}`;
 }
 
 /** What became of a hole: how it was closed, or that it is open, and why. */
 export function outcomeWords({ outcome, closed_by: how, reason }) {
-  return [tr("outcome_" + (how || outcome)), reason].filter(Boolean).join(", ");
+  return [tr("outcome_" + (how || outcome)), spoken ? REASONS[reason] ?? reason : reason].filter(Boolean).join(", ");
 }

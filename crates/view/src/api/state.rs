@@ -23,6 +23,7 @@ use super::super::session::Busy;
 use super::super::state::State as MeshState;
 use super::deliver::saved_row;
 use super::http::{Answer, json_answer, work};
+use super::values::OUTLIERS;
 use isomend_core::fill::{FillParams, LeftReason};
 use isomend_core::mend::{FairParams, RestoreParams};
 use isomend_core::mesh::Attributes;
@@ -67,7 +68,7 @@ fn document(app: &App, known: Option<u64>) -> Value {
     let first = states
         .first()
         .map_or_else(|| current.clone(), |(s, _)| s.clone());
-    let holes = hole_rows(&current);
+    let holes = hole_rows(&current, &first);
     let lists = [state_list(&states), hole_list(&holes)];
     let images = current.textures().count();
     let texture = (images > 0).then(|| json!({ "url": "api/texture/0", "count": images }));
@@ -101,6 +102,7 @@ fn document(app: &App, known: Option<u64>) -> Value {
         "formats": Format::ALL.map(format_row),
         "attributes": attribute_rows(&current.loaded.attributes),
         "errors": current.errors.is_known(),
+        "error_high": current.errors.high(OUTLIERS),
         "texture": texture,
         "parameters": parameters::document(),
         "defaults": {
@@ -202,8 +204,8 @@ fn is_other(hole: &Value) -> bool {
 
 /// The holes, with what a fill with default parameters would do: whether each stays open, and with which others it is filled
 /// together. A hole that the last step was asked to fill and left open has the outcome and the reason. Holes are matched by centre and
-/// number of edges.
-fn hole_rows(state: &MeshState) -> Vec<Value> {
+/// number of edges. `was` is the number of a hole in the input file, if it has another one there.
+fn hole_rows(state: &MeshState, first: &MeshState) -> Vec<Value> {
     let holes = state.inspected["holes"].as_array();
     let mut holes = holes.cloned().unwrap_or_default();
     let reported = state.step.as_ref().map(|step| &step.document["holes"]);
@@ -211,9 +213,14 @@ fn hole_rows(state: &MeshState) -> Vec<Value> {
     let reported = reported.and_then(Value::as_array).into_iter().flatten();
     let reported = reported.filter(|hole| !is_other(hole));
     let reported: HashMap<_, _> = reported.map(|hole| (key(hole), hole)).collect();
+    let numbers = first.inspected["holes"].as_array().into_iter().flatten();
+    let numbers: HashMap<_, _> = numbers.map(|hole| (key(hole), &hole["id"])).collect();
     for (hole, id) in holes.iter_mut().zip(state.holes.iter().map(|hole| hole.id)) {
         hole["stays_open"] = state.stays_open(id).into();
         hole["joined"] = json!(state.joined(id));
+        if let Some(was) = numbers.get(&key(hole)).filter(|was| ***was != hole["id"]) {
+            hole["was"] = (*was).clone();
+        }
         if let Some(before) = reported.get(&key(hole)) {
             for name in ["outcome", "closed_by", "reason"] {
                 hole[name] = before[name].clone();
