@@ -21,6 +21,8 @@ export class Holes {
     this.chosen = null;
     this.picked = new Set();
     this.over = null;
+    /** What each row shows: action, whether it is chosen, and so on. */
+    this.written = new WeakMap();
     this.sort = { by: "id", falls: false };
     for (const query of ["#wider", "#narrower"]) find(query).addEventListener("input", () => this.filter());
     find("#set-all").addEventListener("change", () => {
@@ -181,9 +183,13 @@ export class Holes {
   changed() {
     const next = this.bridges().size + 1, names = Array.from({ length: next }, (_, i) => `bridge ${i + 1}`), offered = [...DOINGS, ...names];
     const rows = all("#holes li"), first = rows.find((row) => Number(row.dataset.hole) === this.chosen) || rows[0];
+    const byId = new Map(this.list.map((hole) => [hole.id, hole])), unit = this.app.unit();
     for (const item of rows) {
-      const id = Number(item.dataset.hole), doing = this.doing(id), select = item.querySelector("select"), button = item.querySelector(".hole");
-      const hole = this.list.find((h) => h.id === id);
+      const id = Number(item.dataset.hole), doing = this.doing(id), shows = [doing, this.picked.has(id), offered.length, unit, item === first].join();
+      // A row that shows the same already is left as it is: with a thousand rows writing all takes longer than drawing the mesh.
+      if (this.written.get(item) === shows) continue;
+      this.written.set(item, shows);
+      const select = item.querySelector("select"), button = item.querySelector(".hole"), hole = byId.get(id);
       if (select.options.length !== offered.length) select.replaceChildren(...offered.map((value) => new Option(doingName(value), value)));
       select.value = doing;
       item.dataset.doing = doing.split(" ")[0];
@@ -191,7 +197,7 @@ export class Holes {
       button.setAttribute("aria-pressed", this.picked.has(id));
       button.tabIndex = item === first ? 0 : -1;
       const name = this.nameOf(hole);
-      button.setAttribute("aria-label", tr("row_label", { name, diameter: digits(hole.diameter) + this.app.unit(), edges: hole.edges, doing: doingName(doing) }));
+      button.setAttribute("aria-label", tr("row_label", { name, diameter: digits(hole.diameter) + unit, edges: hole.edges, doing: doingName(doing) }));
     }
     find("#fill-all").disabled = Boolean(this.app.steps.job) || !this.canFill();
     const { size } = this.picked;

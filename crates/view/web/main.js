@@ -236,12 +236,16 @@ class App {
     const id = this.holes.at(met);
     this.card.hide();
     if (id === null) return undefined;
+    this.card.joins = joins;
+    return this.showHole(id, event);
+  }
+
+  /** Chooses a hole that was clicked in the view, and shows its card, unless it is added to others. */
+  showHole(id, event) {
     const adds = event.ctrlKey || event.metaKey || event.shiftKey;
     this.open("holes");
     this.holes.choose(id, false, { adds });
-    this.card.joins = joins;
     if (!adds && event.clientX !== undefined) this.card.show(id, event.clientX, event.clientY);
-    return undefined;
   }
 
   /** Handles a pointer that moves over the view: shows the brush, or highlights the hole under it. */
@@ -257,6 +261,20 @@ class App {
       this.endHovering = null;
     });
   }
+}
+
+/** Makes a right click on a hole show its card; dragged, the right button shifts the view. */
+function useRightClick(app) {
+  const { canvas } = app.viewer;
+  let down = null;
+  canvas.addEventListener("pointerdown", (event) => { down = event.button === 2 ? [event.clientX, event.clientY] : null; });
+  canvas.addEventListener("pointerup", (event) => {
+    const isClick = down && event.button === 2 && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < 4;
+    down = null;
+    if (!isClick || app.tool !== "turn") return;
+    const id = app.holes.at(app.viewer.pick(event.offsetX, event.offsetY));
+    if (id !== null) app.showHole(id, event);
+  });
 }
 
 /** Makes the list of files open by its button, and takes dropped files: face numbers become the mask, any other file is opened. */
@@ -336,6 +354,7 @@ async function begin() {
   usePointers(viewer, { click: (event, at) => app.clicked(event, at), begin: (event, at) => app.paint.begin(event, at), turns: () => PAINTS.includes(app.tool) });
   viewer.canvas.addEventListener("pointermove", (event) => app.moved(event));
   viewer.canvas.addEventListener("pointerleave", () => app.moved(null));
+  useRightClick(app);
   useArrows(viewer);
   useViewKeys(app);
   // Draw only once, when everything is loaded.

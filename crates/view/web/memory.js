@@ -30,7 +30,7 @@ export function recalled() {
 }
 
 /** Sets the fields and presets of a stored state, before the first picture. */
-export function recallFields(app, { fields, chosen, previews, measures }) {
+export function recallFields(app, { fields, chosen, previews }) {
   for (const [id, value] of Object.entries(fields)) {
     const field = document.getElementById(id);
     if (!field) continue;
@@ -39,17 +39,17 @@ export function recallFields(app, { fields, chosen, previews, measures }) {
   }
   for (const [kind, name] of Object.entries(chosen)) app.steps.presets.choose(kind, name);
   app.steps.previews = previews;
-  app.measure.items = measures;
 }
 
 /** Sets the rest of a stored state, once the mesh is shown. */
-export async function recallView(app, { camera, tab, tool, kind, show, colour, picked, chosenHole }) {
+export async function recallView(app, { camera, tab, tool, kind, show, colour, picked, chosenHole, measures }) {
   app.open(tab);
   app.setTool(tool);
   app.steps.show(kind);
   app.holes.picked = new Set(picked);
   app.holes.chosen = chosenHole;
   app.holes.changed();
+  app.measure.items = measures;
   app.measure.list();
   for (const query of ["#section", "#up"]) find(query).dispatchEvent(new Event("input"));
   if (!find("fieldset.change").disabled) app.display.option("show", show);
