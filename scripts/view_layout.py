@@ -3,7 +3,7 @@
 import json
 
 SIZES = ((1280, 800), (1920, 1080), (1024, 700))
-TABS = ("holes", "paint", "mend", "measure", "history", "save")
+TABS = ("holes", "paint", "print", "check", "measure", "history", "save")
 # The visible controls, with their boxes.
 SEEN = """(() => { const seen = (e) => e.checkVisibility({ visibilityProperty: true }) && e.getBoundingClientRect().width > 2;
   return [...document.querySelectorAll("header button, header select, #rail :is(button, select, label), #panel :is(button, select, summary, output), .compare label")]
@@ -29,7 +29,7 @@ FAINT = """(() => {
     if (ratio < (large ? 3 : 4.5)) wrong.push([e.textContent.trim().slice(0, 30), ratio.toFixed(2)]); }
   return wrong; })()"""
 # Positions of the elements that must not move.
-STAND = """(() => [...document.querySelectorAll("#view, #rail button, #holes, #fill-all, #fill-chosen, #holes-text, header button, [role=tab]")].map((e) => {
+STAND = """(() => [...document.querySelectorAll("#view, #rail button, #fill-all, header button, [role=tab]")].map((e) => {
   const b = e.getBoundingClientRect(); return [e.id || e.textContent.trim(), Math.round(b.x), Math.round(b.y)]; }))()"""
 
 
@@ -126,12 +126,12 @@ def check_rows(page):
 def check_keyboard(page):
     """The list of holes is a single tab stop; holes are chosen, set and filled with keys only."""
     page.tab("holes")
-    page.run("document.querySelector('#narrower').focus()")
+    page.run("document.querySelector('[data-sort=doing]').focus()")
     stops = []
     for _ in range(12):
         page.key("Tab")
         stops.append(page.run("document.activeElement.closest('#holes') ? 'list' : document.activeElement.id || document.activeElement.dataset.sort"))
-        if stops[-1] == "set-all":
+        if stops[-1] == "fill-all":
             break
     page.expect(stops.count("list") == 1, f"the focus goes to {stops}")
     page.run("document.querySelector('#holes .hole[tabindex=\"0\"]').focus()")

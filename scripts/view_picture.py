@@ -39,7 +39,7 @@ def draw(page):
     save(page, "holes")
     page.run("isomend.holes.choose(1)")
     page.settled()
-    page.tab("mend")
+    page.job("fill")
     for count, energy in enumerate(("willmore", "curvature-variation"), 1):
         page.fill_in("#fill--energy", energy)
         page.click_on("#preview")

@@ -32,7 +32,7 @@ def two_tabs(page, program, folder, mesh, profile):
         other.click_on("#undo")
         for tab in (page, other):
             tab.reaches(0, "both tabs show that it is undone")
-        page.tab("mend")
+        page.job("fill")
         page.run("isomend.holes.choose(isomend.holes.list[1].id)")
         page.click_on("#preview")
         page.until("isomend.steps.previews.length === 1", "there is a preview")

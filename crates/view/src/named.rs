@@ -96,7 +96,10 @@ impl NamedMasks {
     /// Adds those masks of another mesh whose names this mesh does not have.
     pub fn add_missing(&mut self, other: &Self, way: &Way) {
         let missing = other.iter().filter(|mask| self.find(&mask.name).is_none());
-        let missing: Vec<NamedMask> = missing.map(|mask| way.carried(mask)).collect();
+        let missing = missing.map(|mask| way.carried(mask));
+        // The region of a step does not exist before the step.
+        let exists = |mask: &NamedMask| mask.name != LAST_REGION || !mask.faces.0.is_empty();
+        let missing: Vec<NamedMask> = missing.filter(exists).collect();
         self.0.extend(missing);
     }
 

@@ -20,7 +20,7 @@ export class Defects {
   async check() {
     const { model } = this.app, id = model.state.current, verdict = find("#verdict");
     verdict.textContent = tr("checking");
-    verdict.dataset.level = "fair";
+    verdict.dataset.level = "";
     find("#defect-list").replaceChildren();
     try {
       const found = await this.app.verdict.of(id);

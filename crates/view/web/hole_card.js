@@ -26,9 +26,9 @@ export class HoleCard {
     Object.assign(close, { type: "button", className: "icon-button" }).dataset.icon = "close";
     close.setAttribute("aria-label", tr("close"));
     close.addEventListener("click", () => this.hide());
-    actions.className = "grid three";
+    actions.classList.add("grid", "three");
     actions.append(...["fill", "flat", "open"].map((doing) => this.action(id, doing)));
-    const run = this.button(tr("fill_this"), () => {
+    const run = this.button(tr("fill_it"), () => {
       this.hide();
       this.app.steps.run("fill", { only: [id, ...hole.joined].sort((a, b) => a - b) });
     });

@@ -58,9 +58,10 @@ export class Holes {
   }
 
   /** Shows the holes of a state; `fresh` says that the current mesh has changed. */
-  update({ holes, choices }, fresh) {
+  update({ holes, choices, number_shifts: shifts }, fresh) {
     const same = !fresh && holes.length === this.list.length;
     this.list = holes;
+    this.shifts = shifts;
     if (same) return;
     if (fresh) this.doings = new Map(holes.map((hole) => [hole.id, choices[hole.id] ?? (hole.stays_open ? "open" : "fill")]));
     if (fresh || !holes.some((hole) => hole.id === this.chosen)) {
@@ -73,6 +74,12 @@ export class Holes {
 
   nameOf(hole) {
     return tr(this.isBorder(hole) ? "border_name" : "hole_name", { id: hole.id });
+  }
+
+  /** The number of a hole in the input file, if it is another one. */
+  numberBefore(id) {
+    const shift = this.shifts?.findLast(([from]) => from <= id)?.[1];
+    return shift ? id + shift : null;
   }
 
   isBorder(hole) {
@@ -121,7 +128,8 @@ export class Holes {
     button.tabIndex = -1;
     button.append(part("name", hole.id), part("size", digits(hole.diameter)), part("edges", hole.edges));
     if (hole.joined.length) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: ` + ${hole.joined.join(" + ")}` }));
-    if (hole.was) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("was_number", { was: hole.was }) }));
+    const was = this.numberBefore(hole.id);
+    if (was) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("was_number", { was }) }));
     if (this.isBorder(hole)) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("border_short") }));
     button.title = hole.outcome ? `${name}: ${outcomeWords(hole)}` : tr("row_title", { name, height: digits(hole.height, hole.diameter) + this.app.unit() });
     if (hole.joined.length) button.title += " " + tr("row_joined", { ids: hole.joined.join(", ") });
@@ -203,7 +211,6 @@ export class Holes {
     const { size } = this.picked;
     find("#fill-chosen").disabled = !size;
     find("#fill-chosen").textContent = size > 1 ? tr("fill_these", { count: size }) : size ? tr("fill_hole", { id: this.chosen }) : tr("fill_this");
-    find("#fill-chosen").hidden = !size;
     this.app.display.rims();
     this.app.steps.describe();
   }

@@ -24,6 +24,7 @@ export const JOB_WORDS = {
   was_number: ["was {was}", "war {was}"],
   hole_card: ["The clicked hole", "Das angeklickte Loch"],
   card_size: ["{diameter} across, {edges} edges", "{diameter} Durchmesser, {edges} Kanten"],
+  fill_it: ["Fill this hole", "Dieses Loch füllen"],
   join_with: ["Join with another hole…", "Mit anderem Loch verbinden…"],
   join_next: ["Click the hole to join with hole {id}. Esc ends it.", "Das Loch anklicken, das mit Loch {id} verbunden werden soll. Esc bricht ab."],
   joined_now: ["Holes {first} and {id} are filled as one.", "Die Löcher {first} und {id} werden gemeinsam gefüllt."],

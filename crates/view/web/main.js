@@ -168,7 +168,7 @@ class App {
     this.steps.describe();
   }
 
-  /** Opens a pane: that of a job, the measurements, the history, or saving. Painting begins with the brush. */
+  /** Opens a pane: a job, the measurements, the history, or saving. Painting begins with the brush. */
   open(tab, focus = false) {
     const isTab = find("#tab-" + tab).getAttribute("role") === "tab";
     this.tab = tab;

@@ -21,7 +21,7 @@ export class Mask {
     this.isShown = true;
   }
 
-  /** Draws the marks, or hides those of a mesh that the current one is compared with; returns whether the picture changes. */
+  /** Draws the marks, or hides them on a mesh that the current one is compared with; returns whether the picture changes. */
   show(isShown) {
     const { facts } = this.mesh, differs = this.isShown !== isShown;
     this.isShown = isShown;

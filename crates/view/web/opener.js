@@ -9,7 +9,9 @@ export class Opener {
   constructor(box, { leave = async () => null, opened = () => null } = {}) {
     Object.assign(this, { leave, opened });
     const part = (name, words = "") => Object.assign(document.createElement(name), { textContent: words });
-    this.filter = Object.assign(part("input"), { type: "text", id: "open-path", placeholder: tr("filter_files"), spellcheck: false, autocomplete: "off" });
+    this.filter = Object.assign(part("input"), { type: "text", id: "open-path", spellcheck: false });
+    this.filter.placeholder = tr("filter_files");
+    this.filter.setAttribute("autocomplete", "off");
     this.filter.setAttribute("aria-label", tr("filter_files"));
     this.trouble = Object.assign(part("p"), { id: "open-trouble", className: "trouble" });
     this.trouble.setAttribute("role", "alert");

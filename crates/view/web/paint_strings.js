@@ -36,8 +36,6 @@ export const PAINT_WORDS = {
   none_in_there: ["No visible face is inside the outline.", "Im Umriss ist keine Fläche zu sehen."],
   box_corner: ["One corner is set; move the cross and press Enter for the other.", "Eine Ecke ist gesetzt; Kreuz bewegen und Enter für die andere drücken."],
   lasso_point: ["A point is set; press Enter twice at one place to close the lasso.", "Ein Punkt ist gesetzt; zweimal Enter an einer Stelle schließt das Lasso."],
-  restore_marked: ["Restore marked region", "Markiertes wiederherstellen"],
-  fair_marked: ["Smooth marked region", "Markiertes glätten"],
   masks: ["Masks", "Masken"],
   name: ["name", "Name"],
   keep: ["Keep", "Merken"],

@@ -310,6 +310,8 @@ export class Steps {
       // The page shows what the step was made with, not what a later preview was made with.
       if (settings) this.presets.restore(settings);
       await this.app.refresh();
+      // The previews are no longer compared.
+      if (this.app.viewer.options.show === "both") this.app.display.option("show", "after");
       this.app.say(tr("done"));
     };
     row.append(text, button(tr("take"), take), button(tr("drop"), drop), this.report(id));

@@ -19,7 +19,7 @@ export class Verdict {
     find("#min-wall").addEventListener("input", () => this.changed());
   }
 
-  /** Makes the field for the minimum wall of a repair and that of the check show the same value. */
+  /** Makes the fields for the minimum wall of a repair and of the check show the same value. */
   start() {
     const own = find("#min-wall"), other = find('[id="repair--min-wall"]');
     other.addEventListener("input", () => {

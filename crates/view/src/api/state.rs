@@ -68,7 +68,7 @@ fn document(app: &App, known: Option<u64>) -> Value {
     let first = states
         .first()
         .map_or_else(|| current.clone(), |(s, _)| s.clone());
-    let holes = hole_rows(&current, &first);
+    let holes = hole_rows(&current);
     let lists = [state_list(&states), hole_list(&holes)];
     let images = current.textures().count();
     let texture = (images > 0).then(|| json!({ "url": "api/texture/0", "count": images }));
@@ -89,6 +89,7 @@ fn document(app: &App, known: Option<u64>) -> Value {
         "earlier": app.earlier.as_ref().map(|file| file.display().to_string()),
         "session": { "path": app.store.path().display().to_string(), "error": app.store.error() },
         "choices": choices.actions(&current),
+        "number_shifts": number_shifts(&current, &first),
         "crease_ends": current.inspected["crease_ends"],
         "creases": choices.creases(&current),
         "marked": choices.mask().count(),
@@ -204,23 +205,18 @@ fn is_other(hole: &Value) -> bool {
 
 /// The holes, with what a fill with default parameters would do: whether each stays open, and with which others it is filled
 /// together. A hole that the last step was asked to fill and left open has the outcome and the reason. Holes are matched by centre and
-/// number of edges. `was` is the number of a hole in the input file, if it has another one there.
-fn hole_rows(state: &MeshState, first: &MeshState) -> Vec<Value> {
+/// number of edges.
+fn hole_rows(state: &MeshState) -> Vec<Value> {
     let holes = state.inspected["holes"].as_array();
     let mut holes = holes.cloned().unwrap_or_default();
     let reported = state.step.as_ref().map(|step| &step.document["holes"]);
-    let key = |hole: &Value| (hole["centre"].to_string(), hole["edges"].as_u64());
+    let key = hole_key;
     let reported = reported.and_then(Value::as_array).into_iter().flatten();
     let reported = reported.filter(|hole| !is_other(hole));
     let reported: HashMap<_, _> = reported.map(|hole| (key(hole), hole)).collect();
-    let numbers = first.inspected["holes"].as_array().into_iter().flatten();
-    let numbers: HashMap<_, _> = numbers.map(|hole| (key(hole), &hole["id"])).collect();
     for (hole, id) in holes.iter_mut().zip(state.holes.iter().map(|hole| hole.id)) {
         hole["stays_open"] = state.stays_open(id).into();
         hole["joined"] = json!(state.joined(id));
-        if let Some(was) = numbers.get(&key(hole)).filter(|was| ***was != hole["id"]) {
-            hole["was"] = (*was).clone();
-        }
         if let Some(before) = reported.get(&key(hole)) {
             for name in ["outcome", "closed_by", "reason"] {
                 hole[name] = before[name].clone();
@@ -228,6 +224,29 @@ fn hole_rows(state: &MeshState, first: &MeshState) -> Vec<Value> {
         }
     }
     holes
+}
+
+/// What a hole is found by in other meshes: its centre and number of edges.
+fn hole_key(hole: &Value) -> (String, Option<u64>) {
+    (hole["centre"].to_string(), hole["edges"].as_u64())
+}
+
+/// By how much the numbers of holes differ from those in the input file: pairs of the first number from which on a difference holds, and the
+/// difference; none for holes that the file does not have. A step shifts all later numbers, so that few pairs describe many holes.
+fn number_shifts(state: &MeshState, first: &MeshState) -> Vec<(i64, Option<i64>)> {
+    let rows = |state: &MeshState| state.inspected["holes"].as_array().cloned();
+    let number = |hole: &Value| hole["id"].as_i64().unwrap_or_default();
+    let old = rows(first).unwrap_or_default();
+    let old: HashMap<_, _> = old.iter().map(|h| (hole_key(h), number(h))).collect();
+    let mut shifts: Vec<(i64, Option<i64>)> = Vec::new();
+    for hole in rows(state).unwrap_or_default() {
+        let id = number(&hole);
+        let shift = old.get(&hole_key(&hole)).map(|was| was - id);
+        if shifts.last().map_or(Some(0), |(_, last)| *last) != shift {
+            shifts.push((id, shift));
+        }
+    }
+    shifts
 }
 
 fn attribute_rows(attributes: &Attributes) -> Vec<Value> {
