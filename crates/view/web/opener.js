@@ -27,6 +27,7 @@ export class Opener {
     this.filter.addEventListener("keydown", (event) => event.key === "Enter" && this.open(this.filter.value.trim()));
     this.chooser.addEventListener("change", () => this.send([...this.chooser.files]));
     this.files = [];
+    this.recentHead.hidden = this.recent.hidden = true;
   }
 
   /** Fetches the list. */
