@@ -35,6 +35,13 @@ class Server:
 OPENS = """((query) => { const element = document.querySelector(query), closed = element?.closest("details:not([open])"), pane = element?.closest(".pane[hidden]");
   if (pane) return `[data-pane=${pane.id.slice(5)}]`;
   return closed && element.closest("summary") !== closed.firstElementChild ? `#${closed.id} > summary` : null; })(%s)"""
+# A point of the window at the rim of a hole.
+HOLE = """((id) => { const { viewer, holes } = isomend, b = viewer.canvas.getBoundingClientRect(), panes = viewer.panes();
+  const pane = panes[panes.length - 1], mesh = viewer.sides.after.mesh, rim = mesh.rims[mesh.rimIds.indexOf(id)];
+  for (let i = 0; i < rim.length; i += 3) {
+    const at = viewer.onPage(rim.subarray(i, i + 3), pane);
+    if (at && holes.at(viewer.pick(...at)) === id) return [b.x + at[0], b.y + at[1]]; }
+  return [0, 0]; })"""
 # The pane of each command.
 PANES = {"fill": "holes", "restore": "paint", "fair": "paint", "repair": "print"}
 

@@ -31,22 +31,15 @@ import numpy as np
 from browser_test import MOST_WAIT, NAMES, ROOT, finish
 from left_out import left_out
 from view_choices import check_point, choices
+from view_clicks import clicks
 from view_creases import creases
 from view_like import like
 from view_large import large
 from view_masks import masks
 from view_meshes import textured_glb
-from view_page import Page, Server, check_refusals
+from view_page import HOLE, Page, Server, check_refusals
 from view_tabs import huge, same_state, tabs
 from view_tasks import tasks
-
-# A point of the window at the rim of a hole.
-HOLE = """((id) => { const { viewer, holes } = isomend, b = viewer.canvas.getBoundingClientRect(), panes = viewer.panes();
-  const pane = panes[panes.length - 1], mesh = viewer.sides.after.mesh, rim = mesh.rims[mesh.rimIds.indexOf(id)];
-  for (let i = 0; i < rim.length; i += 3) {
-    const at = viewer.onPage(rim.subarray(i, i + 3), pane);
-    if (at && holes.at(viewer.pick(...at)) === id) return [b.x + at[0], b.y + at[1]]; }
-  return [0, 0]; })"""
 
 
 def check_holes(page):
@@ -428,6 +421,7 @@ GROUPS = {
     "scan": scan,
     "textured": textured,
     "choices": lambda page, program, folder: choices(page, program, folder, a_scan(folder)),
+    "clicks": clicks,
     "creases": creases,
     "like": like,
     "masks": lambda page, program, folder: masks(page, program, folder, a_scan(folder)),

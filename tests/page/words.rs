@@ -13,13 +13,14 @@ const STRINGS: [(&str, &str); 5] = [
     ("paint_strings.js", "const PAINT_WORDS = {\n"),
 ];
 /// Parts of literals that are not texts for a user: CSS, command lines, keys of the program's tables, and the page's name.
-const NO_WORDS: [&str; 6] = [
+const NO_WORDS: [&str; 7] = [
     "isomend view",
     "bold px system-ui, sans-serif",
     "--faces mask.txt",
     "the mesh's unit",
     "in the mesh's units",
     "use strict",
+    "last region",
 ];
 /// Texts allowed in the markup: names that are the same in every language, units, and the text for browsers without scripts.
 const MARKUP: [&str; 14] = [
