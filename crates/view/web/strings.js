@@ -199,7 +199,7 @@ const WORDS = {
   preset_sound: ["Repair defects", "Fehler beheben"],
   preset_sound_hint: ["Holes, self-intersections, orientation; outer borders of open sheets stay open.", "Löcher, Durchdringungen, Orientierung; äußere Ränder offener Flächen bleiben offen."],
   preset_print: ["Make printable", "Druckbar machen"],
-  preset_print_hint: ["As above, but outer borders are closed too, and components hidden inside are removed.", "Wie oben, aber auch äußere Ränder werden geschlossen und Komponenten im Inneren entfernt."],
+  preset_print_hint: ["Like Repair defects, but outer borders are closed too, and components hidden inside are removed.", "Wie Fehler beheben, aber auch äußere Ränder werden geschlossen und Komponenten im Inneren entfernt."],
   preset_solid: ["Make it solid", "Massiv machen"],
   preset_solid_hint: ["For generated meshes with an outer and an inner skin: the inner one is removed, pinholes are closed.", "Für erzeugte Netze mit äußerer und innerer Haut: Die innere wird entfernt, Nadellöcher werden geschlossen."],
   preset_block: ["Terrain on a base", "Gelände auf Sockel"],
