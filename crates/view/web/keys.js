@@ -1,6 +1,6 @@
 // Keyboard control: shortcuts of the page, and a cross in the view that keys move in place of a pointer.
 
-import { find } from "../../report/viewer/controls.js";
+import { find, localised } from "../../report/viewer/controls.js";
 
 /** Moves the cross by keys; Enter clicks at it. */
 export function useCross(app) {
@@ -36,7 +36,7 @@ export function useViewKeys(app) {
   const show = (name) => find("fieldset.change").disabled || display.option("show", name);
   const press = (query) => find(query).disabled || find(query).click();
   const doing = (what) => holes.chosen !== null && holes.set(holes.chosen, what);
-  const brush = (factor) => { app.setBrush(paint.radius * factor); find("#brush").value = Number(paint.radius.toPrecision(3)); };
+  const brush = (factor) => { app.setBrush(paint.radius * factor); find("#brush").value = localised(Number(paint.radius.toPrecision(3))); };
   const next = (query) => {
     const select = find(query);
     select.selectedIndex = (select.selectedIndex + 1) % select.options.length;

@@ -4,7 +4,7 @@ import { begun } from "../../report/viewer/activity.js";
 import { Viewer } from "../../report/viewer/viewer.js";
 import { Labels } from "../../report/viewer/labels.js";
 import { Point } from "../../report/viewer/point.js";
-import { all, find, useArrows, usePointers } from "../../report/viewer/controls.js";
+import { all, find, localised, useArrows, usePointers } from "../../report/viewer/controls.js";
 import { listen } from "./net.js";
 import { Model } from "./model.js";
 import { Choices } from "./choices.js";
@@ -340,7 +340,7 @@ async function begin() {
   if (before) recallFields(app, before);
   Object.assign(viewer.camera, app.home());
   app.setBrush(scene.radius / 15);
-  find("#brush").value = find("#grow-by").value = Number(app.paint.radius.toPrecision(3));
+  find("#brush").value = find("#grow-by").value = localised(Number(app.paint.radius.toPrecision(3)));
   const place = viewer.drawn;
   viewer.drawn = (part) => {
     place(part);

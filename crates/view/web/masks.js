@@ -1,6 +1,6 @@
 // The controls of the mask: brush settings, grow and shrink, files of face numbers, named masks.
 
-import { all, find, numberIn } from "../../report/viewer/controls.js";
+import { all, find, localised, numberIn } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
 import { facesOf } from "./mask.js";
 import { counts, tr, whole } from "./strings.js";
@@ -23,7 +23,7 @@ export class Masks {
     find("#brush").addEventListener("input", () => find("#brush").setAttribute("aria-invalid", !app.setBrush(numberIn(find("#brush").value))));
     find("#brush-range").addEventListener("input", () => {
       app.setBrush(app.viewer.camera.radius * 10 ** Number(find("#brush-range").value));
-      find("#brush").value = Number(paint.radius.toPrecision(3));
+      find("#brush").value = localised(Number(paint.radius.toPrecision(3)));
     });
     find("#smooth-angle").addEventListener("input", () => {
       const angle = numberIn(find("#smooth-angle").value), right = angle > 0 && angle < 180;

@@ -1,6 +1,6 @@
 // What a reload for another language keeps: camera, tab, tool, fields, presets, measurements, previews.
 
-import { all, find } from "../../report/viewer/controls.js";
+import { all, find, localised, numberIn } from "../../report/viewer/controls.js";
 
 const KEY = "isomend page";
 /** The fields that are kept. */
@@ -35,7 +35,7 @@ export function recallFields(app, { fields, chosen, previews }) {
     const field = document.getElementById(id);
     if (!field) continue;
     if (field.type === "checkbox") field.checked = value;
-    else field.value = value;
+    else field.value = field.inputMode === "decimal" && Number.isFinite(numberIn(value)) ? localised(numberIn(value)) : value;
   }
   for (const [kind, name] of Object.entries(chosen)) app.steps.presets.choose(kind, name);
   app.steps.previews = previews;
