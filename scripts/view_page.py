@@ -32,9 +32,10 @@ class Server:
 
 
 # The element to click so that an element can be clicked: the summary of a closed part around it, or the button of its pane; or nothing.
-OPENS = """((query) => { const element = document.querySelector(query), closed = element?.closest("details:not([open])"), pane = element?.closest(".pane[hidden]");
+OPENS = """((query) => { const element = document.querySelector(query), pane = element?.closest(".pane[hidden]");
   if (pane) return `[data-pane=${pane.id.slice(5)}]`;
-  return closed && element.closest("summary") !== closed.firstElementChild ? `#${closed.id} > summary` : null; })(%s)"""
+  const closed = [...document.querySelectorAll("details:not([open])")].find((part) => part.contains(element) && element.closest("summary") !== part.firstElementChild);
+  return closed ? `#${closed.id} > summary` : null; })(%s)"""
 # A point of the window at the rim of a hole.
 HOLE = """((id) => { const { viewer, holes } = isomend, b = viewer.canvas.getBoundingClientRect(), panes = viewer.panes();
   const pane = panes[panes.length - 1], mesh = viewer.sides.after.mesh, rim = mesh.rims[mesh.rimIds.indexOf(id)];
@@ -136,7 +137,7 @@ class Page(Browser):
 
     def until_open(self, name, what):
         """Waits until the page of another file, named `name`, is ready."""
-        self.until(f"document.documentElement?.dataset.state === 'ready' && isomend.model.state.file.name === '{name}'", what)
+        self.until(f"document.documentElement?.dataset.state === 'ready' && isomend.model?.state?.file.name === '{name}'", what)
         self.calm()
 
     def reaches(self, state, what):

@@ -297,7 +297,10 @@ fn every_text_is_used() {
     let strings = text("strings.js");
     // The part after the table names texts too: the help, and what is counted.
     let (_, after) = strings.split_once("\n};").unwrap();
-    let used = scripts().into_values().collect::<String>() + &text("page.html") + &text("start.html") + after;
+    let used = scripts().into_values().collect::<String>()
+        + &text("page.html")
+        + &text("start.html")
+        + after;
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let rust = rust_below(&root.join("src")) + &rust_below(&root.join("crates"));
     // Beginnings of names that scripts complete, as "kind_" in tr("kind_" + kind).

@@ -219,7 +219,9 @@ impl Choices {
         let marks = Runs::of_marks(marks);
         match marked {
             None => carried.mask = marks,
-            Some(_) => carried.named.set_last_region(marks, new.loaded.mesh.faces.len()),
+            Some(_) => carried
+                .named
+                .set_last_region(marks, new.loaded.mesh.faces.len()),
         }
         carried
     }

@@ -83,7 +83,7 @@ export class Like {
 
   /** Scrolls the open group into view. */
   reveal() {
-    if (this.app.tab === "mend" && find("#like").open) find("#like").scrollIntoView({ block: "nearest" });
+    if (this.app.showsJob() && find("#like").open) find("#like").scrollIntoView({ block: "nearest" });
   }
 
   /** Chooses no counterpart, and texels. */

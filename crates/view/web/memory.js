@@ -2,7 +2,7 @@
 
 import { all, find, localised, numberIn } from "../../report/viewer/controls.js";
 
-const KEY = "isomend page";
+const KEY = "isomend-page";
 /** The fields that are kept. */
 const FIELDS = "#panel :is(input, select)[id]:not([type=file]), .sheet :is(input, select)[id]";
 
