@@ -72,24 +72,8 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
     let (pool, aside) = (threads()?, threads()?);
     let root = root(&settings)?;
     let wanted = SocketAddr::new(settings.listen, settings.port);
-    let resume = settings.resume.as_ref().map(Option::as_deref);
     let kept = Kept::of_user(&root);
-    let is_folder = settings.input.is_dir();
-    if is_folder && resume.is_some() {
-        let cause = std::io::Error::other("name the mesh whose steps are to be repeated");
-        let path = settings.input;
-        return Err(ViewError::Root { path, cause });
-    }
-    let read = match is_folder {
-        true => None,
-        false => Some(Opened::read(
-            &pool,
-            &kept,
-            settings.input,
-            settings.from,
-            resume,
-        )?),
-    };
+    let read = input(&settings, &pool, &kept)?;
     let words: Arc<dyn CommandRenderer> = Arc::from(settings.words);
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(LISTENERS)
@@ -133,6 +117,22 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
         connections::serve(listener, shared.pages.clone()).await?;
         Ok(())
     })
+}
+
+/// The mesh of the first page; none if the settings name a folder.
+fn input(settings: &Settings, pool: &Threads, kept: &Kept) -> Result<Option<Opened>, ViewError> {
+    let resume = settings.resume.as_ref().map(Option::as_deref);
+    let path = settings.input.clone();
+    if !path.is_dir() {
+        return Opened::read(pool, kept, path, settings.from, resume).map(Some);
+    }
+    match resume {
+        None => Ok(None),
+        Some(_) => {
+            let cause = std::io::Error::other("name the mesh whose steps are to be repeated");
+            Err(ViewError::Root { path, cause })
+        }
+    }
 }
 
 /// The state that all pages of a server share.

@@ -106,12 +106,7 @@ fn document(app: &App, known: Option<u64>) -> Value {
         "error_high": current.errors.high(OUTLIERS),
         "texture": texture,
         "parameters": parameters::document(),
-        "defaults": {
-            "fill": default_params::<FillParams>(),
-            "restore": default_params::<RestoreParams>(),
-            "fair": default_params::<FairParams>(),
-            "repair": default_params::<RepairParams>(),
-        },
+        "defaults": defaults(),
         "scene": scene(app, &current, &first),
     });
     revisions.answer(known, &members, &lists)
@@ -145,6 +140,16 @@ fn hole_list(holes: &[Value]) -> List<'_> {
         rows: holes.iter().map(row).collect(),
         object: Box::new(|index| holes[index].clone()),
     }
+}
+
+/// The default parameters of each command.
+fn defaults() -> Value {
+    json!({
+        "fill": default_params::<FillParams>(),
+        "restore": default_params::<RestoreParams>(),
+        "fair": default_params::<FairParams>(),
+        "repair": default_params::<RepairParams>(),
+    })
 }
 
 fn default_params<P: Default + Serialize>() -> Value {
