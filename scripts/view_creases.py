@@ -7,7 +7,7 @@ from view_page import Server
 END = """((id) => { const { viewer, labels } = isomend, b = viewer.canvas.getBoundingClientRect(), panes = viewer.panes();
   const at = viewer.onPage(labels.points.find((point) => point.id === id).at, panes[panes.length - 1]);
   return [b.x + at[0], b.y + at[1]]; })"""
-TEXT = "document.querySelector('#holes-text').textContent"
+TEXT = "isomend.holes.text()"
 LINES = "document.querySelectorAll('#labels .crease:not([hidden])').length"
 
 

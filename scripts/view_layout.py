@@ -3,14 +3,14 @@
 import json
 
 SIZES = ((1280, 800), (1920, 1080), (1024, 700))
-TABS = ("holes", "paint", "mend", "measure", "history", "save")
+TABS = ("holes", "paint", "print", "check", "measure", "history", "save")
 # The visible controls, with their boxes.
 SEEN = """(() => { const seen = (e) => e.checkVisibility({ visibilityProperty: true }) && e.getBoundingClientRect().width > 2;
   return [...document.querySelectorAll("header button, header select, #rail :is(button, select, label), #panel :is(button, select, summary, output), .compare label")]
-    .filter((e) => seen(e) && !e.closest("ol, #masks, #fields, label label, #presets, #gizmo")).map((e) => { const b = e.getBoundingClientRect();
+    .filter((e) => seen(e) && !e.closest("ol, #masks, #mender > details, .pane details, .hidden, #fields, label label, #presets, #gizmo")).map((e) => { const b = e.getBoundingClientRect();
       return [e.id || e.dataset.words || e.textContent.trim(), b.left, b.top, b.right, b.bottom, !!e.closest("label") && e.tagName !== "LABEL"]; }); })()"""
 # Elements other than lists whose content does not fit, so that they scroll.
-SCROLLS = """[...document.querySelectorAll("html, body, #rail, #panel, [role=tabpanel]")].filter((e) => e.checkVisibility() &&
+SCROLLS = """[...document.querySelectorAll("html, body, #rail, #panel, [role=tabpanel]")].filter((e) => e.checkVisibility() && !e.querySelector("details[open]") &&
   (e.scrollHeight > e.clientHeight + 1 || e.scrollWidth > e.clientWidth + 1)).map((e) => [e.id || e.tagName, e.scrollWidth, e.clientWidth, e.scrollHeight, e.clientHeight])"""
 # Texts with less contrast to their background than WCAG's level AA requires.
 FAINT = """(() => {
@@ -29,7 +29,7 @@ FAINT = """(() => {
     if (ratio < (large ? 3 : 4.5)) wrong.push([e.textContent.trim().slice(0, 30), ratio.toFixed(2)]); }
   return wrong; })()"""
 # Positions of the elements that must not move.
-STAND = """(() => [...document.querySelectorAll("#view, #rail button, #holes, #fill-all, #fill-chosen, #holes-text, header button, [role=tab]")].map((e) => {
+STAND = """(() => [...document.querySelectorAll("#view, #rail button, #fill-all, header button, [role=tab]")].map((e) => {
   const b = e.getBoundingClientRect(); return [e.id || e.textContent.trim(), Math.round(b.x), Math.round(b.y)]; }))()"""
 
 
@@ -126,12 +126,12 @@ def check_rows(page):
 def check_keyboard(page):
     """The list of holes is a single tab stop; holes are chosen, set and filled with keys only."""
     page.tab("holes")
-    page.run("document.querySelector('#narrower').focus()")
+    page.run("document.querySelector('[data-sort=doing]').focus()")
     stops = []
     for _ in range(12):
         page.key("Tab")
         stops.append(page.run("document.activeElement.closest('#holes') ? 'list' : document.activeElement.id || document.activeElement.dataset.sort"))
-        if stops[-1] == "set-all":
+        if stops[-1] == "fill-all":
             break
     page.expect(stops.count("list") == 1, f"the focus goes to {stops}")
     page.run("document.querySelector('#holes .hole[tabindex=\"0\"]').focus()")

@@ -1,5 +1,6 @@
 """The server of the page of `isomend view`, and a browser with a user's actions on the page. For view_test.py."""
 
+import contextlib
 import http.client
 import json
 import re
@@ -7,7 +8,7 @@ import signal
 import subprocess
 from urllib.parse import urlsplit
 
-from browser_test import MOST_WAIT, PICTURE, Browser
+from browser_test import MOST_WAIT, PICTURE, Browser, Navigated
 
 
 class Server:
@@ -28,6 +29,22 @@ class Server:
         code = self.process.wait(MOST_WAIT)
         self.log.close()
         return code
+
+
+# The element to click so that an element can be clicked: the summary of a closed part around it, or the button of its pane; or nothing.
+OPENS = """((query) => { const element = document.querySelector(query), pane = element?.closest(".pane[hidden]");
+  if (pane) return `[data-pane=${pane.id.slice(5)}]`;
+  const closed = [...document.querySelectorAll("details:not([open])")].find((part) => part.contains(element) && element.closest("summary") !== part.firstElementChild);
+  return closed ? `#${closed.id} > summary` : null; })(%s)"""
+# A point of the window at the rim of a hole.
+HOLE = """((id) => { const { viewer, holes } = isomend, b = viewer.canvas.getBoundingClientRect(), panes = viewer.panes();
+  const pane = panes[panes.length - 1], mesh = viewer.sides.after.mesh, rim = mesh.rims[mesh.rimIds.indexOf(id)];
+  for (let i = 0; i < rim.length; i += 3) {
+    const at = viewer.onPage(rim.subarray(i, i + 3), pane);
+    if (at && holes.at(viewer.pick(...at)) === id) return [b.x + at[0], b.y + at[1]]; }
+  return [0, 0]; })"""
+# The pane of each command.
+PANES = {"fill": "holes", "restore": "paint", "fair": "paint", "repair": "print"}
 
 
 class Page(Browser):
@@ -83,8 +100,31 @@ class Page(Browser):
         self.run(f"""(() => {{ const e = document.querySelector({json.dumps(query)}); e.value = {json.dumps(value)};
             e.dispatchEvent(new Event("input", {{ bubbles: true }})); e.dispatchEvent(new Event("change", {{ bubbles: true }})); }})()""")
 
+    def click_on(self, query):
+        """Clicks on an element, first on what hides it. A sheet of the toolbar is closed afterwards."""
+        for _ in range(4):
+            opens = self.run(OPENS % json.dumps(query))
+            if not opens:
+                break
+            super().click_on(opens)
+        super().click_on(query)
+        if "summary" not in query:
+            with contextlib.suppress(Navigated):
+                self.run("void document.querySelectorAll('.flyout[open]').forEach((sheet) => { sheet.open = false; })")
+
+    def job(self, kind):
+        """Opens the pane of a command, and chooses the command."""
+        self.tab(PANES[kind])
+        if PANES[kind] == "paint":
+            self.click_on(f"[name=kind][value={kind}] + span")
+
+    def run_command(self):
+        """Clicks the button that runs the command of the pane."""
+        self.click_on("#fill-all" if self.run("isomend.steps.kind") == "fill" else "#run")
+
     def tab(self, name):
-        self.click_on(f"#tab-{name}")
+        if self.run(f"document.querySelector('#pane-{name}').hidden"):
+            self.click_on(f"#tab-{name}")
         self.until(f"!document.querySelector('#pane-{name}').hidden", f"the tab {name} is open")
 
     def state(self):
@@ -97,7 +137,7 @@ class Page(Browser):
 
     def until_open(self, name, what):
         """Waits until the page of another file, named `name`, is ready."""
-        self.until(f"document.documentElement?.dataset.state === 'ready' && isomend.model.state.file.name === '{name}'", what)
+        self.until(f"document.documentElement?.dataset.state === 'ready' && isomend.model?.state?.file.name === '{name}'", what)
         self.calm()
 
     def reaches(self, state, what):

@@ -17,7 +17,7 @@ from pathlib import Path
 from PIL import Image
 
 from browser_test import NAMES, ROOT
-from view_page import Page, Server
+from view_page import HOLE, Page, Server
 
 
 def save(page, name):
@@ -35,11 +35,12 @@ def draw(page):
     page.click_on("#intro-close")
     page.run("isomend.holes.choose(6, false)")
     page.key("k")
-    page.run("isomend.holes.choose(1, false)")
+    page.click(*page.run(f"{HOLE}(1)"))
     save(page, "holes")
+    page.key("Escape")
     page.run("isomend.holes.choose(1)")
     page.settled()
-    page.tab("mend")
+    page.job("fill")
     for count, energy in enumerate(("willmore", "curvature-variation"), 1):
         page.fill_in("#fill--energy", energy)
         page.click_on("#preview")
@@ -70,6 +71,17 @@ def draw(page):
     page.until("isomend.display.coloured === 'deviation'", "deviations are shown")
     page.fill_in("#colour", "plain")
     save(page, "measure")
+    page.run("isomend.measure.clear()")
+    page.fill_in("#shading", "0")
+    page.tab("print")
+    page.click_on("#presets [value=print]")
+    page.click_on("#run")
+    page.until_done()
+    page.until("document.querySelector('#result-line').textContent.includes('Printable')", "the mesh is printable")
+    page.click_on("#outcome > summary")
+    page.fill_in("#colour", "sigma")
+    page.until("isomend.display.coloured === 'sigma'", "expected errors are shown")
+    save(page, "result")
 
 
 def main():

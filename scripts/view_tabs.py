@@ -32,7 +32,7 @@ def two_tabs(page, program, folder, mesh, profile):
         other.click_on("#undo")
         for tab in (page, other):
             tab.reaches(0, "both tabs show that it is undone")
-        page.tab("mend")
+        page.job("fill")
         page.run("isomend.holes.choose(isomend.holes.list[1].id)")
         page.click_on("#preview")
         page.until("isomend.steps.previews.length === 1", "there is a preview")
@@ -86,12 +86,10 @@ def keys_only(page, program, folder, mesh):
         page.key("y", modifiers=2)
         page.reaches(1, "Ctrl+Y redoes the step")
         reach(page, "[role=tab][aria-selected=true]")
-        for _ in range(8):
-            if page.run("document.activeElement.id") == "tab-save":
-                break
-            page.key("ArrowRight")
-        page.expect(page.run("isomend.tab") == "save", "arrows do not lead to the tab Files")
-        reach(page, "#save")
+        page.key("ArrowRight")
+        page.expect(page.run("isomend.tab") == "paint", "an arrow does not lead to the next job")
+        page.key("s", modifiers=2)
+        page.expect(page.run("isomend.tab === 'save' && document.activeElement.id") == "save", "Ctrl+S does not lead to saving")
         page.key("Enter")
         page.until("document.querySelector('#saved').textContent || document.querySelector('#save-trouble').textContent", "the mesh is saved")
         page.expect(len([f for f in folder.iterdir() if f.suffix == ".ply"]) == 2, "no mesh is saved: " + page.run("document.querySelector('#save-trouble').textContent"))

@@ -17,6 +17,10 @@ from view_meshes import open_cube
 from view_page import Server
 
 
+# The actions that the rows of the holes show.
+ROWS = "[...document.querySelectorAll('#holes select')].map((e) => e.value)"
+
+
 def colour_at(page, x, y):
     """The mean colour of a few pixels of the view at a point of the window."""
     page.settled()
@@ -146,28 +150,26 @@ def filling(page, stand):
 
 def printing(page, folder):
     """The preset makes the mesh printable; the check says that it is sound; the mesh is downloaded."""
-    page.tab("mend")
+    page.job("fill")
     page.click_on("#presets [value=cap]")
     shown = page.run("document.querySelector('#mend-text').textContent")
-    rows = page.run("[...isomend.holes.doings.values()]")
+    rows = page.run(ROWS)
     page.expect("--flat" in shown and "fill" not in rows, f"flat caps are shown as {shown}, with rows {set(rows)}")
     page.click_on("#presets [value=continue]")
-    page.expect("flat" not in page.run("[...isomend.holes.doings.values()]"), "the preset before leaves flat caps")
-    page.click_on("[name=kind][value=repair] + span")
+    page.expect("flat" not in page.run(ROWS), "the preset before leaves flat caps")
+    page.job("repair")
     page.click_on("#presets [value=print]")
     shown = page.run("document.querySelector('#mend-text').textContent")
     page.expect("--close-borders" in shown and "--drop-inside" in shown, f"the preset is shown as {shown}")
     current = page.state()["current"]
-    page.click_on("#run")
+    page.run_command()
     page.until("/^\\d+:\\d\\d/.test(document.querySelector('#job-time').textContent)", "the time is shown")
     page.until_done()
     page.until(f"isomend.model.state.current !== {current}", "the mesh is repaired")
-    page.tab("holes")
-    page.click_on("#defects summary")
+    page.tab("check")
     page.until("!['', 'Checking…'].includes(document.querySelector('#verdict').textContent)", "the mesh is checked")
     verdict = page.run("document.querySelector('#verdict').textContent")
-    page.expect("sound" in verdict, f"it is not printable: {verdict}")
-    page.click_on("#defects summary")
+    page.expect(verdict.startswith("Printable"), f"it is not printable: {verdict}")
     page.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder / "kept"))
     page.tab("save")
     page.fill_in("#save-kind", "mesh")
@@ -196,7 +198,7 @@ def masks(page):
     page.until("isomend.mask().count === 3", "a file of faces is taken")
     page.key("z", modifiers=2)
     page.expect(page.run("isomend.mask().count") == one, "a file of faces is not undone")
-    page.click_on("#to-restore")
+    page.job("restore")
     page.click_on("#presets [value=keep]")
     page.expect("--keep-shape 0.5" in page.run("document.querySelector('#mend-text').textContent"), "the preset keeps no shape")
     page.tab("paint")
@@ -216,10 +218,9 @@ def going_on(page, program, mesh, folder):
         page.click_on("#fill-all")
         page.until_done()
         page.reaches(1, "the holes are filled")
-        page.tab("mend")
-        page.click_on("[name=kind][value=fair] + span")
+        page.job("fair")
         page.fill_in("[id='fair--voxel']", "0.04")
-        page.click_on("#run")
+        page.run_command()
         page.until("!document.querySelector('#ask').hidden", "it is asked whether all is meant")
         page.click_on("#ask-yes")
         page.until("isomend.steps.job?.id > 0", "the run begins")
@@ -262,8 +263,8 @@ def handing_over(page, program, folder):
         page.until(f"isomend.mask().count === {len(faces)}", "the dent is marked")
         page.tab("paint")
         page.click_on("#grow")
-        page.click_on("#to-restore")
-        page.click_on("#run")
+        page.job("restore")
+        page.run_command()
         page.until_done()
         page.reaches(1, "the dent is restored")
         page.tab("save")
@@ -322,7 +323,7 @@ def handing_over(page, program, folder):
 def opening(page, folder):
     """A dropped mesh is sent and opened on a new page; going back shows the first mesh."""
     text = (folder / "scan.ply").read_bytes()
-    page.leave(f"isomend.save.sendFile(new File([Uint8Array.from(atob('{base64.b64encode(text).decode()}'), (c) => c.charCodeAt(0))], 'sent.ply'))")
+    page.leave(f"isomend.opener.send([new File([Uint8Array.from(atob('{base64.b64encode(text).decode()}'), (c) => c.charCodeAt(0))], 'sent.ply')])")
     page.until_open("sent.ply", "what was dropped is opened")
     page.until("!!isomend.mask()", "the surface is prepared")
     page.expect((folder / "sent.ply").read_bytes() == text and page.state()["current"] == 0, "the opened mesh is not the dropped one")

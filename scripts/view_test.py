@@ -31,22 +31,15 @@ import numpy as np
 from browser_test import MOST_WAIT, NAMES, ROOT, finish
 from left_out import left_out
 from view_choices import check_point, choices
+from view_clicks import clicks
 from view_creases import creases
 from view_like import like
 from view_large import large
 from view_masks import masks
 from view_meshes import textured_glb
-from view_page import Page, Server, check_refusals
+from view_page import HOLE, Page, Server, check_refusals
 from view_tabs import huge, same_state, tabs
 from view_tasks import tasks
-
-# A point of the window at the rim of a hole.
-HOLE = """((id) => { const { viewer, holes } = isomend, b = viewer.canvas.getBoundingClientRect(), panes = viewer.panes();
-  const pane = panes[panes.length - 1], mesh = viewer.sides.after.mesh, rim = mesh.rims[mesh.rimIds.indexOf(id)];
-  for (let i = 0; i < rim.length; i += 3) {
-    const at = viewer.onPage(rim.subarray(i, i + 3), pane);
-    if (at && holes.at(viewer.pick(...at)) === id) return [b.x + at[0], b.y + at[1]]; }
-  return [0, 0]; })"""
 
 
 def check_holes(page):
@@ -65,10 +58,10 @@ def check_holes(page):
             page.run(f"isomend.holes.choose({hole['id']}, false)")
             page.key(key)
         if key == "j":
-            shown = page.run("document.querySelector('#holes-text').textContent")
+            shown = page.run("isomend.holes.text()")
             page.expect(shown.endswith(f"--bridge {holes[0]['id']}+{holes[1]['id']}"), f"a bridge is shown as {shown}")
     wanted = f"--holes {holes[0]['id']},{holes[1]['id']}"
-    page.expect(page.run("document.querySelector('#holes-text').textContent") == wanted, f"the holes are not shown as {wanted}")
+    page.expect(page.run("isomend.holes.text()") == wanted, f"the holes are not shown as {wanted}")
     page.run("isomend.viewer.fly(isomend.home())")
     page.settled()
     page.shot("holes")
@@ -125,7 +118,7 @@ def check_colours(page):
 
 def check_defects(page):
     """Defects of the mesh are listed, and a click moves the view there and marks them."""
-    page.click_on("#defects summary")
+    page.tab("check")
     page.until("!['', 'Checking…'].includes(document.querySelector('#verdict').textContent)", "the mesh is checked")
     listed = page.run("[...document.querySelectorAll('#defect-list button')].map((b) => b.textContent)")
     page.expect(any(re.fullmatch(r"boundary edges: [\d,]+", text) for text in listed), f"the defects are {listed}")
@@ -134,7 +127,7 @@ def check_defects(page):
     page.expect(page.settled()["hash"] != before, "a click on a defect shows nothing")
     page.expect(page.run("isomend.viewer.sides.after.mesh.facts.some((f) => f & 1 << 19)"), "no face is marked as a defect")
     page.shot("defects")
-    page.click_on("#defects summary")
+    page.tab("holes")
     page.run("isomend.viewer.fly(isomend.home())")
     page.settled()
 
@@ -158,8 +151,7 @@ def check_preview(page):
     page.tab("holes")
     page.run(f"isomend.holes.choose({hole})")
     page.key("i")
-    page.tab("mend")
-    page.click_on("[name=kind][value=fill] + span")
+    page.job("fill")
     page.click_on("#preview")
     page.until_done()
     page.until("isomend.steps.previews.length === 1", "there is a preview")
@@ -218,12 +210,12 @@ def check_paint(page):
     page.click_on("#mask-load")
     page.until(f"isomend.mask().count === {shrunk}", "the mask is loaded")
     check_outlines(page, shrunk)
-    page.click_on("#to-restore")
+    page.job("restore")
     page.fill_in("#restore--keep-shape", "2")
-    page.click_on("#run")
+    page.run_command()
     page.until("document.querySelector('#mend-trouble').textContent.includes('from 0 to 1')", "a wrong parameter is reported")
     page.fill_in("#restore--keep-shape", "0.2")
-    page.click_on("#run")
+    page.run_command()
     page.until_done()
     page.until(f"isomend.model.state.current !== {current} || document.querySelector('#mend-trouble').textContent", "the region is restored")
     page.expect(page.state()["current"] != current, "no restoration: " + page.run("document.querySelector('#mend-trouble').textContent"))
@@ -261,11 +253,10 @@ def check_cancel(page):
     before = page.state()
     page.tab("holes")
     page.fill_in("#set-all", "fill")
-    page.tab("mend")
-    page.click_on("[name=kind][value=fill] + span")
+    page.job("fill")
     page.fill_in("#fill--voxel", str(before["holes"][0]["diameter"] / 120))
     page.fill_in("#fill--finish", "none")
-    page.click_on("#run")
+    page.run_command()
     page.until("isomend.steps.job?.id > 0 || document.querySelector('#mend-trouble').textContent", "the run begins")
     page.expect(page.run("document.querySelector('#mend-trouble').textContent") == "", page.run("document.querySelector('#mend-trouble').textContent"))
     page.until("!isomend.steps.job || document.querySelector('#job-line').textContent !== '…'", "the run tells its progress")
@@ -371,7 +362,7 @@ def check_small(page, server):
     page.call("Input.dispatchTouchEvent", type="touchMove", touchPoints=[{**point, "id": 1}, {"x": point["x"] + 80, "y": point["y"], "id": 2}])
     page.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
     page.expect(page.run("isomend.viewer.camera.reach") < reach, "two fingers do not zoom")
-    for name in ("paint", "mend", "history", "save"):
+    for name in ("paint", "print", "check", "history", "save"):
         page.tab(name)
         wide = page.run("document.documentElement.scrollWidth")
         page.expect(wide <= 400, f"with the tab {name} open the page is {wide} wide")
@@ -430,6 +421,7 @@ GROUPS = {
     "scan": scan,
     "textured": textured,
     "choices": lambda page, program, folder: choices(page, program, folder, a_scan(folder)),
+    "clicks": clicks,
     "creases": creases,
     "like": like,
     "masks": lambda page, program, folder: masks(page, program, folder, a_scan(folder)),

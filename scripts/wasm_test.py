@@ -69,7 +69,7 @@ class Site(Browser):
 
     def fill(self):
         """Fills the chosen holes with the usual parameters."""
-        self.run(f"{FRAME}.document.querySelector('#tab-mend').click()")
+        self.run(f"{FRAME}.document.querySelector('#tab-print').click()")
         self.run(f"{FRAME}.document.querySelector('#run').click()")
 
     def save(self, path, overwrite):
@@ -114,7 +114,7 @@ def filled(site, program, folder):
 def cancelled(site):
     """A step is cancelled: the step before it is still there, with the same bytes."""
     before = site.fetched("api/download/1?format=ply&file=mesh")
-    site.run(f"{FRAME}.document.querySelector('#tab-mend').click()")
+    site.run(f"{FRAME}.document.querySelector('#tab-print').click()")
     site.run(f"{FRAME}.document.querySelector('input[value=repair]').click()")
     site.run(f"{FRAME}.document.querySelector('#run').click()")
     site.until(f"{FRAME}.isomend.steps.job !== null && {FRAME}.isomend.steps.job.share > 0", "the repair works")

@@ -110,8 +110,15 @@ fn an_uploaded_file_overwrites_no_other_file() {
     let send = |name: &str| served.post_bytes(&format!("api/send?name={name}"), &bytes);
     assert_eq!(send("sent.ply").status, 200);
     assert_eq!(fs::read(desk.0.path().join("sent.ply")).unwrap(), bytes);
-    assert_eq!(send("sent.ply").status, 409);
-    assert_eq!(send("ball.ply").status, 409);
+    // The same file again is there already; another one of its name is refused, and a damaged one is not left behind.
+    assert_eq!(send("sent.ply").status, 200);
+    let part = &bytes[..bytes.len() / 2];
+    let other = served.post_bytes("api/send?name=ball.ply", part);
+    assert_eq!(other.status, 409, "{}", other.json());
+    assert_eq!(fs::read(desk.0.path().join("ball.ply")).unwrap(), bytes);
+    let damaged = served.post_bytes("api/send?name=damaged.ply", part);
+    assert_eq!(damaged.status, 422);
+    assert!(!desk.0.path().join("damaged.ply").exists());
     assert_eq!(send("..%2Fout.ply").status, 403);
     assert_eq!(send("script.sh").status, 422);
     assert!(!desk.0.path().join("script.sh").exists());
@@ -253,4 +260,40 @@ fn recent_files_are_offered_in_the_next_session() {
     assert_eq!(recent(&served), json!(["second.ply", "ball.ply"]));
     fs::remove_file(desk.path("second.ply")).unwrap();
     assert_eq!(recent(&served), json!(["ball.ply"]));
+}
+
+#[test]
+fn a_folder_opens_a_list_of_its_meshes() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["."]);
+    let page = served.get("");
+    assert_eq!(page.status, 200);
+    assert!(String::from_utf8_lossy(&page.body).contains("start.js"));
+    assert_eq!(served.get("start.js").status, 200);
+    let list = served.get("api/files").json();
+    let names = list["files"].as_array().unwrap();
+    let at = names.iter().position(|name| name == "ball.ply").unwrap();
+    let size = fs::metadata(desk.0.path().join("ball.ply")).unwrap().len();
+    assert_eq!(list["sizes"][at], size);
+    assert_eq!(
+        served.get("api/state").status,
+        404,
+        "a folder has no session"
+    );
+    let opened = served.post("api/open", &json!({ "path": "ball.ply" }));
+    assert_eq!(opened.status, 200, "{:?}", opened.json());
+    let missing = served.post("api/open", &json!({ "path": "none.ply" }));
+    assert_eq!(missing.status, 404);
+    let bytes = fs::read(desk.0.path().join("ball.ply")).unwrap();
+    assert_eq!(
+        served.post_bytes("api/send?name=new.ply", &bytes).status,
+        200
+    );
+    assert_eq!(
+        served
+            .post_bytes("api/send?name=bad.ply", b"no mesh")
+            .status,
+        422
+    );
+    assert!(!desk.0.path().join("bad.ply").exists());
 }

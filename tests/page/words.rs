@@ -1,24 +1,26 @@
-//! The texts of the page are in four files, in English and in German.
+//! The texts of the page are in five files, in English and in German.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The files of texts, each with the line that begins its table.
-const STRINGS: [(&str, &str); 4] = [
+const STRINGS: [(&str, &str); 5] = [
     ("strings.js", "const WORDS = {\n"),
     ("deliver_strings.js", "const DELIVER_WORDS = {\n"),
+    ("job_strings.js", "const JOB_WORDS = {\n"),
     ("like_strings.js", "const LIKE_WORDS = {\n"),
     ("paint_strings.js", "const PAINT_WORDS = {\n"),
 ];
 /// Parts of literals that are not texts for a user: CSS, command lines, keys of the program's tables, and the page's name.
-const NO_WORDS: [&str; 6] = [
+const NO_WORDS: [&str; 7] = [
     "isomend view",
     "bold px system-ui, sans-serif",
     "--faces mask.txt",
     "the mesh's unit",
     "in the mesh's units",
     "use strict",
+    "last region",
 ];
 /// Texts allowed in the markup: names that are the same in every language, units, and the text for browsers without scripts.
 const MARKUP: [&str; 14] = [
@@ -295,7 +297,10 @@ fn every_text_is_used() {
     let strings = text("strings.js");
     // The part after the table names texts too: the help, and what is counted.
     let (_, after) = strings.split_once("\n};").unwrap();
-    let used = scripts().into_values().collect::<String>() + &text("page.html") + after;
+    let used = scripts().into_values().collect::<String>()
+        + &text("page.html")
+        + &text("start.html")
+        + after;
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let rust = rust_below(&root.join("src")) + &rust_below(&root.join("crates"));
     // Beginnings of names that scripts complete, as "kind_" in tr("kind_" + kind).
@@ -325,7 +330,7 @@ fn every_text_is_used() {
 
 #[test]
 fn the_markup_has_no_texts_for_users() {
-    let html = text("page.html");
+    let html = text("page.html") + &text("start.html");
     let body = html
         .split('>')
         .map(|part| part.split('<').next().unwrap_or_default().trim());

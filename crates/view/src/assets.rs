@@ -6,13 +6,16 @@ use isomend_files::report::html::STYLE;
 use isomend_files::report::scripts::{Script, bundle};
 
 const HTML: &str = include_str!("../web/page.html");
+/// The start page of a folder.
+#[cfg(not(target_family = "wasm"))]
+const START: &str = include_str!("../web/start.html");
 /// The page's additions to the style of the report.
 const OWN_STYLE: &str = include_str!("../web/page.css");
 /// The page's layout.
 const LAYOUT: &str = include_str!("../web/layout.css");
 const WORKER: &str = include_str!("../web/worker.js");
 /// The page's own modules, in no order: `main.js` imports what it needs.
-const OWN: [Script; 32] = [
+const OWN: [Script; 40] = [
     ("band.js", include_str!("../web/band.js")),
     ("choices.js", include_str!("../web/choices.js")),
     ("creases.js", include_str!("../web/creases.js")),
@@ -26,7 +29,10 @@ const OWN: [Script; 32] = [
     ("fields.js", include_str!("../web/fields.js")),
     ("folder.js", include_str!("../web/folder.js")),
     ("folds.js", include_str!("../web/folds.js")),
+    ("hole_card.js", include_str!("../web/hole_card.js")),
     ("holes.js", include_str!("../web/holes.js")),
+    ("icons.js", include_str!("../web/icons.js")),
+    ("job_strings.js", include_str!("../web/job_strings.js")),
     ("keys.js", include_str!("../web/keys.js")),
     ("layout.js", include_str!("../web/layout.js")),
     ("like.js", include_str!("../web/like.js")),
@@ -35,22 +41,31 @@ const OWN: [Script; 32] = [
     ("mask.js", include_str!("../web/mask.js")),
     ("masks.js", include_str!("../web/masks.js")),
     ("measure.js", include_str!("../web/measure.js")),
+    ("memory.js", include_str!("../web/memory.js")),
     ("model.js", include_str!("../web/model.js")),
     ("net.js", include_str!("../web/net.js")),
+    ("opener.js", include_str!("../web/opener.js")),
     ("outline.js", include_str!("../web/outline.js")),
     ("paint.js", include_str!("../web/paint.js")),
     ("paint_strings.js", include_str!("../web/paint_strings.js")),
     ("plane.js", include_str!("../web/plane.js")),
     ("presets.js", include_str!("../web/presets.js")),
+    ("result.js", include_str!("../web/result.js")),
     ("save.js", include_str!("../web/save.js")),
     ("smoother.js", include_str!("../web/smoother.js")),
+    ("start.js", include_str!("../web/start.js")),
     ("steps.js", include_str!("../web/steps.js")),
     ("strings.js", include_str!("../web/strings.js")),
     ("topology.js", include_str!("../web/topology.js")),
+    ("verdict.js", include_str!("../web/verdict.js")),
     ("views.js", include_str!("../web/views.js")),
 ];
 /// The modules of the viewer and the page, bundled into one script.
 static SCRIPT: LazyLock<String> = LazyLock::new(|| bundle("main.js", &OWN));
+
+/// The modules of the start page, bundled into one script.
+#[cfg(not(target_family = "wasm"))]
+static START_SCRIPT: LazyLock<String> = LazyLock::new(|| bundle("start.js", &OWN));
 
 /// The content of a file of the page, with its media type.
 pub fn asset(name: &str) -> Option<(&'static str, String)> {
@@ -67,10 +82,23 @@ pub fn asset(name: &str) -> Option<(&'static str, String)> {
     Some((kind, text))
 }
 
+/// The content of a file of the start page of a folder, with its media type.
+#[cfg(not(target_family = "wasm"))]
+pub fn start_asset(name: &str) -> Option<(&'static str, String)> {
+    match name {
+        "" => Some(("text/html; charset=utf-8", START.to_owned())),
+        "start.js" => Some(("text/javascript; charset=utf-8", START_SCRIPT.clone())),
+        "page.css" => asset(name),
+        _ => None,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #[test]
     fn the_script_contains_all_its_imports() {
-        isomend_files::report::scripts::check("main.js", &super::OWN);
+        for main in ["main.js", "start.js"] {
+            isomend_files::report::scripts::check(main, &super::OWN);
+        }
     }
 }

@@ -161,8 +161,8 @@ impl Choices {
         self.holes = chosen.collect();
     }
 
-    /// The choices carried over to the mesh that a step made from `old`: for rims, crease ends and faces that still exist. The new
-    /// faces of a step on marked faces are marked too, unless the mesh keeps its own marks.
+    /// The choices carried over to the mesh that a step made from `old`: for rims, crease ends and faces that still exist. After a step on
+    /// marked faces no face is marked: what replaced them becomes the named mask [`LAST_REGION`](super::named::LAST_REGION), unless the mesh keeps its own marks.
     pub fn carried(&self, old: &State, new: &State) -> Self {
         let step = new.step.as_ref().filter(|step| !step.keep_marks);
         let marked = step.and_then(|step| step.mask.as_ref());
@@ -193,7 +193,7 @@ impl Choices {
         };
         let all: Vec<HoleAction> = actions.values().copied().collect();
         actions.retain(|_, action| !alone(action, &all));
-        // Carry the marks, and mark the new faces.
+        // Carry the marks; the region of a step contains its new faces.
         let way = Way::new(old, new, &faces);
         let (mut marks, _) = way.marks(mask);
         if marked.is_some() {
@@ -215,8 +215,14 @@ impl Choices {
             ..Self::default()
         };
         carried.set(&actions, new);
-        carried.mask = Runs::of_marks(marks);
         carried.named.add_missing(&self.named, &way);
+        let marks = Runs::of_marks(marks);
+        match marked {
+            None => carried.mask = marks,
+            Some(_) => carried
+                .named
+                .set_last_region(marks, new.loaded.mesh.faces.len()),
+        }
         carried
     }
 

@@ -12,6 +12,9 @@ const MAX_MASKS: usize = 100;
 /// Upper bound of the length of a name, in characters.
 const LONGEST_NAME: usize = 60;
 
+/// The name of the mask of the faces that the last step on marked faces made, and of the mask that was hidden last.
+pub const LAST_REGION: &str = "last region";
+
 /// A mask under a name, on one mesh.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -71,6 +74,18 @@ impl NamedMasks {
         Ok(())
     }
 
+    /// Stores the region of the last step, of a mesh with `faces` faces, in place of the one before; an empty region is not stored.
+    pub fn set_last_region(&mut self, runs: Runs, faces: usize) {
+        self.remove(LAST_REGION);
+        let region = NamedMask {
+            name: LAST_REGION.to_owned(),
+            faces: runs,
+            gone: 0,
+        };
+        // If there are too many masks, the region is not stored: nothing depends on it.
+        let _ = self.keep(region, faces);
+    }
+
     /// Removes the mask of a name; false if there is none.
     pub fn remove(&mut self, name: &str) -> bool {
         let count = self.0.len();
@@ -81,7 +96,10 @@ impl NamedMasks {
     /// Adds those masks of another mesh whose names this mesh does not have.
     pub fn add_missing(&mut self, other: &Self, way: &Way) {
         let missing = other.iter().filter(|mask| self.find(&mask.name).is_none());
-        let missing: Vec<NamedMask> = missing.map(|mask| way.carried(mask)).collect();
+        let missing = missing.map(|mask| way.carried(mask));
+        // The region of a step does not exist before the step.
+        let exists = |mask: &NamedMask| mask.name != LAST_REGION || !mask.faces.0.is_empty();
+        let missing: Vec<NamedMask> = missing.filter(exists).collect();
         self.0.extend(missing);
     }
 

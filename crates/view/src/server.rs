@@ -4,10 +4,11 @@ use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use axum::Router;
 use axum::middleware::from_fn_with_state;
 use tokio::sync::Semaphore;
 
-use super::api::router;
+use super::api::{router, start_router};
 use super::app::{App, Host, error_text};
 use super::connections;
 use super::events::Events;
@@ -30,7 +31,7 @@ const TOO_MANY: &str = "too many files are open; end the program and start it ag
 
 /// The settings of the server.
 pub struct Settings {
-    /// The mesh file.
+    /// The mesh file, or a folder: then the first page lists its meshes.
     pub input: PathBuf,
     /// Its format; none to detect it from the file.
     pub from: Option<Format>,
@@ -71,9 +72,8 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
     let (pool, aside) = (threads()?, threads()?);
     let root = root(&settings)?;
     let wanted = SocketAddr::new(settings.listen, settings.port);
-    let resume = settings.resume.as_ref().map(Option::as_deref);
     let kept = Kept::of_user(&root);
-    let read = Opened::read(&pool, &kept, settings.input, settings.from, resume)?;
+    let read = input(&settings, &pool, &kept)?;
     let words: Arc<dyn CommandRenderer> = Arc::from(settings.words);
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(LISTENERS)
@@ -96,11 +96,16 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
             apps: Mutex::default(),
             opening: Mutex::default(),
         });
-        let earlier = read.earlier.clone();
+        let earlier = read.as_ref().and_then(|read| read.earlier.clone());
         let is_own_file = matches!(settings.resume, Some(None));
-        // A list of one file is not written.
-        record(&shared.kept.recent(), &shared.root, &[&read.input]);
-        let [token, ticket] = shared.add_page(read, is_own_file)?;
+        let [token, ticket] = match read {
+            None => shared.add_start()?,
+            Some(read) => {
+                // A list of one file is not written.
+                record(&shared.kept.recent(), &shared.root, &[&read.input]);
+                shared.add_page(read, is_own_file)?
+            }
+        };
         let all = shared.clone();
         ready(Address {
             at,
@@ -112,6 +117,22 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
         connections::serve(listener, shared.pages.clone()).await?;
         Ok(())
     })
+}
+
+/// The mesh of the first page; none if the settings name a folder.
+fn input(settings: &Settings, pool: &Threads, kept: &Kept) -> Result<Option<Opened>, ViewError> {
+    let resume = settings.resume.as_ref().map(Option::as_deref);
+    let path = settings.input.clone();
+    if !path.is_dir() {
+        return Opened::read(pool, kept, path, settings.from, resume).map(Some);
+    }
+    match resume {
+        None => Ok(None),
+        Some(_) => {
+            let cause = std::io::Error::other("name the mesh whose steps are to be repeated");
+            Err(ViewError::Root { path, cause })
+        }
+    }
 }
 
 /// The state that all pages of a server share.
@@ -134,10 +155,33 @@ impl Shared {
     /// Adds the page of a file that was read. Returns the page's token and a ticket that leads to the page once. `is_own_file` says
     /// whether the steps of an earlier session were read from the recovery file of this session.
     fn add_page(self: &Arc<Self>, read: Opened, is_own_file: bool) -> std::io::Result<[Token; 2]> {
+        let app = read.app(self.host(), Events::default(), is_own_file)?;
+        let mut apps = self.apps.lock().unwrap_or_else(PoisonError::into_inner);
+        let tokens = self.add(router(app.clone()))?;
+        apps.push((tokens[0].clone(), app));
+        Ok(tokens)
+    }
+
+    /// Adds the start page of the folder. Returns its token and a ticket that leads to it once.
+    fn add_start(self: &Arc<Self>) -> std::io::Result<[Token; 2]> {
+        self.add(start_router(Arc::new(self.host())))
+    }
+
+    /// Adds a page with these routes. Returns its token and a ticket that leads to it once.
+    fn add(&self, router: Router) -> std::io::Result<[Token; 2]> {
         let [token, ticket] = [Token::new()?, Token::new()?];
         let gate = Arc::new(Gate::new(token.clone(), ticket.clone(), self.at));
+        let router = router.layer(from_fn_with_state(gate, authorise));
+        match self.pages.add_page(token.clone(), router) {
+            true => Ok([token, ticket]),
+            false => Err(std::io::Error::other(TOO_MANY)),
+        }
+    }
+
+    /// What a page shares with the others.
+    fn host(self: &Arc<Self>) -> Host {
         let (opens, knows) = (self.clone(), self.clone());
-        let host = Host {
+        Host {
             root: self.root.clone(),
             kept: self.kept.clone(),
             streams: self.streams.clone(),
@@ -151,15 +195,7 @@ impl Shared {
                 thread.spawn(job).map(drop)
             }),
             stores_saved: false,
-        };
-        let app = read.app(host, Events::default(), is_own_file)?;
-        let mut apps = self.apps.lock().unwrap_or_else(PoisonError::into_inner);
-        let router = router(app.clone()).layer(from_fn_with_state(gate, authorise));
-        if !self.pages.add_page(token.clone(), router) {
-            return Err(std::io::Error::other(TOO_MANY));
         }
-        apps.push((token.clone(), app));
-        Ok([token, ticket])
     }
 
     /// Opens another file and returns the path of its page on this server. A file that is already open keeps its page, since a second
@@ -203,7 +239,10 @@ impl Shared {
 
 /// The folder below which the page may read and write files.
 fn root(settings: &Settings) -> Result<PathBuf, ViewError> {
-    let beside = settings.input.parent().unwrap_or(Path::new(""));
+    let beside = match settings.input.is_dir() {
+        true => settings.input.as_path(),
+        false => settings.input.parent().unwrap_or(Path::new("")),
+    };
     let beside = match beside.as_os_str().is_empty() {
         true => Path::new("."),
         false => beside,

@@ -98,7 +98,7 @@ export class Creases {
 
   /** The pairs for a fill's parameters: pairs at holes with the action fill; only at the holes `only`, if given. */
   params(only) {
-    const isFilled = (hole) => this.app.holes.doings.get(hole) === "fill" && (!only || only.includes(hole));
+    const isFilled = (hole) => this.app.holes.doing(hole) === "fill" && (!only || only.includes(hole));
     return this.pairs.filter(([a]) => isFilled(this.end(a)?.hole));
   }
 }

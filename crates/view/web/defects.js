@@ -1,38 +1,56 @@
-// The check for defects: a verdict and a list of defects; a click marks the faces of a defect and moves the view there.
+// The check: a verdict, three numbers, and a list of defects; a click marks the faces of a defect and moves the view there.
 
 import { cornersOf, MARKED } from "../../report/viewer/geometry.js";
 import { cross, frame, minus, plus, times } from "../../report/viewer/camera.js";
-import { digits, find } from "../../report/viewer/controls.js";
-import { askJson } from "./net.js";
-import { counts, language, tr } from "./strings.js";
+import { find } from "../../report/viewer/controls.js";
+import { counts, tr, whole } from "./strings.js";
+import { putNumbers } from "./verdict.js";
 
 export class Defects {
   constructor(app) {
     this.app = app;
-    find("#defects").addEventListener("toggle", () => find("#defects").open && this.check());
   }
 
-  /** Checks again if the list is open; called when the current mesh changes. */
+  /** Checks again if the pane is open; called when the current mesh or the minimum wall changes. */
   renew() {
-    if (find("#defects").open) this.check();
+    if (this.app.tab === "check") this.check();
   }
 
   /** Requests a check of the current mesh, and lists its defects. */
   async check() {
     const { model } = this.app, id = model.state.current, verdict = find("#verdict");
     verdict.textContent = tr("checking");
+    verdict.dataset.level = "";
     find("#defect-list").replaceChildren();
     try {
-      const found = await askJson(`check/${id}`);
+      const found = await this.app.verdict.of(id);
       // The current mesh has changed in the meantime.
       if (model.state.current !== id) return;
-      const { walls } = found, sound = found.sound ? tr("sound") : (found.reasons || []).join("; ") + ".";
-      verdict.textContent = sound + (walls ? " " + tr("walls", { least: digits(walls.least) + this.app.unit(), mean: digits(walls.mean) + this.app.unit() }) : "");
+      const { level, line } = this.app.verdict.judged(found), { walls } = found;
+      verdict.textContent = line;
+      verdict.dataset.level = level;
+      putNumbers(find("#check-numbers"), [[tr(found.closed ? "yes" : "no"), tr("number_closed")], [this.thinnest(walls), tr("number_wall")], [whole(found.components), tr("number_components")]]);
       const { marks = {}, defects = [] } = found, there = defects.filter((d) => d.count).map((d) => ({ ...d, ...marks[d.kind] }));
       find("#defect-list").replaceChildren(...there.map((defect) => this.defect(defect, id)));
     } catch (error) {
       if (model.state.current === id) verdict.textContent = error.message;
     }
+  }
+
+  /** The thinnest wall, as a button that moves the view there. */
+  thinnest(walls) {
+    if (!walls) return "–";
+    const text = this.app.verdict.length(walls.least), at = walls.at;
+    if (!at) return text;
+    const button = Object.assign(document.createElement("button"), { type: "button", textContent: text, title: tr("wall_place") });
+    button.addEventListener("click", () => {
+      const { viewer } = this.app, mesh = this.app.shown();
+      if (!mesh) return;
+      const centre = at.map((x, k) => x - mesh.centre[k]);
+      viewer.fly({ centre, axes: viewer.camera.axes, reach: Math.max(6 * walls.least, 0.05 * this.app.model.state.scene.radius) });
+      this.app.labels.pin(centre);
+    });
+    return button;
   }
 
   /** A row of the list. Its faces belong to the mesh `id`; if another mesh or a preview is shown, they are neither shown nor marked. */
@@ -41,7 +59,7 @@ export class Defects {
     const item = document.createElement("li"), button = document.createElement("button"), select = document.createElement("button");
     let next = 0;
     button.type = select.type = "button";
-    button.textContent = `${name}: ${count.toLocaleString(language())}`;
+    button.textContent = `${name}: ${whole(count)}`;
     button.title = tr("defect_title");
     button.addEventListener("click", () => {
       const { viewer } = this.app, mesh = this.app.mesh();

@@ -112,6 +112,8 @@ export class Display {
     else if (viewer.sides.before) delete viewer.sides.before;
     find("fieldset.change").disabled = !old;
     if (!old && viewer.options.show !== "after") this.option("show", "after");
+    // Only the marks of the current mesh are drawn.
+    for (const shown of [mesh, old]) if (shown?.mask?.show(shown === mesh && after === model.state.current)) viewer.surfaces.get(shown)?.changed();
     viewer.keep();
     model.forget([after, before]);
     this.label();
@@ -238,8 +240,10 @@ export class Display {
     if (gaps) values = values.map((x) => Number.isNaN(x) ? -span[1] : x);
     surface.setColour({ kind, values, on, span, skipKept: errors, gaps });
     if (!isAfter) return undefined;
+    // The scale of expected errors leaves out the largest ones.
+    const more = errors && values.some((x) => x > span[1]) ? "≥ " : "";
     const words = { curvature: tr("scale_curvature"), distance: tr("scale_distance"), deviation: tr("scale_deviation"), sigma: tr("scale_sigma") }[name] || name.replace("attribute:", "");
-    return showScale(words + this.app.measure.unitOf(header.unit), (span[0] < 0 ? "−" : "") + digits(Math.abs(span[0])), digits(span[1]), kind, gaps);
+    return showScale(words + this.app.measure.unitOf(header.unit), (span[0] < 0 ? "−" : "") + digits(Math.abs(span[0])), more + digits(span[1]), kind, gaps);
   }
 
   /** Colours by a tolerance band. */

@@ -116,6 +116,11 @@ export class Form {
     }
   }
 
+  /** All values as they stand in the fields, by the names of the parameters. */
+  values() {
+    return Object.fromEntries(this.items.map(({ name, input, ...item }) => [name, isBox(item) ? input.checked : input.value]));
+  }
+
   /** Sets parameters by their names. */
   put(values) {
     for (const { name, input, ...item } of this.items) {

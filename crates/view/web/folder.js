@@ -1,13 +1,12 @@
-// The folder of the files: its meshes, the files that were opened lately, new folders.
+// The folder of the files: its meshes as suggestions, new folders.
 
 import { find } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
 import { tr } from "./strings.js";
 
 export class Folder {
-  /** `open` opens a file by its path. */
-  constructor(app, open) {
-    Object.assign(this, { app, open });
+  constructor(app) {
+    this.app = app;
     find("#folder-new").addEventListener("click", () => this.ask(find("#folder-row").hidden));
     find("#folder-make").addEventListener("click", () => this.make());
     find("#folder-name").addEventListener("keydown", (event) => {
@@ -16,19 +15,10 @@ export class Folder {
     });
   }
 
-  /** Lists the meshes in the folder as suggestions, and the files that were opened lately. */
+  /** Lists the meshes in the folder as suggestions. */
   async list() {
-    const { files, recent } = await askJson("files");
+    const { files } = await askJson("files");
     find("#files").replaceChildren(...files.map((name) => new Option(name, name)));
-    find("#recent").hidden = !recent.length;
-    find("#recent-files").replaceChildren(...recent.map((name) => this.row(name)));
-  }
-
-  row(name) {
-    const item = document.createElement("li"), button = Object.assign(document.createElement("button"), { type: "button", textContent: name, title: name });
-    button.addEventListener("click", () => this.open(name));
-    item.append(button);
-    return item;
   }
 
   /** Shows or hides the field for the name of a new folder. */

@@ -1,7 +1,6 @@
 // The list of holes: sorting, filter, selection, and the action for each hole.
 
 import { frame, minus } from "../../report/viewer/camera.js";
-import { copy } from "../../report/viewer/point.js";
 import { all, digits, directionTo, find, numberIn } from "../../report/viewer/controls.js";
 import { outcomeWords, tr } from "./strings.js";
 import { isInside } from "./paint.js";
@@ -22,8 +21,8 @@ export class Holes {
     this.chosen = null;
     this.picked = new Set();
     this.over = null;
-    /** The holes to which a preset gave the action close flat. */
-    this.capped = [];
+    /** What each row shows: action, whether it is chosen, and so on. */
+    this.written = new WeakMap();
     this.sort = { by: "id", falls: false };
     for (const query of ["#wider", "#narrower"]) find(query).addEventListener("input", () => this.filter());
     find("#set-all").addEventListener("change", () => {
@@ -33,7 +32,6 @@ export class Holes {
     });
     find("#fill-chosen").addEventListener("click", () => app.steps.run("fill", { only: this.only() }));
     find("#fill-all").addEventListener("click", () => app.steps.run("fill"));
-    find("#copy-holes").addEventListener("click", async () => app.say(await copy(this.text()) ? tr("copied", { text: this.text() }) : tr("copy_by_hand")));
     for (const button of all("#holes-head button")) button.addEventListener("click", () => this.sortBy(button.dataset.sort));
     this.useList(find("#holes"));
   }
@@ -60,9 +58,10 @@ export class Holes {
   }
 
   /** Shows the holes of a state; `fresh` says that the current mesh has changed. */
-  update({ holes, choices }, fresh) {
+  update({ holes, choices, number_shifts: shifts }, fresh) {
     const same = !fresh && holes.length === this.list.length;
     this.list = holes;
+    this.shifts = shifts;
     if (same) return;
     if (fresh) this.doings = new Map(holes.map((hole) => [hole.id, choices[hole.id] ?? (hole.stays_open ? "open" : "fill")]));
     if (fresh || !holes.some((hole) => hole.id === this.chosen)) {
@@ -70,12 +69,17 @@ export class Holes {
       this.picked.clear();
       this.app.viewer.selected = { region: 0, rim: -1 };
     }
-    if (fresh) find("#defects").open = false;
-    if (fresh && this.capped.length) {
-      this.capped = [];
-      this.app.steps.presets.leave("fill");
-    }
     this.filter();
+  }
+
+  nameOf(hole) {
+    return tr(this.isBorder(hole) ? "border_name" : "hole_name", { id: hole.id });
+  }
+
+  /** The number of a hole in the input file, if it is another one. */
+  numberBefore(id) {
+    const shift = this.shifts?.findLast(([from]) => from <= id)?.[1];
+    return shift ? id + shift : null;
   }
 
   isBorder(hole) {
@@ -90,7 +94,7 @@ export class Holes {
       return text && right ? value : none;
     };
     const low = bound("#wider", 0), high = bound("#narrower", Infinity), { by, falls } = this.sort, sign = falls ? -1 : 1;
-    const key = (hole) => by === "doing" ? this.doings.get(hole.id) || "" : hole[by];
+    const key = (hole) => by === "doing" ? this.doing(hole.id) : hole[by];
     const order = (a, b) => key(a) < key(b) ? -sign : key(a) > key(b) ? sign : a.id - b.id;
     return this.list.filter((hole) => hole.diameter >= low && hole.diameter <= high).sort(order);
   }
@@ -116,7 +120,7 @@ export class Holes {
   /** The row of a hole. */
   row(hole) {
     const item = document.createElement("li"), button = document.createElement("button"), select = document.createElement("select");
-    const name = tr(this.isBorder(hole) ? "border_name" : "hole_name", { id: hole.id });
+    const name = this.nameOf(hole);
     const part = (kind, text) => Object.assign(document.createElement("span"), { className: kind, textContent: text });
     button.type = "button";
     button.className = "hole";
@@ -124,6 +128,8 @@ export class Holes {
     button.tabIndex = -1;
     button.append(part("name", hole.id), part("size", digits(hole.diameter)), part("edges", hole.edges));
     if (hole.joined.length) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: ` + ${hole.joined.join(" + ")}` }));
+    const was = this.numberBefore(hole.id);
+    if (was) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("was_number", { was }) }));
     if (this.isBorder(hole)) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("border_short") }));
     button.title = hole.outcome ? `${name}: ${outcomeWords(hole)}` : tr("row_title", { name, height: digits(hole.height, hole.diameter) + this.app.unit() });
     if (hole.joined.length) button.title += " " + tr("row_joined", { ids: hole.joined.join(", ") });
@@ -136,6 +142,12 @@ export class Holes {
     return item;
   }
 
+  /** The action that is carried out for a hole: the chosen one, or flat where the preset closes flat what is to be filled. */
+  doing(id) {
+    const doing = this.doings.get(id) || "fill";
+    return doing === "fill" && this.app.steps?.presets.caps ? "flat" : doing;
+  }
+
   /** The bridges, each with its holes. */
   bridges() {
     const groups = new Map();
@@ -145,6 +157,13 @@ export class Holes {
 
   /** Sets the actions for holes, and sends them to the program. */
   put(doings) {
+    const { presets } = this.app.steps;
+    // One hole that is not to be closed flat: the preset does not hold for all any more.
+    if (presets.caps && doings.some(([, doing]) => doing === "fill")) {
+      const flat = [...this.doings.keys()].filter((id) => this.doing(id) === "flat" && !doings.some(([other]) => other === id));
+      presets.leave("fill");
+      doings = [...doings, ...flat.map((id) => [id, "flat"])];
+    }
     for (const [id, doing] of doings) this.doings.set(id, doing);
     this.app.choices.holes(this.app.model.state.current, Object.fromEntries(doings));
   }
@@ -157,18 +176,10 @@ export class Holes {
     if (id === this.chosen) this.tell(this.list.find((hole) => hole.id === id));
   }
 
-  /** Changes the action of all holes from fill to close flat, or back. */
-  cap(flat) {
-    const ids = flat ? [...this.doings.keys()].filter((id) => this.doings.get(id) === "fill") : this.capped.filter((id) => this.doings.get(id) === "flat");
-    this.capped = flat ? [...this.capped, ...ids] : [];
-    if (ids.length) this.put(ids.map((id) => [id, flat ? "flat" : "fill"]));
-    this.changed();
-  }
-
   /** Shows size and action of a hole in the message line. */
   tell({ id, diameter, height }) {
     const unit = this.app.unit();
-    this.app.say(tr("hole_summary", { id, diameter: digits(diameter) + unit, height: digits(height, diameter) + unit, doing: doingName(this.doings.get(id)) }));
+    this.app.say(tr("hole_summary", { id, diameter: digits(diameter) + unit, height: digits(height, diameter) + unit, doing: doingName(this.doing(id)) }));
   }
 
   /** Adds a hole to the last bridge, or to a first one if there is none. */
@@ -180,25 +191,26 @@ export class Holes {
   changed() {
     const next = this.bridges().size + 1, names = Array.from({ length: next }, (_, i) => `bridge ${i + 1}`), offered = [...DOINGS, ...names];
     const rows = all("#holes li"), first = rows.find((row) => Number(row.dataset.hole) === this.chosen) || rows[0];
+    const byId = new Map(this.list.map((hole) => [hole.id, hole])), unit = this.app.unit();
     for (const item of rows) {
-      const id = Number(item.dataset.hole), doing = this.doings.get(id), select = item.querySelector("select"), button = item.querySelector(".hole");
-      const hole = this.list.find((h) => h.id === id);
+      const id = Number(item.dataset.hole), doing = this.doing(id), shows = [doing, this.picked.has(id), offered.length, unit, item === first].join();
+      // A row that shows the same already is left as it is: with a thousand rows writing all takes longer than drawing the mesh.
+      if (this.written.get(item) === shows) continue;
+      this.written.set(item, shows);
+      const select = item.querySelector("select"), button = item.querySelector(".hole"), hole = byId.get(id);
       if (select.options.length !== offered.length) select.replaceChildren(...offered.map((value) => new Option(doingName(value), value)));
       select.value = doing;
       item.dataset.doing = doing.split(" ")[0];
       item.classList.toggle("picked", this.picked.has(id));
       button.setAttribute("aria-pressed", this.picked.has(id));
       button.tabIndex = item === first ? 0 : -1;
-      const name = tr(this.isBorder(hole) ? "border_name" : "hole_name", { id });
-      button.setAttribute("aria-label", tr("row_label", { name, diameter: digits(hole.diameter) + this.app.unit(), edges: hole.edges, doing: doingName(doing) }));
+      const name = this.nameOf(hole);
+      button.setAttribute("aria-label", tr("row_label", { name, diameter: digits(hole.diameter) + unit, edges: hole.edges, doing: doingName(doing) }));
     }
-    find("#holes-text").textContent = this.text();
-    find("#copy-holes").hidden = !this.canFill();
     find("#fill-all").disabled = Boolean(this.app.steps.job) || !this.canFill();
     const { size } = this.picked;
     find("#fill-chosen").disabled = !size;
     find("#fill-chosen").textContent = size > 1 ? tr("fill_these", { count: size }) : size ? tr("fill_hole", { id: this.chosen }) : tr("fill_this");
-    find("#picked").textContent = size > 1 ? tr("picked", { count: size }) : "";
     this.app.display.rims();
     this.app.steps.describe();
   }
@@ -206,7 +218,7 @@ export class Holes {
   /** The colour index of each rim of a mesh, and the colours. */
   rimKinds(mesh) {
     const own = mesh.id === this.app.model.state.current, order = ["fill", "open", "flat", "bridge"];
-    const kind = (id) => this.picked.size > 1 && this.picked.has(id) ? 4 : Math.max(0, order.indexOf((this.doings.get(id) || "fill").split(" ")[0]));
+    const kind = (id) => this.picked.size > 1 && this.picked.has(id) ? 4 : Math.max(0, order.indexOf(this.doing(id).split(" ")[0]));
     return { kinds: mesh.rimIds.map((id) => own ? kind(id) : 0), colours: ["bad", "soft", "fair", "second", "mark"] };
   }
 
@@ -219,10 +231,10 @@ export class Holes {
   params(only) {
     const crease = this.app.creases.params(only), groups = [...this.bridges().values()];
     if (only) {
-      const flat = only.filter((id) => this.doings.get(id) === "flat");
+      const flat = only.filter((id) => this.doing(id) === "flat");
       return { holes: only, keep_open: [], flat, bridge: groups.filter((group) => group.length > 1 && group.every((id) => only.includes(id))), crease };
     }
-    const ids = (doing) => [...this.doings].filter(([, d]) => d === doing).map(([id]) => id), chosen = (test) => new Set(this.list.filter(test).map((h) => h.id));
+    const ids = (doing) => [...this.doings.keys()].filter((id) => this.doing(id) === doing), chosen = (test) => new Set(this.list.filter(test).map((h) => h.id));
     const border = chosen((h) => this.isBorder(h)), stays = chosen((h) => h.stays_open);
     // What stays open by itself is not named: a rim that is kept open joins no other.
     const open = ids("open").filter((id) => !stays.has(id));
@@ -235,6 +247,17 @@ export class Holes {
     // filled, or may because another stays open; also if that list is the shorter one.
     const named = filled.some((id) => stays.has(id) || open.length && border.has(id)) || filled.length <= open.length;
     return { holes: named ? filled : null, keep_open: named ? [] : open, flat: ids("flat"), bridge: groups, crease };
+  }
+
+  /** The holes that the user chose to close flat: also a repair does so. */
+  caps() {
+    return [...this.doings].filter(([, doing]) => doing === "flat").map(([id]) => id);
+  }
+
+  /** The same as options of a repair. */
+  capsText() {
+    const ids = this.caps();
+    return ids.length ? [`--flat ${ids.join(",")}`] : [];
   }
 
   /** The same parameters as options of the command line. */

@@ -1,6 +1,6 @@
 // Keyboard control: shortcuts of the page, and a cross in the view that keys move in place of a pointer.
 
-import { find } from "../../report/viewer/controls.js";
+import { find, localised } from "../../report/viewer/controls.js";
 
 /** Moves the cross by keys; Enter clicks at it. */
 export function useCross(app) {
@@ -36,7 +36,7 @@ export function useViewKeys(app) {
   const show = (name) => find("fieldset.change").disabled || display.option("show", name);
   const press = (query) => find(query).disabled || find(query).click();
   const doing = (what) => holes.chosen !== null && holes.set(holes.chosen, what);
-  const brush = (factor) => { app.setBrush(paint.radius * factor); find("#brush").value = Number(paint.radius.toPrecision(3)); };
+  const brush = (factor) => { app.setBrush(paint.radius * factor); find("#brush").value = localised(Number(paint.radius.toPrecision(3))); };
   const next = (query) => {
     const select = find(query);
     select.selectedIndex = (select.selectedIndex + 1) % select.options.length;
@@ -47,7 +47,7 @@ export function useViewKeys(app) {
     5: () => views.go("front"), 6: () => views.go("right"), 7: () => views.go("top"), 8: () => views.go("isometric"), 9: () => press("#parallel"),
     n: () => holes.step(1), p: () => holes.step(-1), i: () => doing("fill"), k: () => doing("open"), l: () => doing("flat"),
     j: () => holes.chosen !== null && holes.bridge(holes.chosen),
-    w: () => option("wire"), f: () => option("flat"), r: () => option("rims"), h: () => option("folds"), c: () => next("#colour"), y: () => next("#shading"),
+    w: () => option("wire"), f: () => option("flat"), r: () => option("rims"), h: () => press("#mask-hide"), c: () => next("#colour"), y: () => next("#shading"),
     x: () => { find("#section").value = find("#section").value ? "" : "x"; display.cut(); },
     t: () => app.setTool("turn"), b: () => app.setTool("brush"), z: () => app.setTool("fair"), o: () => app.setTool("box"), s: () => app.setTool("lasso"), m: () => app.setTool("component"),
     u: () => app.setTool("smooth"), q: () => app.setTool("distance"), a: () => views.fitSelected(), ",": () => press("#roll-left"), ".": () => press("#roll-right"),
@@ -61,9 +61,17 @@ export function useViewKeys(app) {
       const redoes = key === "y" || event.shiftKey, painting = app.tab === "paint" && app.tool !== "fair" && (app.mask()?.done.length || app.mask()?.undone.length);
       return press(painting ? (redoes ? "#restroke" : "#unstroke") : redoes ? "#redo" : "#undo");
     }
-    if (find("#keys").open) return undefined;
-    if (event.key === "Escape" && !typing) return paint.started ? paint.cancel() : app.measure.points.length ? app.measure.cancel() : steps.job ? steps.cancel() : app.setTool("turn");
-    if (!event.ctrlKey && !event.metaKey && !event.altKey && !typing) actions[key]?.();
+    if ((event.ctrlKey || event.metaKey) && key === "s") {
+      event.preventDefault();
+      if (app.tab === "save") return press("#save");
+      app.open("save");
+      return find("#save").focus();
+    }
+    if (find("#keys").open || find("#opener").open) return undefined;
+    if (event.key === "Escape" && !typing) return app.card.hide() ? undefined : paint.started ? paint.cancel() : app.measure.points.length ? app.measure.cancel() : steps.job ? steps.cancel() : app.setTool("turn");
+    // On many keyboards brackets and signs need Alt, AltGr or both Ctrl and Alt.
+    const isSign = key?.length === 1 && !/[a-z0-9]/.test(key), plain = !event.ctrlKey && !event.altKey || isSign && (event.altKey || event.getModifierState("AltGraph"));
+    if (plain && !event.metaKey && !typing) actions[key]?.();
     return undefined;
   });
 }

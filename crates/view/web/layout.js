@@ -1,10 +1,9 @@
-// The frame of the page: folding tools and panels, tabs, help, language, dark and light theme, dropped files.
+// The frame of the page: folding tools and panels, panes, help, language, dark and light theme.
 
 import { all, find, useTheme } from "../../report/viewer/controls.js";
+import { putIcons } from "./icons.js";
+import { remember } from "./memory.js";
 import { HELP, language, setLanguage, tr } from "./strings.js";
-
-/** Width of the page below which the tools are folded at first, in pixels. */
-const NARROW = 901;
 
 /** A setting from the browser's local storage, or its default `usual`. */
 export function kept(name, usual) {
@@ -21,24 +20,24 @@ export function keep(name, value) {
   } catch { /* The browser allows no storage. */ }
 }
 
-/** Fills in the texts of the chosen language. */
-function putWords() {
+/** Fills in the texts of the chosen language; tooltips name the key. */
+export function putWords() {
   const put = { words: "textContent", title: "title" };
   for (const [kind, property] of Object.entries(put)) for (const element of all(`[data-${kind}]`)) element[property] = tr(element.dataset[kind]);
+  for (const element of all("[data-key]")) if (element.dataset.key) element.title += ` (${element.dataset.key})`;
   for (const element of all("[data-label]")) element.setAttribute("aria-label", tr(element.dataset.label));
   document.documentElement.lang = language();
 }
 
 /** Makes tools and panels foldable. */
 function useFolds(app) {
-  for (const [name, signs] of [["rail", "»«"], ["panel", "«»"]]) {
+  for (const name of ["rail", "panel"]) {
     const button = find("#fold-" + name), root = document.documentElement;
     const set = (folded) => {
       root.toggleAttribute("data-fold-" + name, folded);
       button.setAttribute("aria-expanded", !folded);
-      button.textContent = signs[folded ? 0 : 1];
     };
-    set(name === "rail" && innerWidth < NARROW || kept("fold-" + name, "") === "yes");
+    set(kept("fold-" + name, "") === "yes");
     button.addEventListener("click", () => {
       const folded = !root.hasAttribute("data-fold-" + name);
       set(folded);
@@ -51,6 +50,10 @@ function useFolds(app) {
 /** Makes the tabs usable by pointer and keyboard. */
 function useTabs(app) {
   const names = all("[role=tab]").map((tab) => tab.id.slice(4));
+  for (const button of all("[data-pane]:not([role=tab])")) {
+    // A second click leads back to the job.
+    button.addEventListener("click", () => app.open(app.tab === button.dataset.pane ? names.find((name) => find("#tab-" + name).tabIndex === 0) : button.dataset.pane));
+  }
   for (const tab of all("[role=tab]")) {
     tab.addEventListener("click", () => app.open(tab.id.slice(4)));
     tab.addEventListener("keydown", (event) => {
@@ -86,41 +89,18 @@ function useHelp() {
   find("#keys-close").addEventListener("click", () => sheet.close());
 }
 
-/** Handles dropped files: face numbers become the mask, any other file is uploaded to the folder and opened. */
-function useDrop(app) {
-  const stage = find(".stage"), sign = find("#drop");
-  const over = (event, shown) => {
-    event.preventDefault();
-    sign.hidden = !shown;
-  };
-  document.addEventListener("dragover", (event) => over(event, true));
-  document.addEventListener("dragleave", (event) => event.relatedTarget || over(event, false));
-  document.addEventListener("drop", (event) => {
-    over(event, false);
-    const [file] = event.dataTransfer.files;
-    if (!file) return;
-    if (!app.masks) {
-      app.say(tr("opening"));
-      return;
-    }
-    if (/\.(txt|json|faces)$/i.test(file.name)) app.masks.takeFile(file);
-    else app.save.sendFile(file);
-  });
-  stage.addEventListener("dragstart", (event) => event.preventDefault());
-}
-
 /** Shows the introduction as long as no step was made and the user has not closed it. */
 export function showIntro(app) {
   find("#intro").hidden = app.model.state.current !== 0 || app.model.state.states.length > 1 || kept("intro", "") === "seen";
 }
 
-/** Reloads the page in another language. Asks first if something would be lost, and does not reload if the choices cannot be sent. */
+/** Reloads the page in another language, without losing anything; does not reload if the choices cannot be sent. */
 async function changeLanguage(app) {
-  const select = find("#language"), wanted = select.value, loses = app.steps?.job || app.steps?.previews.length;
+  const select = find("#language"), wanted = select.value;
   select.value = language();
-  if (loses && !confirm(tr("language_loses"))) return;
   try {
     await app.choices?.flush();
+    if (app.deliver) remember(app);
   } catch (error) {
     app.say(error.message, true);
     return;
@@ -132,13 +112,16 @@ async function changeLanguage(app) {
 /** Sets up the frame, before the mesh is loaded. */
 export function useLayout(app) {
   putWords();
+  putIcons();
+  find(".stage").addEventListener("dragstart", (event) => event.preventDefault());
+  // A click beside an open sheet closes it.
+  document.addEventListener("pointerdown", (event) => { for (const sheet of all(".flyout[open]")) if (!sheet.contains(event.target) && find("#look").contains(event.target)) sheet.open = false; });
   find("#message").textContent = tr("opening");
   find("#language").value = language();
   find("#language").addEventListener("change", () => changeLanguage(app));
   useFolds(app);
   useTabs(app);
   useHelp();
-  useDrop(app);
   useTheme(() => {
     find("#theme").textContent = document.documentElement.dataset.theme === "dark" ? "☀" : "☾";
     app.viewer?.refresh();

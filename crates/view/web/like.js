@@ -16,9 +16,6 @@ const quoted = (word) => /^[\w./:,=+@%-]+$/.test(word) ? word : `'${word.replace
 /** The regions of a report that were to be filled with the shape of a counterpart. */
 const tested = (report) => (report?.regions || []).filter((region) => region.counterpart);
 
-/** Whether a counterpart was refused at some hole. */
-export const isRefused = (report) => tested(report).some((region) => !region.counterpart.used);
-
 /** What a report says about counterparts, in a line; empty without one. */
 export function counterpartLine(report) {
   const regions = tested(report), used = regions.filter((r) => r.counterpart.used), holes = (list) => list.flatMap((r) => r.holes);
@@ -86,7 +83,7 @@ export class Like {
 
   /** Scrolls the open group into view. */
   reveal() {
-    if (this.app.tab === "mend" && find("#like").open) find("#like").scrollIntoView({ block: "nearest" });
+    if (this.app.showsJob() && find("#like").open) find("#like").scrollIntoView({ block: "nearest" });
   }
 
   /** Chooses no counterpart, and texels. */

@@ -4,7 +4,7 @@ import { begun } from "../../report/viewer/activity.js";
 import { Viewer } from "../../report/viewer/viewer.js";
 import { Labels } from "../../report/viewer/labels.js";
 import { Point } from "../../report/viewer/point.js";
-import { all, find, useArrows, usePointers } from "../../report/viewer/controls.js";
+import { all, find, localised, useArrows, usePointers } from "../../report/viewer/controls.js";
 import { listen } from "./net.js";
 import { Model } from "./model.js";
 import { Choices } from "./choices.js";
@@ -13,6 +13,11 @@ import { Creases } from "./creases.js";
 import { Display } from "./display.js";
 import { Holes } from "./holes.js";
 import { Defects } from "./defects.js";
+import { HoleCard } from "./hole_card.js";
+import { recallFields, recallView, recalled } from "./memory.js";
+import { Opener, useDrop } from "./opener.js";
+import { Result } from "./result.js";
+import { Verdict } from "./verdict.js";
 import { Smoother } from "./smoother.js";
 import { Steps } from "./steps.js";
 import { Save } from "./save.js";
@@ -27,6 +32,8 @@ import { showIntro, useLayout } from "./layout.js";
 import { useCross, useViewKeys } from "./keys.js";
 import { counts, tr } from "./strings.js";
 
+/** The panes with a command, and the commands of each. */
+const JOBS = { holes: ["fill"], paint: ["restore", "fair"], print: ["repair"] };
 /** The tab of a tool; opening another tab deactivates the tool. */
 const tabOf = (tool) => PAINTS.includes(tool) ? "paint" : tool in MEASURES ? "measure" : null;
 
@@ -113,6 +120,7 @@ class App {
     this.seen = state.current;
     find("#title").textContent = find("#title").title = state.file.name;
     document.title = `${state.file.name} – isomend view`;
+    document.documentElement.toggleAttribute("data-unsaved", Boolean(state.unsaved));
     find("#subtitle").textContent = `${counts("face", current.faces)}, ${counts("hole", state.holes.length)} · isomend ${state.program.version}${state.unsaved ? ` · ${tr("not_saved")}` : ""}`;
     if (fresh) this.steps.against = false;
     if (fresh) await this.choices.load(state);
@@ -127,8 +135,10 @@ class App {
     if (state.busy) this.steps.join(state.busy);
     else showIntro(this);
     if (this.tab === "save") this.save.recipe();
+    if (fresh) this.card.hide();
     this.steps.previews = this.steps.previews.filter((p) => this.model.find(p.id));
     this.like.update();
+    this.result.update();
     if (this.steps.previews.length) return this.steps.showPreviews();
     find("#previews").hidden = true;
     const before = current.parent === null || current.parent === undefined ? null : Number(find("#against").value);
@@ -149,6 +159,8 @@ class App {
     const marked = count ? tr("marked", { count: counts("face", count), all: counts("face", faces) }) : tr("none_marked");
     const waits = tr(this.steps.previews.length ? "drop_previews" : "still_preparing_mask");
     find("#mask-said").textContent = mask ? marked : `${marked} ${waits}`;
+    find("#mask-hide").disabled = !mask || !count && !this.masks?.isHidden;
+    find("#mask-hide").textContent = tr(this.masks?.isHidden ? "mask_unhide" : "mask_hide");
     find("#unstroke").disabled = !mask?.done.length;
     find("#restroke").disabled = !mask?.undone.length;
     if (words !== undefined) find("#paint-trouble").textContent = trouble ? words : "";
@@ -156,24 +168,41 @@ class App {
     this.steps.describe();
   }
 
+  /** Opens a pane: a job, the measurements, the history, or saving. Painting begins with the brush. */
   open(tab, focus = false) {
+    const isTab = find("#tab-" + tab).getAttribute("role") === "tab";
     this.tab = tab;
-    for (const button of all("[role=tab]")) {
-      const own = button.id === "tab-" + tab;
-      button.setAttribute("aria-selected", own);
-      button.tabIndex = own ? 0 : -1;
-      find("#" + button.getAttribute("aria-controls")).hidden = !own;
+    for (const button of all("[data-pane]")) {
+      const own = button.dataset.pane === tab, is = button.getAttribute("role") === "tab";
+      button.setAttribute(is ? "aria-selected" : "aria-pressed", own);
+      if (is && (own || isTab)) button.tabIndex = own ? 0 : -1;
+      find("#pane-" + button.dataset.pane).hidden = !own;
       if (own && focus) button.focus();
     }
-    if (tabOf(this.tool) !== tab) this.setTool("turn");
+    this.showJob();
+    if (tabOf(this.tool) !== tab) this.setTool(tab === "paint" && this.paint ? "brush" : "turn");
+    if (tab === "check") this.defects?.check();
     // Before the page is ready there is nothing to list.
     if (tab === "save") this.save?.recipe();
-    if (tab === "save" || tab === "measure") this.save?.folder.list().catch(() => null);
+    if (tab === "save" || tab === "measure" || tab === "paint") this.save?.folder.list().catch(() => null);
     if (tab === "measure") this.measure?.list();
     this.plane?.show();
   }
 
-  /** Activates a tool, and opens its tab. */
+  /** Whether the open pane has a command. */
+  showsJob() {
+    return this.tab in JOBS;
+  }
+
+  /** Shows the command of the open pane, if it has one. */
+  showJob() {
+    const own = JOBS[this.tab], { steps } = this;
+    find("#mender").hidden = !own;
+    find("#mender").dataset.job = this.tab;
+    if (own && steps?.forms.fill && !own.includes(steps.kind)) steps.show(own[0]);
+  }
+
+  /** Activates a tool, shows its options, and opens its tab. */
   setTool(tool) {
     this.paint?.cancel();
     this.measure?.cancel();
@@ -181,6 +210,7 @@ class App {
     if (this.paint) this.paint.tool = tool;
     find(`[name=tool][value=${tool}]`).checked = true;
     find(".stage").dataset.tool = tool;
+    for (const row of all("[data-for]")) row.hidden = !row.dataset.for.split(" ").includes(tool);
     if (tabOf(tool) && tabOf(tool) !== this.tab) this.open(tabOf(tool));
   }
 
@@ -193,7 +223,7 @@ class App {
 
   /** Handles a click in the view: shows the point, and chooses the hole or crease end there, or measures. */
   clicked(event, at) {
-    const met = this.viewer.pick(...at), { coarse } = this.viewer.sides[met.aim.side]?.mesh ?? {};
+    const joins = this.card.joins, met = this.viewer.pick(...at), { coarse } = this.viewer.sides[met.aim.side]?.mesh ?? {};
     if (this.tool in MEASURES && coarse) return this.say(tr("still_preparing"), true);
     if (met.point && !coarse) this.point.choose(met.point, event.altKey);
     if (this.tool in MEASURES) return this.measure.click(this.tool, met);
@@ -204,9 +234,18 @@ class App {
       return this.creases.choose(end);
     }
     const id = this.holes.at(met);
+    this.card.hide();
     if (id === null) return undefined;
+    this.card.joins = joins;
+    return this.showHole(id, event);
+  }
+
+  /** Chooses a hole that was clicked in the view, and shows its card, unless it is added to others. */
+  showHole(id, event) {
+    const adds = event.ctrlKey || event.metaKey || event.shiftKey;
     this.open("holes");
-    return this.holes.choose(id, false, { adds: event.ctrlKey || event.metaKey || event.shiftKey });
+    this.holes.choose(id, false, { adds });
+    if (!adds && event.clientX !== undefined) this.card.show(id, event.clientX, event.clientY);
   }
 
   /** Handles a pointer that moves over the view: shows the brush, or highlights the hole under it. */
@@ -222,6 +261,35 @@ class App {
       this.endHovering = null;
     });
   }
+}
+
+/** Makes a right click on a hole show its card; dragged, the right button shifts the view. */
+function useRightClick(app) {
+  const { canvas } = app.viewer;
+  let down = null;
+  canvas.addEventListener("pointerdown", (event) => { down = event.button === 2 ? [event.clientX, event.clientY] : null; });
+  canvas.addEventListener("pointerup", (event) => {
+    const isClick = down && event.button === 2 && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < 4;
+    down = null;
+    if (!isClick || app.tool !== "turn") return;
+    const id = app.holes.at(app.viewer.pick(event.offsetX, event.offsetY));
+    if (id !== null) app.showHole(id, event);
+  });
+}
+
+/** Makes the list of files open by its button, and takes dropped files: face numbers become the mask, any other file is opened. */
+function useOpener(app) {
+  const dialog = find("#opener"), show = () => {
+    if (!dialog.open) dialog.showModal();
+    app.opener.update().catch((error) => app.say(error.message, true));
+  };
+  find("#open-button").addEventListener("click", show);
+  find("#opener-close").addEventListener("click", () => dialog.close());
+  useDrop((files) => {
+    if (files.length === 1 && /\.(txt|json|faces)$/i.test(files[0].name)) return app.masks.takeFile(files[0]);
+    show();
+    return app.opener.send(files);
+  });
 }
 
 async function begin() {
@@ -246,6 +314,9 @@ async function begin() {
   app.like = new Like(app);
   app.plane = new Plane(app);
   app.steps = new Steps(app);
+  app.verdict = new Verdict(app);
+  app.result = new Result(app);
+  app.card = new HoleCard(app);
   app.save = new Save(app);
   app.deliver = new Deliver(app);
   app.deliver.start(state);
@@ -259,9 +330,17 @@ async function begin() {
   app.like.start(parameters);
   app.measure.changedUnit();
   app.save.start({ file, formats });
+  app.verdict.start();
+  app.opener = new Opener(find("#opener-box"), {
+    leave: () => app.choices.flush(),
+    opened: (name) => { find("#opener").close(); app.say(tr("is_open", { name })); },
+  });
+  useOpener(app);
+  const before = recalled();
+  if (before) recallFields(app, before);
   Object.assign(viewer.camera, app.home());
   app.setBrush(scene.radius / 15);
-  find("#brush").value = find("#grow-by").value = Number(app.paint.radius.toPrecision(3));
+  find("#brush").value = find("#grow-by").value = localised(Number(app.paint.radius.toPrecision(3)));
   const place = viewer.drawn;
   viewer.drawn = (part) => {
     place(part);
@@ -275,6 +354,7 @@ async function begin() {
   usePointers(viewer, { click: (event, at) => app.clicked(event, at), begin: (event, at) => app.paint.begin(event, at), turns: () => PAINTS.includes(app.tool) });
   viewer.canvas.addEventListener("pointermove", (event) => app.moved(event));
   viewer.canvas.addEventListener("pointerleave", () => app.moved(null));
+  useRightClick(app);
   useArrows(viewer);
   useViewKeys(app);
   // Draw only once, when everything is loaded.
@@ -295,7 +375,8 @@ async function begin() {
     back: () => app.steps.again().catch((error) => app.say(error.message, true)),
   });
   app.steps.presets.enable();
-  if (app.tab !== "holes") app.open(app.tab);
+  app.open(app.tab);
+  if (before) await recallView(app, before);
   document.documentElement.dataset.state = "ready";
   if (state.earlier) app.say(tr("earlier_session", { path: state.earlier }));
   await app.display.ready(viewer.sides.after.mesh);

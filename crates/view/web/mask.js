@@ -17,6 +17,16 @@ export class Mask {
     this.done = [];
     this.undone = [];
     this.stroke = null;
+    /** Whether the marks are drawn. */
+    this.isShown = true;
+  }
+
+  /** Draws the marks, or hides them on a mesh that the current one is compared with; returns whether the picture changes. */
+  show(isShown) {
+    const { facts } = this.mesh, differs = this.isShown !== isShown;
+    this.isShown = isShown;
+    if (differs) for (let f = 0; f < this.on.length; f++) if (this.on[f]) facts[f] = isShown ? facts[f] | MASKED : facts[f] & ~MASKED;
+    return differs && this.count > 0;
   }
 
   /** Marks or unmarks faces; returns the range of changed faces, or null. */
@@ -26,7 +36,7 @@ export class Mask {
     for (const face of faces) {
       if (this.on[face] === value) continue;
       this.on[face] = value;
-      facts[face] = value ? facts[face] | MASKED : facts[face] & ~MASKED;
+      facts[face] = value && this.isShown ? facts[face] | MASKED : facts[face] & ~MASKED;
       this.count += value ? 1 : -1;
       this.stroke?.push(face);
       first = Math.min(first, face);

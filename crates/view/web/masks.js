@@ -1,9 +1,9 @@
 // The controls of the mask: brush settings, grow and shrink, files of face numbers, named masks.
 
-import { all, find, numberIn } from "../../report/viewer/controls.js";
+import { all, find, localised, numberIn } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
 import { facesOf } from "./mask.js";
-import { counts, language, tr } from "./strings.js";
+import { counts, tr, whole } from "./strings.js";
 
 export class Masks {
   constructor(app) {
@@ -23,7 +23,7 @@ export class Masks {
     find("#brush").addEventListener("input", () => find("#brush").setAttribute("aria-invalid", !app.setBrush(numberIn(find("#brush").value))));
     find("#brush-range").addEventListener("input", () => {
       app.setBrush(app.viewer.camera.radius * 10 ** Number(find("#brush-range").value));
-      find("#brush").value = Number(paint.radius.toPrecision(3));
+      find("#brush").value = localised(Number(paint.radius.toPrecision(3)));
     });
     find("#smooth-angle").addEventListener("input", () => {
       const angle = numberIn(find("#smooth-angle").value), right = angle > 0 && angle < 180;
@@ -37,6 +37,7 @@ export class Masks {
     on("#unstroke", (mask) => { mask.undo(); paint.redraw(); });
     on("#restroke", (mask) => { mask.redo(); paint.redraw(); });
     on("#mask-keep", () => this.keep());
+    on("#mask-hide", () => this.toggle());
     on("#mask-load", async () => {
       const { runs, faces } = await askJson("mask/load", { path: find("#mask-path").value.trim() });
       this.take(runs ? facesIn(runs) : faces);
@@ -46,7 +47,6 @@ export class Masks {
       app.say(tr("mask_saved", { path }));
     });
     find("#mask-file").addEventListener("change", () => find("#mask-file").files[0] && this.takeFile(find("#mask-file").files[0]));
-    for (const kind of ["restore", "fair"]) find("#to-" + kind).addEventListener("click", () => { app.steps.show(kind); app.open("mend", true); });
   }
 
   /** Marks exactly these faces. */
@@ -86,6 +86,29 @@ export class Masks {
     await this.app.refresh();
   }
 
+  /** Whether a mask is hidden, or the region of a step, and no face is marked: it can be marked again. */
+  get isHidden() {
+    return !this.app.marked() && this.named.some(({ name, count }) => name === LAST_REGION && count);
+  }
+
+  /** Hides the mask, so that the next stroke begins a new one; or marks the last region again. */
+  async toggle() {
+    const { app } = this, mask = app.mask();
+    if (this.isHidden) return this.take(await this.facesOf(LAST_REGION));
+    if (!mask.count) throw new Error(tr("nothing_marked_yet"));
+    await askJson("mask/keep", { id: mask.mesh.id, name: LAST_REGION, mask: mask.runs() });
+    mask.change(() => false);
+    app.paint.redraw();
+    return app.refresh();
+  }
+
+  /** The faces of a named mask of the current mesh. */
+  async facesOf(name) {
+    const mask = this.app.mask();
+    if (!mask) throw new Error(tr("still_preparing"));
+    return facesIn((await askJson(`masks/${mask.mesh.id}?name=${encodeURIComponent(name)}`)).runs);
+  }
+
   /** Lists the named masks of the current mesh. */
   list() {
     const focused = all("#masks button").indexOf(document.activeElement);
@@ -94,32 +117,31 @@ export class Masks {
   }
 
   row({ name, count, gone }) {
-    const item = document.createElement("li"), text = document.createElement("span"), { app } = this, { paint } = app;
+    const shown = name === LAST_REGION ? tr("last_region") : name, item = document.createElement("li"), text = document.createElement("span"), { app } = this, { paint } = app;
     const button = (words, act) => {
       const made = Object.assign(document.createElement("button"), { type: "button", textContent: tr(words) });
-      made.setAttribute("aria-label", `${tr(words)}: ${name}`);
+      made.setAttribute("aria-label", `${tr(words)}: ${shown}`);
       made.addEventListener("click", () => app.attempt("#paint-trouble", act));
       return made;
     };
-    text.textContent = `${name} (${counts("face", count)}${gone ? tr("mask_gone", { gone: gone.toLocaleString(language()) }) : ""})`;
-    text.title = gone ? tr("mask_gone_title", { count: counts("face", gone) }) : name;
-    const faces = async () => {
-      const mask = app.mask();
-      if (!mask) throw new Error(tr("still_preparing"));
-      return facesIn((await askJson(`masks/${mask.mesh.id}?name=${encodeURIComponent(name)}`)).runs);
-    };
-    const show = button("mask_show", async () => this.take(await faces())), add = button("mask_add", async () => {
+    text.textContent = `${shown} (${counts("face", count)}${gone ? tr("mask_gone", { gone: whole(gone) }) : ""})`;
+    text.title = gone ? tr("mask_gone_title", { count: counts("face", gone) }) : shown;
+    const faces = () => this.facesOf(name);
+    const again = button("mask_show", async () => this.take(await faces())), add = button("mask_add", async () => {
       const marked = await faces();
       paint.apply(() => app.mask().set(marked, 1));
     });
-    show.disabled = add.disabled = !count;
-    item.append(text, show, add, button("mask_drop", async () => {
+    again.disabled = add.disabled = !count;
+    item.append(text, again, add, button("mask_drop", async () => {
       await askJson("mask/drop", { name });
       await app.refresh();
     }));
     return item;
   }
 }
+
+/** The name under which the program stores the region of the last step, and the mask that was hidden last. */
+const LAST_REGION = "last region";
 
 /** The face numbers of ranges. */
 function facesIn(runs) {

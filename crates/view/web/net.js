@@ -8,8 +8,7 @@ class Refused extends Error {
   constructor(status, text) {
     let words = text;
     try {
-      const { error, where } = JSON.parse(text);
-      words = where ? `${error} (${where})` : error;
+      words = JSON.parse(text).error;
     } catch { /* Not JSON: the text itself. */ }
     super(words || tr("answered_with", { status }));
     this.status = status;

@@ -51,7 +51,7 @@ export class Plane {
   /** Shows the given plane with handles, or the plane that was found, while a command that can use it is open in the tab Mend. */
   show() {
     const { app } = this, { like, steps, viewer } = app;
-    const open = app.tab === "mend" && ["fill", "restore"].includes(steps?.kind) && find("#like")?.open;
+    const open = app.showsJob() && ["fill", "restore"].includes(steps?.kind) && find("#like")?.open;
     this.given = Boolean(open) && like.kind === "plane";
     const plane = !open ? null : this.given ? like.plane() : like.found();
     this.place(plane);

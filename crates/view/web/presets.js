@@ -5,7 +5,7 @@ import { tr } from "./strings.js";
 
 /**
  * The presets of each command. `set` holds values of parameters, `edges` lengths in mean edges of the mesh; `capped` closes every
- * hole flat.
+ * hole flat that is to be filled.
  */
 const PRESETS = {
   fill: [{ name: "continue" }, { name: "cap", capped: true }, { name: "draft", set: { finish: "none" } }],
@@ -32,20 +32,26 @@ export class Presets {
 
   /** Shows the presets of a command. */
   show(kind) {
-    find("#presets").replaceChildren(...PRESETS[kind].map((preset) => this.card(kind, preset)));
+    find("#presets").replaceChildren(...PRESETS[kind].map((preset) => this.pill(kind, preset)));
+    find("#preset-hint").textContent = tr("preset_" + this.chosen[kind].name + "_hint");
   }
 
-  card(kind, preset) {
-    const label = document.createElement("label"), input = document.createElement("input"), name = document.createElement("b"), hint = document.createElement("small");
+  /** Chooses a preset by its name, without changing parameters. */
+  choose(kind, name) {
+    this.chosen[kind] = PRESETS[kind].find((preset) => preset.name === name) || this.chosen[kind];
+  }
+
+  pill(kind, preset) {
+    const label = document.createElement("label"), input = document.createElement("input"), name = document.createElement("span");
     input.type = "radio";
     input.name = "preset";
     input.value = preset.name;
     input.checked = this.chosen[kind] === preset;
     input.disabled = !this.ready;
     name.textContent = tr("preset_" + preset.name);
-    hint.textContent = tr("preset_" + preset.name + "_hint");
+    label.title = tr("preset_" + preset.name + "_hint");
     input.addEventListener("change", () => this.take(kind, preset));
-    label.append(input, name, hint);
+    label.append(input, name);
     return label;
   }
 
@@ -54,11 +60,41 @@ export class Presets {
     const form = this.app.steps.forms[kind], edge = preset.edges ? this.app.meanEdge() : 0, set = { ...preset.set };
     for (const [name, edges] of Object.entries(preset.edges || {})) set[name] = Number((edges * edge).toPrecision(3));
     this.chosen[kind] = preset;
+    find("#preset-hint").textContent = tr("preset_" + preset.name + "_hint");
     form.reset();
     form.put(set);
     if (kind === "fill" || kind === "restore") this.app.like.reset();
-    if (kind === "fill") this.app.holes.cap(Boolean(preset.capped));
+    this.changed(kind);
+  }
+
+  /** Updates the page after another preset of a command is chosen. */
+  changed(kind) {
+    if (kind === "fill") this.app.holes.changed();
     this.taken();
+  }
+
+  /** Whether the chosen preset of a fill closes holes flat. */
+  get caps() {
+    return Boolean(this.chosen.fill.capped);
+  }
+
+  /** What a command would run with: the preset and the values of the form. */
+  settings(kind) {
+    return { kind, preset: this.chosen[kind], values: this.app.steps.forms[kind].values() };
+  }
+
+  /** Sets what [settings] returned. */
+  restore({ kind, preset, values }) {
+    this.chosen[kind] = preset;
+    this.app.steps.forms[kind].put(values);
+    if (this.app.steps.kind === kind) this.show(kind);
+    this.changed(kind);
+  }
+
+  /** Selects the first preset of a command if a value that the chosen one sets has been changed. */
+  follow(kind) {
+    const { set = {} } = this.chosen[kind], values = this.app.steps.forms[kind].values();
+    if (Object.entries(set).some(([name, value]) => String(values[name]) !== String(value))) this.leave(kind);
   }
 
   /** Resets a command to its defaults. */

@@ -1,18 +1,16 @@
-// Files: saving and downloading meshes, reports, recipes and masks; opening and uploading meshes.
+// Saving and downloading meshes, reports, recipes and masks.
 
 import { copy } from "../../report/viewer/point.js";
 import { find } from "../../report/viewer/controls.js";
 import { Folder } from "./folder.js";
-import { askBlob, askJson, sendBytes } from "./net.js";
+import { askBlob, askJson } from "./net.js";
 import { counts, tr } from "./strings.js";
 
 export class Save {
   constructor(app) {
     this.app = app;
-    this.folder = new Folder(app, (path) => this.openFile(path));
+    this.folder = new Folder(app);
     find("#save").addEventListener("click", () => this.save());
-    find("#open-file").addEventListener("click", () => this.openFile(find("#open-path").value.trim()));
-    find("#open-path").addEventListener("keydown", (event) => event.key === "Enter" && this.openFile(find("#open-path").value.trim()));
     find("#download").addEventListener("click", () => this.download());
     find("#save-path").addEventListener("keydown", (event) => event.key === "Enter" && this.save());
     find("#save-kind").addEventListener("change", () => this.suggest());
@@ -26,36 +24,6 @@ export class Save {
     const own = /\.([^.]+)$/.exec(file.name)?.[1].toLowerCase();
     if (formats.some((f) => f.extension === own)) find("#save-format").value = own;
     this.suggest();
-  }
-
-  /** Opens another file below the folder; its own page replaces this one in the browser. */
-  openFile(path) {
-    return this.opening(async () => {
-      if (!path) throw new Error(tr("type_name"));
-      this.app.say(tr("opening_file", { name: path }));
-      await this.app.choices.flush();
-      const { page } = await askJson("open", { path });
-      if (page === location.pathname) return this.app.say(tr("is_open", { name: path }));
-      return location.assign(page);
-    });
-  }
-
-  /** Runs `act`, which opens or uploads a file; if it fails, clears the progress message and shows the error. */
-  opening(act) {
-    return this.app.attempt("#open-trouble", () => act().catch((error) => {
-      this.app.say("");
-      throw error;
-    }));
-  }
-
-  /** Uploads a mesh from the user's computer to the folder, and opens it. */
-  sendFile(file) {
-    this.app.open("save");
-    return this.opening(async () => {
-      this.app.say(tr("sending_file", { name: file.name }));
-      const { path } = await sendBytes(`send?name=${encodeURIComponent(file.name)}`, file);
-      await this.openFile(path);
-    });
   }
 
   /** Suggests a file name for the chosen kind of file, in the folder of the present name. */

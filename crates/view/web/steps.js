@@ -1,12 +1,13 @@
 // Steps: running commands, progress, cancel, previews, undo and redo, history.
 
 import { begun } from "../../report/viewer/activity.js";
+import { copy } from "../../report/viewer/point.js";
 import { all, digits, find } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
 import { formsIn } from "./fields.js";
-import { counterpartLine, isRefused } from "./like.js";
 import { Presets } from "./presets.js";
-import { counts, has, outcomeWords, tr } from "./strings.js";
+import { stepLine } from "./result.js";
+import { counts, has, tr } from "./strings.js";
 
 /** Completed fraction of a run from which on the remaining time is shown. */
 const MIN_SHARE = 0.04;
@@ -28,10 +29,17 @@ export class Steps {
     find("#preview").addEventListener("click", () => this.run(this.kind, { preview: true, only: this.kind === "fill" ? app.holes.only() : null }));
     find("#defaults").addEventListener("click", () => this.presets.reset(this.kind));
     find("#fields").addEventListener("submit", (event) => { event.preventDefault(); this.run(this.kind); });
-    find("#fields").addEventListener("input", () => this.describe());
+    find("#fields").addEventListener("input", () => {
+      this.presets.follow(this.kind);
+      this.describe();
+    });
     find("#ask-no").addEventListener("click", () => this.ask(null));
     find("#ask-yes").addEventListener("click", () => this.asked?.());
     find("#cancel").addEventListener("click", () => this.cancel());
+    find("#copy-command").addEventListener("click", async () => {
+      const text = find("#mend-text").textContent;
+      app.say(await copy(text) ? tr("copied", { text }) : tr("copy_by_hand"));
+    });
     find("#undo").addEventListener("click", () => this.move("undo"));
     find("#redo").addEventListener("click", () => this.move("redo"));
     find("#against").addEventListener("change", () => this.compare(Number(find("#against").value)));
@@ -52,6 +60,8 @@ export class Steps {
   /** Shows a command's form. */
   show(kind) {
     find(`[name=kind][value=${kind}]`).checked = true;
+    find("#mender").dataset.kind = kind;
+    find("#run").textContent = tr("run_" + kind);
     for (const box of all("#fields > div")) box.hidden = box.id !== "fields-" + kind;
     this.presets.show(kind);
     this.app.like.show(kind);
@@ -63,16 +73,14 @@ export class Steps {
   describe() {
     if (!this.forms.fill) return;
     const { kind } = this, { holes } = this.app, marked = this.app.marked();
-    const faces = counts("marked_face", marked);
     const on = {
-      fill: tr("on_holes"), restore: marked ? tr("on_faces", { faces }) : tr("mark_first"),
-      fair: marked ? tr("on_faces", { faces }) : tr("on_surface"), repair: tr("on_mesh"),
+      fill: holes.canFill() ? "" : holes.text(), restore: marked ? "" : tr("mark_first"), fair: marked ? "" : tr("on_surface"),
+      repair: holes.caps().length ? tr("on_mesh_flat", { ids: holes.caps().join(", ") }) : "",
     };
-    const which = kind === "fill" ? [holes.text()] : marked && kind !== "repair" ? ["--faces mask.txt"] : [];
+    const which = kind === "fill" ? [holes.text()] : kind === "repair" ? holes.capsText() : marked ? ["--faces mask.txt"] : [];
     find("#mend-on").textContent = on[kind];
     const isCommand = kind !== "fill" || which[0].startsWith("--");
     find("#mend-text").textContent = isCommand ? ["isomend", kind, ...which, ...this.typed(kind)].join(" ") : which[0];
-    find("#to-restore").disabled = find("#to-fair").disabled = !marked;
   }
 
   /** The options of a command that differ from the defaults. */
@@ -83,26 +91,28 @@ export class Steps {
   /** Starts a step or a preview. */
   async run(kind, { preview = false, only = null, sure = false } = {}) {
     this.ask(null);
-    const place = this.app.tab === "mend" ? "#mend-trouble" : this.app.tab === "paint" ? "#paint-trouble" : "#holes-trouble";
+    const place = this.app.showsJob() ? "#mend-trouble" : "#message";
     await this.app.attempt(place, async () => {
       if (this.job) throw new Error(tr("is_running"));
       const params = this.forms[kind].read(), { like } = this.app;
       like.read(kind, params);
       if (kind === "fill") Object.assign(params, this.app.holes.params(only));
+      if (kind === "repair") params.fill.flat = this.app.holes.caps();
       const mask = kind === "restore" || kind === "fair" ? this.app.marks() : [];
       if (kind === "restore" && !mask.length) throw new Error(tr("paint_first"));
       // Faces were marked before: ask whether the whole surface is meant.
       if (kind === "fair" && !mask.length && this.app.choices.masked && !sure) {
         return this.ask(tr("fair_all"), () => this.run(kind, { preview, only, sure: true }));
       }
-      const label = ["isomend", kind, ...(kind === "fill" ? [this.app.holes.text(only)] : []), ...this.typed(kind)].join(" ");
-      return this.request(label, { kind, params, mask: mask.length ? mask : null, no_texture: like.noTexture(kind), preview });
+      const label = ["isomend", kind, ...(kind === "fill" ? [this.app.holes.text(only)] : kind === "repair" ? this.app.holes.capsText() : []), ...this.typed(kind)].join(" ");
+      return this.request(label, { kind, params, mask: mask.length ? mask : null, no_texture: like.noTexture(kind), preview }, preview ? this.presets.settings(kind) : null);
     });
   }
 
   /** Requests a step, and shows that it runs; `label` is its command line. */
-  async request(label, step) {
+  async request(label, step, settings = null) {
     this.begin(step.kind, Boolean(step.preview), label);
+    this.job.settings = settings;
     try {
       await this.app.choices.flush();
       const { job } = await askJson("step", step);
@@ -119,7 +129,7 @@ export class Steps {
     find("#ask").hidden = !words;
     find("#ask-words").textContent = words || "";
     if (!words) return;
-    this.app.open("mend");
+    this.app.open("paint");
     find("#ask-yes").focus();
   }
 
@@ -169,7 +179,7 @@ export class Steps {
   }
 
   buttons() {
-    for (const query of ["#run", "#preview", "#to-restore", "#to-fair"]) find(query).disabled = Boolean(this.job);
+    for (const query of ["#run", "#preview"]) find(query).disabled = Boolean(this.job);
     find("#fill-all").disabled = Boolean(this.job) || !this.app.holes.canFill();
     find("#fill-chosen").disabled = Boolean(this.job) || !this.app.holes.picked.size;
     const { undo, redo } = this.app.model.state;
@@ -199,13 +209,12 @@ export class Steps {
     if (name === "failed") {
       const words = data.error || tr("run_failed");
       this.app.say(words, true);
-      if (job) find(`#${job.place === "mend" ? "mend" : job.place === "paint" ? "paint" : "holes"}-trouble`).textContent = words;
+      if (job) find("#mend-trouble").textContent = words;
     }
     if (name === "cancelled") this.app.say(tr("cancelled"));
-    if (name === "done" && job?.preview) return this.previewed(data.state, job.label);
+    if (name === "done" && job?.preview) return this.previewed(data.state, job);
     await this.app.refresh();
-    const made = this.app.model.find(data.state);
-    if (name === "done") this.app.say([made?.summary || tr("done"), isRefused(made?.report) && counterpartLine(made.report)].filter(Boolean).join(". "));
+    if (name === "done") this.app.say(tr("done"));
   }
 
   /** Shows the progress of a run: finished regions and running ones. */
@@ -238,7 +247,7 @@ export class Steps {
       await this.app.choices.flush();
       await askJson(way, {});
       await this.app.refresh();
-      this.app.say(tr(way === "undo" ? "undone" : "redone", { label: this.app.model.current.label }));
+      this.app.say(tr(way === "undo" ? "undone" : "redone", { label: this.labelOf(this.app.model.current) }));
     });
   }
 
@@ -258,9 +267,9 @@ export class Steps {
   }
 
   /** Adds a finished preview. */
-  async previewed(id, label) {
+  async previewed(id, { label, settings }) {
     await this.app.model.fetchState();
-    this.previews.push({ id, label });
+    this.previews.push({ id, label, settings });
     this.app.like.update();
     await this.showPreviews();
   }
@@ -279,7 +288,7 @@ export class Steps {
     this.app.say(tr(b ? "two_previews" : "one_preview"));
   }
 
-  previewRow({ id, label }, i) {
+  previewRow({ id, label, settings }, i) {
     const row = document.createElement("div"), text = document.createElement("code");
     const button = (words, act) => {
       const made = Object.assign(document.createElement("button"), { type: "button", textContent: words });
@@ -298,8 +307,12 @@ export class Steps {
       await askJson("adopt", { id });
       for (const other of this.previews) if (other.id !== id) await askJson("discard", { id: other.id }).catch(() => null);
       this.previews = [];
+      // The page shows what the step was made with, not what a later preview was made with.
+      if (settings) this.presets.restore(settings);
       await this.app.refresh();
-      this.app.say(this.app.model.current.summary || "");
+      // The previews are no longer compared.
+      if (this.app.viewer.options.show === "both") this.app.display.option("show", "after");
+      this.app.say(tr("done"));
     };
     row.append(text, button(tr("take"), take), button(tr("drop"), drop), this.report(id));
     return row;
@@ -312,25 +325,31 @@ export class Steps {
     find("#history").replaceChildren(...line.map((s) => this.historyRow(s, s.id === state.current)));
     all("#history button")[focused]?.focus();
     const select = find("#against"), had = Number(select.value);
-    select.replaceChildren(...line.filter((s) => s.id !== state.current).map((s) => new Option(s.label, s.id)));
+    select.replaceChildren(...line.filter((s) => s.id !== state.current).map((s) => new Option(this.labelOf(s), s.id)));
     select.disabled = !select.options.length;
     const parent = this.app.model.current.parent, wanted = line.some((s) => s.id === had) && this.against ? had : parent;
     if (wanted !== null && wanted !== undefined) select.value = wanted;
-    this.summary();
+  }
+
+  /** The name of a state in the history: its number and its command. */
+  labelOf(s) {
+    if (s.parent === null || s.parent === undefined) return tr("as_read");
+    const kind = s.command[0], number = this.app.model.state.states.filter((other) => !other.preview).findIndex((other) => other.id === s.id);
+    return `${number > 0 ? number + " " : ""}${has("kind_" + kind) ? tr("kind_" + kind) : kind}`;
   }
 
   historyRow(s, isCurrent) {
     const item = document.createElement("li"), button = document.createElement("button"), small = document.createElement("small");
     button.type = "button";
-    button.textContent = s.label;
+    button.textContent = this.labelOf(s);
     if (isCurrent) button.setAttribute("aria-current", "step");
     button.addEventListener("click", () => this.app.attempt("#history-trouble", async () => {
       await this.app.choices.flush();
       if (!isCurrent) await askJson("goto", { id: s.id });
       await this.app.refresh();
     }));
-    small.textContent = small.title = [counts("face", s.faces), s.seconds ? `${digits(s.seconds)} s` : "", s.summary].filter(Boolean).join(" · ");
-    button.title = s.label;
+    small.textContent = small.title = [counts("face", s.faces), s.seconds ? `${digits(Number(s.seconds.toPrecision(2)))} s` : "", s.report ? stepLine(s.report) : ""].filter(Boolean).join(" · ");
+    button.title = s.command.length ? ["isomend", ...s.command].join(" ") : s.label;
     item.append(button, s.parent === null ? "" : this.report(s.id), small);
     return item;
   }
@@ -340,25 +359,10 @@ export class Steps {
     return Object.assign(document.createElement("a"), { href: `api/report/${id}`, target: "_blank", rel: "noopener", textContent: tr("report") });
   }
 
-  /** Lists the outcomes of the holes of the last step, and its notes. */
-  summary() {
-    const { report } = this.app.model.current, holes = [...report?.holes || []].sort((a, b) => (a.outcome === "left") - (b.outcome === "left")), list = document.createElement("ul");
-    for (const hole of holes.slice(0, 300)) {
-      const item = document.createElement("li");
-      item.textContent = `${tr("hole_name", { id: hole.id })}: ${outcomeWords(hole)}`;
-      item.className = hole.outcome;
-      list.append(item);
-    }
-    const notes = (report?.notes || []).map((note) => Object.assign(document.createElement("p"), { className: "hint", textContent: note }));
-    const after = Object.assign(document.createElement("p"), { className: "hint", textContent: counterpartLine(report) });
-    find("#summary").replaceChildren(after, list, ...notes);
-    find("#outcome").hidden = !holes.length && !notes.length;
-  }
-
   /** Shows another state for comparison. */
   async compare(id) {
     this.against = true;
     const { model, display } = this.app;
-    await this.app.attempt("#history-trouble", () => display.states(model.state.current, id, [model.find(id).label, model.current.label]));
+    await this.app.attempt("#history-trouble", () => display.states(model.state.current, id, [model.find(id), model.current].map((s) => this.labelOf(s))));
   }
 }

@@ -1,7 +1,9 @@
 // All texts of the page in English and German, by names that the other scripts use. The program's own messages, and parameters and
 // defects without an entry here, are shown in English.
 
+import { number } from "../../report/viewer/controls.js";
 import { DELIVER_WORDS } from "./deliver_strings.js";
+import { JOB_WORDS, REASONS } from "./job_strings.js";
 import { LIKE_WORDS } from "./like_strings.js";
 import { PAINT_WORDS } from "./paint_strings.js";
 
@@ -25,8 +27,8 @@ const WORDS = {
   ],
   opening: ["Opening…", "Wird geöffnet…"],
   intro: [
-    "Drag to turn the mesh, wheel to zoom, right button to shift. Click a hole in the view or in the list, choose an action, then press Fill.",
-    "Ziehen dreht das Netz, das Rad zoomt, die rechte Taste verschiebt. Ein Loch in der Ansicht oder Liste anklicken, eine Aktion wählen, dann auf Füllen drücken.",
+    "Drag to turn the mesh, wheel to zoom, right button to shift. Choose what to do on the right; click a hole for its choices.",
+    "Ziehen dreht das Netz, das Rad zoomt, die rechte Taste verschiebt. Rechts die Aufgabe wählen; ein Loch anklicken zeigt, was damit geht.",
   ],
   understood: ["Got it", "Verstanden"],
   not_saved: ["not saved", "nicht gesichert"],
@@ -111,12 +113,6 @@ const WORDS = {
   slider: ["Slider", "Regler"],
   split: ["Divider between before and after", "Grenze zwischen vorher und nachher"],
   // Tabs.
-  tab_holes: ["Holes", "Löcher"],
-  tab_paint: ["Paint", "Malen"],
-  tab_mend: ["Mend", "Heilen"],
-  tab_measure: ["Measure", "Messen"],
-  tab_history: ["History", "Verlauf"],
-  tab_save: ["Files", "Dateien"],
   // Holes.
   wider: ["wider than", "breiter als"],
   narrower: ["narrower than", "schmaler als"],
@@ -142,10 +138,9 @@ const WORDS = {
   none_of_size: ["No hole has this size.", "Kein Loch hat diese Größe."],
   no_holes: ["The mesh has no holes.", "Das Netz hat keine Löcher."],
   fill: ["Fill", "Füllen"],
-  fill_this: ["Fill only this hole", "Nur dieses Loch füllen"],
-  fill_hole: ["Fill only hole {id}", "Nur Loch {id} füllen"],
-  fill_these: ["Fill only these {count}", "Nur diese {count} füllen"],
-  picked: ["{count} chosen", "{count} gewählt"],
+  fill_this: ["Only this hole", "Nur dieses Loch"],
+  fill_hole: ["Only hole {id}", "Nur Loch {id}"],
+  fill_these: ["Only these {count}", "Nur diese {count}"],
   bridge_alone: ["{bridge} has one hole only, {id}: a bridge joins two or more", "{bridge} hat nur ein Loch, {id}: eine Brücke verbindet zwei oder mehr"],
   nothing_to_fill: ["there are no holes to fill", "es gibt keine Löcher zu füllen"],
   all_stay_open: ["every hole is to stay open: choose one to fill", "alle Löcher bleiben offen: eines zum Füllen wählen"],
@@ -161,10 +156,7 @@ const WORDS = {
   end_second: ["A sharp edge is continued between the ends {first} and {id} of hole {hole}. A click on one of them removes it.", "Zwischen den Enden {first} und {id} von Loch {hole} wird eine scharfe Kante fortgesetzt. Ein Klick auf eines entfernt sie."],
   take_away: ["Remove", "Entfernen"],
   take_away_label: ["Remove the sharp edge between ends {a} and {b}", "Scharfe Kante zwischen den Enden {a} und {b} entfernen"],
-  check: ["Check for defects", "Auf Fehler prüfen"],
   checking: ["Checking…", "Wird geprüft…"],
-  sound: ["The mesh is sound: closed, manifold, oriented and free of self-intersections.", "Das Netz ist einwandfrei: geschlossen, mannigfaltig, orientiert und ohne Selbstdurchdringung."],
-  walls: ["Wall thickness: {least} at least, {mean} on average.", "Wanddicke: mindestens {least}, im Mittel {mean}."],
   defect_title: ["Mark the faces of this defect, and go to the next one", "Die Flächen dieses Fehlers markieren und zur nächsten gehen"],
   kind_boundary_edge: ["boundary edges", "Randkanten"],
   kind_non_manifold_edge: ["non-manifold edges", "nicht mannigfaltige Kanten"],
@@ -207,23 +199,20 @@ const WORDS = {
   preset_sound: ["Repair defects", "Fehler beheben"],
   preset_sound_hint: ["Holes, self-intersections, orientation; outer borders of open sheets stay open.", "Löcher, Durchdringungen, Orientierung; äußere Ränder offener Flächen bleiben offen."],
   preset_print: ["Make printable", "Druckbar machen"],
-  preset_print_hint: ["As above, but outer borders are closed too, and components hidden inside are removed.", "Wie oben, aber auch äußere Ränder werden geschlossen und Komponenten im Inneren entfernt."],
+  preset_print_hint: ["Like Repair defects, but outer borders are closed too, and components hidden inside are removed.", "Wie Fehler beheben, aber auch äußere Ränder werden geschlossen und Komponenten im Inneren entfernt."],
   preset_solid: ["Make it solid", "Massiv machen"],
   preset_solid_hint: ["For generated meshes with an outer and an inner skin: the inner one is removed, pinholes are closed.", "Für erzeugte Netze mit äußerer und innerer Haut: Die innere wird entfernt, Nadellöcher werden geschlossen."],
   preset_block: ["Terrain on a base", "Gelände auf Sockel"],
   preset_block_hint: ["Open sheets get straight walls and a flat base.", "Offene Flächen bekommen gerade Wände und einen flachen Boden."],
   advanced: ["Advanced", "Weitere Einstellungen"],
-  command_line: ["As a command:", "Als Befehl:"],
+  command_line: ["As a command", "Als Befehl"],
   run: ["Run", "Ausführen"],
   preview: ["Preview", "Vorschau"],
   defaults: ["Defaults", "Vorgaben"],
   no: ["No", "Nein"],
   whole_surface: ["Whole surface", "Ganze Oberfläche"],
-  on_holes: ["For the holes as set in the list; a preview takes the chosen holes, or all.", "Für die Löcher wie in der Liste; eine Vorschau nimmt die gewählten oder alle."],
-  on_faces: ["For {faces}.", "Für {faces}."],
   mark_first: ["Mark a region first, with a tool on the left.", "Zuerst eine Stelle markieren, mit einem Werkzeug links."],
   on_surface: ["For the whole surface: nothing is marked.", "Für die ganze Oberfläche: nichts ist markiert."],
-  on_mesh: ["For the whole mesh.", "Für das ganze Netz."],
   is_running: ["a run is in progress: wait for it or cancel it", "ein Lauf ist im Gange: abwarten oder abbrechen"],
   paint_first: ["nothing is marked: first paint the region to restore in the tab Paint", "nichts ist markiert: die Stelle zuerst unter Malen markieren"],
   fair_all: ["Nothing is marked any more: smooth the whole surface?", "Nichts ist mehr markiert: die ganze Oberfläche glätten?"],
@@ -286,7 +275,6 @@ const WORDS = {
   done: ["Done.", "Fertig."],
   undone: ["Undone: now {label}.", "Zurückgenommen: nun {label}."],
   redone: ["Redone: now {label}.", "Wieder ausgeführt: nun {label}."],
-  language_loses: ["Changing the language reloads the page: previews and a running preview are lost. Continue?", "Ein Sprachwechsel lädt die Seite neu: Vorschauen und eine laufende Vorschau gehen verloren. Fortfahren?"],
   no_answer: ["The program does not answer: it may have been stopped.", "Das Programm antwortet nicht: vielleicht wurde es beendet."],
   answered_with: ["the program answered with {status}", "das Programm antwortete mit {status}"],
   previews: ["Previews", "Vorschauen"],
@@ -330,14 +318,11 @@ const WORDS = {
   band_none: ["No vertex has moved.", "Kein Punkt hat sich bewegt."],
   no_deviation: ["make a step first, or name a file to measure from", "zuerst einen Schritt machen oder eine Datei als Bezug nennen"],
   // History and files.
-  open_other: ["open another file", "andere Datei öffnen"],
   open: ["Open", "Öffnen"],
-  opening_file: ["{name} is being opened…", "{name} wird geöffnet…"],
   is_open: ["{name} is already open on this page.", "{name} ist auf dieser Seite schon offen."],
   sending_file: ["{name} is being uploaded to the program's folder…", "{name} wird in den Ordner des Programms übertragen…"],
   steps: ["Steps", "Schritte"],
   compare_with: ["compare with", "vergleichen mit"],
-  details: ["Details of this step", "Einzelheiten dieses Schritts"],
   outcome_level_set: ["level set", "Level-Set-Fläche"],
   outcome_faired: ["smoothed triangles", "geglättete Dreiecke"],
   outcome_sides: ["continued sides", "fortgesetzte Seitenflächen"],
@@ -411,8 +396,8 @@ const WORDS = {
   h_fit: ["fit the selection, reset, roll", "Gewähltes einpassen, zurückstellen, rollen"],
   k_show: ["1 2 3 4", "1 2 3 4"],
   h_show: ["before, after, both, slider", "vorher, nachher, beide, Regler"],
-  k_surface: ["W F R H, C Y X", "W F R H, C Y X"],
-  h_surface: ["edges, flat, rims, creases; next colour, next shading, section", "Kanten, flach, Ränder, Knicke; nächste Farbe, nächstes Licht, Schnitt"],
+  k_surface: ["W F R, C Y X", "W F R, C Y X"],
+  h_surface: ["edges, flat, rims; next colour, next shading, section", "Kanten, flach, Ränder; nächste Farbe, nächstes Licht, Schnitt"],
   k_holes: ["N P", "N P"],
   h_holes: ["next and previous hole", "nächstes und voriges Loch"],
   k_list: ["↑ ↓, Shift", "↑ ↓, Umschalt"],
@@ -421,8 +406,8 @@ const WORDS = {
   h_doing: ["fill, keep open, close flat; add to a bridge", "füllen, offen lassen, flach schließen; zur Brücke"],
   k_tools: ["T B Z O S M U Q, E", "T B Z O S M U Q, E"],
   h_tools: ["turn, brush, smoothing brush, box, lasso, component, to creases, distance; erase", "drehen, Pinsel, Glättpinsel, Rechteck, Lasso, Stück, bis Kante, Abstand; löschen"],
-  k_mask: ["[ ], G D V", "[ ], G D V"],
-  h_mask: ["brush smaller and larger; grow, shrink, invert", "Pinsel kleiner und größer; Maske größer, kleiner, umkehren"],
+  k_mask: ["[ ], G D V, H", "[ ], G D V, H"],
+  h_mask: ["brush smaller and larger; grow, shrink, invert; hide the mask", "Pinsel kleiner und größer; Maske größer, kleiner, umkehren; ausblenden"],
   k_undo: ["Ctrl+Z, Ctrl+Y", "Strg+Z, Strg+Y"],
   h_undo: ["undo and redo: strokes in the tab Paint, else steps, as with the smoothing brush", "zurück und vor: Striche unter Malen, sonst Schritte, wie beim Glättpinsel"],
   k_esc: ["Esc", "Esc"],
@@ -435,6 +420,7 @@ const COUNTED = {
   marked_face: [["marked face", "marked faces"], ["markierte Fläche", "markierte Flächen"]],
   hole: [["hole", "holes"], ["Loch", "Löcher"]],
   region: [["region", "regions"], ["Bereich", "Bereichen"]],
+  debris: [["small component", "small components"], ["kleines Stück", "kleine Stücke"]],
   place: [["place", "places"], ["Stelle", "Stellen"]],
   crease: [["sharp edge ends", "sharp edges end"], ["scharfe Kante endet", "scharfe Kanten enden"]],
   byte: [["byte", "bytes"], ["Byte", "Bytes"]],
@@ -471,7 +457,7 @@ export function setLanguage(name) {
   } catch { /* The browser allows no storage. */ }
 }
 
-const wordsOf = (name) => WORDS[name] || DELIVER_WORDS[name] || LIKE_WORDS[name] || PAINT_WORDS[name];
+const wordsOf = (name) => WORDS[name] || JOB_WORDS[name] || DELIVER_WORDS[name] || LIKE_WORDS[name] || PAINT_WORDS[name];
 
 export const has = (name) => Boolean(wordsOf(name));
 
@@ -481,13 +467,22 @@ export function tr(name, values = {}) {
   return said.replace(/\{(\w+)\}/g, (all, key) => values[key] ?? all);
 }
 
+/** A whole number. */
+export const whole = (count) => number(count);
+
+/** A size of a file, from bytes. */
+export function fileSize(bytes) {
+  const power = Math.min(3, Math.max(1, Math.floor(Math.log10(bytes + 1) / 3)));
+  return `${number(bytes / 1000 ** power, { maximumSignificantDigits: 3 })} ${["", "kB", "MB", "GB"][power]}`;
+}
+
 /** A count with its noun. */
-export function counts(what, number) {
+export function counts(what, count) {
   const [one, many] = COUNTED[what][spoken];
-  return `${number.toLocaleString(language())} ${number === 1 ? one : many}`;
+  return `${whole(count)} ${count === 1 ? one : many}`;
 }
 
 /** What became of a hole: how it was closed, or that it is open, and why. */
 export function outcomeWords({ outcome, closed_by: how, reason }) {
-  return [tr("outcome_" + (how || outcome)), reason].filter(Boolean).join(", ");
+  return [tr("outcome_" + (how || outcome)), spoken ? REASONS[reason] ?? reason : reason].filter(Boolean).join(", ");
 }

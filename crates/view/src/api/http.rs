@@ -123,9 +123,9 @@ pub async fn receive(body: Body, most: usize, within: Duration) -> Result<Bytes,
 ///
 /// # Errors
 /// The error of the work, or a failure if it panicked.
-pub async fn work<R: Send + 'static>(
-    app: &Arc<App>,
-    work: impl FnOnce(&App) -> Result<R, Refused> + Send + 'static,
+pub async fn work<T: Send + Sync + 'static, R: Send + 'static>(
+    app: &Arc<T>,
+    work: impl FnOnce(&T) -> Result<R, Refused> + Send + 'static,
 ) -> Result<R, Refused> {
     let app = app.clone();
     let done = blocking(move || unless_panicked(|| work(&app))).await?;
@@ -155,5 +155,5 @@ pub async fn long_work<R: Send + 'static>(
     app: &Arc<App>,
     long: impl FnOnce(&App) -> Result<R, Refused> + Send + 'static,
 ) -> Result<R, Refused> {
-    work(app, |app| app.host.aside.install(|| long(app))).await
+    work(app, |app: &App| app.host.aside.install(|| long(app))).await
 }

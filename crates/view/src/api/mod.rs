@@ -8,6 +8,8 @@ mod masks;
 mod mesh;
 mod open;
 mod save;
+#[cfg(not(target_family = "wasm"))]
+mod start;
 mod state;
 mod steps;
 mod values;
@@ -24,6 +26,8 @@ use axum::routing::{get, post};
 
 use super::app::App;
 use super::assets;
+#[cfg(not(target_family = "wasm"))]
+pub use start::start_router;
 
 /// All routes of one page. The first part of each path is a name of the page that its gate checks.
 pub fn router(app: Arc<App>) -> Router {
@@ -76,7 +80,12 @@ async fn with_slash(Path(token): Path<String>) -> Redirect {
 
 /// Serves a file of the page.
 async fn file(name: String) -> Response {
-    match assets::asset(&name) {
+    served(assets::asset(&name))
+}
+
+/// A file of a page, or that there is none of its name.
+fn served(asset: Option<(&'static str, String)>) -> Response {
+    match asset {
         Some((kind, text)) => ([(CONTENT_TYPE, kind)], text).into_response(),
         None => StatusCode::NOT_FOUND.into_response(),
     }

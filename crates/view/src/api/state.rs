@@ -23,6 +23,7 @@ use super::super::session::Busy;
 use super::super::state::State as MeshState;
 use super::deliver::saved_row;
 use super::http::{Answer, json_answer, work};
+use super::values::OUTLIERS;
 use isomend_core::fill::{FillParams, LeftReason};
 use isomend_core::mend::{FairParams, RestoreParams};
 use isomend_core::mesh::Attributes;
@@ -88,6 +89,7 @@ fn document(app: &App, known: Option<u64>) -> Value {
         "earlier": app.earlier.as_ref().map(|file| file.display().to_string()),
         "session": { "path": app.store.path().display().to_string(), "error": app.store.error() },
         "choices": choices.actions(&current),
+        "number_shifts": number_shifts(&current, &first),
         "crease_ends": current.inspected["crease_ends"],
         "creases": choices.creases(&current),
         "marked": choices.mask().count(),
@@ -101,14 +103,10 @@ fn document(app: &App, known: Option<u64>) -> Value {
         "formats": Format::ALL.map(format_row),
         "attributes": attribute_rows(&current.loaded.attributes),
         "errors": current.errors.is_known(),
+        "error_high": current.errors.high(OUTLIERS),
         "texture": texture,
         "parameters": parameters::document(),
-        "defaults": {
-            "fill": default_params::<FillParams>(),
-            "restore": default_params::<RestoreParams>(),
-            "fair": default_params::<FairParams>(),
-            "repair": default_params::<RepairParams>(),
-        },
+        "defaults": defaults(),
         "scene": scene(app, &current, &first),
     });
     revisions.answer(known, &members, &lists)
@@ -142,6 +140,16 @@ fn hole_list(holes: &[Value]) -> List<'_> {
         rows: holes.iter().map(row).collect(),
         object: Box::new(|index| holes[index].clone()),
     }
+}
+
+/// The default parameters of each command.
+fn defaults() -> Value {
+    json!({
+        "fill": default_params::<FillParams>(),
+        "restore": default_params::<RestoreParams>(),
+        "fair": default_params::<FairParams>(),
+        "repair": default_params::<RepairParams>(),
+    })
 }
 
 fn default_params<P: Default + Serialize>() -> Value {
@@ -207,7 +215,7 @@ fn hole_rows(state: &MeshState) -> Vec<Value> {
     let holes = state.inspected["holes"].as_array();
     let mut holes = holes.cloned().unwrap_or_default();
     let reported = state.step.as_ref().map(|step| &step.document["holes"]);
-    let key = |hole: &Value| (hole["centre"].to_string(), hole["edges"].as_u64());
+    let key = hole_key;
     let reported = reported.and_then(Value::as_array).into_iter().flatten();
     let reported = reported.filter(|hole| !is_other(hole));
     let reported: HashMap<_, _> = reported.map(|hole| (key(hole), hole)).collect();
@@ -221,6 +229,29 @@ fn hole_rows(state: &MeshState) -> Vec<Value> {
         }
     }
     holes
+}
+
+/// What a hole is found by in other meshes: its centre and number of edges.
+fn hole_key(hole: &Value) -> (String, Option<u64>) {
+    (hole["centre"].to_string(), hole["edges"].as_u64())
+}
+
+/// By how much the numbers of holes differ from those in the input file: pairs of the first number from which on a difference holds, and the
+/// difference; none for holes that the file does not have. A step shifts all later numbers, so that few pairs describe many holes.
+fn number_shifts(state: &MeshState, first: &MeshState) -> Vec<(i64, Option<i64>)> {
+    let rows = |state: &MeshState| state.inspected["holes"].as_array().cloned();
+    let number = |hole: &Value| hole["id"].as_i64().unwrap_or_default();
+    let old = rows(first).unwrap_or_default();
+    let old: HashMap<_, _> = old.iter().map(|h| (hole_key(h), number(h))).collect();
+    let mut shifts: Vec<(i64, Option<i64>)> = Vec::new();
+    for hole in rows(state).unwrap_or_default() {
+        let id = number(&hole);
+        let shift = old.get(&hole_key(&hole)).map(|was| was - id);
+        if shifts.last().map_or(Some(0), |(_, last)| *last) != shift {
+            shifts.push((id, shift));
+        }
+    }
+    shifts
 }
 
 fn attribute_rows(attributes: &Attributes) -> Vec<Value> {

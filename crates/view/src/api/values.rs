@@ -25,7 +25,7 @@ use isomend_files::job::{Drawings, check as check_mesh};
 use isomend_files::report::scene::{curvature, distances};
 
 /// Fraction of the values that the range of the colour scale leaves out: half at each end, for expected errors all at the upper end.
-const OUTLIERS: f64 = 0.03;
+pub const OUTLIERS: f64 = 0.03;
 /// Upper bound of the number of listed faces of each kind of defect.
 const MARKED: usize = 10_000;
 
@@ -322,7 +322,21 @@ fn checked(app: &App, state: &MeshState, params: &CheckParams) -> Result<Value, 
         marks.insert(name, json!({ "all": defect.faces.len(), "faces": faces }));
     }
     value["marks"] = Value::Object(marks);
+    judged_by_repair(&mut value, state);
     Ok(value)
+}
+
+/// Puts the verdict of the repair that made the mesh in place of the check's: it knows which walls it has made, and how far the shape is
+/// doubtful. Only if both judge by the same minimum wall.
+fn judged_by_repair(value: &mut Value, state: &MeshState) {
+    let Some(step) = &state.step else { return };
+    let after = &step.document["after"];
+    if after.is_null() || after["min_wall"] != value["min_wall"] {
+        return;
+    }
+    for name in ["sound", "reasons", "doubt"] {
+        value[name] = after[name].clone();
+    }
 }
 
 #[cfg(test)]

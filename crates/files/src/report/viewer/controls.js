@@ -8,18 +8,25 @@ export const all = (query) => [...document.querySelectorAll(query)];
 /** Lengths below this fraction of the object's size are rounding errors. */
 const NOTHING = 1e-9;
 
-/** The decimal marks of languages, which take time to find. */
-const marks = new Map();
+/** The formats of numbers, by language and options: making one takes time. */
+const formats = new Map();
 
-/** The digits of a number with the decimal mark of the page's language. */
-export function localised(number) {
-  const language = document.documentElement.lang || "en";
-  if (!marks.has(language)) marks.set(language, (0.5).toLocaleString(language)[1]);
-  return String(number).replace(".", marks.get(language));
+/** A number in the page's language. German groups digits by narrow spaces, since a point could be taken for a decimal mark. */
+export function number(x, options = {}) {
+  const language = document.documentElement.lang || "en", key = language + JSON.stringify(options);
+  if (!formats.has(key)) formats.set(key, new Intl.NumberFormat(language, options));
+  return formats.get(key).formatToParts(x).map(({ type, value }) => type === "group" && language === "de" ? "\u202f" : value).join("");
 }
 
+/** The digits of a number, ungrouped. */
+export const localised = (x) => number(x, { maximumSignificantDigits: 6, useGrouping: false });
+
 /** A number with four significant digits; 0 if it is only a rounding error for an object of this size. */
-export const digits = (x, size = 0) => Math.abs(x) <= NOTHING * Math.abs(size) ? "0" : localised(Number(x.toPrecision(4)));
+export function digits(x, size = 0) {
+  if (x === 0 || Math.abs(x) <= NOTHING * Math.abs(size)) return "0";
+  const isPlain = Math.abs(x) >= 1e-5 && Math.abs(x) < 1e9;
+  return number(x, { maximumSignificantDigits: 4, useGrouping: false, ...isPlain ? {} : { notation: "scientific" } });
+}
 
 /** A number with a noun, in the plural where needed. */
 export const counted = (n, what) => `${n.toLocaleString("en")} ${what}${n === 1 ? "" : "s"}`;

@@ -1,0 +1,88 @@
+// The card beside a hole that was clicked in the view: its size, its action, fill, and join with another hole.
+
+import { digits, find } from "../../report/viewer/controls.js";
+import { putIcons } from "./icons.js";
+import { tr } from "./strings.js";
+
+/** Distance between the clicked point and the card, and between the card and the edge of the window, in pixels of the page. */
+const ASIDE = 16, MARGIN = 8;
+
+export class HoleCard {
+  constructor(app) {
+    this.app = app;
+    this.id = null;
+    /** The hole that the next clicked hole is joined with. */
+    this.joins = null;
+  }
+
+  /** Shows the card of a hole beside a point of the window; or joins the hole, if another one waits for it. */
+  show(id, x, y) {
+    const { holes } = this.app, hole = holes.list.find((h) => h.id === id), card = find("#hole-card");
+    if (this.joins !== null && this.joins !== id) return this.join(id);
+    this.id = id;
+    const title = document.createElement("h2"), size = document.createElement("p"), close = document.createElement("button"), actions = document.createElement("div");
+    title.textContent = holes.nameOf(hole);
+    size.textContent = tr("card_size", { diameter: digits(hole.diameter) + this.app.unit(), edges: hole.edges });
+    Object.assign(close, { type: "button", className: "icon-button" }).dataset.icon = "close";
+    close.setAttribute("aria-label", tr("close"));
+    close.addEventListener("click", () => this.hide());
+    actions.classList.add("grid", "three");
+    actions.append(...["fill", "flat", "open"].map((doing) => this.action(id, doing)));
+    const run = this.button(tr("fill_it"), () => {
+      this.hide();
+      this.app.steps.run("fill", { only: [id, ...hole.joined].sort((a, b) => a - b) });
+    });
+    run.className = "first";
+    run.disabled = Boolean(this.app.steps.job) || holes.doing(id) === "open";
+    const join = this.button(tr("join_with"), () => {
+      this.hide();
+      this.joins = id;
+      this.app.say(tr("join_next", { id }));
+    });
+    card.replaceChildren(title, close, size, actions, run, join);
+    putIcons(card);
+    card.hidden = false;
+    const { offsetWidth: wide, offsetHeight: high } = card, left = x + ASIDE + wide < innerWidth - MARGIN ? x + ASIDE : Math.max(MARGIN, x - ASIDE - wide);
+    card.style.left = left + "px";
+    card.style.top = Math.max(MARGIN, Math.min(y - 20, innerHeight - high - MARGIN)) + "px";
+    return undefined;
+  }
+
+  button(words, act) {
+    const made = Object.assign(document.createElement("button"), { type: "button", textContent: words });
+    made.addEventListener("click", act);
+    return made;
+  }
+
+  /** A choice of the action for the hole. */
+  action(id, doing) {
+    const label = document.createElement("label"), input = document.createElement("input"), text = document.createElement("span"), set = document.createElement("fieldset");
+    Object.assign(input, { type: "radio", name: "card-doing", value: doing, checked: this.app.holes.doing(id) === doing });
+    text.textContent = text.title = tr("doing_" + doing);
+    input.addEventListener("change", () => {
+      this.app.holes.set(id, doing);
+      find("#hole-card .first").disabled = doing === "open" || Boolean(this.app.steps.job);
+    });
+    label.append(input, text);
+    set.append(label);
+    return set;
+  }
+
+  /** Joins the waiting hole and another one by a bridge. */
+  join(id) {
+    const { holes } = this.app, first = this.joins, taken = holes.doings.get(first), used = [...holes.bridges().keys()].length;
+    this.joins = null;
+    const bridge = /^bridge/.test(taken) ? taken : `bridge ${used + 1}`;
+    holes.put([[first, bridge], [id, bridge]]);
+    holes.changed();
+    this.app.say(tr("joined_now", { first, id }));
+  }
+
+  /** Hides the card; returns whether it was shown or waited for a hole. */
+  hide() {
+    const was = !find("#hole-card").hidden || this.joins !== null;
+    find("#hole-card").hidden = true;
+    this.id = this.joins = null;
+    return was;
+  }
+}

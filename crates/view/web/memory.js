@@ -1,0 +1,58 @@
+// What a reload for another language keeps: camera, tab, tool, fields, presets, measurements, previews.
+
+import { all, find, localised, numberIn } from "../../report/viewer/controls.js";
+
+const KEY = "isomend-page";
+/** The fields that are kept. */
+const FIELDS = "#panel :is(input, select)[id]:not([type=file]), .sheet :is(input, select)[id]";
+
+/** Stores the state of the page for a reload. */
+export function remember(app) {
+  const { camera, options } = app.viewer, { job, previews, presets } = app.steps;
+  const fields = Object.fromEntries(all(FIELDS).map((field) => [field.id, field.type === "checkbox" ? field.checked : field.value]));
+  const chosen = Object.fromEntries(Object.entries(presets.chosen).map(([kind, preset]) => [kind, preset.name]));
+  sessionStorage.setItem(KEY, JSON.stringify({
+    camera: { centre: camera.centre, axes: camera.axes, reach: camera.reach }, tab: app.tab, tool: app.tool, kind: app.steps.kind, show: options.show, colour: app.display.colour,
+    fields, chosen, measures: app.measure.items, picked: [...app.holes.picked], chosenHole: app.holes.chosen,
+    previews: previews.map(({ id, label }) => ({ id, label })), job: job?.preview ? { label: job.label } : null,
+  }));
+}
+
+/** What the page before a reload has stored, or null; it is removed. */
+export function recalled() {
+  try {
+    const text = sessionStorage.getItem(KEY);
+    sessionStorage.removeItem(KEY);
+    return text && JSON.parse(text);
+  } catch {
+    return null;
+  }
+}
+
+/** Sets the fields and presets of a stored state, before the first picture. */
+export function recallFields(app, { fields, chosen, previews }) {
+  for (const [id, value] of Object.entries(fields)) {
+    const field = document.getElementById(id);
+    if (!field) continue;
+    if (field.type === "checkbox") field.checked = value;
+    else field.value = field.inputMode === "decimal" && Number.isFinite(numberIn(value)) ? localised(numberIn(value)) : value;
+  }
+  for (const [kind, name] of Object.entries(chosen)) app.steps.presets.choose(kind, name);
+  app.steps.previews = previews;
+}
+
+/** Sets the rest of a stored state, once the mesh is shown. */
+export async function recallView(app, { camera, tab, tool, kind, show, colour, picked, chosenHole, measures }) {
+  app.open(tab);
+  app.setTool(tool);
+  app.steps.show(kind);
+  app.holes.picked = new Set(picked);
+  app.holes.chosen = chosenHole;
+  app.holes.changed();
+  app.measure.items = measures;
+  app.measure.list();
+  for (const query of ["#section", "#up"]) find(query).dispatchEvent(new Event("input"));
+  if (!find("fieldset.change").disabled) app.display.option("show", show);
+  await app.display.setColour(colour);
+  Object.assign(app.viewer.camera, camera);
+}

@@ -1,0 +1,98 @@
+// The card with the result of the last step: a line, three numbers, and a list of what became of each hole.
+
+import { find } from "../../report/viewer/controls.js";
+import { counterpartLine } from "./like.js";
+import { counts, outcomeWords, tr } from "./strings.js";
+import { putNumbers, worse } from "./verdict.js";
+
+/** Upper bound of the number of faces up to which the mesh is checked after each step: a check of more takes seconds. */
+const CHECKED = 400_000;
+/** Upper bound of the number of listed holes. */
+const LISTED = 300;
+/** The colours of the scale of expected errors, at equal distances. */
+const RAMP = [[51, 43, 107], [41, 117, 143], [107, 186, 102], [247, 230, 64]];
+
+/** The colour of the scale at a place from 0 to 1. */
+function ramp(place) {
+  const at = Math.min(1, Math.max(0, place)) * (RAMP.length - 1), i = Math.min(RAMP.length - 2, Math.floor(at));
+  return `rgb(${RAMP[i].map((x, k) => Math.round(x + (at - i) * (RAMP[i + 1][k] - x))).join(" ")})`;
+}
+
+/** The number of holes of a report that are closed, left open as asked, and open. */
+function outcomesOf({ holes = [] }) {
+  const of = (outcome) => holes.filter((hole) => hole.outcome === outcome).length;
+  return { closed: of("closed"), left: of("left"), open: of("open"), all: holes.length };
+}
+
+/** What a step did, in a line. */
+export function stepLine(report) {
+  const { closed, left, open, all } = outcomesOf(report), { command } = report, parts = [];
+  if (command === "restore") parts.push(tr(open ? "restored_open" : "restored"));
+  else if (command === "fair") parts.push(tr("smoothed"));
+  else if (all) parts.push(tr("closed_of", { closed, all: counts("hole", all - left) }));
+  else parts.push(tr("nothing_open"));
+  if (open) parts.push(tr("still_open", { open }));
+  if (report.outcomes?.intersecting_patches) parts.push(tr("patches_intersect", { count: report.outcomes.intersecting_patches }));
+  return parts.join(" ");
+}
+
+export class Result {
+  constructor(app) {
+    this.app = app;
+    this.closed = new Set();
+    find("#result-close").addEventListener("click", () => {
+      this.closed.add(app.model.state.current);
+      this.update();
+    });
+  }
+
+  /** Shows the result of the step that made the current mesh, unless it was closed. */
+  async update() {
+    const { current } = this.app.model, { report } = current;
+    find("#result").hidden = !report || this.closed.has(current.id) || this.app.steps.previews.length > 0;
+    if (!report) return;
+    const { open } = outcomesOf(report), level = open || report.outcomes?.intersecting_patches ? "bad" : "good";
+    this.put(level, stepLine(report), report, null);
+    this.list(report);
+    if (find("#result").hidden || current.faces > CHECKED) return;
+    const found = await this.app.verdict.of(current.id).catch(() => null);
+    if (!found || this.app.model.current.id !== current.id) return;
+    const { level: judged, line } = this.app.verdict.judged(found), isWhole = found.closed || report.command === "repair";
+    this.put(isWhole ? worse(level, judged) : level, isWhole ? `${stepLine(report)} ${line}` : stepLine(report), report, found);
+  }
+
+  put(level, line, report, found) {
+    const { verdict } = this.app, error = report.invented?.expected_error?.largest, { closed, left, all } = outcomesOf(report);
+    find("#result").dataset.level = level;
+    find("#result-line").textContent = line;
+    putNumbers(find("#result-numbers"), [
+      [all ? `${closed} / ${all - left}` : "–", tr("number_closed")],
+      [Number.isFinite(error) ? verdict.length(error) : "–", tr("number_error")],
+      [found?.walls ? verdict.length(found.walls.least) : found ? "–" : "…", tr("number_wall")],
+    ]);
+  }
+
+  /** Lists what became of each hole, those that are open first, with the expected error in the colour of the map. */
+  list(report) {
+    const errors = new Map((report.invented?.patches || []).flatMap(({ holes, expected_error: e }) => holes.map((id) => [id, e?.largest])));
+    const rank = { open: 0, closed: 1, left: 2 }, holes = [...report.holes || []].sort((a, b) => rank[a.outcome] - rank[b.outcome] || a.id - b.id);
+    const list = document.createElement("ul"), high = this.app.model.state.error_high || 1;
+    list.append(...holes.slice(0, LISTED).map((hole) => {
+      const item = document.createElement("li"), how = document.createElement("span"), right = document.createElement("span"), error = errors.get(hole.id);
+      item.className = hole.outcome;
+      how.textContent = outcomeWords(hole);
+      right.className = "of-error";
+      if (Number.isFinite(error)) {
+        const swatch = Object.assign(document.createElement("i"), { className: "swatch" });
+        swatch.style.background = ramp(error / high);
+        right.append(swatch, " ", this.app.verdict.length(error));
+      }
+      item.append(Object.assign(document.createElement("b"), { textContent: hole.id }), how, right);
+      return item;
+    }));
+    const after = Object.assign(document.createElement("p"), { className: "hint", textContent: counterpartLine(report) });
+    const links = Object.assign(document.createElement("p"), { className: "hint" });
+    links.append(this.app.steps.report(this.app.model.current.id));
+    find("#summary").replaceChildren(list, after, links);
+  }
+}
