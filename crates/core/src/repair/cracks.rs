@@ -8,15 +8,15 @@ use std::collections::HashSet;
 
 use super::RepairReport;
 use super::draft::Draft;
-use super::relax::FOLDED;
+use super::seams::WELD_EDGE;
 use super::seams::{Reach, merge, split};
 use crate::check::JUNCTION_MOST;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::{NONE, end, start};
 use crate::tuning::{Tunable, tunable};
 
-/// Lengths of the shorter of two boundary edges. The ends of the edges are merged by default only within this distance.
-pub(super) const WELD_EDGE: Tunable<f64> = tunable("check.weld_edge", 0.1);
+/// Cosine. Faces at an edge whose angle is below this (60°) lie on each other.
+pub(super) const FOLDED: Tunable<f64> = tunable("repair.folded", 0.5);
 
 /// Factor from one width at which cracks are closed to the next.
 const CRACK_GROWTH: Tunable<f64> = tunable("repair.crack_growth", 4.0);

@@ -10,13 +10,15 @@ use super::RepairReport;
 use super::balance::{open_sets, runs_up};
 use super::draft::Draft;
 use super::intersection_cache::sorted;
-use super::orient::SAMPLES;
 use super::witness::{BEFORE, Solid, UNDECIDED};
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, Mesh, area_vector};
 use crate::spatial::solid_angle;
 use crate::tuning::{Tunable, tunable};
+
+/// Faces of a component that are tested to decide whether it lies inside another.
+pub(super) const SAMPLES: Tunable<usize> = tunable("repair.samples", 64);
 
 /// Faces. Open sheets inside a solid are looked for among components of at most this many: the work grows with its square.
 const SHEET_FACES: Tunable<usize> = tunable("repair.sheet_faces", 2000);

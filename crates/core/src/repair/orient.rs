@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::balance::{open_sets, runs_up};
 use super::draft::Draft;
+use super::inner_sheets::SAMPLES;
 use super::{inner_sheets, union};
 use crate::check::{Component, components};
 use crate::elementary::powf;
@@ -14,9 +15,6 @@ use crate::mesh::DisjointSets;
 use crate::mesh::topology::{NONE, end, start};
 use crate::spatial::{Bvh, WindingTree};
 use crate::tuning::{Tunable, tunable};
-
-/// Faces of a component that are tested to decide whether it lies inside another.
-pub(super) const SAMPLES: Tunable<usize> = tunable("repair.samples", 64);
 
 /// Square roots of the component's area. An open component with shorter boundary loops counts as closed if it encloses
 /// `LEAST_VOLUME`.

@@ -12,6 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DVec3;
 
 use super::RepairReport;
+use super::cracks::FOLDED;
 use super::draft::Draft;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::{NONE, end, start};
@@ -43,9 +44,6 @@ const RELAXED_LEFT: Tunable<f64> = tunable("repair.relaxed_left", 0.1);
 
 /// Diagonals of the bounding box. No vertex moves by more than this.
 const RELAXED_MOST: Tunable<f64> = tunable("repair.relaxed_most", 0.1);
-
-/// Cosine. Faces at an edge whose angle is below this (60°) lie on each other.
-pub(super) const FOLDED: Tunable<f64> = tunable("repair.folded", 0.5);
 
 /// Moves vertices where the surface is folded or noisy, if fewer faces intersect others then and nothing else gets worse.
 pub(super) fn relax(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {

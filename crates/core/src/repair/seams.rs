@@ -2,13 +2,15 @@
 
 use std::collections::HashSet;
 
-use super::cracks::WELD_EDGE;
 use super::draft::Draft;
 use crate::check::{Boundary, is_flat};
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::end;
 use crate::mesh::{DisjointSets, FaceOrigin, Mesh, VertexFaces, area_vector};
 use crate::tuning::{Tunable, tunable};
+
+/// Lengths of the shorter of two boundary edges. The ends of the edges are merged by default only within this distance.
+pub(super) const WELD_EDGE: Tunable<f64> = tunable("check.weld_edge", 0.1);
 
 /// Rounds of splits at T-junctions, at most: each splits one edge of a face.
 const STITCH_ROUNDS: Tunable<usize> = tunable("repair.stitch_rounds", 12);

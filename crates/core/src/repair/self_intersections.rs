@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::choice::SMALL_FACES;
 use super::dangling;
 use super::draft::Draft;
-use super::orient::SAMPLES;
+use super::inner_sheets::SAMPLES;
 use super::params::SelfIntersectionPass;
 use super::witness::BEFORE;
 use crate::mend::{FillError, Inspection};

@@ -10,6 +10,7 @@ use glam::DVec3;
 use super::RepairReport;
 use super::draft::Draft;
 use super::rounding::Rounding;
+use super::shell_vertex::LEAST_APART;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::{NONE, Topology, end, start};
 use crate::mesh::{Mesh, Part, VertexFaces, fans, has_several_fans, vertex_normal};
@@ -30,9 +31,6 @@ const APART: Tunable<f64> = tunable("repair.apart", 1e-3);
 
 /// Factor of `APART` where faces would intersect; then its inverse.
 const APART_NEARER: Tunable<f64> = tunable("repair.apart_nearer", 0.1);
-
-/// Units in the last place of 32-bit floats. Separated vertices are moved apart by at least this.
-pub(super) const LEAST_APART: Tunable<f64> = tunable("repair.least_apart", 16.0);
 
 /// Separates surfaces that meet in edges or vertices if they bound bodies there; cuts out the others.
 pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {

@@ -6,11 +6,13 @@ use glam::DVec3;
 
 use super::Edge;
 use super::rounding::{Rounding, is_single};
-use super::sheets::LEAST_APART;
 use crate::mend::Inspection;
 use crate::mesh::{VertexFaces, face_normal};
 use crate::spatial::Bvh;
 use crate::tuning::{Tunable, tunable};
+
+/// Units in the last place of 32-bit floats. Separated vertices are moved apart by at least this.
+pub(super) const LEAST_APART: Tunable<f64> = tunable("repair.least_apart", 16.0);
 
 /// Shortest edges. Depth of an offset shell under the surface.
 const SHELL_DEPTH: Tunable<f64> = tunable("repair.shell_depth", 0.1);

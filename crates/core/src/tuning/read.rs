@@ -8,15 +8,15 @@ use super::Tunable;
 
 const VARIABLE: &str = "ISOMEND_TUNING";
 
-/// Kinds of numbers that a threshold may have.
-pub trait Number: Copy {
+/// The kinds of numbers that a threshold may be.
+pub trait TunedNumber: Copy {
     /// The number nearest to a value of an experiment.
     fn of(value: f64) -> Self;
 }
 
 macro_rules! numbers {
     ($($kind:ty)*) => {
-        $(impl Number for $kind {
+        $(impl TunedNumber for $kind {
             #[allow(trivial_numeric_casts, clippy::unnecessary_cast)]
             fn of(value: f64) -> Self {
                 value as Self
@@ -27,7 +27,7 @@ macro_rules! numbers {
 
 numbers!(f64 i32 u32 u64 usize);
 
-impl<T: Number> Tunable<T> {
+impl<T: TunedNumber> Tunable<T> {
     /// The value of `ISOMEND_TUNING`, else the chosen one. If the variable cannot be parsed the process ends, so that no experiment
     /// runs with other values than it asked for. Names are checked by `scripts/sweep.py`, which finds them in the sources.
     pub fn get(self) -> T {
