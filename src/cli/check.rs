@@ -3,9 +3,9 @@
 use clap::Args;
 use isomend::check::{CheckParams, Verdict};
 use isomend::job::{Checked, JobSpec, Looked, Work};
-use isomend::report::verdict_lines;
+use isomend::report::{Standing, verdict_lines};
 
-use super::console::{self, Console, Standing};
+use super::console::{self, Console};
 use super::look::{Look, LookArgs, Shown};
 use super::parameters::{Check, ParameterArgs};
 use super::{CommonArgs, End};
@@ -72,11 +72,11 @@ fn shown(job: &JobSpec, checked: &Checked) -> Shown {
         console::wrapped(line, width, indent)
     };
     lines = lines.iter().map(wrapped).collect();
-    lines[0] = console::verdict(answer_of(verdict), &lines[0]);
+    lines[0] = console::verdict(Standing::of_verdict(verdict), &lines[0]);
     let answer = match verdict.is_sound() {
         true => console::verdict(Standing::Yes, "yes"),
         false => {
-            let no = console::verdict(answer_of(verdict), "no:");
+            let no = console::verdict(Standing::of_verdict(verdict), "no:");
             format!("{no} {}", verdict.reasons().join(", "))
         }
     };
@@ -87,15 +87,6 @@ fn shown(job: &JobSpec, checked: &Checked) -> Shown {
             verdict.components.len().to_string(),
             answer,
         ],
-    }
-}
-
-/// Yes, no, or in part where the mesh has no defect but its shape is doubtful.
-pub fn answer_of(verdict: &Verdict) -> Standing {
-    match verdict.defects.is_empty() {
-        true if verdict.is_sound() => Standing::Yes,
-        true => Standing::InPart,
-        false => Standing::No,
     }
 }
 

@@ -4,6 +4,7 @@ use std::io::{IsTerminal, Write};
 
 use anstyle::{AnsiColor, Style};
 use anyhow::Context;
+use isomend::report::Standing;
 use log::{Level, LevelFilter, Log, Metadata, Record};
 
 /// Message if standard output fails.
@@ -93,14 +94,6 @@ pub fn heading(line: &str) -> String {
 /// A line that begins with `note:`.
 pub fn noted(line: &str) -> String {
     format!("{NOTE}note:{NOTE:#} {line}")
-}
-
-/// How good an answer is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
-    Yes,
-    InPart,
-    No,
 }
 
 /// A verdict in the colour of its answer: green, yellow or red; the style is removed if output is not coloured.

@@ -3,15 +3,14 @@
 use isomend::io::{Format, Precision};
 use isomend::job::{JobPlan, JobResult, OperationReport, WorkPlan};
 use isomend::report::{
-    counted, left_holes, length_beside, level_lines, number, plan_lines, point, reason_lines,
-    repair_lines_in, tally_line, timed,
+    Standing, counted, left_holes, length_beside, level_lines, number, plan_lines, point,
+    reason_lines, repair_lines_in, tally_line, timed,
 };
 use isomend::{
     FairPlan, FairReport, FillReport, HoleOutcome, RegionReport, RepairReport, RestorePlan, Unit,
 };
 
-use super::check::answer_of;
-use super::console::{self, Console, Standing};
+use super::console::{self, Console};
 use super::outcome;
 
 /// Most open holes that get a line each.
@@ -111,7 +110,7 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
     }
     still_open(report, name, console);
     let file = written(done);
-    let verdict = console::verdict(tally_answer(report), &tally_line(report));
+    let verdict = console::verdict(Standing::of_fill(report), &tally_line(report));
     match &done.extent {
         OperationReport::Repaired(report) => {
             console.say(&verdict);
@@ -125,17 +124,6 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
             console.say(&(file + what));
         }
         _ => console.say(&(file + &verdict)),
-    }
-}
-
-/// Yes if all holes are closed without intersections, no if one could not be closed, else in part.
-fn tally_answer(report: &FillReport) -> Standing {
-    let tally = report.tally();
-    let is_whole = tally.left == 0 && tally.intersecting_patches == 0 && tally.open_chains == 0;
-    match tally.open {
-        0 if is_whole => Standing::Yes,
-        0 => Standing::InPart,
-        _ => Standing::No,
     }
 }
 
@@ -203,7 +191,7 @@ fn repaired(report: &RepairReport, file: &str, unit: Option<Unit>, console: &Con
         if !after.foils.is_empty() {
             console.say(FOIL);
         }
-        let answer = answer_of(after);
+        let answer = Standing::of_verdict(after);
         let line = format!("{file}{}", console::verdict(answer, &after.line()));
         match answer {
             Standing::Yes => console.say(&line),

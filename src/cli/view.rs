@@ -46,7 +46,7 @@ pub struct ViewArgs {
     #[arg(long)]
     no_browser: bool,
 
-    /// The folder in which the page may write files, with its subfolders [default: the folder of the mesh].
+    /// The folder in which the page may write files, with its subfolders [default: the folder of the mesh, or the folder that is listed].
     #[arg(long, value_name = "DIR")]
     root: Option<PathBuf>,
 

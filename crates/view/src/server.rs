@@ -101,8 +101,9 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
         let [token, ticket] = match read {
             None => shared.add_start()?,
             Some(read) => {
-                // A list of one file is not written.
-                record(&shared.kept.recent(), &shared.root, &[&read.input]);
+                if shared.kept.recent().exists() {
+                    record(&shared.kept.recent(), &shared.root, &[&read.input]);
+                }
                 shared.add_page(read, is_own_file)?
             }
         };
@@ -126,13 +127,14 @@ fn input(settings: &Settings, pool: &Threads, kept: &Kept) -> Result<Option<Open
     if !path.is_dir() {
         return Opened::read(pool, kept, path, settings.from, resume).map(Some);
     }
-    match resume {
-        None => Ok(None),
-        Some(_) => {
-            let cause = std::io::Error::other("name the mesh whose steps are to be repeated");
-            Err(ViewError::Root { path, cause })
-        }
-    }
+    let refused = match (resume, settings.from, &settings.root) {
+        (None, None, None) => return Ok(None),
+        (Some(_), ..) => "name the mesh whose steps are to be repeated",
+        (_, Some(_), _) => "it is a folder, whose meshes have their own formats: leave out --from",
+        _ => "its own meshes are listed: leave out --root",
+    };
+    let cause = std::io::Error::other(refused);
+    Err(ViewError::Root { path, cause })
 }
 
 /// The state that all pages of a server share.

@@ -15,12 +15,12 @@ use crate::tuning::{Tunable, tunable};
 /// floats at ten diameters from the origin.
 const PLANAR_RIM: Tunable<f64> = tunable("fill.planar_rim", 3e-5);
 
-/// Mean edges of a rim. A rim whose vertices deviate less from a plane is planar too: noise of a hundredth of an edge tilts the faces
-/// of straight walls by less than `STRAIGHT` allows.
-const NOISY_RIM: Tunable<f64> = tunable("fill.noisy_rim", 0.02);
+/// Mean edges of a rim. A rim whose vertices deviate less from a plane is planar too. Boxes, cylinders and rings without their bottom,
+/// with noise up to a hundredth of an edge, get flat ones.
+const NOISY_RIM: Tunable<f64> = tunable("fill.noisy_rim", 0.03);
 
 /// Diameters of a rim, at most, of such noise: a rim of few long edges is not planar by them.
-const NOISY_RIM_MOST: Tunable<f64> = tunable("fill.noisy_rim_most", 1e-3);
+const NOISY_RIM_MOST: Tunable<f64> = tunable("fill.noisy_rim_most", 2e-3);
 
 /// Cosine. Walls whose normals are at least this far from a rim's normal stand steeply on its plane (53°).
 const STEEP: Tunable<f64> = tunable("fill.steep", 0.6);
@@ -31,6 +31,13 @@ const LEAVING: Tunable<f64> = tunable("fill.leaving", 0.95);
 /// Cosine. The normals of straight walls differ by less than this in their angle with the rim's normal. On a ball that was
 /// cut through its middle they differ by 0.5 within `WALL_DEPTH`.
 const STRAIGHT: Tunable<f64> = tunable("fill.straight", 0.03);
+
+/// Cosine per mean edge of a rim. Noise of the rim tilts the faces of its walls, which are straight still if their normals differ by
+/// less than this times the deviation of the rim from its plane.
+const TILT_OF_NOISE: Tunable<f64> = tunable("fill.tilt_of_noise", 16.0);
+
+/// Cosine. Upper bound of such a difference.
+const MOST_TILT_OF_NOISE: Tunable<f64> = tunable("fill.most_tilt_of_noise", 0.15);
 
 /// Cosine. A wall ends at edges with larger dihedral angles (50°): a prism of eight sides has 45° between its sides and 90°
 /// at its bottom, a coarse ball of 80 faces 36°.
@@ -162,13 +169,15 @@ fn walls(found: &Inspection, hole: &Hole, mut seen: Vec<u32>) -> Walls {
             are_straight: false,
         };
     }
+    let of_noise = TILT_OF_NOISE.get() * hole.height * hole.edges as f64 / hole.length;
+    let spread = of_noise.clamp(STRAIGHT.get(), MOST_TILT_OF_NOISE.get());
     let mut known: HashSet<u32> = seen.iter().copied().collect();
     let mut next = 0;
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     while let Some(&f) = seen.get(next) {
         next += 1;
         (low, high) = (low.min(tilt(f)), high.max(tilt(f)));
-        if high - low > STRAIGHT.get() {
+        if high - low > spread {
             break;
         }
         for h in 3 * f..3 * f + 3 {
@@ -185,7 +194,7 @@ fn walls(found: &Inspection, hole: &Hole, mut seen: Vec<u32>) -> Walls {
     }
     Walls {
         leave_plane,
-        are_straight: high - low <= STRAIGHT.get(),
+        are_straight: high - low <= spread,
     }
 }
 

@@ -1,6 +1,5 @@
 //! Reads the thresholds of an experimental build from the environment variable `ISOMEND_TUNING`.
 
-use std::collections::HashMap;
 use std::process;
 use std::sync::OnceLock;
 
@@ -31,7 +30,7 @@ impl<T: TunedNumber> Tunable<T> {
     /// The value of `ISOMEND_TUNING`, else the chosen one. If the variable cannot be parsed the process ends, so that no experiment
     /// runs with other values than it asked for. Names are checked by `scripts/sweep.py`, which finds them in the sources.
     pub fn get(self) -> T {
-        static READ: OnceLock<HashMap<String, f64>> = OnceLock::new();
+        static READ: OnceLock<Vec<(String, f64)>> = OnceLock::new();
         let values = READ.get_or_init(|| {
             let text = std::env::var(VARIABLE).unwrap_or_default();
             parsed(&text).unwrap_or_else(|error| {
@@ -39,15 +38,16 @@ impl<T: TunedNumber> Tunable<T> {
                 process::exit(2)
             })
         });
-        values.get(self.name).map_or(self.chosen, |v| T::of(*v))
+        let asked = values.iter().find(|(name, _)| name == self.name);
+        asked.map_or(self.chosen, |(_, value)| T::of(*value))
     }
 }
 
 /// The values of a flat JSON object of numbers.
-fn parsed(text: &str) -> Result<HashMap<String, f64>, String> {
+fn parsed(text: &str) -> Result<Vec<(String, f64)>, String> {
     let text = text.trim();
     if text.is_empty() {
-        return Ok(HashMap::new());
+        return Ok(Vec::new());
     }
     let inner = text.strip_prefix('{').and_then(|t| t.strip_suffix('}'));
     let inner = inner.ok_or("not a JSON object such as {\"fill.bent\": 5.6}")?;
@@ -69,9 +69,10 @@ mod tests {
     #[test]
     fn values_are_checked() {
         let values = parsed("{\"fill.bent\": 5.6, \"fill.most_attempts\": 3}").unwrap();
+        let expected = [("fill.bent", 5.6), ("fill.most_attempts", 3.0)];
         assert_eq!(
-            (values["fill.bent"], values["fill.most_attempts"]),
-            (5.6, 3.0)
+            values,
+            expected.map(|(name, value)| (name.to_owned(), value))
         );
         for text in ["fill.bent", "{\"fill.bent\": x}", "{\"fill.bent\"}"] {
             assert!(parsed(text).is_err(), "{text}");

@@ -12,7 +12,7 @@ use crate::io::Loaded;
 use crate::report::html::{Badge, HtmlPage, page};
 use crate::report::picture::{PictureError, picture};
 use crate::report::scene::{Scene, SceneChange};
-use crate::report::{counted, defect_lines};
+use crate::report::{Standing, counted, defect_lines};
 use isomend_core::cancel::Cancel;
 use isomend_core::check::Verdict;
 use isomend_core::mend::FillReport;
@@ -235,30 +235,22 @@ impl Drawn<'_> {
             return Some(badge_of(verdict));
         }
         let (all, tally) = (self.report.holes.len(), self.report.tally());
-        let open = all - tally.closed;
-        let (class, text) = match (open, tally.intersecting_patches) {
-            _ if all == 0 => return None,
-            (0, 0) if all == 1 => ("good", "the hole is closed".to_owned()),
-            (0, 0) => ("good", format!("all {all} holes are closed")),
-            (0, n) => (
-                "fair",
-                format!(
-                    "all closed, {} intersecting",
-                    match n {
-                        1 => "1 patch".to_owned(),
-                        n => format!("{n} patches"),
-                    }
-                ),
-            ),
-            _ if tally.open > 0 => (
-                "bad",
-                format!("{} of {all} holes could not be closed", tally.open),
-            ),
-            _ => (
-                "fair",
-                format!("{open} of {} left open", counted(all, "hole")),
-            ),
+        let text = match (all - tally.closed, tally.open) {
+            _ if all + tally.open_chains == 0 => return None,
+            (0, _) if tally.open_chains > 0 => match tally.open_chains {
+                1 => "1 boundary chain does not close".to_owned(),
+                n => format!("{n} boundary chains do not close"),
+            },
+            (0, _) if tally.intersecting_patches > 0 => match tally.intersecting_patches {
+                1 => "all closed, 1 patch intersecting".to_owned(),
+                n => format!("all closed, {n} patches intersecting"),
+            },
+            (0, _) if all == 1 => "the hole is closed".to_owned(),
+            (0, _) => format!("all {all} holes are closed"),
+            (open, 0) => format!("{open} of {} left open", counted(all, "hole")),
+            (_, open) => format!("{open} of {all} holes could not be closed"),
         };
+        let class = Standing::of_fill(self.report).class();
         Some(Badge { class, text })
     }
 

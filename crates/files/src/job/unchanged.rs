@@ -7,7 +7,7 @@ use crate::io::Loaded;
 use crate::report::html::{Badge, HtmlPage, MarkedDefect, page};
 use crate::report::picture::{PictureError, picture_of_marked, picture_of_one};
 use crate::report::scene::{LegendColour, Scene, SceneChange};
-use crate::report::{crease_end_line, defect_lines, verdict_rows};
+use crate::report::{Standing, crease_end_line, defect_lines, verdict_rows};
 use isomend_core::check::{DefectKind, Verdict};
 use isomend_core::mend::{CreaseEnd, HoleReport, Inspection};
 use isomend_core::mesh::{Hole, Mesh, Unit, point};
@@ -131,12 +131,13 @@ impl Unchanged<'_> {
 
 /// A verdict as a badge.
 pub(super) fn badge_of(verdict: &Verdict) -> Badge {
-    let (class, text) = match verdict.defects.is_empty() {
-        true if verdict.is_sound() => ("good", "watertight and printable"),
-        true => ("fair", "watertight, of doubtful shape"),
-        false => ("bad", "not printable"),
+    let standing = Standing::of_verdict(verdict);
+    let text = match standing {
+        Standing::Yes => "watertight and printable",
+        Standing::InPart => "watertight, of doubtful shape",
+        Standing::No => "not printable",
     };
-    let text = text.to_owned();
+    let (class, text) = (standing.class(), text.to_owned());
     Badge { class, text }
 }
 

@@ -12,6 +12,7 @@ mod repair;
 pub mod scene;
 #[doc(hidden)]
 pub mod scripts;
+mod standing;
 mod text;
 
 pub use check::verdict_lines;
@@ -26,6 +27,7 @@ pub use {
     missed::missed_lines,
     plan::{left_holes, plan_lines},
     repair::{repair_lines, repair_lines_in},
+    standing::Standing,
     text::{
         chain_lines, defect_lines, level_lines, lost_creases, ranges, reason_lines, region_lines,
         region_lines_in,

@@ -18,7 +18,7 @@ use super::http::{Answer, Refused, SMALL, json_answer, read, receive, work};
 use isomend_files::io::{Format, read_path, write_new};
 
 /// Upper bound of the number of listed files.
-const LISTED: usize = 500;
+const LISTED: usize = 10_000;
 /// Upper bound of the size of an uploaded file, in bytes.
 const MAX_UPLOAD: usize = 1 << 30;
 /// Time limit of an upload: 1 GiB at 2 MB/s, as through a tunnel to another machine.
@@ -157,7 +157,8 @@ fn write_mesh(path: &Path, name: &str, bytes: &[u8]) -> Result<(), Refused> {
         if error.kind() != ErrorKind::AlreadyExists {
             return Err(Refused::failed(error.to_string()));
         }
-        let is_same = std::fs::read(path).is_ok_and(|there| there == bytes);
+        let is_as_long = std::fs::metadata(path).is_ok_and(|m| m.len() == bytes.len() as u64);
+        let is_same = is_as_long && std::fs::read(path).is_ok_and(|there| there == bytes);
         return match is_same {
             true => Ok(()),
             false => Err(Refused::conflict(format!(

@@ -7,7 +7,7 @@ use super::super::counterpart::{counterpart_text, grain_text};
 use super::super::counts::counted;
 use super::super::scene::Scene;
 use super::super::text::lost_creases;
-use super::{Badge, MarkedDefect, add, escaped, listed, number, number_beside};
+use super::{Badge, MOST_PLACES, MarkedDefect, add, escaped, listed, number, number_beside};
 use isomend_core::fill::{Closure, HoleOutcome, RegionReport};
 use isomend_core::mend::HoleReport;
 
@@ -150,6 +150,14 @@ pub fn badge(badge: Option<&Badge>) -> String {
     })
 }
 
+/// How many places a button leads to, and of how many.
+fn places(all: usize) -> String {
+    match all > MOST_PLACES {
+        true => format!("{MOST_PLACES} of {}", counted(all, "place")),
+        false => counted(all, "place"),
+    }
+}
+
 /// A heading and a button for each kind of defect, with its colour in the view; empty if there are none.
 pub fn defect_list(defects: &[MarkedDefect]) -> String {
     let mut out = String::new();
@@ -160,7 +168,7 @@ pub fn defect_list(defects: &[MarkedDefect]) -> String {
             "<li><button type=\"button\" class=\"hole\" data-defect=\"{number}\"><span class=\"name\"><i class=\"swatch\" \
              style=\"background:rgb({r},{g},{b})\"></i>{}</span><span class=\"size\">at {}</span></button></li>",
             escaped(&defect.text),
-            counted(defect.places.len(), "place"),
+            places(defect.places.len()),
         );
     }
     match out.is_empty() {
