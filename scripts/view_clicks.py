@@ -10,7 +10,7 @@ from view_tasks import DENT, begin
 
 
 class Counted:
-    """Counts the clicks of one task, and compares them with the upper bound."""
+    """Counts the clicks of one task, and compares them with the upper bound; docs/view.md states most of them."""
 
     def __init__(self, page, name, most):
         self.page, self.name, self.most, self.count = page, name, most, 0
@@ -84,7 +84,7 @@ def filling(page, folder):
         page.until("document.querySelector('#saved').textContent.includes('.stl')", "the mesh is saved")
         page.expect((folder / "scan_mended.stl").stat().st_size > 100_000, "the file is empty")
     back(page)
-    with Counted(page, "close one hole flat", 4) as task:
+    with Counted(page, "close one hole flat", 3) as task:
         task.hole(first)
         task.on("#hole-card [value=flat]")
         task.on("#hole-card .first")
@@ -94,18 +94,47 @@ def filling(page, folder):
     page.run("isomend.holes.choose(isomend.holes.list[0].id)")
     page.settled()
     near = page.run("isomend.labels.items.filter((item) => item.seen.after && item.hole.id !== isomend.holes.list[0].id).map((item) => item.hole.id)")
-    with Counted(page, "fill two holes as one", 4) as task:
+    with Counted(page, "fill two holes as one", 5) as task:
         task.hole(first)
         task.on("#hole-card button:last-child")
         task.hole(near[0])
         page.expect("--bridge" in page.run("isomend.holes.text()"), "the holes are not joined: " + page.run("isomend.holes.text()"))
+        task.hole(first)
+        page.until(f"isomend.card.id === {first}", "the card of a joined hole is shown")
+        task.on("#hole-card .first")
+        page.until_done()
+        page.until("isomend.model.state.current > 0", "the holes are filled")
+    filled = page.run("isomend.model.current.report.holes.filter((hole) => hole.outcome === 'closed').map((hole) => [hole.id, hole.region])")
+    page.expect({hole for hole, _ in filled} == {first, near[0]}, f"holes {first} and {near[0]} are joined, but these holes and regions are filled: {filled}")
+    page.expect(len({region for _, region in filled}) == 1, f"joined holes are filled in several regions: {filled}")
+    left = "document.querySelector('#result-line').textContent.includes('left open')"
+    page.expect(page.run(f"document.querySelector('#result').dataset.level === 'fair' && {left}"), "holes left open as asked are not yellow")
     page.key("Escape")
     back(page)
+    bridges(page)
+
+
+def bridges(page):
+    """Joining takes the bridge of either hole, merges two bridges, and takes no name that is taken."""
+    page.fill_in("#set-all", "fill")
+    a, b, c, d, e, f = page.run("isomend.holes.list.slice(0, 6).map((hole) => hole.id)")
+    join = "((a, b) => { isomend.card.joins = a; isomend.card.join(b); return [...isomend.holes.bridges()].map(([name, ids]) => [name, ids.sort((x, y) => x - y)]); })"
+    page.run(f"{join}({a}, {b})")
+    found = page.run(f"{join}({c}, {d})")
+    page.expect(len(found) == 2 and all(len(ids) == 2 for _, ids in found), f"two pairs are joined as {found}")
+    found = page.run(f"{join}({e}, {a})")
+    page.expect(["bridge 1", sorted([a, b, e])] in found, f"a third hole is joined as {found}")
+    found = page.run(f"{join}({c}, {a})")
+    page.expect(found == [["bridge 2", sorted([a, b, c, d, e])]], f"two bridges are merged as {found}")
+    page.run(f"isomend.holes.set({f}, 'fill')")
+    shown = page.run("[...document.querySelectorAll('#holes li')].filter((row) => row.dataset.doing === 'bridge').map((row) => row.querySelector('select').value)")
+    page.expect(shown == ["bridge 2"] * 5, f"the rows of a bridge show {shown}")
+    page.fill_in("#set-all", "fill")
 
 
 def checking(page):
     """Printable or not and where; make it printable; the same verdict in both places; a minimum wall."""
-    with Counted(page, "printable or not, and where", 3) as task:
+    with Counted(page, "printable or not, and where", 2) as task:
         task.on("#tab-check")
         page.until("document.querySelector('#verdict').textContent.startsWith('Not printable')", "the mesh is judged")
         before = page.settled()["hash"]
@@ -125,6 +154,10 @@ def checking(page):
     page.until("document.querySelector('#verdict').textContent.startsWith('Not printable')", "a minimum wall counts in the check")
     page.until("document.querySelector('#result-line').textContent.includes('Not printable')", "a minimum wall counts in the card")
     page.expect("--min-wall 1000" in page.run("isomend.open('print') || document.querySelector('#mend-text').textContent"), "a minimum wall does not count in the repair")
+    # A preset and the defaults keep the minimum wall of the check, which was set before.
+    for query in ("#presets [value=sound]", "#presets [value=print]", "#defaults"):
+        page.click_on(query)
+        page.expect("--min-wall 1000" in page.run("document.querySelector('#mend-text').textContent"), f"{query} loses the minimum wall")
     page.fill_in("#min-wall", "")
     back(page)
 
@@ -146,7 +179,7 @@ def restoring(page, folder):
     """A dent is restored, compared, and saved with the missing piece."""
     page.until("!!isomend.mask()", "the surface is prepared")
     faces = page.run(DENT)
-    with Counted(page, "restore, compare, save the piece", 12) as task:
+    with Counted(page, "restore, compare, save the piece", 7) as task:
         task.on("#tab-paint")
         page.expect(page.run("isomend.tool") == "brush", "restoring does not begin with the brush")
         # A stroke over the dent: the faces are given, since its place in the window is not known.
@@ -176,7 +209,14 @@ def start_page(page, program, folder):
         said = page.run("document.querySelector('#open-trouble').textContent")
         page.expect("bad.ply:" in said and "notes.doc:" in said and "(name)" not in said, f"two refused files are named as {said!r}")
         page.expect(not (folder / "bad.ply").exists(), "a damaged file is left behind")
-        page.run("[...document.querySelectorAll('#folder-files button')].find((b) => b.textContent.startsWith('scan.ply')).click()")
+        page.run("""(() => { const tetrahedron = "solid a\\n" + ["0 0 0,0 1 0,1 0 0", "0 0 0,1 0 0,0 0 1", "0 0 0,0 0 1,0 1 0", "1 0 0,0 1 0,0 0 1"].map((face) =>
+              "facet normal 0 0 0\\nouter loop\\n" + face.split(",").map((point) => `vertex ${point}\\n`).join("") + "endloop\\nendfacet\\n").join("") + "endsolid a\\n";
+            return isomend.send([new File([tetrahedron], "one.stl"), new File([tetrahedron], "two.stl")]); })()""")
+        page.until("document.querySelector('#open-said').textContent.includes('one.stl, two.stl')", "files that are taken are named")
+        page.expect(page.run("document.querySelector('#open-trouble').textContent") == "", "files that are taken are shown as an error")
+        page.fill_in("#open-path", "SCAN.p")
+        page.run("document.querySelector('#open-path').focus()")
+        page.key("Enter")
         page.until_open("scan.ply", "a mesh of the folder is opened")
         page.call("Page.navigate", url="about:blank")
     finally:

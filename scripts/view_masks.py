@@ -107,6 +107,29 @@ def check_named(page):
     page.until(f"{ROWS}.length === 0", "a named mask is dropped")
 
 
+def check_hidden(page):
+    """Each mask that is hidden has a name of its own; shown again and hidden without a change, it gets no other. The region of a step has a
+    name that no mask of the user gets."""
+    names, marks = "isomend.model.state.masks.map((mask) => mask.name)", "isomend.mask().runs()"
+    page.tab("paint")
+    before = page.run(names)
+    for number, faces in (("1", [10, 11, 12]), ("2", [20, 21])):
+        page.run(f"isomend.masks.take({faces})")
+        page.key("h")
+        page.until(f"isomend.marked() === 0 && {names}.includes('hidden {number}')", f"mask {number} is hidden under a name")
+    page.key("h")
+    page.until("isomend.marked() === 2", "the mask that was hidden last is shown")
+    page.key("h")
+    page.until("isomend.marked() === 0", "it is hidden again")
+    page.expect(page.run(names) == [*before, "hidden 1", "hidden 2"], f"the masks are {page.run(names)}")
+    page.run("(async () => isomend.masks.take(await isomend.masks.facesOf('hidden 1')))()")
+    page.expect(page.run(marks) == [[10, 13]], f"the first hidden mask is {page.run(marks)}")
+    page.fill_in("#mask-name", "last region")
+    page.click_on("#mask-keep")
+    page.until(f"{names}.includes('last region 2')", "the name of the region of a step is not taken")
+    page.click_on("#clear")
+
+
 def check_folder(page, folder):
     """A folder is made, and the mesh is saved in it; a name that exists is refused."""
     page.tab("save")
@@ -164,6 +187,7 @@ def masks(page, program, folder, mesh):
         page.until("!!isomend.mask()", "the surface is prepared")
         check_smoothing(page)
         check_named(page)
+        check_hidden(page)
         check_folder(page, folder)
         check_recent(page)
         check_layout(page)

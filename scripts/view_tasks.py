@@ -268,7 +268,7 @@ def handing_over(page, program, folder):
         page.until_done()
         page.reaches(1, "the dent is restored")
         page.tab("save")
-        page.until(text("#deliver-said") + ".includes('Invented')", "the figures of the patch are shown")
+        page.until(text("#deliver-said") + ".includes('New surface')", "the figures of the patch are shown")
         page.expect(not page.run("document.querySelectorAll('#deliver :disabled').length"), "a restored mesh cannot be handed over")
         page.fill_in("#deliver-unit", "mm")
         page.expect(page.run("document.querySelector('#unit').value === 'mm' && document.querySelector('#deliver .unit').textContent === 'mm'"), "the unit is not the same everywhere")
@@ -286,7 +286,7 @@ def handing_over(page, program, folder):
         page.until(text("#recipe") + f".includes({json.dumps(options)})", f"the recipe has {options}")
         page.fill_in("#colour", "sigma")
         page.until("isomend.display.coloured === 'sigma'", "expected errors are shown")
-        page.expect(page.run("document.querySelector('#scale-said').checkVisibility() && document.querySelector('#scale-said').textContent.includes('mm²')"), "the legend does not say what is invented")
+        page.expect(page.run("document.querySelector('#scale-said').checkVisibility() && document.querySelector('#scale-said').textContent.includes('mm²')"), "the legend names no new surface")
         page.expect(", mm" in page.run(text("#scale-name")), "the legend has no unit")
         check_layout(page)
         page.tab("save")
@@ -336,10 +336,22 @@ def opening(page, folder):
 
 
 def german(page, server):
-    """The page in German, and back."""
+    """The page in German, and back: numbers keep their digits, and a running preview is shown when it has ended."""
+    page.job("restore")
+    page.click_on("#presets [value=keep]")
+    page.job("repair")
+    page.fill_in("[id='repair--min-wall']", "0.0123456789")
+    page.run("isomend.steps.run('repair', { preview: true })")
     page.fill_in("#language", "de")
     page.until("document.documentElement?.dataset.state === 'ready' && document.documentElement.lang === 'de'", "the page is German")
-    page.until("!!isomend.mask()", "the surface is prepared")
+    page.until("!isomend.steps.job && isomend.steps.previews.length === 1", "a preview that ran at the change of the language is shown")
+    kept = page.run("[document.querySelector('[id=\"repair--min-wall\"]').value, isomend.steps.previews[0].settings?.values.min_wall, isomend.steps.previews[0].label]")
+    page.expect(kept[:2] == ["0,0123456789"] * 2 and "--min-wall 0.0123456789" in kept[2], f"the change of the language leaves {kept}")
+    page.expect(page.run("isomend.steps.presets.chosen.restore.name") == "keep", "the change of the language loses a preset")
+    page.run("isomend.steps.presets.follow('restore')")
+    page.expect(page.run("isomend.steps.presets.chosen.restore.name") == "keep", "a decimal comma counts as another value than the preset's")
+    page.click_on("#previews > div:first-child button:nth-of-type(2)")
+    page.until("!isomend.steps.previews.length && !!isomend.mask()", "the preview is dropped")
     text = page.run("document.body.innerText")
     page.expect("Löcher" in text and "Holes" not in text and "{" not in text, "the page is not in German")
     check_layout(page)

@@ -12,7 +12,7 @@ const MAX_MASKS: usize = 100;
 /// Upper bound of the length of a name, in characters.
 const LONGEST_NAME: usize = 60;
 
-/// The name of the mask of the faces that the last step on marked faces made, and of the mask that was hidden last.
+/// The name of the mask of the faces that the last step on marked faces made.
 pub const LAST_REGION: &str = "last region";
 
 /// A mask under a name, on one mesh.

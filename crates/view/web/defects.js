@@ -9,6 +9,8 @@ import { putNumbers } from "./verdict.js";
 export class Defects {
   constructor(app) {
     this.app = app;
+    /** The number of requested checks: only the last one is shown. */
+    this.requests = 0;
   }
 
   /** Checks again if the pane is open; called when the current mesh or the minimum wall changes. */
@@ -18,14 +20,14 @@ export class Defects {
 
   /** Requests a check of the current mesh, and lists its defects. */
   async check() {
-    const { model } = this.app, id = model.state.current, verdict = find("#verdict");
+    const { model } = this.app, id = model.state.current, verdict = find("#verdict"), request = ++this.requests;
     verdict.textContent = tr("checking");
     verdict.dataset.level = "";
     find("#defect-list").replaceChildren();
     try {
       const found = await this.app.verdict.of(id);
-      // The current mesh has changed in the meantime.
-      if (model.state.current !== id) return;
+      // The current mesh or the minimum wall has changed in the meantime.
+      if (model.state.current !== id || request !== this.requests) return;
       const { level, line } = this.app.verdict.judged(found), { walls } = found;
       verdict.textContent = line;
       verdict.dataset.level = level;
@@ -33,7 +35,7 @@ export class Defects {
       const { marks = {}, defects = [] } = found, there = defects.filter((d) => d.count).map((d) => ({ ...d, ...marks[d.kind] }));
       find("#defect-list").replaceChildren(...there.map((defect) => this.defect(defect, id)));
     } catch (error) {
-      if (model.state.current === id) verdict.textContent = error.message;
+      if (model.state.current === id && request === this.requests) verdict.textContent = error.message;
     }
   }
 

@@ -15,7 +15,7 @@ export const DELIVER_WORDS = {
   piece_file: ["the missing piece", "das fehlende Stück"],
   piece_title: ["The solid between the marked faces that were cut out and the patch, to print; after a restoration", "Der Körper zwischen den herausgeschnittenen Flächen und dem Flicken, zum Drucken; nach einer Erneuerung"],
   no_patches_yet: ["Fill, restore or repair first: the last step has no patches.", "Zuerst füllen, erneuern oder reparieren: der letzte Schritt hat keine Flicken."],
-  invented: ["Invented: {area}, {percent} % of the surface.", "Ergänzt: {area}, {percent} % der Oberfläche."],
+  invented: ["New surface: {area}, {percent} % of the surface.", "Ergänzt: {area}, {percent} % der Oberfläche."],
   invented_none: ["The last step has no patches.", "Der letzte Schritt hat keine Flicken."],
   expected: ["Expected error: {mean} on average, {largest} at most.", "Erwarteter Fehler: im Mittel {mean}, höchstens {largest}."],
   expected_unknown: ["Its expected error is unknown.", "Der erwartete Fehler ist unbekannt."],

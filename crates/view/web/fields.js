@@ -36,6 +36,12 @@ function shownValue({ kind, sets, word }, value) {
   return value ?? "";
 }
 
+/** Whether two values of a field are equal; numbers are, with a decimal point as with a comma. */
+export function sameValue(a, b) {
+  const [x, y] = [a, b].map((value) => numberIn(String(value)));
+  return Number.isFinite(x) && Number.isFinite(y) ? x === y : String(a) === String(b);
+}
+
 /** The form of a command's parameters. */
 export class Form {
   constructor(root, kind, rows, defaults) {
@@ -132,7 +138,7 @@ export class Form {
 
   /** The options that differ from the defaults, as on the command line. */
   typed() {
-    return this.items.filter(({ input, start, ...item }) => isBox(item) ? input.checked !== start : String(input.value) !== String(start))
+    return this.items.filter(({ input, start, ...item }) => isBox(item) ? input.checked !== start : !sameValue(input.value, start))
       .map(({ flag, input, ...item }) => isBox(item) ? flag : `${flag} ${input.value.trim().replace(",", ".")}`);
   }
 }

@@ -68,14 +68,15 @@ export class HoleCard {
     return set;
   }
 
-  /** Joins the waiting hole and another one by a bridge. */
+  /** Joins the waiting hole and another one by a bridge. If either has a bridge already, all holes of both bridges get the same one. */
   join(id) {
-    const { holes } = this.app, first = this.joins, taken = holes.doings.get(first), used = [...holes.bridges().keys()].length;
+    const { holes } = this.app, pair = [this.joins, id], bridges = holes.bridges();
     this.joins = null;
-    const bridge = /^bridge/.test(taken) ? taken : `bridge ${used + 1}`;
-    holes.put([[first, bridge], [id, bridge]]);
+    const taken = pair.map((hole) => holes.doings.get(hole)).filter((doing) => bridges.has(doing)), bridge = taken[0] ?? holes.freeBridge();
+    const joined = [...new Set([...pair, ...taken.flatMap((name) => bridges.get(name))])].sort((a, b) => a - b);
+    holes.put(joined.map((hole) => [hole, bridge]));
     holes.changed();
-    this.app.say(tr("joined_now", { first, id }));
+    this.app.say(tr("joined_now", { ids: joined.join(" + ") }));
   }
 
   /** Hides the card; returns whether it was shown or waited for a hole. */

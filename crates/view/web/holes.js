@@ -155,6 +155,14 @@ export class Holes {
     return groups;
   }
 
+  /** The name of a bridge that no hole has. */
+  freeBridge() {
+    const bridges = this.bridges();
+    let number = 1;
+    while (bridges.has(`bridge ${number}`)) number++;
+    return `bridge ${number}`;
+  }
+
   /** Sets the actions for holes, and sends them to the program. */
   put(doings) {
     const { presets } = this.app.steps;
@@ -189,16 +197,17 @@ export class Holes {
 
   /** Shows the actions in the rows, the rims and the command line. */
   changed() {
-    const next = this.bridges().size + 1, names = Array.from({ length: next }, (_, i) => `bridge ${i + 1}`), offered = [...DOINGS, ...names];
+    const numberOf = (name) => Number(name.replace("bridge ", "")), names = [...this.bridges().keys(), this.freeBridge()];
+    const offered = [...DOINGS, ...names.sort((a, b) => numberOf(a) - numberOf(b))], offer = offered.join();
     const rows = all("#holes li"), first = rows.find((row) => Number(row.dataset.hole) === this.chosen) || rows[0];
     const byId = new Map(this.list.map((hole) => [hole.id, hole])), unit = this.app.unit();
     for (const item of rows) {
-      const id = Number(item.dataset.hole), doing = this.doing(id), shows = [doing, this.picked.has(id), offered.length, unit, item === first].join();
+      const id = Number(item.dataset.hole), doing = this.doing(id), shows = [doing, this.picked.has(id), offer, unit, item === first].join();
       // A row that shows the same already is left as it is: with a thousand rows writing all takes longer than drawing the mesh.
       if (this.written.get(item) === shows) continue;
       this.written.set(item, shows);
       const select = item.querySelector("select"), button = item.querySelector(".hole"), hole = byId.get(id);
-      if (select.options.length !== offered.length) select.replaceChildren(...offered.map((value) => new Option(doingName(value), value)));
+      if ([...select.options].map((option) => option.value).join() !== offer) select.replaceChildren(...offered.map((value) => new Option(doingName(value), value)));
       select.value = doing;
       item.dataset.doing = doing.split(" ")[0];
       item.classList.toggle("picked", this.picked.has(id));
@@ -227,13 +236,18 @@ export class Holes {
     return this.picked.size ? [...this.picked].sort((a, b) => a - b) : null;
   }
 
-  /** The parameters of a fill that select holes. Throws an error if a bridge has one hole only or nothing is to be filled. */
+  /**
+   * The parameters of a fill that select holes. With `only`, the bridges of these holes are filled as a whole. Throws an error if a bridge has
+   * one hole only or nothing is to be filled.
+   */
   params(only) {
-    const crease = this.app.creases.params(only), groups = [...this.bridges().values()];
+    const groups = [...this.bridges().values()];
     if (only) {
-      const flat = only.filter((id) => this.doing(id) === "flat");
-      return { holes: only, keep_open: [], flat, bridge: groups.filter((group) => group.length > 1 && group.every((id) => only.includes(id))), crease };
+      const own = groups.filter((group) => group.length > 1 && group.some((id) => only.includes(id)));
+      const holes = [...new Set([...only, ...own.flat()])].sort((a, b) => a - b), flat = holes.filter((id) => this.doing(id) === "flat");
+      return { holes, keep_open: [], flat, bridge: own, crease: this.app.creases.params(holes) };
     }
+    const crease = this.app.creases.params(null);
     const ids = (doing) => [...this.doings.keys()].filter((id) => this.doing(id) === doing), chosen = (test) => new Set(this.list.filter(test).map((h) => h.id));
     const border = chosen((h) => this.isBorder(h)), stays = chosen((h) => h.stays_open);
     // What stays open by itself is not named: a rim that is kept open joins no other.

@@ -94,7 +94,10 @@ export function showIntro(app) {
   find("#intro").hidden = app.model.state.current !== 0 || app.model.state.states.length > 1 || kept("intro", "") === "seen";
 }
 
-/** Reloads the page in another language, without losing anything; does not reload if the choices cannot be sent. */
+/**
+ * Reloads the page in another language; does not reload if the choices cannot be sent. The program keeps steps, choices and masks, memory.js
+ * the state of the page. Undo of strokes, points that were clicked, and an outline that was not closed are lost.
+ */
 async function changeLanguage(app) {
   const select = find("#language"), wanted = select.value;
   select.value = language();

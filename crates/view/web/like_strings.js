@@ -49,7 +49,7 @@ export const LIKE_WORDS = {
   like_cause_not_joined: ["it could not be joined to the rim", "es ließ sich nicht mit dem Rand verbinden"],
   like_cause_intersects: ["its patch would intersect other faces", "sein Flicken würde andere Flächen schneiden"],
   p_grain: ["Grain", "Körnung"],
-  s_grain: ["Gives patches the roughness of their surroundings. It is invented.", "Gibt Flicken die Rauheit ihrer Umgebung. Sie ist erfunden."],
+  s_grain: ["Gives patches the roughness of their surroundings. It is new surface.", "Gibt Flicken die Rauheit ihrer Umgebung. Sie ist neue Oberfläche."],
   texels: ["Texels for patches", "Textur für Flicken"],
   texels_hint: ["Patches across seams of the texture get an image of their own.", "Flicken über Nähten der Textur bekommen ein eigenes Bild."],
 };

@@ -8,6 +8,8 @@ import { counts, tr, whole } from "./strings.js";
 export class Masks {
   constructor(app) {
     this.app = app;
+    /** The mask that was hidden last: its mesh and its name; and the one that was then marked again: its name and its faces. */
+    this.hidden = this.shown = null;
     const { paint } = app, on = (query, act) => find(query).addEventListener("click", () => app.attempt("#paint-trouble", async () => {
       if (!app.mask()) throw new Error(tr("still_preparing"));
       await act(app.mask());
@@ -70,33 +72,54 @@ export class Masks {
     return this.app.model.state.masks;
   }
 
-  /** A name that no mask has. */
-  freeName() {
-    let number = 1;
-    while (this.named.some(({ name }) => name === tr("mask_number", { number }))) number++;
-    return tr("mask_number", { number });
+  /** A name that no mask has, from a text with a number. */
+  freeName(text = "mask_number", values = {}) {
+    let number = text === "mask_again" ? 2 : 1;
+    while (this.named.some(({ name }) => name === tr(text, { ...values, number }))) number++;
+    return tr(text, { ...values, number });
   }
 
   /** Stores the current mask under a name. The program carries it over to the meshes of later steps. */
   async keep() {
-    const mask = this.app.mask(), name = find("#mask-name").value.trim() || this.freeName();
+    const mask = this.app.mask(), typed = find("#mask-name").value.trim();
     if (!mask.count) throw new Error(tr("nothing_marked_yet"));
+    // The next step would replace a mask of that name by its own region.
+    const isTaken = typed === LAST_REGION, name = isTaken ? this.freeName("mask_again", { name: typed }) : typed || this.freeName();
     await askJson("mask/keep", { id: mask.mesh.id, name, mask: mask.runs() });
     find("#mask-name").value = "";
     await this.app.refresh();
+    if (isTaken) this.app.say(tr("mask_renamed", { name }));
+  }
+
+  /** The name of the mask that is marked again if none is: of this mesh the one that was hidden last, else the region of the last step. */
+  get hiddenName() {
+    const own = this.hidden?.mesh === this.app.model.state.current ? this.hidden.name : null;
+    return [own, LAST_REGION, this.hidden?.name].find((name) => this.named.some((mask) => mask.name === name && mask.count));
   }
 
   /** Whether a mask is hidden, or the region of a step, and no face is marked: it can be marked again. */
   get isHidden() {
-    return !this.app.marked() && this.named.some(({ name, count }) => name === LAST_REGION && count);
+    return !this.app.marked() && this.hiddenName !== undefined;
   }
 
-  /** Hides the mask, so that the next stroke begins a new one; or marks the last region again. */
+  /**
+   * Hides the mask, so that the next stroke begins a new one; or marks the hidden one again. A hidden mask is stored under a name of its own,
+   * unless it was hidden before and has not been changed.
+   */
   async toggle() {
-    const { app } = this, mask = app.mask();
-    if (this.isHidden) return this.take(await this.facesOf(LAST_REGION));
+    const { app } = this, mask = app.mask(), { id } = mask.mesh;
+    if (this.isHidden) {
+      const name = this.hiddenName;
+      this.take(await this.facesOf(name));
+      this.shown = { mesh: id, name, faces: JSON.stringify(mask.runs()) };
+      return undefined;
+    }
     if (!mask.count) throw new Error(tr("nothing_marked_yet"));
-    await askJson("mask/keep", { id: mask.mesh.id, name: LAST_REGION, mask: mask.runs() });
+    const faces = mask.runs(), isSame = this.shown?.mesh === id && this.shown.faces === JSON.stringify(faces);
+    const isStored = isSame && this.named.some(({ name, count }) => name === this.shown.name && count === mask.count);
+    const name = isStored ? this.shown.name : this.freeName("mask_hidden");
+    if (!isStored) await askJson("mask/keep", { id, name, mask: faces });
+    this.hidden = { mesh: id, name };
     mask.change(() => false);
     app.paint.redraw();
     return app.refresh();
@@ -140,7 +163,7 @@ export class Masks {
   }
 }
 
-/** The name under which the program stores the region of the last step, and the mask that was hidden last. */
+/** The name under which the program stores the region of the last step. */
 const LAST_REGION = "last region";
 
 /** The face numbers of ranges. */

@@ -1,4 +1,4 @@
-// What a reload for another language keeps: camera, tab, tool, fields, presets, measurements, previews.
+// What a reload for another language keeps: camera, tab, tool, fields, presets, chosen holes, measurements, previews and a running preview.
 
 import { all, find, localised, numberIn } from "../../report/viewer/controls.js";
 
@@ -14,7 +14,7 @@ export function remember(app) {
   sessionStorage.setItem(KEY, JSON.stringify({
     camera: { centre: camera.centre, axes: camera.axes, reach: camera.reach }, tab: app.tab, tool: app.tool, kind: app.steps.kind, show: options.show, colour: app.display.colour,
     fields, chosen, measures: app.measure.items, picked: [...app.holes.picked], chosenHole: app.holes.chosen,
-    previews: previews.map(({ id, label }) => ({ id, label })), job: job?.preview ? { label: job.label } : null,
+    previews, job: job?.preview ? { id: job.id, kind: job.kind, label: job.label, settings: job.settings } : null,
   }));
 }
 
@@ -29,16 +29,25 @@ export function recalled() {
   }
 }
 
+/** A value of a field with the decimal mark of the page's language. Its digits stay as they were typed. */
+const inLanguage = (value) => typeof value === "string" && Number.isFinite(numberIn(value)) ? value.replace(/[.,]/, localised(0.5)[1]) : value;
+
+/** The settings of a preview in the page's language. */
+const settingsInLanguage = (settings) => settings && {
+  ...settings, values: Object.fromEntries(Object.entries(settings.values).map(([name, value]) => [name, inLanguage(value)])),
+};
+
 /** Sets the fields and presets of a stored state, before the first picture. */
-export function recallFields(app, { fields, chosen, previews }) {
+export function recallFields(app, { fields, chosen, previews, job }) {
   for (const [id, value] of Object.entries(fields)) {
     const field = document.getElementById(id);
     if (!field) continue;
     if (field.type === "checkbox") field.checked = value;
-    else field.value = field.inputMode === "decimal" && Number.isFinite(numberIn(value)) ? localised(numberIn(value)) : value;
+    else field.value = field.inputMode === "decimal" ? inLanguage(value) : value;
   }
   for (const [kind, name] of Object.entries(chosen)) app.steps.presets.choose(kind, name);
-  app.steps.previews = previews;
+  app.steps.previews = previews.map((preview) => ({ ...preview, settings: settingsInLanguage(preview.settings) }));
+  app.steps.before = job && { ...job, settings: settingsInLanguage(job.settings) };
 }
 
 /** Sets the rest of a stored state, once the mesh is shown. */
@@ -55,4 +64,5 @@ export async function recallView(app, { camera, tab, tool, kind, show, colour, p
   if (!find("fieldset.change").disabled) app.display.option("show", show);
   await app.display.setColour(colour);
   Object.assign(app.viewer.camera, camera);
+  await app.steps.missed();
 }

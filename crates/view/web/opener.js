@@ -15,6 +15,8 @@ export class Opener {
     this.filter.setAttribute("aria-label", tr("filter_files"));
     this.trouble = Object.assign(part("p"), { id: "open-trouble", className: "trouble" });
     this.trouble.setAttribute("role", "alert");
+    this.said = Object.assign(part("p"), { id: "open-said", className: "hint" });
+    this.said.setAttribute("role", "status");
     this.recentHead = part("h3", tr("recent_files"));
     this.recent = Object.assign(part("ul"), { id: "recent-files", className: "files" });
     this.folderHead = part("h3", tr("in_folder"));
@@ -22,10 +24,15 @@ export class Opener {
     const label = Object.assign(part("label", tr("drop_or_choose")), { className: "chooser" });
     this.chooser = Object.assign(part("input"), { type: "file", id: "choose-file", multiple: true });
     label.append(this.chooser);
-    box.append(this.filter, this.trouble, this.recentHead, this.recent, this.folderHead, this.list, label);
+    box.append(this.filter, this.trouble, this.said, this.recentHead, this.recent, this.folderHead, this.list, label);
     this.filter.addEventListener("input", () => this.put());
-    this.filter.addEventListener("keydown", (event) => event.key === "Enter" && this.open(this.filter.value.trim()));
-    this.chooser.addEventListener("change", () => this.send([...this.chooser.files]));
+    this.filter.addEventListener("keydown", (event) => event.key === "Enter" && this.open(this.matched()));
+    this.chooser.addEventListener("change", () => {
+      const files = [...this.chooser.files];
+      // So that the same file can be chosen again.
+      this.chooser.value = "";
+      this.send(files);
+    });
     this.files = [];
     this.recentHead.hidden = this.recent.hidden = true;
   }
@@ -40,8 +47,19 @@ export class Opener {
     return files;
   }
 
+  /** Whether the name of a file contains the text of the filter. */
+  fits({ name }) {
+    return name.toLowerCase().includes(this.filter.value.trim().toLowerCase());
+  }
+
+  /** The file that Enter in the filter opens: the only one that is listed, else the one of the typed name. */
+  matched() {
+    const typed = this.filter.value.trim(), listed = new Set([...this.latest || [], ...this.files].filter((file) => this.fits(file)).map(({ name }) => name));
+    return typed && listed.size === 1 ? [...listed][0] : typed;
+  }
+
   put() {
-    const wanted = this.filter.value.trim().toLowerCase(), fits = ({ name }) => name.toLowerCase().includes(wanted), latest = (this.latest || []).filter(fits);
+    const fits = (file) => this.fits(file), latest = (this.latest || []).filter(fits);
     this.recentHead.hidden = this.recent.hidden = !latest.length;
     this.recent.replaceChildren(...latest.map((file) => this.row(file)));
     this.list.replaceChildren(...this.files.filter(fits).map((file) => this.row(file)));
@@ -60,7 +78,7 @@ export class Opener {
 
   /** Runs `act`, and shows its error. */
   async attempt(act) {
-    this.trouble.textContent = "";
+    this.trouble.textContent = this.said.textContent = "";
     try {
       await act();
     } catch (error) {
@@ -84,14 +102,14 @@ export class Opener {
     return this.attempt(async () => {
       const taken = [], refused = [];
       for (const file of files) {
-        this.trouble.textContent = tr("sending_file", { name: file.name });
+        this.said.textContent = tr("sending_file", { name: file.name });
         await sendBytes(`send?name=${encodeURIComponent(file.name)}`, file).then(({ path }) => taken.push(path), (error) => refused.push(`${file.name}: ${error.message}`));
       }
-      this.trouble.textContent = "";
+      this.said.textContent = "";
       if (files.length === 1 && taken.length) return this.open(taken[0]);
       if (taken.length) await this.update();
-      const lines = taken.length ? [tr("taken_files", { names: taken.join(", ") })] : [];
-      if (refused.length || taken.length) throw new Error([...lines, ...refused].join("\n"));
+      if (taken.length) this.said.textContent = tr("taken_files", { names: taken.join(", ") });
+      if (refused.length) throw new Error(refused.join("\n"));
       return undefined;
     });
   }

@@ -1,4 +1,4 @@
-// Texts of the tab "Paint" in English and German, in the form of strings.js.
+// Texts of the mask in "Restore damage", and of its tools, in English and German, in the form of strings.js.
 
 /** Each text by its name: English, then German. Names in braces are placeholders. */
 export const PAINT_WORDS = {
@@ -18,7 +18,7 @@ export const PAINT_WORDS = {
   invert: ["Invert", "Umkehren"],
   mask_hide: ["Hide", "Ausblenden"],
   mask_unhide: ["Show again", "Einblenden"],
-  mask_hide_title: ["Hides the mask, so that the next stroke begins a new one; or shows the last region again (H)", "Blendet die Maske aus, der nächste Strich beginnt eine neue; oder zeigt den letzten Bereich wieder (H)"],
+  mask_hide_title: ["Hides the mask, so that the next stroke begins a new one; or marks the hidden one or the last region again (H)", "Blendet die Maske aus, der nächste Strich beginnt eine neue; oder markiert die ausgeblendete oder den letzten Bereich wieder (H)"],
   last_region: ["last region", "letzter Bereich"],
   clear: ["Clear", "Leeren"],
   undo_stroke: ["Undo stroke", "Strich zurück"],
@@ -40,6 +40,9 @@ export const PAINT_WORDS = {
   name: ["name", "Name"],
   keep: ["Keep", "Merken"],
   mask_number: ["mask {number}", "Maske {number}"],
+  mask_hidden: ["hidden {number}", "ausgeblendet {number}"],
+  mask_again: ["{name} {number}", "{name} {number}"],
+  mask_renamed: ["The mask is kept as “{name}”: each step stores its own region under the name without a number.", "Die Maske heißt „{name}“: unter dem Namen ohne Zahl merkt sich jeder Schritt seinen Bereich."],
   mask_gone: ["; {gone} gone", "; {gone} fehlen"],
   mask_gone_title: ["Steps have removed {count} of this mask. Undo brings them back.", "Schritte haben {count} dieser Maske entfernt. Zurück bringt sie wieder."],
   mask_show: ["Show", "Zeigen"],

@@ -48,7 +48,7 @@ export class Plane {
     this.handles.forEach((button, kind) => this.use(button, kind));
   }
 
-  /** Shows the given plane with handles, or the plane that was found, while a command that can use it is open in the tab Mend. */
+  /** Shows the given plane with handles, or the plane that was found, while a command that can use it is open. */
   show() {
     const { app } = this, { like, steps, viewer } = app;
     const open = app.showsJob() && ["fill", "restore"].includes(steps?.kind) && find("#like")?.open;

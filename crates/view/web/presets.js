@@ -1,6 +1,7 @@
 // Presets of the commands: each sets several parameters. A command's first preset is its defaults.
 
 import { find } from "../../report/viewer/controls.js";
+import { sameValue } from "./fields.js";
 import { tr } from "./strings.js";
 
 /**
@@ -63,6 +64,7 @@ export class Presets {
     find("#preset-hint").textContent = tr("preset_" + preset.name + "_hint");
     form.reset();
     form.put(set);
+    if (kind === "repair") this.app.verdict.share();
     if (kind === "fill" || kind === "restore") this.app.like.reset();
     this.changed(kind);
   }
@@ -78,15 +80,16 @@ export class Presets {
     return Boolean(this.chosen.fill.capped);
   }
 
-  /** What a command would run with: the preset and the values of the form. */
+  /** What a command would run with: the name of the preset, and the values of the form. */
   settings(kind) {
-    return { kind, preset: this.chosen[kind], values: this.app.steps.forms[kind].values() };
+    return { kind, preset: this.chosen[kind].name, values: this.app.steps.forms[kind].values() };
   }
 
   /** Sets what [settings] returned. */
   restore({ kind, preset, values }) {
-    this.chosen[kind] = preset;
+    this.choose(kind, preset);
     this.app.steps.forms[kind].put(values);
+    if (kind === "repair") this.app.verdict.share();
     if (this.app.steps.kind === kind) this.show(kind);
     this.changed(kind);
   }
@@ -94,7 +97,7 @@ export class Presets {
   /** Selects the first preset of a command if a value that the chosen one sets has been changed. */
   follow(kind) {
     const { set = {} } = this.chosen[kind], values = this.app.steps.forms[kind].values();
-    if (Object.entries(set).some(([name, value]) => String(values[name]) !== String(value))) this.leave(kind);
+    if (Object.entries(set).some(([name, value]) => !sameValue(values[name], value))) this.leave(kind);
   }
 
   /** Resets a command to its defaults. */

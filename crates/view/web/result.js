@@ -18,10 +18,21 @@ function ramp(place) {
   return `rgb(${RAMP[i].map((x, k) => Math.round(x + (at - i) * (RAMP[i + 1][k] - x))).join(" ")})`;
 }
 
-/** The number of holes of a report that are closed, left open as asked, and open. */
-function outcomesOf({ holes = [] }) {
-  const of = (outcome) => holes.filter((hole) => hole.outcome === outcome).length;
-  return { closed: of("closed"), left: of("left"), open: of("open"), all: holes.length };
+/** The number of holes that are closed, left open as asked, and open. A report counts the holes that were not chosen too, but does not list them. */
+function outcomesOf({ outcomes, holes = [] }) {
+  const of = (outcome) => outcomes?.[outcome] ?? holes.filter((hole) => hole.outcome === outcome).length;
+  const [closed, left, open] = ["closed", "left", "open"].map(of);
+  return { closed, left, open, all: closed + left + open };
+}
+
+/**
+ * The verdict on a fill, as in the terminal and in the report: `bad` if a hole could not be closed; `fair` if holes are left open as asked,
+ * patches intersect other faces, or boundary chains do not close.
+ */
+function levelOf(report) {
+  const { open, left } = outcomesOf(report);
+  if (open) return "bad";
+  return left || report.outcomes?.intersecting_patches || report.open_chains?.length ? "fair" : "good";
 }
 
 /** What a step did, in a line. */
@@ -29,10 +40,12 @@ export function stepLine(report) {
   const { closed, left, open, all } = outcomesOf(report), { command } = report, parts = [];
   if (command === "restore") parts.push(tr(open ? "restored_open" : "restored"));
   else if (command === "fair") parts.push(tr("smoothed"));
-  else if (all) parts.push(tr("closed_of", { closed, all: counts("hole", all - left) }));
-  else parts.push(tr("nothing_open"));
+  else if (all > left) parts.push(tr("closed_of", { closed, all: counts("of_hole", all - left) }));
+  else if (!all) parts.push(tr("nothing_open"));
   if (open) parts.push(tr("still_open", { open }));
+  if (left) parts.push(tr("left_of", { left, all: counts("of_hole", all) }));
   if (report.outcomes?.intersecting_patches) parts.push(tr("patches_intersect", { count: report.outcomes.intersecting_patches }));
+  if (report.open_chains?.length) parts.push(tr("chains_open", { count: report.open_chains.length }));
   return parts.join(" ");
 }
 
@@ -40,6 +53,8 @@ export class Result {
   constructor(app) {
     this.app = app;
     this.closed = new Set();
+    /** The number of updates: a check that an earlier one requested is not shown. */
+    this.updates = 0;
     find("#result-close").addEventListener("click", () => {
       this.closed.add(app.model.state.current);
       this.update();
@@ -48,17 +63,18 @@ export class Result {
 
   /** Shows the result of the step that made the current mesh, unless it was closed. */
   async update() {
-    const { current } = this.app.model, { report } = current;
+    const { current } = this.app.model, { report } = current, number = ++this.updates;
     find("#result").hidden = !report || this.closed.has(current.id) || this.app.steps.previews.length > 0;
     if (!report) return;
-    const { open } = outcomesOf(report), level = open || report.outcomes?.intersecting_patches ? "bad" : "good";
+    const level = levelOf(report);
     this.put(level, stepLine(report), report, null);
     this.list(report);
     if (find("#result").hidden || current.faces > CHECKED) return;
     const found = await this.app.verdict.of(current.id).catch(() => null);
-    if (!found || this.app.model.current.id !== current.id) return;
-    const { level: judged, line } = this.app.verdict.judged(found), isWhole = found.closed || report.command === "repair";
-    this.put(isWhole ? worse(level, judged) : level, isWhole ? `${stepLine(report)} ${line}` : stepLine(report), report, found);
+    if (!found || number !== this.updates || this.app.model.current.id !== current.id) return;
+    // Of a repair only the mesh that it made is judged, as in the terminal.
+    const { level: judged, line } = this.app.verdict.judged(found), isRepair = report.command === "repair", isWhole = found.closed || isRepair;
+    this.put(isRepair ? judged : isWhole ? worse(level, judged) : level, isWhole ? `${stepLine(report)} ${line}` : stepLine(report), report, found);
   }
 
   put(level, line, report, found) {
@@ -72,7 +88,7 @@ export class Result {
     ]);
   }
 
-  /** Lists what became of each hole, those that are open first, with the expected error in the colour of the map. */
+  /** Lists what became of each hole, those that are open first, with the expected error in the colour of the map; then the notes of the step. */
   list(report) {
     const errors = new Map((report.invented?.patches || []).flatMap(({ holes, expected_error: e }) => holes.map((id) => [id, e?.largest])));
     const rank = { open: 0, closed: 1, left: 2 }, holes = [...report.holes || []].sort((a, b) => rank[a.outcome] - rank[b.outcome] || a.id - b.id);
@@ -91,8 +107,9 @@ export class Result {
       return item;
     }));
     const after = Object.assign(document.createElement("p"), { className: "hint", textContent: counterpartLine(report) });
+    const notes = (report.notes || []).map((note) => Object.assign(document.createElement("p"), { className: "hint", textContent: note }));
     const links = Object.assign(document.createElement("p"), { className: "hint" });
     links.append(this.app.steps.report(this.app.model.current.id));
-    find("#summary").replaceChildren(list, after, links);
+    find("#summary").replaceChildren(list, after, ...notes, links);
   }
 }

@@ -23,6 +23,8 @@ export class Steps {
     this.previews = [];
     this.ended = new Set();
     this.regions = new Map();
+    /** The preview that ran when the page was reloaded for another language. */
+    this.before = null;
     this.presets = new Presets(app, () => this.describe());
     for (const input of all("[name=kind]")) input.addEventListener("change", () => this.show(input.value));
     find("#run").addEventListener("click", () => this.run(this.kind));
@@ -150,12 +152,22 @@ export class Steps {
     this.buttons();
   }
 
-  /** Shows a run that was started before the page was opened. */
+  /** Shows a run that was started before the page was opened; after a reload for another language it may be a preview. */
   join({ job, kind, since }) {
     if (this.job || this.ended.has(job)) return;
-    this.begin(kind, false, "");
+    const { before } = this, isPreview = before?.kind === kind && (before.id ?? job) === job;
+    this.begin(kind, isPreview, isPreview ? before.label : "");
+    this.before = null;
     this.job.id = job;
+    this.job.settings = isPreview ? before.settings : null;
     this.job.since = since ?? this.job.since;
+  }
+
+  /** Adds a preview that ended while the page was reloaded for another language. */
+  missed() {
+    const { before } = this, made = this.app.model.state.states.filter((s) => s.preview && !this.previews.some(({ id }) => id === s.id)).pop();
+    this.before = null;
+    return before && made ? this.previewed(made.id, before) : null;
   }
 
   /** Shows the elapsed and the estimated remaining time of a run. */

@@ -3,7 +3,7 @@
 
 import { number } from "../../report/viewer/controls.js";
 import { DELIVER_WORDS } from "./deliver_strings.js";
-import { JOB_WORDS, REASONS } from "./job_strings.js";
+import { CAUSES, JOB_WORDS } from "./job_strings.js";
 import { LIKE_WORDS } from "./like_strings.js";
 import { PAINT_WORDS } from "./paint_strings.js";
 
@@ -214,7 +214,7 @@ const WORDS = {
   mark_first: ["Mark a region first, with a tool on the left.", "Zuerst eine Stelle markieren, mit einem Werkzeug links."],
   on_surface: ["For the whole surface: nothing is marked.", "Für die ganze Oberfläche: nichts ist markiert."],
   is_running: ["a run is in progress: wait for it or cancel it", "ein Lauf ist im Gange: abwarten oder abbrechen"],
-  paint_first: ["nothing is marked: first paint the region to restore in the tab Paint", "nichts ist markiert: die Stelle zuerst unter Malen markieren"],
+  paint_first: ["nothing is marked: first paint the region in Restore damage", "nichts ist markiert: die Stelle zuerst unter Schaden beheben markieren"],
   fair_all: ["Nothing is marked any more: smooth the whole surface?", "Nichts ist mehr markiert: die ganze Oberfläche glätten?"],
   exclude: ["{a} and {b} exclude each other", "{a} und {b} schließen sich aus"],
   must_be: ["{flag} must be {allowed}, or empty for the default", "{flag}: erlaubt ist {allowed}, oder leer für die Vorgabe"],
@@ -409,7 +409,7 @@ const WORDS = {
   k_mask: ["[ ], G D V, H", "[ ], G D V, H"],
   h_mask: ["brush smaller and larger; grow, shrink, invert; hide the mask", "Pinsel kleiner und größer; Maske größer, kleiner, umkehren; ausblenden"],
   k_undo: ["Ctrl+Z, Ctrl+Y", "Strg+Z, Strg+Y"],
-  h_undo: ["undo and redo: strokes in the tab Paint, else steps, as with the smoothing brush", "zurück und vor: Striche unter Malen, sonst Schritte, wie beim Glättpinsel"],
+  h_undo: ["undo and redo: strokes in Restore damage, else steps, as with the smoothing brush", "zurück und vor: Striche unter Schaden beheben, sonst Schritte, wie beim Glättpinsel"],
   k_esc: ["Esc", "Esc"],
   h_esc: ["cancel an outline, a measurement or the run", "Umriss, Messung oder Lauf abbrechen"],
 };
@@ -419,6 +419,7 @@ const COUNTED = {
   face: [["face", "faces"], ["Fläche", "Flächen"]],
   marked_face: [["marked face", "marked faces"], ["markierte Fläche", "markierte Flächen"]],
   hole: [["hole", "holes"], ["Loch", "Löcher"]],
+  of_hole: [["hole", "holes"], ["Loch", "Löchern"]],
   region: [["region", "regions"], ["Bereich", "Bereichen"]],
   debris: [["small component", "small components"], ["kleines Stück", "kleine Stücke"]],
   place: [["place", "places"], ["Stelle", "Stellen"]],
@@ -483,6 +484,6 @@ export function counts(what, count) {
 }
 
 /** What became of a hole: how it was closed, or that it is open, and why. */
-export function outcomeWords({ outcome, closed_by: how, reason }) {
-  return [tr("outcome_" + (how || outcome)), spoken ? REASONS[reason] ?? reason : reason].filter(Boolean).join(", ");
+export function outcomeWords({ outcome, closed_by: how, cause, reason }) {
+  return [tr("outcome_" + (how || outcome)), spoken ? CAUSES[cause] ?? reason : reason].filter(Boolean).join(", ");
 }

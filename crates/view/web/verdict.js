@@ -1,11 +1,16 @@
 // The verdict on a mesh: one for the result of a step and for the check, by the same minimum wall, in words of the page.
 
+import { begun } from "../../report/viewer/activity.js";
 import { digits, find, numberIn } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
 import { counts, tr } from "./strings.js";
 
 /** Walls thinner than this fraction of the extent of the mesh are named even if no minimum wall is set. */
 const THIN = 1 / 500;
+/** Time without typing after which a minimum wall is used for a check, in milliseconds. */
+const PAUSE = 300;
+/** The field of the minimum wall in the form of a repair. */
+const FORM_WALL = '[id="repair--min-wall"]';
 /** The levels of a verdict, from the best. */
 const LEVELS = ["good", "fair", "bad"];
 
@@ -16,20 +21,25 @@ export class Verdict {
   constructor(app) {
     this.app = app;
     this.found = new Map();
-    find("#min-wall").addEventListener("input", () => this.changed());
+    find("#min-wall").addEventListener("input", () => this.typed());
   }
 
   /** Makes the fields for the minimum wall of a repair and of the check show the same value. */
   start() {
-    const own = find("#min-wall"), other = find('[id="repair--min-wall"]');
+    const own = find("#min-wall"), other = find(FORM_WALL);
     other.addEventListener("input", () => {
       own.value = other.value;
-      this.changed();
+      this.typed();
     });
     own.addEventListener("input", () => {
-      other.value = own.value;
+      this.share();
       this.app.steps.describe();
     });
+  }
+
+  /** Copies the minimum wall of the check into the form of a repair: the check's holds whatever preset is taken. */
+  share() {
+    find(FORM_WALL).value = find("#min-wall").value;
   }
 
   /** The minimum wall in mesh units, or null. */
@@ -37,6 +47,18 @@ export class Verdict {
     const text = find("#min-wall").value.trim(), value = numberIn(text), right = !text || value > 0 && Number.isFinite(value);
     find("#min-wall").setAttribute("aria-invalid", !right);
     return text && right ? value : null;
+  }
+
+  /** Checks again when no digit of the minimum wall has been typed for a time. */
+  typed() {
+    this.wall();
+    clearTimeout(this.timer);
+    this.end ??= begun("request");
+    this.timer = setTimeout(() => {
+      this.changed();
+      this.end();
+      this.end = null;
+    }, PAUSE);
   }
 
   changed() {
@@ -61,12 +83,13 @@ export class Verdict {
     return digits(x) + this.app.unit();
   }
 
-  /** The level of a check, and its line. */
+  /** The level of a check, and its line: `bad` only if there are defects; a mesh without any whose shape a repair has changed is `fair`. */
   judged({ sound, holes, defects = [], debris, walls, doubt }) {
     const reasons = [];
     if (holes) reasons.push(tr("open_holes", { holes: counts("hole", holes) }));
     for (const { kind, count } of defects) if (count && !(kind === "boundary_edge" && holes)) reasons.push(`${tr("kind_" + kind)}: ${count}`);
     if (doubt) reasons.push(tr("doubtful"));
+    if (!sound && doubt && !defects.length) return { level: "fair", line: tr("doubtful_shape") };
     if (!sound) return { level: "bad", line: tr("not_sound", { reasons: reasons.join(", ") || "–" }) };
     const thin = walls && !this.wall() && walls.least < THIN * 2 * this.app.model.state.scene.radius, mild = [];
     if (thin) mild.push(tr("thin_somewhere", { least: this.length(walls.least) }));

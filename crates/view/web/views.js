@@ -97,7 +97,7 @@ export class Views {
     return { centre: from, axes, reach: (points ? 1.3 : 1.06) * reach };
   }
 
-  /** Fits the marked faces while the tab Paint is open, else the chosen holes, else the whole mesh. */
+  /** Fits the marked faces while Restore damage is open, else the chosen holes, else the whole mesh. */
   fitSelected() {
     const { app } = this, { viewer } = app, mesh = app.mesh(), mask = app.mask(), points = [];
     if (mesh && app.tab === "paint" && mask?.count) {

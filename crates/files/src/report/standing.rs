@@ -4,6 +4,7 @@ use isomend_core::check::Verdict;
 use isomend_core::mend::FillReport;
 
 /// How good an answer is.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standing {
     /// Nothing is left to be done.

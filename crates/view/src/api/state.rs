@@ -223,7 +223,7 @@ fn hole_rows(state: &MeshState) -> Vec<Value> {
         hole["stays_open"] = state.stays_open(id).into();
         hole["joined"] = json!(state.joined(id));
         if let Some(before) = reported.get(&key(hole)) {
-            for name in ["outcome", "closed_by", "reason"] {
+            for name in ["outcome", "closed_by", "reason", "cause"] {
                 hole[name] = before[name].clone();
             }
         }

@@ -56,6 +56,7 @@ pub struct HtmlPage<'a> {
 }
 
 /// A verdict in the header of a page, in a colour.
+#[doc(hidden)]
 pub struct Badge {
     /// Its class in the style sheet: `good`, `fair` or `bad`.
     pub class: &'static str,
@@ -64,6 +65,7 @@ pub struct Badge {
 }
 
 /// A kind of defect, in the colour that its faces have in the view.
+#[doc(hidden)]
 pub struct MarkedDefect {
     /// The defect in words, with its count.
     pub text: String,
