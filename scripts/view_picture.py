@@ -20,13 +20,21 @@ from browser_test import NAMES, ROOT
 from view_page import HOLE, Page, Server
 
 
+def reduced(image):
+    """The picture in 256 colours: most by how often they occur, so that surfaces are smooth, the others far apart, so that small marks keep theirs."""
+    often, apart = (image.quantize(count, method=method).getpalette()[:3 * count] for count, method in ((200, Image.Quantize.MEDIANCUT), (56, Image.Quantize.MAXCOVERAGE)))
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(often + apart)
+    return image.quantize(palette=palette, dither=Image.Dither.NONE)
+
+
 def save(page, name):
     """Waits until the numbers are placed, and saves a screenshot."""
     page.settled()
     page.until("isomend.labels.settled", "the numbers are placed")
     seen = Image.open(io.BytesIO(base64.b64decode(page.call("Page.captureScreenshot")["data"]))).convert("RGB")
     target = ROOT / f"data/view_{name}.png"
-    seen.resize((1040, round(1040 * seen.height / seen.width)), Image.LANCZOS).quantize(256, dither=Image.Dither.NONE).save(target, optimize=True)
+    reduced(seen.resize((1040, round(1040 * seen.height / seen.width)), Image.LANCZOS)).save(target, optimize=True)
     print(f"{target.name}: {target.stat().st_size / 1000:.0f} kB")
 
 

@@ -19,7 +19,7 @@ use isomend_files::io::Loaded;
 use isomend_files::job::{
     Drawings, INTERMEDIATE, JobError, Mended, Place, Source, Work, default_plan, inspect,
 };
-use isomend_files::report::counted;
+use isomend_files::report::{Standing, counted};
 
 /// A mesh of the session.
 pub struct State {
@@ -90,6 +90,8 @@ pub struct StepDone {
     pub document: Value,
     /// A summary in one line.
     pub summary: String,
+    /// How good the result is.
+    pub standing: Standing,
     /// Whether all requested holes were filled.
     pub complete: bool,
     /// Run time in seconds.

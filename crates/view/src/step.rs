@@ -20,7 +20,7 @@ use isomend_files::io::Format;
 use isomend_files::job::{
     JobError, JobResult, JobSpec, MaskSpec, OperationReport, Output, Source, Work,
 };
-use isomend_files::report::{counted, tally_line};
+use isomend_files::report::{Standing, counted, tally_line};
 
 /// A step that the page requests.
 #[derive(Clone, Debug, Deserialize)]
@@ -245,6 +245,7 @@ impl Order {
             command: self.command,
             summary: summary(&done),
             document: serde_json::to_value(done.document()).unwrap_or_default(),
+            standing: Standing::of_fill(&done.report),
             complete: done.complete(),
             seconds: clock.elapsed().as_secs_f64(),
             mended,

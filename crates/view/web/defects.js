@@ -2,7 +2,7 @@
 
 import { cornersOf, MARKED } from "../../report/viewer/geometry.js";
 import { cross, frame, minus, plus, times } from "../../report/viewer/camera.js";
-import { find } from "../../report/viewer/controls.js";
+import { find, newButton } from "../../report/viewer/controls.js";
 import { counts, tr, whole } from "./strings.js";
 import { putNumbers } from "./verdict.js";
 
@@ -44,15 +44,13 @@ export class Defects {
     if (!walls) return "–";
     const text = this.app.verdict.length(walls.least), at = walls.at;
     if (!at) return text;
-    const button = Object.assign(document.createElement("button"), { type: "button", textContent: text, title: tr("wall_place") });
-    button.addEventListener("click", () => {
+    return newButton(text, () => {
       const { viewer } = this.app, mesh = this.app.shown();
       if (!mesh) return;
       const centre = at.map((x, k) => x - mesh.centre[k]);
       viewer.fly({ centre, axes: viewer.camera.axes, reach: Math.max(6 * walls.least, 0.05 * this.app.model.state.scene.radius) });
       this.app.labels.pin(centre);
-    });
-    return button;
+    }, { title: tr("wall_place") });
   }
 
   /** A row of the list. Its faces belong to the mesh `id`; if another mesh or a preview is shown, they are neither shown nor marked. */

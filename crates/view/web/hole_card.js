@@ -1,6 +1,6 @@
 // The card beside a hole that was clicked in the view: its size, its action, fill, and join with another hole.
 
-import { digits, find } from "../../report/viewer/controls.js";
+import { digits, find, newButton } from "../../report/viewer/controls.js";
 import { putIcons } from "./icons.js";
 import { tr } from "./strings.js";
 
@@ -20,21 +20,20 @@ export class HoleCard {
     const { holes } = this.app, hole = holes.list.find((h) => h.id === id), card = find("#hole-card");
     if (this.joins !== null && this.joins !== id) return this.join(id);
     this.id = id;
-    const title = document.createElement("h2"), size = document.createElement("p"), close = document.createElement("button"), actions = document.createElement("div");
+    const title = document.createElement("h2"), size = document.createElement("p"), close = newButton("", () => this.hide(), { className: "icon-button" }), actions = document.createElement("div");
     title.textContent = holes.nameOf(hole);
     size.textContent = tr("card_size", { diameter: digits(hole.diameter) + this.app.unit(), edges: hole.edges });
-    Object.assign(close, { type: "button", className: "icon-button" }).dataset.icon = "close";
+    close.dataset.icon = "close";
     close.setAttribute("aria-label", tr("close"));
-    close.addEventListener("click", () => this.hide());
     actions.classList.add("grid", "three");
     actions.append(...["fill", "flat", "open"].map((doing) => this.action(id, doing)));
-    const run = this.button(tr("fill_it"), () => {
+    const run = newButton(tr("fill_it"), () => {
       this.hide();
       this.app.steps.run("fill", { only: [id, ...hole.joined].sort((a, b) => a - b) });
     });
     run.className = "first";
     run.disabled = Boolean(this.app.steps.job) || holes.doing(id) === "open";
-    const join = this.button(tr("join_with"), () => {
+    const join = newButton(tr("join_with"), () => {
       this.hide();
       this.joins = id;
       this.app.say(tr("join_next", { id }));
@@ -46,12 +45,6 @@ export class HoleCard {
     card.style.left = left + "px";
     card.style.top = Math.max(MARGIN, Math.min(y - 20, innerHeight - high - MARGIN)) + "px";
     return undefined;
-  }
-
-  button(words, act) {
-    const made = Object.assign(document.createElement("button"), { type: "button", textContent: words });
-    made.addEventListener("click", act);
-    return made;
   }
 
   /** A choice of the action for the hole. */

@@ -5,6 +5,9 @@ import { putIcons } from "./icons.js";
 import { remember } from "./memory.js";
 import { HELP, language, setLanguage, tr } from "./strings.js";
 
+/** What the button for the theme shows in each. */
+export const THEME_SIGNS = { dark: "☀", light: "☾" };
+
 /** A setting from the browser's local storage, or its default `usual`. */
 export function kept(name, usual) {
   try {
@@ -125,10 +128,7 @@ export function useLayout(app) {
   useFolds(app);
   useTabs(app);
   useHelp();
-  useTheme(() => {
-    find("#theme").textContent = document.documentElement.dataset.theme === "dark" ? "☀" : "☾";
-    app.viewer?.refresh();
-  });
+  useTheme(() => app.viewer?.refresh(), THEME_SIGNS);
   find("#intro-close").addEventListener("click", () => {
     find("#intro").hidden = true;
     keep("intro", "seen");

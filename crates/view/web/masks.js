@@ -1,6 +1,6 @@
 // The controls of the mask: brush settings, grow and shrink, files of face numbers, named masks.
 
-import { all, find, localised, numberIn } from "../../report/viewer/controls.js";
+import { all, find, localised, newButton, numberIn } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
 import { facesOf } from "./mask.js";
 import { counts, tr, whole } from "./strings.js";
@@ -142,9 +142,8 @@ export class Masks {
   row({ name, count, gone }) {
     const shown = name === LAST_REGION ? tr("last_region") : name, item = document.createElement("li"), text = document.createElement("span"), { app } = this, { paint } = app;
     const button = (words, act) => {
-      const made = Object.assign(document.createElement("button"), { type: "button", textContent: tr(words) });
+      const made = newButton(tr(words), () => app.attempt("#paint-trouble", act));
       made.setAttribute("aria-label", `${tr(words)}: ${shown}`);
-      made.addEventListener("click", () => app.attempt("#paint-trouble", act));
       return made;
     };
     text.textContent = `${shown} (${counts("face", count)}${gone ? tr("mask_gone", { gone: whole(gone) }) : ""})`;

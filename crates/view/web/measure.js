@@ -2,7 +2,7 @@
 
 import { cross, dot, minus, plus, times } from "../../report/viewer/camera.js";
 import { cornersOf } from "../../report/viewer/geometry.js";
-import { digits, find } from "../../report/viewer/controls.js";
+import { digits, find, newButton } from "../../report/viewer/controls.js";
 import { lineSizes, planeAxes, sectionLines, svgOf } from "./outline.js";
 import { symbolOf, useUnits } from "./deliver.js";
 import { has, tr } from "./strings.js";
@@ -135,9 +135,8 @@ export class Measure {
 
   list() {
     find("#measures").replaceChildren(...this.items.map((item, i) => {
-      const row = document.createElement("li"), drop = Object.assign(document.createElement("button"), { type: "button", textContent: "×" });
+      const row = document.createElement("li"), drop = newButton("×", () => { this.items.splice(i, 1); this.list(); this.draw(); });
       drop.setAttribute("aria-label", tr("measure_drop", { number: i + 1 }));
-      drop.addEventListener("click", () => { this.items.splice(i, 1); this.list(); this.draw(); });
       row.append(`${i + 1} ${tr("tool_" + item.kind)}`, Object.assign(document.createElement("b"), { textContent: this.valueOf(item) }), drop);
       return row;
     }));

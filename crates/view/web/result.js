@@ -1,6 +1,6 @@
 // The card with the result of the last step: a line, three numbers, and a list of what became of each hole.
 
-import { find } from "../../report/viewer/controls.js";
+import { find, rising } from "../../report/viewer/controls.js";
 import { counterpartLine } from "./like.js";
 import { counts, outcomeWords, tr } from "./strings.js";
 import { putNumbers, worse } from "./verdict.js";
@@ -9,30 +9,12 @@ import { putNumbers, worse } from "./verdict.js";
 const CHECKED = 400_000;
 /** Upper bound of the number of listed holes. */
 const LISTED = 300;
-/** The colours of the scale of expected errors, at equal distances. */
-const RAMP = [[51, 43, 107], [41, 117, 143], [107, 186, 102], [247, 230, 64]];
-
-/** The colour of the scale at a place from 0 to 1. */
-function ramp(place) {
-  const at = Math.min(1, Math.max(0, place)) * (RAMP.length - 1), i = Math.min(RAMP.length - 2, Math.floor(at));
-  return `rgb(${RAMP[i].map((x, k) => Math.round(x + (at - i) * (RAMP[i + 1][k] - x))).join(" ")})`;
-}
 
 /** The number of holes that are closed, left open as asked, and open. A report counts the holes that were not chosen too, but does not list them. */
 function outcomesOf({ outcomes, holes = [] }) {
   const of = (outcome) => outcomes?.[outcome] ?? holes.filter((hole) => hole.outcome === outcome).length;
   const [closed, left, open] = ["closed", "left", "open"].map(of);
   return { closed, left, open, all: closed + left + open };
-}
-
-/**
- * The verdict on a fill, as in the terminal and in the report: `bad` if a hole could not be closed; `fair` if holes are left open as asked,
- * patches intersect other faces, or boundary chains do not close.
- */
-function levelOf(report) {
-  const { open, left } = outcomesOf(report);
-  if (open) return "bad";
-  return left || report.outcomes?.intersecting_patches || report.open_chains?.length ? "fair" : "good";
 }
 
 /** What a step did, in a line. */
@@ -63,18 +45,17 @@ export class Result {
 
   /** Shows the result of the step that made the current mesh, unless it was closed. */
   async update() {
-    const { current } = this.app.model, { report } = current, number = ++this.updates;
+    const { current } = this.app.model, { report, standing } = current, number = ++this.updates;
     find("#result").hidden = !report || this.closed.has(current.id) || this.app.steps.previews.length > 0;
     if (!report) return;
-    const level = levelOf(report);
-    this.put(level, stepLine(report), report, null);
+    this.put(standing, stepLine(report), report, null);
     this.list(report);
     if (find("#result").hidden || current.faces > CHECKED) return;
     const found = await this.app.verdict.of(current.id).catch(() => null);
     if (!found || number !== this.updates || this.app.model.current.id !== current.id) return;
     // Of a repair only the mesh that it made is judged, as in the terminal.
     const { level: judged, line } = this.app.verdict.judged(found), isRepair = report.command === "repair", isWhole = found.closed || isRepair;
-    this.put(isRepair ? judged : isWhole ? worse(level, judged) : level, isWhole ? `${stepLine(report)} ${line}` : stepLine(report), report, found);
+    this.put(isRepair ? judged : isWhole ? worse(standing, judged) : standing, isWhole ? `${stepLine(report)} ${line}` : stepLine(report), report, found);
   }
 
   put(level, line, report, found) {
@@ -100,7 +81,7 @@ export class Result {
       right.className = "of-error";
       if (Number.isFinite(error)) {
         const swatch = Object.assign(document.createElement("i"), { className: "swatch" });
-        swatch.style.background = ramp(error / high);
+        swatch.style.background = rising(error / high);
         right.append(swatch, " ", this.app.verdict.length(error));
       }
       item.append(Object.assign(document.createElement("b"), { textContent: hole.id }), how, right);

@@ -2,7 +2,7 @@
 
 import { find, useTheme } from "../../report/viewer/controls.js";
 import { putIcons } from "./icons.js";
-import { putWords } from "./layout.js";
+import { THEME_SIGNS, putWords } from "./layout.js";
 import { Opener, useDrop } from "./opener.js";
 import { language, setLanguage, tr } from "./strings.js";
 
@@ -14,7 +14,7 @@ async function beginStart() {
     setLanguage(find("#language").value);
     location.reload();
   });
-  useTheme(() => { find("#theme").textContent = document.documentElement.dataset.theme === "dark" ? "☀" : "☾"; });
+  useTheme(() => null, THEME_SIGNS);
   const opener = window.isomend = new Opener(find("#opener-box"));
   useDrop((files) => opener.send(files));
   await opener.update();

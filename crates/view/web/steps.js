@@ -2,7 +2,7 @@
 
 import { begun } from "../../report/viewer/activity.js";
 import { copy } from "../../report/viewer/point.js";
-import { all, digits, find } from "../../report/viewer/controls.js";
+import { all, digits, find, newButton } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
 import { formsIn } from "./fields.js";
 import { Presets } from "./presets.js";
@@ -79,10 +79,16 @@ export class Steps {
       fill: holes.canFill() ? "" : holes.text(), restore: marked ? "" : tr("mark_first"), fair: marked ? "" : tr("on_surface"),
       repair: holes.caps().length ? tr("on_mesh_flat", { ids: holes.caps().join(", ") }) : "",
     };
-    const which = kind === "fill" ? [holes.text()] : kind === "repair" ? holes.capsText() : marked ? ["--faces mask.txt"] : [];
+    const which = kind === "fill" || kind === "repair" ? this.holesOf(kind) : marked ? ["--faces mask.txt"] : [];
     find("#mend-on").textContent = on[kind];
     const isCommand = kind !== "fill" || which[0].startsWith("--");
     find("#mend-text").textContent = isCommand ? ["isomend", kind, ...which, ...this.typed(kind)].join(" ") : which[0];
+  }
+
+  /** The options of a command that choose holes: of a fill those to fill, of a repair those that it closes flat. */
+  holesOf(kind, only = null) {
+    const { holes } = this.app;
+    return kind === "fill" ? [holes.text(only)] : kind === "repair" ? holes.capsText() : [];
   }
 
   /** The options of a command that differ from the defaults. */
@@ -106,7 +112,7 @@ export class Steps {
       if (kind === "fair" && !mask.length && this.app.choices.masked && !sure) {
         return this.ask(tr("fair_all"), () => this.run(kind, { preview, only, sure: true }));
       }
-      const label = ["isomend", kind, ...(kind === "fill" ? [this.app.holes.text(only)] : kind === "repair" ? this.app.holes.capsText() : []), ...this.typed(kind)].join(" ");
+      const label = ["isomend", kind, ...this.holesOf(kind, only), ...this.typed(kind)].join(" ");
       return this.request(label, { kind, params, mask: mask.length ? mask : null, no_texture: like.noTexture(kind), preview }, preview ? this.presets.settings(kind) : null);
     });
   }
@@ -303,9 +309,8 @@ export class Steps {
   previewRow({ id, label, settings }, i) {
     const row = document.createElement("div"), text = document.createElement("code");
     const button = (words, act) => {
-      const made = Object.assign(document.createElement("button"), { type: "button", textContent: words });
+      const made = newButton(words, () => this.app.attempt("#message", act));
       made.setAttribute("aria-label", `${words}: ${tr("preview_number", { number: i + 1 })}`);
-      made.addEventListener("click", () => this.app.attempt("#message", act));
       return made;
     };
     text.textContent = `${i + 1}: ${label}`;

@@ -4,16 +4,13 @@ use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
-use super::draft::Draft;
+use super::draft::{CLEAN_ROUNDS, Draft};
 use super::{RepairParams, RepairReport, RepairStep, cracks, union};
 use crate::check::{CRACK, duplicates, is_flat};
 use crate::mend::FillError;
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{FaceOrigin, MeshError, VertexFaces, weld_map};
 use crate::tuning::{Tunable, tunable};
-
-/// Rounds of edge flips: faces without area may be adjacent.
-pub(super) const CLEAN_ROUNDS: Tunable<usize> = tunable("repair.clean_rounds", 20);
 
 /// Units in the last place of 32-bit floats. Components no larger than this are points in an output of 32-bit floats: a
 /// body needs several units along each axis.

@@ -13,6 +13,10 @@ use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
 use crate::mesh::{FaceOrigin, Mesh, Origins, VertexFaces, has_several_fans};
+use crate::tuning::{Tunable, tunable};
+
+/// Rounds in which edges of a draft are flipped or collapsed: faces without area may be adjacent.
+pub(super) const CLEAN_ROUNDS: Tunable<usize> = tunable("repair.clean_rounds", 20);
 
 /// The working mesh of a repair. Vertices keep their numbers until the end; unused ones are dropped then.
 #[derive(Clone)]

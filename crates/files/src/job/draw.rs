@@ -12,7 +12,7 @@ use crate::io::Loaded;
 use crate::report::html::{Badge, HtmlPage, page};
 use crate::report::picture::{PictureError, picture};
 use crate::report::scene::{Scene, SceneChange};
-use crate::report::{Standing, counted, defect_lines};
+use crate::report::{Standing, counted, defect_lines, open_chains};
 use isomend_core::cancel::Cancel;
 use isomend_core::check::Verdict;
 use isomend_core::mend::FillReport;
@@ -237,14 +237,11 @@ impl Drawn<'_> {
         let (all, tally) = (self.report.holes.len(), self.report.tally());
         let text = match (all - tally.closed, tally.open) {
             _ if all + tally.open_chains == 0 => return None,
-            (0, _) if tally.open_chains > 0 => match tally.open_chains {
-                1 => "1 boundary chain does not close".to_owned(),
-                n => format!("{n} boundary chains do not close"),
-            },
-            (0, _) if tally.intersecting_patches > 0 => match tally.intersecting_patches {
-                1 => "all closed, 1 patch intersecting".to_owned(),
-                n => format!("all closed, {n} patches intersecting"),
-            },
+            (0, _) if tally.open_chains > 0 => open_chains(tally.open_chains),
+            (0, _) if tally.intersecting_patches > 0 => {
+                let patches = counted(tally.intersecting_patches, "patch");
+                format!("all closed, {patches} intersecting")
+            }
             (0, _) if all == 1 => "the hole is closed".to_owned(),
             (0, _) => format!("all {all} holes are closed"),
             (open, 0) => format!("{open} of {} left open", counted(all, "hole")),

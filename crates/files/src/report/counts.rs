@@ -8,7 +8,16 @@ pub fn counted(n: usize, noun: &str) -> String {
     match (n, noun.strip_suffix("vertex")) {
         (1, _) => format!("1 {noun}"),
         (_, Some(before)) => format!("{n} {before}vertices"),
+        _ if noun.ends_with("ch") => format!("{n} {noun}es"),
         _ => format!("{n} {noun}s"),
+    }
+}
+
+/// How many boundary chains do not close.
+pub(crate) fn open_chains(n: usize) -> String {
+    match n {
+        1 => "1 boundary chain does not close".to_owned(),
+        n => format!("{n} boundary chains do not close"),
     }
 }
 

@@ -16,7 +16,7 @@ mod standing;
 mod text;
 
 pub use check::verdict_lines;
-pub(crate) use counts::{error_text, percent};
+pub(crate) use counts::{error_text, open_chains, percent};
 pub use text::{summary_lines, tally_line};
 
 pub use {

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::counterpart::{self, counterpart_text, grain_text};
-use super::counts::{counted, counted_as, error_text, timed};
+use super::counts::{counted, counted_as, error_text, open_chains, timed};
 use isomend_core::fill::{
     Closure, FinishReport, HoleOutcome, NotSmooth, PatchInitialisation, RegionReport,
 };
@@ -407,8 +407,7 @@ pub fn tally_line(report: &FillReport) -> String {
     }
     line += &match tally.open_chains {
         0 => String::new(),
-        1 => ", 1 boundary chain does not close".to_owned(),
-        n => format!(", {n} boundary chains do not close"),
+        n => format!(", {}", open_chains(n)),
     };
     line += &match (closed, tally.intersecting_patches) {
         (0, _) => String::new(),

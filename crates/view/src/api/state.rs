@@ -181,6 +181,7 @@ fn state_row(state: &MeshState, preview: bool) -> Value {
         "command": step.map(|s| s.command.words()).unwrap_or_default(),
         "seconds": step.map(|s| s.seconds),
         "summary": step.map(|s| s.summary.as_str()),
+        "standing": step.map(|s| s.standing.class()),
         "complete": step.map(|s| s.complete),
         "vertices": mesh.positions.len(),
         "faces": mesh.faces.len(),

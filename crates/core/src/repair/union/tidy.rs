@@ -9,8 +9,7 @@ use super::contact::SHORT_EDGE;
 use crate::check::is_flat;
 use crate::mend::FillError;
 use crate::mesh::{Mesh, VertexFaces, area_vector};
-use crate::repair::clean::CLEAN_ROUNDS;
-use crate::repair::draft::Draft;
+use crate::repair::draft::{CLEAN_ROUNDS, Draft};
 
 /// Collapses edges of vertices from `first` on that are shorter than a fraction of the mesh's size or than `reach`, if that does
 /// not change the surface. Undone if more faces intersect others afterwards.

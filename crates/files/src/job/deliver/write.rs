@@ -11,7 +11,7 @@ use crate::job::documents::FileInfo;
 use crate::job::output::Saved;
 use crate::job::staging::Staging;
 use crate::job::{JobError, Mended, Output};
-use crate::report::{error_text, percent};
+use crate::report::{counted, error_text, percent};
 use isomend_core::mend::Control;
 use isomend_core::mesh::{Mesh, Model, Part, Unit, number};
 
@@ -56,10 +56,7 @@ impl Delivered {
         let mut lines = Vec::new();
         if let Some(invented) = self.invented.as_ref().filter(|i| i.area > 0.0) {
             let square = unit.map_or(String::new(), |unit| format!(" {unit}²"));
-            let patches = match invented.patches.len() {
-                1 => "1 patch".to_owned(),
-                n => format!("{n} patches"),
-            };
+            let patches = counted(invented.patches.len(), "patch");
             lines.push(format!(
                 "new surface: {patches}, area {}{square}, {} of the whole surface",
                 number(invented.area),

@@ -28,16 +28,28 @@ export function digits(x, size = 0) {
   return number(x, { maximumSignificantDigits: 4, useGrouping: false, ...isPlain ? {} : { notation: "scientific" } });
 }
 
-/** A number with a noun, in the plural where needed. */
-export const counted = (n, what) => `${n.toLocaleString("en")} ${what}${n === 1 ? "" : "s"}`;
+/** A button that does not send a form. */
+export function newButton(words, act, properties = {}) {
+  const button = Object.assign(document.createElement("button"), { type: "button", textContent: words, ...properties });
+  button.addEventListener("click", act);
+  return button;
+}
 
 /** Parses a number with a decimal point or comma; NaN if the text is not a number. */
 export const numberIn = (text) => text.trim() ? Number(text.trim().replace(",", ".")) : NaN;
 
+/** The colours of the rising scale, at equal distances, as in the shader: red, green and blue. */
+const RISING = [[51, 43, 107], [41, 117, 143], [107, 186, 102], [247, 230, 64]];
 const GRADIENTS = {
   1: "linear-gradient(90deg,#0a3380,#428fd6 25%,#ededeb 50%,#e66b52 75%,#80081a)",
-  2: "linear-gradient(90deg,#332b6b,#29758f 33%,#6bba66 67%,#f7e640)",
+  2: `linear-gradient(90deg,${RISING.map((rgb) => `rgb(${rgb})`)})`,
 };
+
+/** The colour of the rising scale at a place from 0 to 1. */
+export function rising(place) {
+  const at = Math.min(1, Math.max(0, place)) * (RISING.length - 1), i = Math.min(RISING.length - 2, Math.floor(at));
+  return `rgb(${RISING[i].map((x, k) => Math.round(x + (at - i) * (RISING[i + 1][k] - x)))})`;
+}
 
 /** Shows the colour scale: diverging (1) or rising (2); with `gaps`, also the stripes for unknown values. */
 export function showScale(name, low, high, kind, gaps = false) {
@@ -139,12 +151,12 @@ export function useArrows(viewer) {
   });
 }
 
-/** Dark or light theme: follows the system until the button is used. */
-export function useTheme(changed) {
+/** Dark or light theme: follows the system until the button is used, which has a name in each theme. */
+export function useTheme(changed, names = { dark: "Light", light: "Dark" }) {
   const button = find("#theme"), dark = matchMedia("(prefers-color-scheme: dark)");
   const set = (theme) => {
     document.documentElement.dataset.theme = theme;
-    button.textContent = theme === "dark" ? "Light" : "Dark";
+    button.textContent = names[theme];
     changed();
   };
   set(dark.matches ? "dark" : "light");
