@@ -173,6 +173,42 @@ fn a_missing_side_round_a_hole_is_a_cap_with_a_hole_however_few_edges_its_outlin
     assert!((volume(&filled.mesh) - (16.0 - hole)).abs() < 1e-9);
 }
 
+/// A ring of 16 sides with chamfered edges, without its bottom, or with it if `closed`; the inner rim is lower than the outer one.
+fn chamfered_ring(closed: bool) -> Mesh {
+    let profile = [
+        (1.7, -0.03),
+        (1.7, 0.2),
+        (1.75, 0.27),
+        (1.9, 0.27),
+        (2.0, 0.2),
+        (2.0, 0.0),
+    ];
+    let (sides, count) = (16u32, profile.len() as u32);
+    let at = |side: u32| std::f64::consts::TAU * f64::from(side) / f64::from(sides);
+    let positions = (0..sides).flat_map(|side| {
+        let (sine, cosine) = at(side).sin_cos();
+        profile.map(|(r, z)| DVec3::new(r * cosine, r * sine, z))
+    });
+    let mut faces = Vec::new();
+    for (side, k) in (0..sides).flat_map(|s| (0..count - u32::from(!closed)).map(move |k| (s, k))) {
+        let vertex = |side: u32, k: u32| side % sides * count + k % count;
+        let [a, b] = [vertex(side, k), vertex(side, k + 1)];
+        let [c, d] = [vertex(side + 1, k), vertex(side + 1, k + 1)];
+        faces.extend([[a, c, b], [b, c, d]]);
+    }
+    Mesh::new(positions.collect(), faces)
+}
+
+#[test]
+fn a_ring_whose_rims_are_not_quite_in_one_plane_gets_a_flat_bottom() {
+    let filled = fill(&chamfered_ring(false), &FillParams::default()).unwrap();
+    assert_eq!(topology(&filled.mesh), (0, 0));
+    assert_eq!(filled.report.tally().flat, 2);
+    assert!(filled.report.flawless());
+    let whole = volume(&chamfered_ring(true));
+    assert!((volume(&filled.mesh) / whole - 1.0).abs() < 0.01);
+}
+
 #[test]
 fn the_command_line_suggests_flat_caps_and_refuses_invalid_ones() {
     let desk = Desk::new();

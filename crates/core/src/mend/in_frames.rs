@@ -46,7 +46,7 @@ impl<'a> Regions<'a> {
                 let faces = sources.with_rings(&faces);
                 let centres = sources.centres(i);
                 let task = RegionTask::new(i + 1, self.found, query, &faces, centres, &self.params);
-                task.placed_patch(i, watch).ok()
+                task.placed_patch(i, watch, self.before).ok()
             };
             let some_patches: Vec<Option<RegionPatch>> = some
                 .par_iter()

@@ -27,6 +27,7 @@ mod regions;
 mod report;
 mod restore;
 mod setters;
+mod solved_patches;
 mod sources;
 mod task;
 
@@ -46,6 +47,7 @@ pub use plan::{FairPlan, FillPlan, PlannedHole, PlannedRegion, RestorePlan};
 pub use regions::{Regions, recount_intersections};
 pub use report::{FairReport, FillReport, HoleReport, RestoreReport};
 pub use restore::Restored;
+pub(crate) use solved_patches::SolvedPatches;
 pub use task::RegionTask;
 
 /// A filled mesh.

@@ -43,6 +43,10 @@ const MOST_TILT_OF_NOISE: Tunable<f64> = tunable("fill.most_tilt_of_noise", 0.15
 /// at its bottom, a coarse ball of 80 faces 36°.
 const WALL_EDGE: Tunable<f64> = tunable("fill.wall_edge", 0.64);
 
+/// Distance between the planes of two parallel rims, one round the other, over the distance between the rims. If it is less, a flat
+/// ring joins them: the slope of 1 in 4 of a chamfered rim of a stove, which became a bowl.
+const RING_SLOPE: Tunable<f64> = tunable("fill.ring_slope", 0.25);
+
 /// Diameters of a rim. The depth to which its walls are looked at.
 const WALL_DEPTH: Tunable<f64> = tunable("fill.wall_depth", 0.35);
 
@@ -72,7 +76,15 @@ pub(super) fn planar_rims(
     let coplanar = |a: usize, b: usize| {
         let (a, b) = (&found.holes[a], &found.holes[b]);
         let apart = (b.centre - a.centre).dot(a.normal).abs();
-        a.normal.dot(b.normal).abs() > 1.0 - PLANAR_RIM.get() && apart <= noise(a).max(noise(b))
+        let is_same = apart <= noise(a).max(noise(b));
+        let is_parallel = |cosine: f64| cosine > 1.0 - PLANAR_RIM.get();
+        let cosine = a.normal.dot(b.normal);
+        // A ring whose inner rim is a little higher or lower than its outer one.
+        let is_ring = || {
+            let are_near = apart <= RING_SLOPE.get() * (a.diameter - b.diameter).abs();
+            is_parallel(-cosine) && are_near && apart <= RING_SLOPE.get() * gap(found, a, b)
+        };
+        is_same && is_parallel(cosine.abs()) || is_ring()
     };
     // A plane cut through a body leaves several rims of it in one plane; one alone may be the rim of a round part that is to be
     // continued.
@@ -91,6 +103,13 @@ pub(super) fn planar_rims(
     // Triangles between its vertices close a rim of few edges, unless there are others inside it.
     groups.retain(|group| group.len() > 1 || !has_few_edges(group[0]));
     groups
+}
+
+/// The least distance between vertices of two rims.
+fn gap(found: &Inspection, a: &Hole, b: &Hole) -> f64 {
+    let at = |v: &u32| found.mesh.positions[*v as usize];
+    let pairs = (a.rim.iter()).flat_map(|v| b.rim.iter().map(move |w| at(v).distance(at(w))));
+    pairs.fold(f64::INFINITY, f64::min)
 }
 
 /// By how much the vertices of a planar rim may deviate from its plane.

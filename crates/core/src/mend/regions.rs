@@ -16,6 +16,7 @@ use super::plan::{FillPlan, PlannedHole, PlannedRegion};
 use super::planar_rims::planar_rims;
 use super::reach::{ReachQuery, faces_of};
 use super::report::{FillReport, HoleReport};
+use super::solved_patches::SolvedPatches;
 use super::sources::RegionSources;
 use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
@@ -65,6 +66,8 @@ pub struct Regions<'a> {
     pub(super) groups: Vec<HoleGroup>,
     /// Upper bound of the cost of a region's level-set retries, in unknowns times steps.
     budget: u64,
+    /// Patches of earlier fills of the same run.
+    pub(super) before: Option<&'a SolvedPatches>,
     /// The counterpart after which holes are filled, found when it is first asked for.
     counterpart: LazyCounterpart<'a>,
 }
@@ -106,6 +109,7 @@ impl<'a> Regions<'a> {
             reference,
             outcomes,
             budget: BUDGET.get(),
+            before: None,
             counterpart: LazyCounterpart::new(found),
         };
         new.check_voxel()?;
@@ -122,6 +126,12 @@ impl<'a> Regions<'a> {
     /// The same regions with at most one level set for each, where others than level sets come next.
     pub(crate) fn without_retries(mut self) -> Self {
         self.budget = 0;
+        self
+    }
+
+    /// The same regions, of which those that were solved before in the same run are not solved again.
+    pub(crate) fn after(mut self, before: &'a SolvedPatches) -> Self {
+        self.before = Some(before);
         self
     }
 

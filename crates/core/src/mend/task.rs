@@ -9,6 +9,7 @@ use super::coarse_rims::CoarseRims;
 use super::control::{Control, Watch};
 use super::framed::Framed;
 use super::reach::ReachQuery;
+use super::solved_patches::{SolvedPatches, key};
 use super::sources::places;
 use super::{FillError, Inspection};
 use crate::fill::{BasePlane, Closure, FillParams, PlacedPart, RegionPatch, RegionProblem};
@@ -108,16 +109,17 @@ impl RegionTask {
 
     fn patch(&self, watch: &Watch) -> Result<RegionPatch, FillError> {
         self.check()?;
-        let patch = self.placed_patch(0, watch)?;
+        let patch = self.placed_patch(0, watch, None)?;
         watch.finish()?;
         Ok(patch)
     }
 
-    /// The patch of the region, which is at `place` in the watch's list.
+    /// The patch of the region, which is at `place` in the watch's list; one of the patches `before`, where it was solved in this run.
     pub(super) fn placed_patch(
         &self,
         place: usize,
         watch: &Watch,
+        before: Option<&SolvedPatches>,
     ) -> Result<RegionPatch, FillError> {
         let part = &self.part.mesh;
         let holes: Vec<&Hole> = self.holes.iter().collect();
@@ -125,9 +127,10 @@ impl RegionTask {
         let decided = decided.as_ref();
         let ids: Vec<HoleId> = self.holes.iter().map(|h| h.id).collect();
         watch.begin(&ids);
-        let mut patch = match self.with_coarse_rims(decided, watch)? {
+        let run = (watch, before);
+        let mut patch = match self.with_coarse_rims(decided, run)? {
             Some(patch) => patch,
-            None => self.on_part(decided, part, &self.holes, self.known.as_deref(), watch)?,
+            None => self.on_part(decided, part, &self.holes, self.known.as_deref(), run)?,
         };
         watch.end(place, &patch.report);
         for face in &mut patch.mesh.faces {
@@ -140,7 +143,7 @@ impl RegionTask {
     fn with_coarse_rims(
         &self,
         decided: Option<&Closure>,
-        watch: &Watch,
+        run: (&Watch, Option<&SolvedPatches>),
     ) -> Result<Option<RegionPatch>, FillError> {
         let part = &self.part.mesh;
         if !is_framed(decided) || self.params.edge_ratio.is_some() || self.counterparts.is_some() {
@@ -158,7 +161,7 @@ impl RegionTask {
             &coarse.mesh,
             &coarse.holes,
             known.as_deref(),
-            watch,
+            run,
         )?;
         Ok(match patch.is_cramped() {
             true => Some(patch),
@@ -173,7 +176,7 @@ impl RegionTask {
         part: &Mesh,
         holes: &[Hole],
         known: Option<&[bool]>,
-        watch: &Watch,
+        run: (&Watch, Option<&SolvedPatches>),
     ) -> Result<RegionPatch, FillError> {
         let in_frame = || Framed::new(part, holes, &self.params);
         let framed = is_framed(decided).then(in_frame).flatten();
@@ -194,27 +197,46 @@ impl RegionTask {
                 params: &self.params,
                 decided,
             };
-            return self.solved(&solved, watch);
+            return self.solved(&solved, run.0);
         };
+        self.in_frame(&framed, known, run)
+    }
+
+    /// The patch on a part of the mesh, solved in the region's own frame, unless it was solved before.
+    fn in_frame(
+        &self,
+        framed: &Framed,
+        known: Option<&[bool]>,
+        (watch, before): (&Watch, Option<&SolvedPatches>),
+    ) -> Result<RegionPatch, FillError> {
         let joined = framed.pairs(&self.joined);
         let known = known.map(|known| framed.by_face(known));
         let counterparts = self.counterparts.as_ref();
         let counterparts = counterparts.map(|parts| framed.counterparts(parts));
-        let patch = self.solved(
-            &Solved {
-                mesh: &framed.mesh,
-                topology: &framed.topology,
-                holes: &framed.holes,
-                joined: &joined,
-                known: known.as_deref(),
-                counterparts: counterparts.as_deref(),
-                centres: [DVec3::ZERO; 2],
-                params: &framed.params,
-                decided,
-            },
-            watch,
-        );
-        Ok(framed.returned(patch?))
+        let before = before.filter(|_| counterparts.is_none());
+        let limits = (self.growth, self.budget);
+        let before = before.map(|kept| (kept, key(framed, known.as_deref(), &joined, limits)));
+        if let Some(mut patch) = before.as_ref().and_then(|(kept, key)| kept.get(key)) {
+            patch.report.id = self.id;
+            patch.report.holes = framed.holes.iter().map(|h| h.id).collect();
+            return Ok(framed.returned(patch));
+        }
+        let solved = Solved {
+            mesh: &framed.mesh,
+            topology: &framed.topology,
+            holes: &framed.holes,
+            joined: &joined,
+            known: known.as_deref(),
+            counterparts: counterparts.as_deref(),
+            centres: [DVec3::ZERO; 2],
+            params: &framed.params,
+            decided: None,
+        };
+        let patch = self.solved(&solved, watch)?;
+        if let Some((kept, key)) = before.filter(|_| watch.keep_going()) {
+            kept.keep(key, &patch);
+        }
+        Ok(framed.returned(patch))
     }
 
     /// Computes the patch on some mesh, in its numbers and coordinates.

@@ -55,7 +55,7 @@ impl Run<'_> {
             }
             let mut params = self.filling(&found, made, which)?;
             let mut caps = caps::of_sheets(&found, sheets, &mut params)?;
-            let mut regions = found.regions(&params)?;
+            let mut regions = found.regions(&params)?.after(&self.solved);
             if self.compares || which == Filling::Made {
                 regions = regions.without_retries();
             }

@@ -49,7 +49,7 @@ use std::time::Instant;
 use glam::DMat4;
 
 use crate::check::{DefectKind, components, weld_length};
-use crate::mend::{Control, FillError, FillReport, HoleReport, Inspection, Watch};
+use crate::mend::{Control, FillError, FillReport, HoleReport, Inspection, SolvedPatches, Watch};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, Mesh, Origins};
 use crate::tuning::{Tunable, tunable};
@@ -147,6 +147,7 @@ pub fn repair(
             joins: false,
             cleaned_border: 0,
             compares: false,
+            solved: SolvedPatches::default(),
             apart: params.fill.apart,
             early: Vec::new(),
             asked: HashSet::new(),
@@ -189,6 +190,8 @@ struct Run<'a> {
     cleaned_border: usize,
     /// Whether several plans are compared: a fill that fails is one of many.
     compares: bool,
+    /// Patches of all fills of the repair.
+    solved: SolvedPatches,
     /// Whether each hole is closed by itself.
     apart: bool,
     /// Holes closed before the fill of the chosen ones.

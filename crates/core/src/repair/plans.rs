@@ -35,6 +35,11 @@ const LITTLE_LOST: Tunable<f64> = tunable("repair.little_lost", 2e-3);
 /// `DOUBTFUL_LOSS`: each further plan may take ten seconds.
 const SETTLED_FACES: Tunable<usize> = tunable("repair.settled_faces", 5000);
 
+/// Nodes of level sets, as [`SolvedPatches`](crate::mend::SolvedPatches) counts them. Once as many were solved and a plan left no
+/// fault, or twice as many, only the plan that cuts nothing out is tried: on parts with hundreds of holes and thousands of
+/// intersections six more plans took up to a minute, and none had the shape.
+const MUCH_SOLVED: Tunable<usize> = tunable("repair.much_solved", 2_000_000);
+
 /// Fraction of area or of volume. A plan that loses more is taken only if all others do.
 const DESTROYED: Tunable<f64> = tunable("repair.destroyed", 0.1);
 
@@ -192,6 +197,14 @@ impl Run<'_> {
             if plan == Plan::Relax && best.is_some_and(|q| !q.is_wrong) {
                 continue;
             }
+            let is_clean = |q: &Quality| q.faults.intersecting_or_not_manifold() == 0;
+            let enough = match best.is_some_and(is_clean) {
+                true => MUCH_SOLVED.get(),
+                false => 2 * MUCH_SOLVED.get(),
+            };
+            if self.solved.nodes() > enough && plan != Plan::Keep {
+                continue;
+            }
             let Some(quality) = self.attempt(plan, &mut search)? else {
                 continue;
             };
@@ -224,7 +237,8 @@ impl Run<'_> {
         let Some((_, state, plan)) = best.filter(|(q, ..)| q.destroys) else {
             return Ok(());
         };
-        if self.apart || !state.report.fill.joins_rims() {
+        let has_many = self.solved.nodes() > MUCH_SOLVED.get();
+        if self.apart || has_many || !state.report.fill.joins_rims() {
             return Ok(());
         }
         let plan = *plan;
@@ -247,7 +261,10 @@ impl Run<'_> {
         }
         let shape = self.shape(search)?;
         let quality = self.quality(&shape)?;
-        log::debug!("plan {plan:?}: {quality:?}");
+        log::debug!(
+            "plan {plan:?}, {} nodes solved: {quality:?}",
+            self.solved.nodes()
+        );
         self.report.doubt = shape.doubt();
         let best = search.best.as_ref();
         if best.is_none_or(|(known, ..)| quality < *known) {
