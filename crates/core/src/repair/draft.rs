@@ -69,7 +69,7 @@ impl Clone for Inspected {
 }
 
 /// The faults of a draft, most important first; drafts are compared lexicographically.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Faults {
     /// Input components with no face left.
     lost_components: usize,

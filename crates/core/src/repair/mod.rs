@@ -60,6 +60,7 @@ use draft::{Draft, Faults};
 use filling::Filling;
 use plans::State;
 use rounding::Rounding;
+use witness::Witness;
 
 pub use params::{RepairParams, RepairReport, RepairStep, SelfIntersectionPass};
 
@@ -147,6 +148,8 @@ pub fn repair(
             joins: false,
             cleaned_border: 0,
             compares: false,
+            witness: None,
+            bound: None,
             solved: SolvedPatches::default(),
             apart: params.fill.apart,
             early: Vec::new(),
@@ -190,6 +193,10 @@ struct Run<'a> {
     cleaned_border: usize,
     /// Whether several plans are compared: a fill that fails is one of many.
     compares: bool,
+    /// The solid that the input means, once it was needed.
+    witness: Option<Witness>,
+    /// Fraction of the input's area. The result of a plan that has lost more is not the best.
+    bound: Option<f64>,
     /// Patches of all fills of the repair.
     solved: SolvedPatches,
     /// Whether each hole is closed by itself.
@@ -309,8 +316,8 @@ impl Run<'_> {
     }
 
     /// Cuts intersecting faces out and fills the holes, in passes, until no patch intersects anything. Fills the chosen holes of the
-    /// input too, unless they are `filled`.
-    fn fill_and_cut(&mut self, filled: bool) -> Result<(), FillError> {
+    /// input too, unless they are `filled`. Returns false where so much is lost that the result cannot be the best.
+    fn fill_and_cut(&mut self, filled: bool) -> Result<bool, FillError> {
         let mut old = border(&*self.draft.inspect()?);
         let mut reopened = false;
         for pass in 0..PASSES.get() {
@@ -333,6 +340,9 @@ impl Run<'_> {
             }
             if let Some(before) = before {
                 self.keep_better(before)?;
+            }
+            if self.loses_too_much()? {
+                return Ok(false);
             }
             old = border(&*self.draft.inspect()?);
         }
@@ -358,7 +368,7 @@ impl Run<'_> {
         if self.params.does(RepairStep::Orientation) {
             self.report.reoriented_faces += orient::orient(&mut self.draft)?;
         }
-        Ok(())
+        Ok(true)
     }
 
     /// Replaces patches that intersect other faces: by rim triangles, after widening the hole, by an offset shell, or by leaving

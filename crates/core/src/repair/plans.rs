@@ -7,7 +7,7 @@ use super::bodies::Given;
 use super::draft::{Draft, Faults};
 use super::filling::Filling;
 use super::relax::RELAXED_FACES;
-use super::witness::{DOUBTFUL_DIFFERENCE, Shape, Witness};
+use super::witness::{DOUBTFUL_DIFFERENCE, DOUBTFUL_LOSS, Shape, Witness};
 use super::{Carried, RepairReport, RepairStep, Run, border, dangling, orient, relax, sheets};
 use crate::mend::{FillError, HoleReport};
 use crate::spatial::intersecting_pairs;
@@ -42,6 +42,9 @@ const MUCH_SOLVED: Tunable<usize> = tunable("repair.much_solved", 2_000_000);
 
 /// Fraction of area or of volume. A plan that loses more is taken only if all others do.
 const DESTROYED: Tunable<f64> = tunable("repair.destroyed", 0.1);
+
+/// A plan is given up where it has lost as many times what the best one lost.
+const RETURNED: Tunable<f64> = tunable("repair.returned", 2.0);
 
 /// An order of steps after the mesh is cleaned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,6 +120,18 @@ impl Quality {
         is_clean && !self.has_another_solid()
     }
 
+    /// Fraction of the input's area. The result of a plan that has lost more after a pass is not better; none where it may be.
+    fn bound(&self) -> Option<f64> {
+        let least = match (self.is_wrong, self.destroys) {
+            (_, true) => DESTROYED.get(),
+            (true, _) => DOUBTFUL_LOSS.get(),
+            _ => 0.0,
+        };
+        // Later passes may bring the surface back to where faces were cut out.
+        let is_clean = self.faults == Faults::default();
+        is_clean.then(|| RETURNED.get() * self.lost.max(least))
+    }
+
     /// Whether the solid is doubtful.
     fn has_another_solid(&self) -> bool {
         self.differs > DOUBTFUL_DIFFERENCE.get()
@@ -130,8 +145,6 @@ struct Search<'a> {
     given: Option<Given>,
     carried: &'a Carried<'a>,
     intersects: bool,
-    /// The solid that the input means, once it was needed.
-    witness: Option<Witness>,
     /// The best result with its plan.
     best: Option<(Quality, State, Plan)>,
 }
@@ -185,7 +198,6 @@ impl Run<'_> {
             given,
             carried,
             intersects,
-            witness: None,
             best: None,
         };
         for &plan in plans {
@@ -252,12 +264,14 @@ impl Run<'_> {
     /// end.
     fn attempt(&mut self, plan: Plan, search: &mut Search) -> Result<Option<Quality>, FillError> {
         self.restore(search.cleaned.clone());
+        let best = search.best.as_ref();
+        self.bound = best.and_then(|(quality, ..)| quality.bound());
         if !self.follow(plan, search.given.as_ref(), search.carried)? {
             return Ok(None);
         }
         // The solid of closed bodies is decided everywhere.
         if let Some(meant) = self.meant.take() {
-            search.witness = Some(self.witness(&meant)?);
+            self.witness = Some(self.new_witness(&meant)?);
         }
         let shape = self.shape(search)?;
         let quality = self.quality(&shape)?;
@@ -338,7 +352,7 @@ impl Run<'_> {
         if unites {
             self.separate()?;
             self.drop_components()?;
-            self.fill_and_cut(false)?;
+            return self.fill_and_cut(false);
         }
         Ok(unites)
     }
@@ -364,8 +378,7 @@ impl Run<'_> {
         let old = border(&*self.draft.inspect()?);
         self.fill(&old, Filling::Chosen)?;
         relax::relax(&mut self.draft, &mut self.report)?;
-        self.fill_and_cut(true)?;
-        Ok(true)
+        self.fill_and_cut(true)
     }
 
     /// Fills holes, unites bodies, and cuts what intersects still.
@@ -401,8 +414,7 @@ impl Run<'_> {
         if plan == Plan::Unite && !self.draft.self_intersections()?.is_empty() {
             return Ok(false);
         }
-        self.fill_and_cut(matches!(plan, Plan::FillThenCut | Plan::FillThenClean))?;
-        Ok(true)
+        self.fill_and_cut(matches!(plan, Plan::FillThenCut | Plan::FillThenClean))
     }
 
     /// Whether each union that was tried left many intersecting faces: cutting these out would leave little of the mesh.
@@ -430,7 +442,7 @@ impl Run<'_> {
     }
 
     /// The shape of the present state: the input's where nothing intersected, no face is gone, and each hole was closed by itself.
-    fn shape(&self, search: &mut Search) -> Result<Shape, FillError> {
+    fn shape(&mut self, search: &Search) -> Result<Shape, FillError> {
         let faces = self.input.faces.len();
         let cleaned = &search.cleaned.draft;
         let is_whole = || cleaned.origins.living(faces) == self.draft.origins.living(faces);
@@ -438,15 +450,25 @@ impl Run<'_> {
         if !search.intersects && is_whole() && closes_apart() {
             return Ok(Shape::whole());
         }
-        let witness = match &mut search.witness {
+        let witness = match self.witness.take() {
             Some(witness) => witness,
-            unmade => unmade.insert(self.witness(cleaned)?),
+            None => self.new_witness(cleaned)?,
         };
-        witness.shape(&self.draft, &self.asked)
+        let shape = witness.shape(&self.draft, &self.asked);
+        self.witness = Some(witness);
+        shape
+    }
+
+    /// Whether the present plan has lost so much of the input that its result cannot be the best.
+    pub(super) fn loses_too_much(&self) -> Result<bool, FillError> {
+        let (Some(bound), Some(witness)) = (self.bound, &self.witness) else {
+            return Ok(false);
+        };
+        Ok(witness.lost_share(&self.draft, &self.asked)? > bound)
     }
 
     /// The witness of a cleaned draft.
-    fn witness(&self, cleaned: &Draft) -> Result<Witness, FillError> {
+    fn new_witness(&self, cleaned: &Draft) -> Result<Witness, FillError> {
         let turns = self.params.does(RepairStep::Orientation);
         Witness::new(cleaned, self.input, turns)
     }

@@ -23,7 +23,7 @@ use crate::tuning::{Tunable, tunable};
 pub(super) const BEFORE: Tunable<f64> = tunable("repair.before", 1e-2);
 
 /// Fraction of the input's area. If more is cut out, beside faces inside other bodies, the shape of the result is doubtful.
-const DOUBTFUL_LOSS: Tunable<f64> = tunable("repair.doubtful_loss", 0.02);
+pub(super) const DOUBTFUL_LOSS: Tunable<f64> = tunable("repair.doubtful_loss", 0.02);
 
 /// Fraction of the volume of the input's and the result's solids together. If more belongs to only one of them, the shape
 /// of the result is doubtful.
@@ -187,6 +187,13 @@ impl Witness {
             agreement,
             differs_at,
         })
+    }
+
+    /// The fraction of the input's outer area that a draft lost.
+    pub(super) fn lost_share(&self, draft: &Draft, asked: &HashSet<u32>) -> Result<f64, FillError> {
+        let found = draft.inspect()?;
+        let result = Solid::new(&draft.mesh, found.topology.faces(), self.solid.turns);
+        Ok(self.lost(draft, &result, asked).0)
     }
 
     /// The fraction of the input's outer area that has no face left and is not near the result's surface, and the area-weighted centre
