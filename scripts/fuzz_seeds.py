@@ -387,12 +387,42 @@ def streams():
     return [*points, bytes([1, 0, 9]) + triangles, bytes([1, 1, 9]) + triangles, bytes([2, 1, 1]) + b"\xd1" + bytes(3) + bytes(4), bytes([2, 0, 2]) + indices]
 
 
+# A mesh of 30 triangles in streams of KHR_draco_mesh_compression, encoded by draco3d 1.5.7: sequential connectivity, Edgebreaker with its
+# standard traversal and by valences, and with normals and texture coordinates that have seams.
+SEQUENTIAL = (
+    "RFJBQ08CAgEAAAAeGQEAAQIAAgMDAgQDBAUFBAYFBgcHBggHCAkBCgsBCwICCwwCDAQGDQ4GDggKDxAKEAsLEBELEQwMERIMEg0NEhMNEw4PFBUPFRAQFRYQ"
+    "FhERFhcRFxISFxgSGBMBAQAJAwAAAgABAQED/wfBEgORAv//D2kDtQH//xvc3Nz//xe1AbUB/4tpA2kDWQ933Nz//yPc//8X3APc3P//D9zctQH/B9wiyIA0"
+    "gvjbuc1s85Lvc9XlSCsAyPRRRvG7RxDHpckN+1EhcQAAAAD/AwAAAAAAAAAAAAAAAAAAAABwQQo="
+)
+STANDARD = (
+    "RFJBQ08CAgEBAAAAGR4AHgUBHRABCu/TPV2frmlVnyr/AREB/wAAAQAJAwAAAgEBAQEE/wf1IkUEaQP//xO1Ady1Af//D9wDaQMD3P//C5ECB9z/j9y1Af//"
+    "l9z//yPc//8b3APc3P8DtQEcEhpMK4bbHn7JWsLV7lQC16XFP+HL0I8iNcxvswAAAAD/AwAAAAAAAAAAAAAAAAAAAABwQQo="
+)
+VALENCE = (
+    "RFJBQ08CAgEBAAAAGR4AHgUBHRABCu/TPV2frmlVnyr/AREB/wABAQAJAwAAAgEBAQEH/wf1IkEEaQP//xO1Ady1Af//D9wDkQID3P//C5ECA9zc/4/ctQH/"
+    "/5fc//8j3P//G9wD3Nz/A7UBHSTWVCYNzQdWK7TwfKRU80HzJDd8NvYBY+T04R+BAAAAAP8DAAAAAAAAAAAAAAAAAAAAAHBBCg=="
+)
+SEAMS = (
+    "RFJBQ08CAgEBAAAAGR4CHgUBHRABCu/TPV2frmlVnyr/AREPBLV9coDqBBhe2oYD/wABAAEAAQEAAQAJAwAAAgEBCQMAAQMBAwkCAAICBAEBAQf/B/UikQLc"
+    "/wPc/wfctQG1AbUB//8P3NyRArUB3P//C9wH3P+HtQHctQFpA////////+vc/wO1AR1BJkN5rKi0ACN0G9sYejiy8BaKpYbBpTSuLcrPvBDABADe8IEM1QNk"
+    "II4AAAAAAAD/AwAAAAAAAAAAAAAAAAAAAABwQQoGAwEBBf8BZSAdAUEP////60EPJLQPPAxfG0bsZhKEKdkQ004fARPv9CRp63pPPD7yl1rPbcj4X/8AAAB/"
+    "AAAA/wKbRggFAQEACwslAkUEA4kI3R3NDEUEJQILg0frsSqOdpfIH4EBAggQYHsyDOPKgK8vDmhHp+N8E0fGWt98j9MfwP9/k+cyQL3TH3f9BTAAKwAOqDtY"
+    "zIdoAxoAAAAKA/wuhAAAAAD/AwAAAAAAAAAAAAAAAABACg=="
+)
+
+
+def draco():
+    """Streams of KHR_draco_mesh_compression, each behind a byte that chooses the attributes."""
+    plain = [b"\0" + base64.b64decode(stream) for stream in (SEQUENTIAL, STANDARD, VALENCE)]
+    return [*plain, b"\3" + base64.b64decode(SEAMS)]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "fuzz/corpus")
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
     arguments = parser.parse_args()
-    seeds = {name: [] for name in "obj ply stl gltf meshopt vtk vtk_xml off threemf rewrite fill work mask toml".split()}
+    seeds = {name: [] for name in "obj ply stl gltf meshopt draco vtk vtk_xml off threemf rewrite fill work mask toml".split()}
     target_of = {"glb": "gltf", "3mf": "threemf", "vtp": "vtk_xml", "vti": "vtk_xml"}
     with tempfile.TemporaryDirectory() as folder:
         meshes, volumes = files(arguments.isomend.resolve(), Path(folder))
@@ -401,6 +431,7 @@ def main():
     seeds["rewrite"] = [data for _, data in meshes]
     seeds["threemf"] += [MODEL.encode()]
     seeds["meshopt"] = streams()
+    seeds["draco"] = draco()
     seeds["toml"] = [text.encode() for text in OPTIONS]
     chance = random.Random(1)
     for name in ("fill", "work", "mask"):

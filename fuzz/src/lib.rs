@@ -2,6 +2,7 @@
 //! not keep what it promises. `docs/fuzzing.md` says how to run them.
 
 mod cli;
+mod draco;
 mod files;
 mod fill;
 mod mask;
@@ -10,6 +11,7 @@ mod options;
 mod shapes;
 mod work;
 
+pub use draco::draco;
 pub use files::{gltf, obj, off, ply, rewrite, stl, threemf, vtk, vtk_xml};
 pub use fill::{as_obj, fill};
 pub use mask::mask;
@@ -21,12 +23,13 @@ pub use work::work;
 pub type Target = fn(&[u8]);
 
 /// The functions by the names of their targets.
-pub const TARGETS: [(&str, Target); 14] = [
+pub const TARGETS: [(&str, Target); 15] = [
     ("obj", obj),
     ("ply", ply),
     ("stl", stl),
     ("gltf", gltf),
     ("meshopt", meshopt),
+    ("draco", draco),
     ("vtk", vtk),
     ("vtk_xml", vtk_xml),
     ("off", off),
