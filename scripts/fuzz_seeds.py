@@ -18,7 +18,7 @@ from math import cos, pi, sin
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-FORMATS = ["ply", "obj", "stl", "gltf", "glb", "vtk", "vtp", "off", "3mf"]
+FORMATS = ["ply", "obj", "stl", "gltf", "glb", "vtk", "vtp", "off", "3mf", "usda", "usdz"]
 TEXT = ["ply", "stl", "vtk"]
 
 
@@ -422,8 +422,8 @@ def main():
     parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "fuzz/corpus")
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
     arguments = parser.parse_args()
-    seeds = {name: [] for name in "obj ply stl gltf meshopt draco vtk vtk_xml off threemf rewrite fill work mask toml".split()}
-    target_of = {"glb": "gltf", "3mf": "threemf", "vtp": "vtk_xml", "vti": "vtk_xml"}
+    seeds = {name: [] for name in "obj ply stl gltf meshopt draco vtk vtk_xml off threemf usd rewrite fill work mask toml".split()}
+    target_of = {"glb": "gltf", "3mf": "threemf", "usda": "usd", "usdz": "usd", "vtp": "vtk_xml", "vti": "vtk_xml"}
     with tempfile.TemporaryDirectory() as folder:
         meshes, volumes = files(arguments.isomend.resolve(), Path(folder))
     for suffix, data in meshes + volumes:

@@ -12,7 +12,7 @@ mod shapes;
 mod work;
 
 pub use draco::draco;
-pub use files::{gltf, obj, off, ply, rewrite, stl, threemf, vtk, vtk_xml};
+pub use files::{gltf, obj, off, ply, rewrite, stl, threemf, usd, vtk, vtk_xml};
 pub use fill::{as_obj, fill};
 pub use mask::mask;
 pub use meshopt::meshopt;
@@ -23,7 +23,7 @@ pub use work::work;
 pub type Target = fn(&[u8]);
 
 /// The functions by the names of their targets.
-pub const TARGETS: [(&str, Target); 15] = [
+pub const TARGETS: [(&str, Target); 16] = [
     ("obj", obj),
     ("ply", ply),
     ("stl", stl),
@@ -34,6 +34,7 @@ pub const TARGETS: [(&str, Target); 15] = [
     ("vtk_xml", vtk_xml),
     ("off", off),
     ("threemf", threemf),
+    ("usd", usd),
     ("rewrite", rewrite),
     ("fill", fill),
     ("work", work),
