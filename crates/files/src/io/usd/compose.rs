@@ -42,12 +42,12 @@ impl Prim {
             .unwrap_or_default()
     }
 
-    /// Whether the prim belongs to the stage: it is defined and active.
+    /// Whether the prim belongs to the stage: it is active, and defined rather than a class to inherit from.
     pub(super) fn is_there(&self) -> bool {
         let mut specs = self.opinions.iter().map(|opinion| &opinion.spec);
-        let is_class = specs.clone().any(|spec| spec.specifier == "class");
         let active = specs.clone().find_map(|spec| spec.number("active"));
-        specs.any(|spec| spec.specifier == "def") && !is_class && active != Some(0.0)
+        let strongest = specs.find(|spec| ["def", "class"].contains(&&spec.specifier[..]));
+        strongest.is_some_and(|spec| spec.specifier == "def") && active != Some(0.0)
     }
 
     /// Metadata of the strongest layer that has it.

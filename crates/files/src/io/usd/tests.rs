@@ -417,6 +417,13 @@ fn faults_are_named_with_their_places() {
 }
 
 #[test]
+fn classes_are_read_where_they_are_inherited_only() {
+    let text = square("", "").replace("def Xform", "class Xform")
+        + "def \"I\" (inherits = </P>) { }\ndef \"Off\" (\nactive = false\ninherits = </P>) { }\n";
+    assert_eq!(read(&text).mesh.faces.len(), 2);
+}
+
+#[test]
 fn references_in_a_circle_end() {
     let text = square("", "").replace("def Xform \"P\" {", "def Xform \"P\" (references = </P>) {");
     assert_eq!(read(&text).mesh.faces.len(), 2);
