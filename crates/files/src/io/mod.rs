@@ -194,7 +194,7 @@ pub fn no_side_files(name: &str, _: u64) -> Result<Vec<u8>, IoError> {
 /// Reads a mesh from the bytes of a file of a known format.
 ///
 /// `resolve` loads what the file refers to by name: the buffers of a glTF file; the material files and the first bytes
-/// of the images of an OBJ file; the layers of a USD stage. Those of OBJ and USD may be missing.
+/// of the images of an OBJ file; the layers of a USD stage. The files of OBJ and USD may be missing.
 ///
 /// # Errors
 /// When the bytes are damaged, hold no faces, or hold only degenerate ones.

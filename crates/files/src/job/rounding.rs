@@ -1,29 +1,9 @@
 //! A remark on new faces that rounding to the format's floats leaves without area.
 
-use glam::{DMat4, DVec3};
+use glam::DVec3;
 
-use super::output::Output;
-use crate::io::{FileDocument, Format, Loaded};
 use isomend_core::check::is_flat;
 use isomend_core::mesh::{Mesh, number, significant};
-
-impl Output {
-    /// The transform from the file's coordinates to the mesh's, if the file stores 32-bit floats; else `None`.
-    pub(super) fn stored(&self, input: &Loaded) -> Option<DMat4> {
-        match self.format {
-            Format::Gltf | Format::Glb => {
-                Some(match input.document.as_ref().and_then(FileDocument::gltf) {
-                    Some(document) => document.largest_transform(),
-                    None => DMat4::IDENTITY,
-                })
-            }
-            Format::Stl if !self.ascii => Some(DMat4::IDENTITY),
-            Format::Usda | Format::Usdz => Some(DMat4::IDENTITY),
-            Format::Obj | Format::Off | Format::ThreeMf => None,
-            _ => input.f32_exact.then_some(DMat4::IDENTITY),
-        }
-    }
-}
 
 /// A remark on the faces after the first `kept` that have an area in full precision, but none in the positions that are written;
 /// none if there are no such faces. `full` gives the position of a vertex in full precision.

@@ -26,6 +26,9 @@ pub(super) struct Opinion {
     home: Rc<LayerFile>,
 }
 
+/// A prim that a reference leads to, and its layer.
+type Target = (Rc<PrimSpec>, Rc<LayerFile>);
+
 /// A prim of the stage: what the layers say of it, the strongest first.
 pub(super) struct Prim {
     pub(super) name: String,
@@ -95,6 +98,7 @@ impl Prim {
             }
             found.interpolation = found.interpolation.or_else(|| weaker.interpolation.clone());
             found.element_size = found.element_size.or(weaker.element_size);
+            found.unauthored = found.unauthored.or(weaker.unauthored);
         }
         Some(found)
     }
@@ -247,11 +251,7 @@ impl<'a> Layers<'a> {
     }
 
     /// The prim that a reference leads to; `None` if it is not there.
-    fn target(
-        &mut self,
-        home: &Rc<LayerFile>,
-        arc: &Arc,
-    ) -> Result<Option<(Rc<PrimSpec>, Rc<LayerFile>)>, IoError> {
+    fn target(&mut self, home: &Rc<LayerFile>, arc: &Arc) -> Result<Option<Target>, IoError> {
         let file = match arc.asset.is_empty() {
             true => Rc::clone(home),
             false => match self.layer(home, &arc.asset)? {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::compose::{Layers, Prim};
-use super::scene::Scene;
+use super::stage::Scene;
 use isomend_core::mesh::{Unit, significant};
 
 /// Relative difference of a unit of length to a known one.

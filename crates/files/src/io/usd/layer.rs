@@ -44,6 +44,8 @@ pub(super) struct Property {
     pub(super) interpolation: Option<String>,
     /// The number of elements for each item.
     pub(super) element_size: Option<f64>,
+    /// The place of a value that stands for none (`unauthoredValuesIndex`).
+    pub(super) unauthored: Option<f64>,
     /// The paths that a relationship refers to.
     pub(super) targets: Vec<String>,
 }

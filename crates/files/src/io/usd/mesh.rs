@@ -1,36 +1,14 @@
 //! Reads a mesh of a USD stage: points, faces with their orientation, and subsets of faces.
 
-use std::ops::Range;
-
 use glam::{DMat4, DVec3};
 
 use super::super::{IoError, Location};
-use super::attributes::{Primvar, primvars};
 use super::compose::{Layers, Prim};
-use super::scene::Scene;
+use super::primvar::primvars;
+use super::stage::{Scene, StageMesh, Subset};
 
 /// Most vertices, and most corners of faces, of a stage.
 const MOST: usize = 1 << 28;
-
-/// A mesh of the stage.
-pub(super) struct StageMesh {
-    pub(super) name: String,
-    pub(super) transform: DMat4,
-    /// Its vertices in the whole mesh.
-    pub(super) vertices: Range<usize>,
-    pub(super) primvars: Vec<Primvar>,
-    /// The material of faces that no subset has.
-    pub(super) material: Option<String>,
-    pub(super) subsets: Vec<Subset>,
-}
-
-/// A subset of the faces of a mesh.
-pub(super) struct Subset {
-    /// Its material, or its own name if it has none.
-    pub(super) name: String,
-    pub(super) is_material: bool,
-    pub(super) faces: Vec<f64>,
-}
 
 /// The name of the material that a prim is bound to.
 pub(super) fn material(prim: &Prim) -> Option<String> {
@@ -44,6 +22,18 @@ pub(super) fn material(prim: &Prim) -> Option<String> {
         .find_map(|name| prim.property(name)?.targets.into_iter().next())?;
     let name = target.rsplit('/').next().unwrap_or_default();
     (!name.is_empty()).then(|| name.to_owned())
+}
+
+/// The sorted numbers of the faces that are holes of a subdivision surface.
+fn holes(prim: &Prim) -> Vec<u64> {
+    let holes = prim.value("holeIndices");
+    let mut holes: Vec<u64> = holes
+        .iter()
+        .flat_map(|holes| holes.numbers())
+        .map(|face| *face as u64)
+        .collect();
+    holes.sort_unstable();
+    holes
 }
 
 impl Scene {
@@ -61,10 +51,7 @@ impl Scene {
             prim.value("faceVertexCounts"),
             prim.value("faceVertexIndices"),
         ) else {
-            *self
-                .skipped
-                .entry("meshes without points or faces")
-                .or_default() += 1;
+            self.skip("meshes without points or faces", 1);
             return Ok(());
         };
         let points = points.numbers().as_chunks::<3>().0;
@@ -76,53 +63,39 @@ impl Scene {
             );
             return Err(self.fault(layers, what));
         }
-        let is_plain = transform == DMat4::IDENTITY;
-        self.surface.positions.extend(points.iter().map(|point| {
-            let point = DVec3::from_array(*point);
-            if is_plain {
-                point
-            } else {
-                transform.transform_point3(point)
+        let points = points.iter().copied().map(DVec3::from_array);
+        match transform == DMat4::IDENTITY {
+            true => self.surface.positions.extend(points.clone()),
+            false => {
+                let points = points
+                    .clone()
+                    .map(|point| transform.transform_point3(point));
+                self.surface.positions.extend(points);
             }
-        }));
+        }
         let is_left = prim.word("orientation").as_deref() == Some("leftHanded");
         let turned = is_left != (transform.determinant() < 0.0);
-        let holes = prim.value("holeIndices");
-        let mut holes: Vec<u64> = holes
-            .iter()
-            .flat_map(|holes| holes.numbers())
-            .map(|face| *face as u64)
-            .collect();
-        holes.sort_unstable();
         let faces = Faces {
             name: &name,
             counts: counts.numbers(),
             indices: indices.numbers(),
             vertices: points.len(),
             turned,
-            holes,
+            holes: holes(prim),
         };
         self.add_faces(&faces, start, layers)?;
         let explicit = prim.word("subdivisionScheme");
         if explicit.is_some_and(|scheme| scheme != "none") {
-            *self
-                .skipped
-                .entry("subdivision of meshes, which are read as their control meshes")
-                .or_default() += 1;
+            self.skip(
+                "subdivision of meshes, which are read as their control meshes",
+                1,
+            );
         }
         if prim.property("skel:skeleton").is_some() {
-            *self
-                .skipped
-                .entry("skeletons of meshes, which are in their bind pose")
-                .or_default() += 1;
+            self.skip("skeletons of meshes, which are in their bind pose", 1);
         }
         let (primvars, unread) = primvars(prim);
-        if unread > 0 {
-            *self
-                .skipped
-                .entry("values of vertices or faces that cannot be read")
-                .or_default() += unread;
-        }
+        self.skip("values of vertices or faces that cannot be read", unread);
         let subsets = self.subsets(prim, layers)?;
         let vertices = start..self.surface.positions.len();
         self.meshes.push(StageMesh {
@@ -158,14 +131,11 @@ impl Scene {
             let range = at..end;
             at = end;
             if faces.holes.binary_search(&(face as u64)).is_ok() {
-                *self.skipped.entry("faces that are holes").or_default() += 1;
+                self.skip("faces that are holes", 1);
                 continue;
             }
             if corners.len() < 3 {
-                *self
-                    .skipped
-                    .entry("faces of one or two corners")
-                    .or_default() += 1;
+                self.skip("faces of one or two corners", 1);
                 continue;
             }
             own.clear();

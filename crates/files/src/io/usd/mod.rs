@@ -8,10 +8,14 @@ mod attributes;
 mod binary;
 mod compose;
 mod document;
+#[cfg(test)]
+mod fault_tests;
 mod layer;
 mod mesh;
 mod package;
+mod primvar;
 mod scene;
+mod stage;
 #[cfg(test)]
 mod tests;
 mod text;

@@ -25,7 +25,7 @@ pub(super) struct Package {
     pub(super) others: usize,
 }
 
-/// Whether a name is that of a layer.
+/// Whether a file of this name is a layer.
 fn is_layer(name: &str) -> bool {
     let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
     ["usd", "usda", "usdc"]

@@ -9,28 +9,13 @@ use super::super::text::Distinct;
 use super::super::{IoError, Loaded};
 use super::attributes;
 use super::compose::{Layers, Prim};
-use super::mesh::{self, StageMesh};
-use super::transforms;
+use super::stage::Scene;
+use super::{mesh, transforms};
 
 /// Most prims inside each other.
 const DEEPEST: usize = 256;
 /// Estimated memory in bytes of a prim.
 const PRIM: usize = 256;
-
-/// The meshes of a stage.
-pub(super) struct Scene {
-    pub(super) surface: MeshBuilder,
-    pub(super) meshes: Vec<StageMesh>,
-    /// For each face, the mesh and the face of it.
-    pub(super) faces: Vec<(u32, u32)>,
-    /// For each corner of these faces, the corner of the mesh.
-    pub(super) corners: Vec<u32>,
-    /// Counts of what is skipped, by what it is.
-    pub(super) skipped: BTreeMap<&'static str, usize>,
-    /// Counts of what is not written back, by what it is.
-    others: BTreeMap<&'static str, usize>,
-    names: Distinct,
-}
 
 /// A prim whose children are still to be visited.
 struct Visit {
@@ -65,7 +50,7 @@ pub(super) fn read(root: &Prim, layers: &mut Layers<'_>) -> Result<Scene, IoErro
             continue;
         };
         if own.depth >= DEEPEST {
-            scene.skip("prims that are too deep inside each other");
+            scene.skip("prims that are too deep inside each other", 1);
             continue;
         }
         let below = layers
@@ -84,10 +69,6 @@ pub(super) fn read(root: &Prim, layers: &mut Layers<'_>) -> Result<Scene, IoErro
 }
 
 impl Scene {
-    fn skip(&mut self, what: &'static str) {
-        *self.skipped.entry(what).or_default() += 1;
-    }
-
     /// Visits a prim; returns it with its own transform and material if its children are to be visited.
     fn visit(
         &mut self,
@@ -105,12 +86,12 @@ impl Scene {
                 return Ok(None);
             }
             "PointInstancer" => {
-                self.skip("instances of point instancers");
+                self.skip("instances of point instancers", 1);
                 return Ok(None);
             }
             "Cube" | "Sphere" | "Cylinder" | "Cone" | "Capsule" | "Plane" | "BasisCurves"
             | "NurbsCurves" | "NurbsPatch" | "Points" | "TetMesh" | "HermiteCurves" | "Volume" => {
-                self.skip("shapes other than meshes")
+                self.skip("shapes other than meshes", 1)
             }
             "Camera" => *self.others.entry("cameras").or_default() += 1,
             kind if kind.ends_with("Light") => *self.others.entry("lights").or_default() += 1,
@@ -123,17 +104,17 @@ impl Scene {
             _ => {}
         }
         if prim.word("visibility").as_deref() == Some("invisible") {
-            self.skip("invisible prims");
+            self.skip("invisible prims", 1);
             return Ok(None);
         }
         if matches!(prim.word("purpose").as_deref(), Some("guide" | "proxy")) {
-            self.skip("prims for guidance or as proxies");
+            self.skip("prims for guidance or as proxies", 1);
             return Ok(None);
         }
         match transforms::local(prim) {
             Some((own, true)) => visit.transform = own,
             Some((own, false)) => visit.transform *= own,
-            None => self.skip("transforms that cannot be read, taken as none"),
+            None => self.skip("transforms that cannot be read, taken as none", 1),
         }
         if let Some(material) = mesh::material(prim) {
             visit.material = Some(material);
@@ -144,16 +125,6 @@ impl Scene {
             self.mesh(prim, (name, material), transform, layers)?;
         }
         Ok(Some(visit))
-    }
-
-    /// What is not written back, with counts.
-    pub(super) fn rest(&self) -> Vec<String> {
-        let others = self.others.iter().filter(|(_, count)| **count > 0);
-        let mut all: Vec<String> = others
-            .map(|(what, count)| format!("{what}: {count}"))
-            .collect();
-        all.sort_unstable();
-        all
     }
 
     /// Checks and triangulates the meshes, and gathers their attributes.

@@ -76,23 +76,23 @@ def Xform "W" # the world
 /// The same stage, as OpenUSD wrote it in its binary format.
 const BINARY: &str = "UFhSLVVTREMACAAAAAAAALEKAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAPyp8dJNYlA/AQAAAAAAAAAFAAAABAAAAAAAAAALAAAADAAAAA0AAAAOAAAAIAEAAAAAAAAAAAAAAAIAAAAAAAAAAAAAAAAAAAAAAPA/AAAAAAAAAAACAAAAAAAAABAAAAARAAAAAQAAAAAAAAATAAAAAQAAAAAAAAAVAAAAIAEAAAAAAAAAAQAAAAEAAAAAAAAAAQAAAAIAAAACAAAAAAAAABgAAAAaAAAAAQAAAAAAAAAdAAAAAwAAAAAAAAAgAAAAIQAAACIAAAABAAAAAAAAACMAAAADAAAAAAAAACUAAAARAAAAJgAAAAEAAAAAAAAAJwAAAAkAAAAAAAAAIAAAACEAAAAiAAAAKAAAACkAAAAqAAAAKwAAACwAAAAtAAAAAQAAAAAAAAAuAAAAIAEAAAAAAAAAMAAAAAQAAAAAAAAAMgAAADMAAAA0AAAANQAAAAEAAAAAAAAAAwAAAAgAAAAAAAAABAAAAAQAAAAEAAAABAAAAAQAAAAEAAAABAAAAAQAAAADAAAAAAAAAAAAAAABAAAAAgAAACAAAAAAAAAAFgAAAAAAAAAAYgEAAABFRAEANQAC/gIAUP4C/gL+BAAAAAAAAAAAAAAAAQAAAAIAAAADAAAAAwEAAAAAAAAABQAAAAAAAwAAAAAAAAAAAEhCAAAAAAAAAAAAAExCAAAAAAAAAAAAAEhCAACAPwAAAAAAAAAAAwAAAAAAAAAAAExCAAAAAAAAAAAAAFBCAAAAAAAAAAAAAExCAACAPwAAAAAAAAAAEgAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAACAPwAAAAAAAIA/AAAAAAAAAAAAAIA/AACAPwAAAAAAAABAAAAAAAAAAAAAAABAAACAPwAAAAAAAEBAAAAAAAAAAAAAAEBAAACAPwAAAAAAAIBAAAAAAAAAAAAAAIBAAACAPwAAAAAAAKBAAAAAAAAAAAAAAKBAAACAPwAAAAAAAMBAAAAAAAAAAAAAAMBAAACAPwAAAAAAAOBAAAAAAAAAAAAAAOBAAACAPwAAAAAAAABBAAAAAAAAAAAAAABBAACAPwAAAAAIAAAAAAAAAAAAAAAAAAA/AACAPgAAAD4AAAA/AACAPgAAgD4AAAA/AACAPgAAwD4AAAA/AACAPgAAAD8AAAA/AACAPgAAID8AAAA/AACAPgAAQD8AAAA/AACAPgAAYD8AAAA/AACAPgQAAAAAAAAAAAAAAAAAAAAAAIA/AAAAAAAAgD8AAIA/AAAAAAAAgD8gAAAAAAAAABIAAAAAAAAAAFMBAAAAAQEAgAD9/f39/f39EgAAAAAAAAB0AgAAAAAAAD8AAEA/FQAAAAAAAAAA8AMBAAAAEREREQEA//////////8SAAAAAAAAAGkSAAAAAAAAAADwAAEAAABBEARBAAD+/v7+/gABAAAAAAAAABAAAAAAAAAAAgAAAAAAAAAlAAAAJgAAACAAAAAAAAAAAgAAAAAAAAAAAAAAAADwPwAAAAAAAABAsAQAAAAAMAAIAAAAAAAAAAIAAAAAAAAAAAAFAAAAF0AAAAkAAAAXQEoAAAAAAAAA5gIAAAAAAABDAgAAAAAAAAD0bjstKQAAWgB1cEF4aXMAbWV0ZXJzUGVyVW5pdABXAHByaW1DaGlsZHJlbgBkZWZhdWx0UHJpbQBzcGVjaWZpZXIAWGZvcm0AdHlwZU5hbWUAWABMb29rcwBDb3B5AFYAcmVmZXJlbmNlcwB4Zm9ybU9wOnRyYW5zbGF0ZTpjFAD1H09yZGVyAHByb3BlcnRpZXMAUmVkAE1hdGVyaWFsAHNoYXBlAHZhcmlhbnRTZXSRAAYTAHZOYW1lcwBhJQCUbGVjdGlvbgBiEwAFNQARe08AVD19AFRhDAD6DWF9AE1lc2gAcG9pbnRzAGZhY2VWZXJ0ZXhDb3URAEBJbmRpzAAkVGI8ACRifcUABtkABRIA8RByb3RhdGVaAFN0cmlwAHN1YmRpdmlzaW9uU2NoZW1lXwHwAXZhcnM6ZGlzcGxheUNvbG8IAQMWAEd3aG9sJQA4dGFiDwAmc3RAAENzdDppmwD1AGhhbGYAR2VvbVN1YnNldEcBEEIhAJFuZ0FQSQBhcGmBAPAAYXMAZWxlbWVudFR5cGUAIQAA3QBgZmFtaWx5UwEjAG2EASA6Yh0AZG5nAHRva3kBYWJpbGl0eS4BBBsCZQBpbnRbXTYAAHMAwgB0YXJnZXRQYXRoc2EBYDNmW10AY+oAAQoAMXVuaUICkWludGVycG9sYbgBAX0BQG9yZDItAAGRAbBhcnlpbmcAZmxvYWQAEXahAVIAbm9uZRQAggBkb3VibGUzowDwAFtdAHRpbWVTYW1wbGVzAAMAAAAAAAAAAQAAABUAAAAYAAAAPQAAAAAAAABCAAAAAAAAAABSAAAAAFUBAPMfFQAVVBUVVBUBAwECAQEC/AkD9AQMAQIC6wQI9Az0DPQEJ+H4LQLRLwPOL9E2+QMAYC/RL9EvEEUBAAAAAAAAACACAAEAMAtAWAcAQQAJAGAIADEpAAUIACELQAcAQQAqQAkJADELQGwIADEpAIQIADEjAK0IADMpAL0IABEUCAAxC0DJCAAxKQDVCAAxIQDiCAAxLQDyCABAKQACAQkAMCkAHwcAQwALQA4QABMiCAATLggAE0IIABNOCAATeggAEy84ABGGEAAxIACTCAAzKQA2GAABDwBDACxAOBAAEzoIABGrGQAzA4C3CAAT3wgAEvMIACOgOygAERkZATEDgDEIADMiAD0YABFAEAAzGIBwCAAToAgAEz4gABM/CAAggAMJADAYgEEHAEMAC0BCCAAR6BgAQBSAEAQRADADoEMHAEMAC0BECAARMhgAMwigZAgAE0UYABNGCACVAAC0QgAACEBHEABznAAAABdASBAAEYg4ADMLgJgIAICoBAAAAAAuAH4AAAAAAAAAhgAAAAAAAAAA8HQBAAAAAQVFVFURVFVUEVVUUFBUVVVUVUVVFRRUBUVFRVFVVQUA/AX5BQL3BQX2BQb1BQbyD/EQ8AUM7hPtBQ7rBQwF6QUT5hvjHuEeAuAeA98eBN4bB90eBtwcCdsm2SYC2CYD1yrULdEeEtAxzTECzBsZyzbJOMc64h/FOuIgxDgFwyYAAAAAAAAAJgAAAAAAAAAlAAAAAAAAAADwEwEAAABRBEAVVVEVAEQAAAIg4AYDBvIFAwbpHwPnBQMG7QcwAAAAAAAAAADwHv////9VVEUUUVVRUVUFAQQI4x0H+w4CwgJEvAIrzwEUOLgC9/0CAQJWoP4B/icAAAAAAAAAAPAVAAAAAFFVVRRRQQEAFAT/BP3+BPwO9AX6Af4BAf4BAf8B/wH+JgAAAAAAAAAVAAAAAAAAAABwAQAAABEAQAcAkAAQBAAC9woC/SkAAAAAAAAAAPAXAwAAAFVQVVVBEABFBQUABQQFBgICBPwGBQUFBAAABAQEBAQEBAQbAAAAAAAAAADwCQAAAAAFUBUQAEABAAAAB/8F//wE/PsH+QYAAAAAAAAAVE9LRU5TAAAAAAAAAAAAAPAEAAAAAAAAWwIAAAAAAABTVFJJTkdTAAAAAAAAAAAASwcAAAAAAAAUAAAAAAAAAEZJRUxEUwAAAAAAAAAAAABfBwAAAAAAAJ8BAAAAAAAARklFTERTRVRTAAAAAAAAAP4IAAAAAAAAlgAAAAAAAABQQVRIUwAAAAAAAAAAAAAAlAkAAAAAAACkAAAAAAAAAFNQRUNTAAAAAAAAAAAAAAA4CgAAAAAAAHkAAAAAAAAA";
 
-fn binary() -> Vec<u8> {
+pub(super) fn binary() -> Vec<u8> {
     BASE64.decode(BINARY).unwrap()
 }
 
 /// A stage of one mesh of a square, with lines in the mesh, and lines of its parent.
-fn square(mesh: &str, parent: &str) -> String {
+pub(super) fn square(mesh: &str, parent: &str) -> String {
     format!(
         "#usda 1.0\ndef Xform \"P\" {{\n{parent}\ndef Mesh \"M\" {{\nint[] faceVertexCounts = [4]\nint[] faceVertexIndices = [0, 1, 2, 3]\n\
          point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]\n{mesh}\n}}\n}}\n"
     )
 }
 
-fn read(text: &str) -> Loaded {
+pub(super) fn read(text: &str) -> Loaded {
     read_alone(text.as_bytes(), Format::Usda).unwrap()
 }
 
-fn message(text: &str) -> String {
+pub(super) fn message(text: &str) -> String {
     refusal(text.as_bytes(), Format::Usda)
 }
 
@@ -206,6 +206,43 @@ fn written_stages_are_read_back() {
         assert_eq!(corners(&second), corners(&first));
         assert_eq!(written(&second, format).bytes, bytes);
     }
+}
+
+#[test]
+fn missing_values_stay_missing() {
+    let first = read(STAGE);
+    let values = |loaded: &Loaded| -> Vec<Option<f64>> {
+        let table = loaded
+            .attributes
+            .vertex
+            .iter()
+            .find(|a| a.name == "table")
+            .unwrap();
+        (0..39)
+            .map(|vertex| table.get(vertex).map(|value| value[0]))
+            .collect()
+    };
+    // One mesh with values at some of its vertices, faces and corners.
+    let mut joined = first.clone();
+    joined.attributes.labels.clear();
+    let bytes = written(&joined, Format::Usda).bytes;
+    let second = read_alone(&bytes, Format::Usda).unwrap();
+    assert_eq!(values(&second), values(&first));
+    assert!(values(&first).contains(&None));
+    let faces = |loaded: &Loaded| {
+        (0..33)
+            .map(|f| loaded.attributes.face[0].get(f).is_some())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(faces(&second), faces(&first));
+    assert_eq!(second.attributes.corner[0].get(32, 0), None);
+    assert_eq!(
+        String::from_utf8(bytes)
+            .unwrap()
+            .matches("unauthoredValuesIndex")
+            .count(),
+        4
+    );
 }
 
 #[test]
@@ -372,103 +409,4 @@ fn layers_beside_the_file_and_in_a_package_are_followed() {
 
 fn no_side_file(name: &str) -> Result<Vec<u8>, IoError> {
     super::super::no_side_files(name, 0)
-}
-
-#[test]
-fn faults_are_named_with_their_places() {
-    let of = |from: &str, to: &str| message(&square("", "").replace(from, to));
-    for (found, words) in [
-        (
-            of("[0, 1, 2, 3]", "[0, 1, 2, 4]"),
-            ["mesh 0", "has vertex 4, but the mesh has 4"],
-        ),
-        (
-            of("[0, 1, 2, 3]", "[0, 1, 2, -1]"),
-            ["mesh 0", "has vertex -1"],
-        ),
-        (of("[4]", "[5]"), ["mesh 0", "more than its 4 corners"]),
-        (
-            of("(1, 0, 0)", "(1, x, 0)"),
-            ["line 7", "'x' is not a value"],
-        ),
-        (
-            of("(1, 0, 0)", "(1, 0, 0"),
-            ["line 7", "the bracket that fits"],
-        ),
-        (of("def Mesh", "deff Mesh"), ["line 4", "where"]),
-        (of("}\n}\n", "}\n"), ["line 10", "the file ends"]),
-        (
-            of("(1, 0, 0)", "(1, 1e39, 0)"),
-            ["vertex 1", "not all finite"],
-        ),
-    ] {
-        assert!(words.iter().all(|word| found.contains(word)), "{found}");
-    }
-    assert!(message("#usda 1.0\n").contains("no faces"));
-    let deep = format!("#usda 1.0\n{}", "def \"a\" {".repeat(100_000));
-    assert!(message(&deep).contains("deep inside each other"));
-    let mut old = binary();
-    old[9] = 3;
-    let refused = refusal(&old, Format::Usda);
-    assert!(
-        refused.contains("version 0.3") && refused.contains("usdcat"),
-        "{refused}"
-    );
-}
-
-#[test]
-fn classes_are_read_where_they_are_inherited_only() {
-    let text = square("", "").replace("def Xform", "class Xform")
-        + "def \"I\" (inherits = </P>) { }\ndef \"Off\" (\nactive = false\ninherits = </P>) { }\n";
-    assert_eq!(read(&text).mesh.faces.len(), 2);
-}
-
-#[test]
-fn references_in_a_circle_end() {
-    let text = square("", "").replace("def Xform \"P\" {", "def Xform \"P\" (references = </P>) {");
-    assert_eq!(read(&text).mesh.faces.len(), 2);
-    // Each prim has two children that refer to the next one: 2 to the power of 40 prims.
-    let mut text = "#usda 1.0\n".to_owned();
-    for at in 0..40 {
-        let next = at + 1;
-        text += &format!(
-            "def \"a{at}\" {{ def \"l\" (references = </a{next}>) {{ }}\ndef \"r\" (references = </a{next}>) {{ }} }}\n"
-        );
-    }
-    assert!(message(&text).contains("limit"));
-}
-
-#[test]
-fn damaged_files_are_survived() {
-    let bytes = binary();
-    for at in 0..bytes.len() {
-        let _ = read_alone(&bytes[..at], Format::Usda);
-        for value in [0, 1, 0x7f, 0xff] {
-            let mut damaged = bytes.clone();
-            damaged[at] = value;
-            let _ = read_alone(&damaged, Format::Usda);
-        }
-    }
-    assert_survives_damage(
-        square("int[] a = [1] (elementSize = 2)", "").as_bytes(),
-        Format::Usda,
-    );
-    let package = package::packed(Written {
-        bytes: square("", "").into_bytes(),
-        notes: Vec::new(),
-    });
-    assert_survives_damage(&package.unwrap().bytes, Format::Usdz);
-}
-
-#[test]
-fn binary_usd_is_refused_as_an_output_by_name() {
-    let error = "usdc".parse::<Format>().unwrap_err().to_string();
-    assert!(error.contains("write .usda or .usdz"), "{error}");
-    let output = crate::job::Output::new(std::path::PathBuf::from("out.usdc"), None);
-    let error = output.err().unwrap().to_string();
-    assert!(
-        error.contains("out.usdc") && error.contains(".usda or .usdz"),
-        "{error}"
-    );
-    assert_eq!("usd".parse::<Format>().unwrap(), Format::Usda);
 }

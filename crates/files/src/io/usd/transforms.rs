@@ -1,8 +1,9 @@
 //! The transform of a USD prim from its list of operations (`xformOpOrder`).
 
-use glam::{DMat4, DQuat, DVec3};
+use glam::{DMat4, DQuat, DVec3, DVec4};
 
 use super::compose::Prim;
+use isomend_core::elementary::sin_cos;
 
 /// The transform of a prim to its parent, and whether it ignores the parent's. `None` if an operation cannot be read.
 pub(super) fn local(prim: &Prim) -> Option<(DMat4, bool)> {
@@ -35,7 +36,7 @@ fn operation(prim: &Prim, name: &str) -> Option<DMat4> {
     let numbers = value.numbers();
     let kind = name.strip_prefix("xformOp:")?.split(':').next()?;
     let vector = || Some(DVec3::from_slice(numbers.get(..3)?));
-    let angle = || Some(numbers.first()?.to_radians());
+    let angle = || numbers.first().copied();
     match kind {
         "translate" => vector().map(DMat4::from_translation),
         "translateX" => Some(DMat4::from_translation(DVec3::X * *numbers.first()?)),
@@ -45,9 +46,9 @@ fn operation(prim: &Prim, name: &str) -> Option<DMat4> {
         "scaleX" => Some(DMat4::from_scale(DVec3::new(*numbers.first()?, 1.0, 1.0))),
         "scaleY" => Some(DMat4::from_scale(DVec3::new(1.0, *numbers.first()?, 1.0))),
         "scaleZ" => Some(DMat4::from_scale(DVec3::new(1.0, 1.0, *numbers.first()?))),
-        "rotateX" => angle().map(DMat4::from_rotation_x),
-        "rotateY" => angle().map(DMat4::from_rotation_y),
-        "rotateZ" => angle().map(DMat4::from_rotation_z),
+        "rotateX" => angle().map(|angle| rotation('X', angle)),
+        "rotateY" => angle().map(|angle| rotation('Y', angle)),
+        "rotateZ" => angle().map(|angle| rotation('Z', angle)),
         "orient" => {
             let [w, x, y, z] = *numbers.first_chunk::<4>()?;
             Some(DMat4::from_quat(DQuat::from_xyzw(x, y, z, w).normalize()))
@@ -65,12 +66,42 @@ fn rotations(axes: &str, angles: DVec3) -> Option<DMat4> {
         return None;
     }
     for axis in axes.chars() {
-        matrix = match axis {
-            'X' => DMat4::from_rotation_x(angles.x.to_radians()),
-            'Y' => DMat4::from_rotation_y(angles.y.to_radians()),
-            'Z' => DMat4::from_rotation_z(angles.z.to_radians()),
+        let angle = match axis {
+            'X' => angles.x,
+            'Y' => angles.y,
+            'Z' => angles.z,
             _ => return None,
-        } * matrix;
+        };
+        matrix = rotation(axis, angle) * matrix;
     }
     Some(matrix)
+}
+
+/// The rotation about an axis by an angle in degrees; exact for quarters.
+fn rotation(axis: char, degrees: f64) -> DMat4 {
+    let (sin, cos) = match degrees.rem_euclid(360.0) {
+        0.0 => (0.0, 1.0),
+        90.0 => (1.0, 0.0),
+        180.0 => (0.0, -1.0),
+        270.0 => (-1.0, 0.0),
+        _ => sin_cos(degrees.to_radians()),
+    };
+    let (x, y, z) = match axis {
+        'X' => (
+            DVec3::X,
+            DVec3::new(0.0, cos, sin),
+            DVec3::new(0.0, -sin, cos),
+        ),
+        'Y' => (
+            DVec3::new(cos, 0.0, -sin),
+            DVec3::Y,
+            DVec3::new(sin, 0.0, cos),
+        ),
+        _ => (
+            DVec3::new(cos, sin, 0.0),
+            DVec3::new(-sin, cos, 0.0),
+            DVec3::Z,
+        ),
+    };
+    DMat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), DVec4::W)
 }

@@ -149,6 +149,32 @@ fn mesh(
         ""
     };
     out.open(&format!("def Mesh \"{name}\"{api}"));
+    shape(out, local, points, number_of);
+    out.line("uniform token subdivisionScheme = \"none\"");
+    primvars(out, local);
+    if let Some(material) = bound {
+        out.line(&format!(
+            "rel material:binding = </{ROOT}/Materials/{material}>"
+        ));
+    }
+    let mut names = Distinct::default();
+    names.take(PATCH_NAME);
+    if let Some(labels) = labels.filter(|_| !is_single) {
+        out.line("uniform token subsetFamily:materialBind:familyType = \"nonOverlapping\"");
+        subsets(out, local, labels, &mut names, Some(materials));
+    }
+    if let Some(labels) = local.model.attributes.labels_of(LabelKind::Group) {
+        subsets(out, local, labels, &mut names, None);
+    }
+    let patches = local.places(|face| local.model.attributes.is_patch(face));
+    if !patches.is_empty() {
+        subset(out, PATCH_NAME, "isomend", &patches, None);
+    }
+    out.close();
+}
+
+/// Writes the points and the faces of a mesh.
+fn shape(out: &mut Lines, local: &Local<'_>, points: &[[f32; 3]], number_of: &[u32]) {
     let own: Vec<[f32; 3]> = local.used.iter().map(|v| points[*v as usize]).collect();
     let decimals = |all: &[[f32; 3]]| -> Vec<[Decimal<f32>; 3]> {
         all.iter().map(|point| point.map(Decimal)).collect()
@@ -188,27 +214,6 @@ fn mesh(
         decimals(&own).iter().map(|p| &p[..]),
         &[],
     );
-    out.line("uniform token subdivisionScheme = \"none\"");
-    primvars(out, local);
-    if let Some(material) = bound {
-        out.line(&format!(
-            "rel material:binding = </{ROOT}/Materials/{material}>"
-        ));
-    }
-    let mut names = Distinct::default();
-    names.take(PATCH_NAME);
-    if let Some(labels) = labels.filter(|_| !is_single) {
-        out.line("uniform token subsetFamily:materialBind:familyType = \"nonOverlapping\"");
-        subsets(out, local, labels, &mut names, Some(materials));
-    }
-    if let Some(labels) = local.model.attributes.labels_of(LabelKind::Group) {
-        subsets(out, local, labels, &mut names, None);
-    }
-    let patches = local.places(|face| local.model.attributes.is_patch(face));
-    if !patches.is_empty() {
-        subset(out, PATCH_NAME, "isomend", &patches, None);
-    }
-    out.close();
 }
 
 /// Writes the faces of each label as a subset.

@@ -1,5 +1,6 @@
 //! The lines of a written USD text: arrays, names, and values of vertices, faces and corners.
 
+use std::collections::HashMap;
 use std::fmt::{self, Display, Formatter, LowerExp, Write as _};
 
 use super::super::Contents;
@@ -141,16 +142,25 @@ fn plain(
     interpolation: &str,
     names: &mut Distinct,
 ) {
-    if !items.iter().any(|item| attribute.get(*item).is_some()) {
+    let there = items.iter().filter(|item| attribute.get(**item).is_some());
+    let count = there.count();
+    if count == 0 {
         return;
     }
     let form = Form::of(attribute, local.keeps_names, names);
-    let metadata = form.metadata(interpolation);
-    let values: Vec<Vec<f64>> = items
-        .iter()
-        .map(|item| form.value(attribute.get(*item)))
-        .collect();
-    form.write(out, &values, &metadata);
+    if count == items.len() {
+        let values = items.iter().map(|item| form.value(attribute.get(*item)));
+        return form.write(
+            out,
+            &values.collect::<Vec<_>>(),
+            &form.metadata(interpolation, None),
+        );
+    }
+    form.indexed(
+        out,
+        items.iter().map(|item| (*item, attribute.get(*item))),
+        interpolation,
+    );
 }
 
 /// Writes the values that corners refer to, and the place of each corner's value among them.
@@ -160,43 +170,20 @@ fn of_corners(
     attribute: &CornerAttribute,
     names: &mut Distinct,
 ) {
-    let mut places = vec![NONE; attribute.pool.len() + 1];
-    let mut values = Vec::new();
-    let form = Form::of(&attribute.pool, local.keeps_names, names);
-    let mut indices: Vec<u32> = Vec::with_capacity(3 * local.faces.len());
-    let mut is_empty = true;
-    for face in local.faces {
-        for corner in attribute.corners[*face as usize] {
-            let value = attribute
-                .pool
-                .get(corner as usize)
-                .filter(|_| corner != NONE);
-            is_empty &= value.is_none();
-            // Corners without a value share one of zeros.
-            let old = if value.is_some() {
-                corner as usize
-            } else {
-                attribute.pool.len()
-            };
-            if places[old] == NONE {
-                places[old] = values.len() as u32;
-                values.push(form.value(value));
-            }
-            indices.push(places[old]);
-        }
-    }
-    if is_empty {
-        return;
-    }
-    form.write(out, &values, &form.metadata("faceVarying"));
-    let name = format!("int[] {}:indices", form.name);
-    out.array(&name, indices.chunks(1), &[]);
-    if form.has_opacity {
-        out.array(
-            "int[] primvars:displayOpacity:indices",
-            indices.chunks(1),
-            &[],
-        );
+    let corners = local
+        .faces
+        .iter()
+        .flat_map(|face| attribute.corners[*face as usize]);
+    let values = corners.map(|corner| {
+        let value = attribute
+            .pool
+            .get(corner as usize)
+            .filter(|_| corner != NONE);
+        (corner as usize, value)
+    });
+    if values.clone().any(|(_, value)| value.is_some()) {
+        let form = Form::of(&attribute.pool, local.keeps_names, names);
+        form.indexed(out, values, "faceVarying");
     }
 }
 
@@ -262,12 +249,52 @@ impl Form {
         }
     }
 
-    fn metadata(&self, interpolation: &str) -> Vec<String> {
+    /// Lines of metadata; `missing` is the place of a value that stands for none.
+    fn metadata(&self, interpolation: &str, missing: Option<u32>) -> Vec<String> {
         let size = self
             .is_flat
             .then(|| format!("elementSize = {}", self.components));
         let interpolation = format!("interpolation = \"{interpolation}\"");
-        size.into_iter().chain([interpolation]).collect()
+        let missing = missing.map(|place| format!("unauthoredValuesIndex = {place}"));
+        size.into_iter()
+            .chain([interpolation])
+            .chain(missing)
+            .collect()
+    }
+
+    /// Writes the distinct values of items, by their numbers, and the place of each item's value among them.
+    fn indexed<'v>(
+        &self,
+        out: &mut Lines,
+        items: impl Iterator<Item = (usize, Option<&'v [f64]>)>,
+        interpolation: &str,
+    ) {
+        let (mut values, mut indices, mut missing) = (Vec::new(), Vec::new(), None);
+        let mut places: HashMap<usize, u32> = HashMap::new();
+        for (item, value) in items {
+            let next = values.len() as u32;
+            let place = match value {
+                Some(_) => *places.entry(item).or_insert(next),
+                None => *missing.get_or_insert(next),
+            };
+            if place == next {
+                values.push(self.value(value));
+            }
+            indices.push(place);
+        }
+        self.write(out, &values, &self.metadata(interpolation, missing));
+        out.array(
+            &format!("int[] {}:indices", self.name),
+            indices.chunks(1),
+            &[],
+        );
+        if self.has_opacity {
+            out.array(
+                "int[] primvars:displayOpacity:indices",
+                indices.chunks(1),
+                &[],
+            );
+        }
     }
 
     /// A value as it is written; zeros for a missing one.

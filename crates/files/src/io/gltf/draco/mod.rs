@@ -202,6 +202,25 @@ impl Unpacking<'_, '_> {
         Ok(number)
     }
 
+    /// Adds a view of the new buffer; returns its number.
+    fn add_view(&mut self, content: Content, view: Value) -> usize {
+        // The view of the stream is not needed any more, and becomes the view of its indices.
+        match content {
+            (stream, None)
+                if self.views[stream]
+                    .get("buffer")
+                    .is_some_and(|b| *b != view["buffer"]) =>
+            {
+                self.views[stream] = view;
+                stream
+            }
+            _ => {
+                self.views.push(view);
+                self.views.len() - 1
+            }
+        }
+    }
+
     /// Appends the values of a content to the new buffer and refers an accessor to them.
     fn fill(&mut self, number: usize, content: Content, stream: &Stream) -> Result<(), Unfit> {
         let accessor = &mut self.accessors[number];
@@ -249,21 +268,7 @@ impl Unpacking<'_, '_> {
         if let Some(stride) = stride {
             view["byteStride"] = json!(stride);
         }
-        // The view of the stream is not needed any more, and becomes the view of its indices.
-        let view = match content {
-            (stream, None)
-                if self.views[stream]
-                    .get("buffer")
-                    .is_some_and(|b| *b != view["buffer"]) =>
-            {
-                self.views[stream] = view;
-                stream
-            }
-            _ => {
-                self.views.push(view);
-                self.views.len() - 1
-            }
-        };
+        let view = self.add_view(content, view);
         self.accessors[number]["bufferView"] = json!(view);
         self.data.extend(values);
         self.data.resize(self.data.len().next_multiple_of(4), 0);
@@ -308,7 +313,7 @@ impl Unpacking<'_, '_> {
     }
 }
 
-/// The bytes of a buffer that views still use, without those of its streams; the views are moved. `None` if a view is beyond the buffer.
+/// The bytes of a buffer that views still use, without its streams; the views are moved. `None` if a view is beyond the buffer.
 fn used_bytes(bytes: &[u8], buffer: usize, views: &mut [Value]) -> Option<Vec<u8>> {
     let number = |view: &Value, name: &str| view.get(name).and_then(Value::as_u64).unwrap_or(0);
     let is_here = |view: &&mut Value| number(view, "buffer") == buffer as u64;

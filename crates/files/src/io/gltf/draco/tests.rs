@@ -192,7 +192,7 @@ fn the_file_is_written_without_the_extension_and_the_compressed_bytes() {
     );
     let data = document.buffers[0].as_ref().unwrap();
     assert!(!data.windows(5).any(|bytes| bytes == b"DRACO"));
-    // The bounds are those of the decoded positions.
+    // The bounds belong to the decoded positions.
     let accessor = &document.json["accessors"][1];
     for (at, bound) in [("min", 0.0), ("max", 15.0)] {
         assert_eq!(accessor[at], json!([bound, bound, bound]));

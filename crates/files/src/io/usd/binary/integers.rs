@@ -50,7 +50,7 @@ pub(super) fn decoded(bytes: &[u8], count: usize, size: usize) -> Option<Vec<i64
     let (mut last, mut out) = (0i64, Vec::with_capacity(count));
     for at in 0..count {
         let code = codes[at / 4] >> (2 * (at % 4)) & 3;
-        // Bytes of a difference: none, 1, 2 and 4 of 32-bit integers; none, 2, 4 and 8 of those of 64 bits.
+        // Bytes of a difference: none, 1, 2 and 4 of 32-bit integers; none, 2, 4 and 8 of 64-bit ones.
         let length = [0, size / 4, size / 2, size][usize::from(code)];
         let difference = match length {
             0 => common,

@@ -1,6 +1,6 @@
 //! Reads a USD layer from the binary crate format (`.usdc`): tables of words, fields, paths and specs, and values behind them.
 //!
-//! The layout is that of versions 0.4 and later, as OpenUSD writes them (`pxr/usd/sdf/crateFile.cpp`).
+//! Versions 0.4 and later are read, as OpenUSD writes them (`pxr/usd/sdf/crateFile.cpp`).
 
 mod integers;
 mod lists;
@@ -123,6 +123,15 @@ impl Builder<'_, '_> {
                 _ => {}
             }
         }
+        self.below(path, depth, &mut prim)?;
+        prim.children
+            .sort_by_key(|child| order.get(&child.name).copied().unwrap_or(usize::MAX));
+        Ok(prim)
+    }
+
+    /// Adds the properties, variants and children of a prim, in the order of the paths.
+    fn below(&mut self, path: usize, depth: usize, prim: &mut PrimSpec) -> Result<(), IoError> {
+        let sections = self.values.sections;
         for child in std::mem::take(&mut self.children[path]) {
             let entry = &sections.paths[child];
             let name = entry
@@ -144,9 +153,12 @@ impl Builder<'_, '_> {
                 prim.children.push(Rc::new(self.prim(child, depth + 1)?));
             }
         }
-        prim.children
-            .sort_by_key(|child| order.get(&child.name).copied().unwrap_or(usize::MAX));
-        Ok(prim)
+        Ok(())
+    }
+
+    /// The first number of a value.
+    fn number(&mut self, value: u64) -> Result<Option<f64>, IoError> {
+        Ok(self.values.value(value)?.numbers().first().copied())
     }
 
     fn property(&mut self, path: usize, name: &str) -> Result<Option<Property>, IoError> {
@@ -160,9 +172,8 @@ impl Builder<'_, '_> {
                 "default" => property.value = Some(self.values.value(value)?),
                 "timeSamples" => property.sample = self.values.first_sample(value)?,
                 "interpolation" => property.interpolation = self.values.text(value)?,
-                "elementSize" => {
-                    property.element_size = self.values.value(value)?.numbers().first().copied()
-                }
+                "elementSize" => property.element_size = self.number(value)?,
+                "unauthoredValuesIndex" => property.unauthored = self.number(value)?,
                 "targetPaths" => property.targets = self.values.paths(value)?,
                 _ => {}
             }

@@ -91,29 +91,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget) -> Result<Sections, IoErro
         version: minor,
         ..Sections::default()
     };
-    let mut found = [None; 6];
-    const NAMES: [&[u8]; 6] = [
-        b"TOKENS",
-        b"STRINGS",
-        b"FIELDS",
-        b"FIELDSETS",
-        b"PATHS",
-        b"SPECS",
-    ];
-    for _ in 0..count.min(64) {
-        let name = toc.take(16, budget)?;
-        let name = name.split(|b| *b == 0).next().unwrap_or_default();
-        let (start, size) = (toc.size(budget)?, toc.size(budget)?);
-        let end = start.checked_add(size).filter(|end| *end <= bytes.len());
-        if let Some(place) = NAMES.iter().position(|known| *known == name) {
-            let end = end
-                .ok_or_else(|| fault(budget, toc.at, "a section is beyond the end of the file"))?;
-            found[place] = Some(Cursor {
-                bytes: &bytes[..end],
-                at: start,
-            });
-        }
-    }
+    let found = places(toc, count, budget)?;
     for (place, cursor) in found.into_iter().enumerate() {
         let Some(mut cursor) = cursor else {
             let what = format!(
@@ -136,6 +114,41 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget) -> Result<Sections, IoErro
         }
     }
     Ok(sections)
+}
+
+/// The names of the sections that are needed.
+const NAMES: [&[u8]; 6] = [
+    b"TOKENS",
+    b"STRINGS",
+    b"FIELDS",
+    b"FIELDSETS",
+    b"PATHS",
+    b"SPECS",
+];
+
+/// The starts of the sections, each with the bytes up to its end, from the table of contents.
+fn places<'a>(
+    mut toc: Cursor<'a>,
+    count: usize,
+    budget: &Budget,
+) -> Result<[Option<Cursor<'a>>; 6], IoError> {
+    let bytes = toc.bytes;
+    let mut found = [None; 6];
+    for _ in 0..count.min(64) {
+        let name = toc.take(16, budget)?;
+        let name = name.split(|b| *b == 0).next().unwrap_or_default();
+        let (start, size) = (toc.size(budget)?, toc.size(budget)?);
+        let end = start.checked_add(size).filter(|end| *end <= bytes.len());
+        if let Some(place) = NAMES.iter().position(|known| *known == name) {
+            let end = end
+                .ok_or_else(|| fault(budget, toc.at, "a section is beyond the end of the file"))?;
+            found[place] = Some(Cursor {
+                bytes: &bytes[..end],
+                at: start,
+            });
+        }
+    }
+    Ok(found)
 }
 
 /// A place in the file.

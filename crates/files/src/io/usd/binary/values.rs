@@ -108,7 +108,7 @@ impl Numeric {
             (_, 9 | 16) => {
                 let side = if self.components == 9 { 3 } else { 4 };
                 let at = |k: usize| {
-                    if k % (side + 1) == 0 {
+                    if k.is_multiple_of(side + 1) {
                         small(k / (side + 1))
                     } else {
                         0.0
@@ -123,12 +123,13 @@ impl Numeric {
 
 /// A 16-bit float.
 fn half(bits: u16) -> f64 {
-    let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023));
+    let (exponent, fraction) = (u64::from(bits >> 10 & 31), f64::from(bits & 1023));
     let size = match exponent {
-        0 => fraction * (-24f64).exp2(),
+        0 => fraction / f64::from(1 << 24),
         31 if fraction == 0.0 => f64::INFINITY,
         31 => f64::NAN,
-        _ => (1.0 + fraction / 1024.0) * f64::from(exponent - 15).exp2(),
+        // The exponent of a 64-bit float is larger by the difference of their biases.
+        _ => (1.0 + fraction / 1024.0) * f64::from_bits((exponent + 1023 - 15) << 52),
     };
     if bits >> 15 == 1 { -size } else { size }
 }

@@ -14,7 +14,7 @@ const DEEPEST: usize = 128;
 /// Estimated memory in bytes of a prim and of a property, without values.
 const PRIM: usize = 512;
 const PROPERTY: usize = 256;
-/// Words before a name that say how a list is combined with those of weaker layers.
+/// Words before a name that say how a list is combined with the lists of weaker layers.
 const LIST_WORDS: [&[u8]; 5] = [b"prepend", b"append", b"add", b"delete", b"reorder"];
 
 /// Reads the prim without a name that holds the layer's metadata and its prims.
@@ -180,6 +180,9 @@ impl Reader<'_, '_> {
                 .map(str::to_owned)
                 .or(property.interpolation);
             property.element_size = about.number("elementSize").or(property.element_size);
+            property.unauthored = about
+                .number("unauthoredValuesIndex")
+                .or(property.unauthored);
         }
         prim.properties.insert(name.to_owned(), property);
         Ok(())
@@ -351,7 +354,7 @@ impl Reader<'_, '_> {
     }
 }
 
-/// Whether the numbers of a type are floats of 32 or 16 bits, for example those of `float3` and `quath`.
+/// Whether the numbers of a type are floats of 32 or 16 bits, for example of `float3` and `quath`.
 fn is_single(kind: &str) -> bool {
     let kind = kind.strip_suffix("[]").unwrap_or(kind);
     kind.starts_with("float") || kind.starts_with("half") || kind.ends_with(['f', 'h'])
