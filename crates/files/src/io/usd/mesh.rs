@@ -63,16 +63,7 @@ impl Scene {
             );
             return Err(self.fault(layers, what));
         }
-        let points = points.iter().copied().map(DVec3::from_array);
-        match transform == DMat4::IDENTITY {
-            true => self.surface.positions.extend(points.clone()),
-            false => {
-                let points = points
-                    .clone()
-                    .map(|point| transform.transform_point3(point));
-                self.surface.positions.extend(points);
-            }
-        }
+        self.add_points(points, transform);
         let is_left = prim.word("orientation").as_deref() == Some("leftHanded");
         let turned = is_left != (transform.determinant() < 0.0);
         let faces = Faces {
@@ -107,6 +98,18 @@ impl Scene {
             subsets,
         });
         Ok(())
+    }
+
+    /// Adds the points of a mesh.
+    fn add_points(&mut self, points: &[[f64; 3]], transform: DMat4) {
+        let points = points.iter().copied().map(DVec3::from_array);
+        match transform == DMat4::IDENTITY {
+            true => self.surface.positions.extend(points),
+            false => {
+                let points = points.map(|point| transform.transform_point3(point));
+                self.surface.positions.extend(points);
+            }
+        }
     }
 
     /// Adds the faces of a mesh whose first vertex is `start`.
