@@ -171,14 +171,16 @@ def with_meshlab(path):
 def with_openusd(path):
     from pxr import Usd, UsdGeom
 
+    # The stage must outlive its prims.
+    stage = Usd.Stage.Open(str(path))
     corners = []
-    for prim in Usd.Stage.Open(str(path)).Traverse():
+    for prim in stage.Traverse():
         if prim.IsA(UsdGeom.Mesh):
             mesh = UsdGeom.Mesh(prim)
             points = np.array(mesh.GetPointsAttr().Get())
             assert set(mesh.GetFaceVertexCountsAttr().Get()) == {3}
             corners.append(points[np.array(mesh.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)])
-            for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvars():
+            for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithAuthoredValues():
                 sizes = {"vertex": len(points), "uniform": len(corners[-1]), "faceVarying": 3 * len(corners[-1])}
                 values = primvar.ComputeFlattened()
                 assert len(values) == sizes[primvar.GetInterpolation()], primvar.GetName()
