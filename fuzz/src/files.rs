@@ -253,14 +253,11 @@ fn order(loaded: &Loaded, format: Format) -> Vec<usize> {
         }
         order.sort_by_key(|f| firsts[&key(*f)]);
     }
-    if let Some(objects) = loaded.attributes.labels_of(LabelKind::Object)
-        && has_objects(loaded, format)
-    {
-        let mut firsts = HashMap::new();
-        for f in &order {
-            firsts.entry(objects.of_face[*f]).or_insert(*f);
-        }
-        order.sort_by_key(|f| firsts[&objects.of_face[*f]]);
+    if has_objects(loaded, format) {
+        // Objects and their parts are in the order of their labels; faces without one come last.
+        let labels = [LabelKind::Object, LabelKind::Part];
+        let labels = labels.map(|kind| loaded.attributes.labels_of(kind));
+        order.sort_by_key(|f| labels.map(|labels| labels.map(|labels| labels.of_face[*f])));
     }
     order
 }
