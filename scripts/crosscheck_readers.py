@@ -1,14 +1,14 @@
 # /// script
 # requires-python = ">=3.11"
-# dependencies = ["meshio==5.3.5", "numpy==2.4.6", "pymeshlab==2025.7.post1", "pyvista==0.49.1", "scipy==1.17.1", "trimesh==5.2.0"]
+# dependencies = ["meshio==5.3.5", "numpy==2.4.6", "pymeshlab==2025.7.post1", "pyvista==0.49.1", "scipy==1.17.1", "trimesh==5.2.0", "usd-core==26.11"]
 # ///
 """Check that other programs read every format that isomend writes, with and without attributes.
 
     cargo build --release && python3 scripts/crosscheck_readers.py [--isomend PROGRAM] [--blender]
 
 Meshes with and without normals, colours, texture coordinates and materials, some of them only on a part of the faces, are made here. Each
-is filled and written in every format and form (text, binary). trimesh, meshio, VTK, MeshLab and with --blender Blender (as the Python
-module bpy) must read the same triangles at the same places; where a reader takes texture coordinates of PLY, they must be the written
+is filled and written in every format and form (text, binary). trimesh, meshio, VTK, MeshLab, OpenUSD and with --blender Blender (as the
+Python module bpy) must read the same triangles at the same places; where a reader takes texture coordinates of PLY, they must be the written
 ones. The exit code is 1 if a check fails."""
 
 import argparse
@@ -33,12 +33,13 @@ READ = {
     "VTK": ["ply", "stl", "obj", "glb", "gltf", "vtk", "vtp"],
     "MeshLab": ["ply", "stl", "obj", "off", "glb", "gltf", "3mf"],
     "Blender": ["ply", "stl", "obj", "glb", "gltf"],
+    "OpenUSD": ["usda", "usdz"],
 }
 # What meshio misreads although it is valid: binary PLY with values of faces, text PLY with lists of numbers, OBJ with texture coordinates
 # that are not as many as its points, and OBJ with colours.
 MESHIO = {"ply": ("plain", "coloured", "values", "faces", "normals"), "obj": ("plain", "values", "faces", "normals")}
 # Each written form: extension and further options.
-FORMS = [(extension, ()) for extension in ("ply", "stl", "obj", "off", "glb", "gltf", "3mf", "vtk", "vtp")]
+FORMS = [(extension, ()) for extension in ("ply", "stl", "obj", "off", "glb", "gltf", "3mf", "vtk", "vtp", "usda", "usdz")]
 FORMS += [(extension, ("--ascii",)) for extension in ("ply", "stl", "vtk")]
 # Allowed distance of a corner: some readers keep 32-bit floats, and the meshes are about 1 in size.
 NEAR = 1e-5
@@ -167,7 +168,26 @@ def with_meshlab(path):
     return np.concatenate(corners)
 
 
-READERS = {"trimesh": with_trimesh, "meshio": with_meshio, "VTK": with_vtk, "MeshLab": with_meshlab}
+def with_openusd(path):
+    from pxr import Usd, UsdGeom
+
+    # The stage must outlive its prims.
+    stage = Usd.Stage.Open(str(path))
+    corners = []
+    for prim in stage.Traverse():
+        if prim.IsA(UsdGeom.Mesh):
+            mesh = UsdGeom.Mesh(prim)
+            points = np.array(mesh.GetPointsAttr().Get())
+            assert set(mesh.GetFaceVertexCountsAttr().Get()) == {3}
+            corners.append(points[np.array(mesh.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)])
+            for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithAuthoredValues():
+                sizes = {"vertex": len(points), "uniform": len(corners[-1]), "faceVarying": 3 * len(corners[-1])}
+                values = primvar.ComputeFlattened()
+                assert len(values) == sizes[primvar.GetInterpolation()], primvar.GetName()
+    return np.concatenate(corners)
+
+
+READERS = {"trimesh": with_trimesh, "meshio": with_meshio, "VTK": with_vtk, "MeshLab": with_meshlab, "OpenUSD": with_openusd}
 
 
 def difference(expected, found):
@@ -213,7 +233,7 @@ def main():
     program = Path(arguments.isomend).resolve()
     readers = {}
     for name, read in READERS.items():
-        module = {"VTK": "pyvista", "MeshLab": "pymeshlab"}.get(name, name)
+        module = {"VTK": "pyvista", "MeshLab": "pymeshlab", "OpenUSD": "pxr"}.get(name, name)
         try:
             __import__(module)
             readers[name] = read

@@ -18,7 +18,7 @@ from math import cos, pi, sin
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-FORMATS = ["ply", "obj", "stl", "gltf", "glb", "vtk", "vtp", "off", "3mf"]
+FORMATS = ["ply", "obj", "stl", "gltf", "glb", "vtk", "vtp", "off", "3mf", "usda", "usdz"]
 TEXT = ["ply", "stl", "vtk"]
 
 
@@ -387,13 +387,106 @@ def streams():
     return [*points, bytes([1, 0, 9]) + triangles, bytes([1, 1, 9]) + triangles, bytes([2, 1, 1]) + b"\xd1" + bytes(3) + bytes(4), bytes([2, 0, 2]) + indices]
 
 
+# A mesh of 30 triangles in streams of KHR_draco_mesh_compression, encoded by draco3d 1.5.7: sequential connectivity, Edgebreaker with its
+# standard traversal and by valences, and with normals and texture coordinates that have seams.
+SEQUENTIAL = (
+    "RFJBQ08CAgEAAAAeGQEAAQIAAgMDAgQDBAUFBAYFBgcHBggHCAkBCgsBCwICCwwCDAQGDQ4GDggKDxAKEAsLEBELEQwMERIMEg0NEhMNEw4PFBUPFRAQFRYQ"
+    "FhERFhcRFxISFxgSGBMBAQAJAwAAAgABAQED/wfBEgORAv//D2kDtQH//xvc3Nz//xe1AbUB/4tpA2kDWQ933Nz//yPc//8X3APc3P//D9zctQH/B9wiyIA0"
+    "gvjbuc1s85Lvc9XlSCsAyPRRRvG7RxDHpckN+1EhcQAAAAD/AwAAAAAAAAAAAAAAAAAAAABwQQo="
+)
+STANDARD = (
+    "RFJBQ08CAgEBAAAAGR4AHgUBHRABCu/TPV2frmlVnyr/AREB/wAAAQAJAwAAAgEBAQEE/wf1IkUEaQP//xO1Ady1Af//D9wDaQMD3P//C5ECB9z/j9y1Af//"
+    "l9z//yPc//8b3APc3P8DtQEcEhpMK4bbHn7JWsLV7lQC16XFP+HL0I8iNcxvswAAAAD/AwAAAAAAAAAAAAAAAAAAAABwQQo="
+)
+VALENCE = (
+    "RFJBQ08CAgEBAAAAGR4AHgUBHRABCu/TPV2frmlVnyr/AREB/wABAQAJAwAAAgEBAQEH/wf1IkEEaQP//xO1Ady1Af//D9wDkQID3P//C5ECA9zc/4/ctQH/"
+    "/5fc//8j3P//G9wD3Nz/A7UBHSTWVCYNzQdWK7TwfKRU80HzJDd8NvYBY+T04R+BAAAAAP8DAAAAAAAAAAAAAAAAAAAAAHBBCg=="
+)
+SEAMS = (
+    "RFJBQ08CAgEBAAAAGR4CHgUBHRABCu/TPV2frmlVnyr/AREPBLV9coDqBBhe2oYD/wABAAEAAQEAAQAJAwAAAgEBCQMAAQMBAwkCAAICBAEBAQf/B/UikQLc"
+    "/wPc/wfctQG1AbUB//8P3NyRArUB3P//C9wH3P+HtQHctQFpA////////+vc/wO1AR1BJkN5rKi0ACN0G9sYejiy8BaKpYbBpTSuLcrPvBDABADe8IEM1QNk"
+    "II4AAAAAAAD/AwAAAAAAAAAAAAAAAAAAAABwQQoGAwEBBf8BZSAdAUEP////60EPJLQPPAxfG0bsZhKEKdkQ004fARPv9CRp63pPPD7yl1rPbcj4X/8AAAB/"
+    "AAAA/wKbRggFAQEACwslAkUEA4kI3R3NDEUEJQILg0frsSqOdpfIH4EBAggQYHsyDOPKgK8vDmhHp+N8E0fGWt98j9MfwP9/k+cyQL3TH3f9BTAAKwAOqDtY"
+    "zIdoAxoAAAAKA/wuhAAAAAD/AwAAAAAAAAAAAAAAAABACg=="
+)
+
+
+def draco():
+    """Streams of KHR_draco_mesh_compression, each behind a byte that chooses the attributes."""
+    plain = [b"\0" + base64.b64decode(stream) for stream in (SEQUENTIAL, STANDARD, VALENCE)]
+    return [*plain, b"\3" + base64.b64decode(SEAMS)]
+
+
+# Prims with transforms, references and variants, and a mesh with values, a hole and subsets.
+USD = """#usda 1.0
+(
+    metersPerUnit = 0.001
+    upAxis = "Z"
+)
+def Xform "A" (references = [@mesh.usd@</B>, </B> (offset = 1)]) {
+    double3 xformOp:translate.timeSamples = { 1: (0, 0, 5), 2: (0, 0, 9), }
+    float3 xformOp:rotateXYZ = (10, 20, 30)
+    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateXYZ"]
+}
+def "B" (variants = { string shape = "a" } prepend variantSets = "shape") {
+    variantSet "shape" = { "a" {
+        def Mesh "M" {
+            int[] faceVertexCounts = [4, 3, 3]
+            int[] faceVertexIndices = [0, 1, 3, 2, 0, 4, 1, 1, 4, 3]
+            point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (0.5, 0.5, 1)]
+            int[] holeIndices = [2]
+            uniform token orientation = "leftHanded"
+            normal3f[] normals = [(0, 0, 1), (0, 0, 1), (0, 0, 1), (0, 0, 1), (0, 0, 1)] (interpolation = "vertex")
+            texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1)] (interpolation = "faceVarying")
+            int[] primvars:st:indices = [0, 1, 2, 0, 1, 2, 0, 1, 2, 0]
+            color3f[] primvars:displayColor = [(1, 0.5, 0)] (interpolation = "constant")
+            float[] primvars:w = [1, 2, 3, 4, 5, 6] (elementSize = 2
+                interpolation = "uniform")
+            def GeomSubset "s" { uniform token elementType = "face"; int[] indices = [0]; rel material:binding = </L/Red> }
+        }
+    } }
+}
+"""
+# A stage with the same kinds of content, in the binary format, as OpenUSD 26.11 wrote it.
+USD_BINARY = (
+    "UFhSLVVTREMACAAAAAAAALEKAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAPyp8dJNYlA/AQAAAAAAAAAF"
+    "AAAABAAAAAAAAAALAAAADAAAAA0AAAAOAAAAIAEAAAAAAAAAAAAAAAIAAAAAAAAAAAAAAAAAAAAAAPA/AAAAAAAAAAACAAAAAAAAABAAAAARAAAAAQAAAAAAAAATAAAAAQAAAAAAAAAV"
+    "AAAAIAEAAAAAAAAAAQAAAAEAAAAAAAAAAQAAAAIAAAACAAAAAAAAABgAAAAaAAAAAQAAAAAAAAAdAAAAAwAAAAAAAAAgAAAAIQAAACIAAAABAAAAAAAAACMAAAADAAAAAAAAACUAAAAR"
+    "AAAAJgAAAAEAAAAAAAAAJwAAAAkAAAAAAAAAIAAAACEAAAAiAAAAKAAAACkAAAAqAAAAKwAAACwAAAAtAAAAAQAAAAAAAAAuAAAAIAEAAAAAAAAAMAAAAAQAAAAAAAAAMgAAADMAAAA0"
+    "AAAANQAAAAEAAAAAAAAAAwAAAAgAAAAAAAAABAAAAAQAAAAEAAAABAAAAAQAAAAEAAAABAAAAAQAAAADAAAAAAAAAAAAAAABAAAAAgAAACAAAAAAAAAAFgAAAAAAAAAAYgEAAABFRAEA"
+    "NQAC/gIAUP4C/gL+BAAAAAAAAAAAAAAAAQAAAAIAAAADAAAAAwEAAAAAAAAABQAAAAAAAwAAAAAAAAAAAEhCAAAAAAAAAAAAAExCAAAAAAAAAAAAAEhCAACAPwAAAAAAAAAAAwAAAAAA"
+    "AAAAAExCAAAAAAAAAAAAAFBCAAAAAAAAAAAAAExCAACAPwAAAAAAAAAAEgAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAACAPwAAAAAAAIA/AAAAAAAAAAAAAIA/AACAPwAAAAAAAABAAAAA"
+    "AAAAAAAAAABAAACAPwAAAAAAAEBAAAAAAAAAAAAAAEBAAACAPwAAAAAAAIBAAAAAAAAAAAAAAIBAAACAPwAAAAAAAKBAAAAAAAAAAAAAAKBAAACAPwAAAAAAAMBAAAAAAAAAAAAAAMBA"
+    "AACAPwAAAAAAAOBAAAAAAAAAAAAAAOBAAACAPwAAAAAAAABBAAAAAAAAAAAAAABBAACAPwAAAAAIAAAAAAAAAAAAAAAAAAA/AACAPgAAAD4AAAA/AACAPgAAgD4AAAA/AACAPgAAwD4A"
+    "AAA/AACAPgAAAD8AAAA/AACAPgAAID8AAAA/AACAPgAAQD8AAAA/AACAPgAAYD8AAAA/AACAPgQAAAAAAAAAAAAAAAAAAAAAAIA/AAAAAAAAgD8AAIA/AAAAAAAAgD8gAAAAAAAAABIA"
+    "AAAAAAAAAFMBAAAAAQEAgAD9/f39/f39EgAAAAAAAAB0AgAAAAAAAD8AAEA/FQAAAAAAAAAA8AMBAAAAEREREQEA//////////8SAAAAAAAAAGkSAAAAAAAAAADwAAEAAABBEARBAAD+"
+    "/v7+/gABAAAAAAAAABAAAAAAAAAAAgAAAAAAAAAlAAAAJgAAACAAAAAAAAAAAgAAAAAAAAAAAAAAAADwPwAAAAAAAABAsAQAAAAAMAAIAAAAAAAAAAIAAAAAAAAAAAAFAAAAF0AAAAkA"
+    "AAAXQEoAAAAAAAAA5gIAAAAAAABDAgAAAAAAAAD0bjstKQAAWgB1cEF4aXMAbWV0ZXJzUGVyVW5pdABXAHByaW1DaGlsZHJlbgBkZWZhdWx0UHJpbQBzcGVjaWZpZXIAWGZvcm0AdHlw"
+    "ZU5hbWUAWABMb29rcwBDb3B5AFYAcmVmZXJlbmNlcwB4Zm9ybU9wOnRyYW5zbGF0ZTpjFAD1H09yZGVyAHByb3BlcnRpZXMAUmVkAE1hdGVyaWFsAHNoYXBlAHZhcmlhbnRTZXSRAAYT"
+    "AHZOYW1lcwBhJQCUbGVjdGlvbgBiEwAFNQARe08AVD19AFRhDAD6DWF9AE1lc2gAcG9pbnRzAGZhY2VWZXJ0ZXhDb3URAEBJbmRpzAAkVGI8ACRifcUABtkABRIA8RByb3RhdGVaAFN0"
+    "cmlwAHN1YmRpdmlzaW9uU2NoZW1lXwHwAXZhcnM6ZGlzcGxheUNvbG8IAQMWAEd3aG9sJQA4dGFiDwAmc3RAAENzdDppmwD1AGhhbGYAR2VvbVN1YnNldEcBEEIhAJFuZ0FQSQBhcGmB"
+    "APAAYXMAZWxlbWVudFR5cGUAIQAA3QBgZmFtaWx5UwEjAG2EASA6Yh0AZG5nAHRva3kBYWJpbGl0eS4BBBsCZQBpbnRbXTYAAHMAwgB0YXJnZXRQYXRoc2EBYDNmW10AY+oAAQoAMXVu"
+    "aUICkWludGVycG9sYbgBAX0BQG9yZDItAAGRAbBhcnlpbmcAZmxvYWQAEXahAVIAbm9uZRQAggBkb3VibGUzowDwAFtdAHRpbWVTYW1wbGVzAAMAAAAAAAAAAQAAABUAAAAYAAAAPQAA"
+    "AAAAAABCAAAAAAAAAABSAAAAAFUBAPMfFQAVVBUVVBUBAwECAQEC/AkD9AQMAQIC6wQI9Az0DPQEJ+H4LQLRLwPOL9E2+QMAYC/RL9EvEEUBAAAAAAAAACACAAEAMAtAWAcAQQAJAGAI"
+    "ADEpAAUIACELQAcAQQAqQAkJADELQGwIADEpAIQIADEjAK0IADMpAL0IABEUCAAxC0DJCAAxKQDVCAAxIQDiCAAxLQDyCABAKQACAQkAMCkAHwcAQwALQA4QABMiCAATLggAE0IIABNO"
+    "CAATeggAEy84ABGGEAAxIACTCAAzKQA2GAABDwBDACxAOBAAEzoIABGrGQAzA4C3CAAT3wgAEvMIACOgOygAERkZATEDgDEIADMiAD0YABFAEAAzGIBwCAAToAgAEz4gABM/CAAggAMJ"
+    "ADAYgEEHAEMAC0BCCAAR6BgAQBSAEAQRADADoEMHAEMAC0BECAARMhgAMwigZAgAE0UYABNGCACVAAC0QgAACEBHEABznAAAABdASBAAEYg4ADMLgJgIAICoBAAAAAAuAH4AAAAAAAAA"
+    "hgAAAAAAAAAA8HQBAAAAAQVFVFURVFVUEVVUUFBUVVVUVUVVFRRUBUVFRVFVVQUA/AX5BQL3BQX2BQb1BQbyD/EQ8AUM7hPtBQ7rBQwF6QUT5hvjHuEeAuAeA98eBN4bB90eBtwcCdsm"
+    "2SYC2CYD1yrULdEeEtAxzTECzBsZyzbJOMc64h/FOuIgxDgFwyYAAAAAAAAAJgAAAAAAAAAlAAAAAAAAAADwEwEAAABRBEAVVVEVAEQAAAIg4AYDBvIFAwbpHwPnBQMG7QcwAAAAAAAA"
+    "AADwHv////9VVEUUUVVRUVUFAQQI4x0H+w4CwgJEvAIrzwEUOLgC9/0CAQJWoP4B/icAAAAAAAAAAPAVAAAAAFFVVRRRQQEAFAT/BP3+BPwO9AX6Af4BAf4BAf8B/wH+JgAAAAAAAAAV"
+    "AAAAAAAAAABwAQAAABEAQAcAkAAQBAAC9woC/SkAAAAAAAAAAPAXAwAAAFVQVVVBEABFBQUABQQFBgICBPwGBQUFBAAABAQEBAQEBAQbAAAAAAAAAADwCQAAAAAFUBUQAEABAAAAB/8F"
+    "//wE/PsH+QYAAAAAAAAAVE9LRU5TAAAAAAAAAAAAAPAEAAAAAAAAWwIAAAAAAABTVFJJTkdTAAAAAAAAAAAASwcAAAAAAAAUAAAAAAAAAEZJRUxEUwAAAAAAAAAAAABfBwAAAAAAAJ8B"
+    "AAAAAAAARklFTERTRVRTAAAAAAAAAP4IAAAAAAAAlgAAAAAAAABQQVRIUwAAAAAAAAAAAAAAlAkAAAAAAACkAAAAAAAAAFNQRUNTAAAAAAAAAAAAAAA4CgAAAAAAAHkAAAAAAAAA"
+)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "fuzz/corpus")
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
     arguments = parser.parse_args()
-    seeds = {name: [] for name in "obj ply stl gltf meshopt vtk vtk_xml off threemf rewrite fill work mask toml".split()}
-    target_of = {"glb": "gltf", "3mf": "threemf", "vtp": "vtk_xml", "vti": "vtk_xml"}
+    seeds = {name: [] for name in "obj ply stl gltf meshopt draco vtk vtk_xml off threemf usd rewrite fill work mask toml".split()}
+    target_of = {"glb": "gltf", "3mf": "threemf", "usda": "usd", "usdz": "usd", "vtp": "vtk_xml", "vti": "vtk_xml"}
     with tempfile.TemporaryDirectory() as folder:
         meshes, volumes = files(arguments.isomend.resolve(), Path(folder))
     for suffix, data in meshes + volumes:
@@ -401,6 +494,8 @@ def main():
     seeds["rewrite"] = [data for _, data in meshes]
     seeds["threemf"] += [MODEL.encode()]
     seeds["meshopt"] = streams()
+    seeds["draco"] = draco()
+    seeds["usd"] += [USD.encode(), base64.b64decode(USD_BINARY)]
     seeds["toml"] = [text.encode() for text in OPTIONS]
     chance = random.Random(1)
     for name in ("fill", "work", "mask"):

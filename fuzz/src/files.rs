@@ -60,12 +60,24 @@ pub fn threemf(data: &[u8]) {
     if data.starts_with(b"PK") {
         return mesh(data, Format::ThreeMf);
     }
-    mesh(&packed(data), Format::ThreeMf);
+    mesh(&packed(b"3D/3dmodel.model", data), Format::ThreeMf);
+}
+
+/// Reads USD: a package or a binary layer where the bytes begin as one does, else a text, alone and as a package.
+pub fn usd(data: &[u8]) {
+    if data.starts_with(b"PK") {
+        return mesh(data, Format::Usdz);
+    }
+    let itself = |_: &str, most: u64| Ok(data[..data.len().min(most as usize)].to_vec());
+    match read_bytes(data, Format::Usda, &itself) {
+        Ok(loaded) => check(&loaded),
+        Err(error) => check_message(&error),
+    }
+    mesh(&packed(b"mesh.usd", data), Format::Usdz);
 }
 
 /// A package with one part, stored as it is.
-fn packed(model: &[u8]) -> Vec<u8> {
-    let name = b"3D/3dmodel.model";
+fn packed(name: &[u8], model: &[u8]) -> Vec<u8> {
     let checksum = crc32(model).to_le_bytes();
     let size = (model.len() as u32).to_le_bytes();
     let length = (name.len() as u16).to_le_bytes();
@@ -180,7 +192,7 @@ fn write_and_read(loaded: &Loaded, format: Format, options: &WriteOptions) {
         Err(error) => return check_message(&error),
     };
     let single = match format {
-        Format::Gltf | Format::Glb => true,
+        Format::Gltf | Format::Glb | Format::Usda | Format::Usdz => true,
         Format::Stl => !options.ascii || options.precision == Precision::F32,
         Format::Obj | Format::Off | Format::ThreeMf => false,
         _ => options.precision == Precision::F32,
@@ -220,7 +232,8 @@ fn write_and_read(loaded: &Loaded, format: Format, options: &WriteOptions) {
 
 /// Whether the format has objects that the mesh is divided into, each with its own vertices.
 fn has_objects(loaded: &Loaded, format: Format) -> bool {
-    format == Format::ThreeMf && loaded.attributes.labels_of(LabelKind::Object).is_some()
+    let holds = matches!(format, Format::ThreeMf | Format::Usda | Format::Usdz);
+    holds && loaded.attributes.labels_of(LabelKind::Object).is_some()
 }
 
 /// The order in which the faces are written. A new glTF scene has a primitive for each material, and for patches; 3MF has objects.
@@ -240,14 +253,11 @@ fn order(loaded: &Loaded, format: Format) -> Vec<usize> {
         }
         order.sort_by_key(|f| firsts[&key(*f)]);
     }
-    if let Some(objects) = loaded.attributes.labels_of(LabelKind::Object)
-        && format == Format::ThreeMf
-    {
-        let mut firsts = HashMap::new();
-        for f in &order {
-            firsts.entry(objects.of_face[*f]).or_insert(*f);
-        }
-        order.sort_by_key(|f| firsts[&objects.of_face[*f]]);
+    if has_objects(loaded, format) {
+        // Objects and their parts are in the order of their labels; faces without one come last.
+        let labels = [LabelKind::Object, LabelKind::Part];
+        let labels = labels.map(|kind| loaded.attributes.labels_of(kind));
+        order.sort_by_key(|f| labels.map(|labels| labels.map(|labels| labels.of_face[*f])));
     }
     order
 }

@@ -2,6 +2,7 @@
 //! not keep what it promises. `docs/fuzzing.md` says how to run them.
 
 mod cli;
+mod draco;
 mod files;
 mod fill;
 mod mask;
@@ -10,7 +11,8 @@ mod options;
 mod shapes;
 mod work;
 
-pub use files::{gltf, obj, off, ply, rewrite, stl, threemf, vtk, vtk_xml};
+pub use draco::draco;
+pub use files::{gltf, obj, off, ply, rewrite, stl, threemf, usd, vtk, vtk_xml};
 pub use fill::{as_obj, fill};
 pub use mask::mask;
 pub use meshopt::meshopt;
@@ -21,16 +23,18 @@ pub use work::work;
 pub type Target = fn(&[u8]);
 
 /// The functions by the names of their targets.
-pub const TARGETS: [(&str, Target); 14] = [
+pub const TARGETS: [(&str, Target); 16] = [
     ("obj", obj),
     ("ply", ply),
     ("stl", stl),
     ("gltf", gltf),
     ("meshopt", meshopt),
+    ("draco", draco),
     ("vtk", vtk),
     ("vtk_xml", vtk_xml),
     ("off", off),
     ("threemf", threemf),
+    ("usd", usd),
     ("rewrite", rewrite),
     ("fill", fill),
     ("work", work),

@@ -64,7 +64,7 @@ pub fn meshopt(data: &[u8]) {
 }
 
 /// A GLB file of a JSON text and a binary chunk.
-fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
+pub(crate) fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
     let chunk = |kind: &[u8; 4], data: &[u8], filler: u8| {
         let size = data.len().next_multiple_of(4);
         let mut chunk = [&(size as u32).to_le_bytes(), kind, data].concat();

@@ -400,7 +400,7 @@ def convert(
         source: A path, or the bytes of a file.
         output: The file to write, in the format of its extension.
         from_: The format of the source; by default it is recognised from the content, else from the extension.
-        to: The format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
+        to: The format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk, vtp, off, 3mf, usda or usdz.
         ascii: Write text instead of binary: PLY, STL and VTK legacy.
         report: Path of an HTML page that shows the mesh.
         picture: Path of a PNG picture of the mesh.

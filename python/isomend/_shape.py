@@ -79,7 +79,7 @@ class Shape:
         """Writes the mesh with all of its values, atomically; the same bytes as from the command line.
 
         Args:
-            path: The file. Its extension chooses the format: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
+            path: The file. Its extension chooses the format: obj, ply, stl, gltf, glb, vtk, vtp, off, 3mf, usda or usdz.
             format: The format, whatever the extension.
             ascii: Text instead of binary: PLY, STL and VTK legacy.
             report: An HTML file with a 3D view, plots and tables of the written mesh.

@@ -11,7 +11,7 @@ from conftest import DATA
 import isomend
 
 
-@pytest.mark.parametrize("kind", ["obj", "ply", "stl", "gltf", "glb", "vtk", "vtp", "off", "3mf"])
+@pytest.mark.parametrize("kind", ["obj", "ply", "stl", "gltf", "glb", "vtk", "vtp", "off", "3mf", "usda", "usdz"])
 @pytest.mark.parametrize("name", ["sphere.ply", "sheet.obj"])
 def test_the_command_line_fills_files_to_the_same_bytes(tmp_path, program, name, kind):
     theirs, own = tmp_path / "theirs", tmp_path / "own"

@@ -32,7 +32,7 @@ pub struct FilesArgs {
     #[arg(short, long, value_name = "OUT", required_unless_present = "dry_run")]
     output: Option<PathBuf>,
 
-    /// Format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
+    /// Format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk, vtp, off, 3mf, usda or usdz.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]
     to: Option<Format>,
 

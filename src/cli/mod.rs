@@ -145,7 +145,7 @@ enum Command {
 /// Options that most commands have.
 #[derive(Debug, Args)]
 struct CommonArgs {
-    /// Format of the input: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
+    /// Format of the input: obj, ply, stl, gltf, glb, vtk, vtp, off, 3mf, usda or usdz.
     ///
     /// By default the format is detected from the content, else from the extension.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]

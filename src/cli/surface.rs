@@ -43,7 +43,7 @@ pub struct SurfaceArgs {
     #[arg(long, value_name = "NAME")]
     array: Option<String>,
 
-    /// Format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
+    /// Format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk, vtp, off, 3mf, usda or usdz.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]
     to: Option<Format>,
 

@@ -54,7 +54,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     resume: Option<Option<PathBuf>>,
 
-    /// Format of the input: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
+    /// Format of the input: obj, ply, stl, gltf, glb, vtk, vtp, off, 3mf, usda or usdz.
     ///
     /// By default the format is detected from the content, else from the extension.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]

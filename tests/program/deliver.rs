@@ -39,7 +39,9 @@ fn volume(mesh: &Mesh) -> f64 {
 #[test]
 fn patches_are_written_alone_with_their_holes_and_errors() {
     let desk = Desk::new();
-    for format in ["ply", "vtp", "glb", "obj", "stl", "off", "3mf"] {
+    for format in [
+        "ply", "vtp", "glb", "obj", "stl", "off", "3mf", "usda", "usdz",
+    ] {
         let name = format!("patches.{format}");
         let done = desk.run(&["fill", "ball.ply", "-o", "out.ply", "--patches", &name]);
         assert_code(&done, 0);
@@ -55,7 +57,11 @@ fn patches_are_written_alone_with_their_holes_and_errors() {
                 .any(|a| a.name.eq_ignore_ascii_case(name))
         };
         let errors = has("isomend_sigma") || has("_isomend_sigma");
-        assert_eq!(errors, ["ply", "vtp", "glb"].contains(&format), "{name}");
+        assert_eq!(
+            errors,
+            ["ply", "vtp", "glb", "usda", "usdz"].contains(&format),
+            "{name}"
+        );
         if format == "ply" {
             let holes = own
                 .attributes
@@ -189,7 +195,7 @@ fn a_clearance_makes_the_piece_smaller_and_needs_one() {
 #[test]
 fn marks_are_written_in_formats_with_colours_and_refused_in_others() {
     let desk = Desk::new();
-    for format in ["ply", "obj", "glb", "vtp", "off", "3mf"] {
+    for format in ["ply", "obj", "glb", "vtp", "off", "3mf", "usda", "usdz"] {
         let name = format!("out.{format}");
         let done = desk.run(&["fill", "ball.ply", "-o", &name, "--mark", "colour=ff0000"]);
         assert_code(&done, 0);

@@ -142,7 +142,7 @@ function showFiles(files) {
   }));
 }
 
-const MESHES = /\.(obj|ply|stl|gltf|glb|vtk|vtp|off|3mf)$/i;
+const MESHES = /\.(obj|ply|stl|gltf|glb|vtk|vtp|off|3mf|usd|usda|usdc|usdz)$/i;
 
 /** Takes files in, and opens the first mesh among them. */
 async function take(files) {

@@ -162,8 +162,8 @@ impl Tool {
         properties["path"] = text("The mesh file, below the folder of the server.");
         if self.writes {
             properties["output"] = text(
-                "The file to write, below the folder of the server, in the format of its extension: obj, ply, stl, gltf, glb, vtk, vtp, off or \
-                 3mf. Its folder must exist.",
+                "The file to write, below the folder of the server, in the format of its extension: obj, ply, stl, gltf, glb, vtk, vtp, off, \
+                 3mf, usda or usdz. Its folder must exist.",
             );
             properties["overwrite"] = flag("Replace the output if it exists. Default: false.");
             properties["dry_run"] =

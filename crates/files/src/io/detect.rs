@@ -14,6 +14,12 @@ impl Format {
         if super::threemf::is_package(bytes) {
             return Ok(Some(Format::ThreeMf));
         }
+        if super::usd::is_package(bytes) {
+            return Ok(Some(Format::Usdz));
+        }
+        if super::usd::is_layer(bytes) {
+            return Ok(Some(Format::Usda));
+        }
         if let Some(name) = foreign(bytes) {
             return Err(IoError::UnknownFormat {
                 what: format!("the content is {name}, which is not supported"),
@@ -77,9 +83,18 @@ impl Format {
 impl FromStr for Format {
     type Err = IoError;
 
-    /// Accepts an extension with or without the dot, in any case.
+    /// Accepts an extension with or without the dot, in any case, and `usd` for USD as text.
     fn from_str(name: &str) -> Result<Self, IoError> {
         let wanted = name.trim_start_matches('.');
+        if wanted.eq_ignore_ascii_case("usd") {
+            return Ok(Format::Usda);
+        }
+        if wanted.eq_ignore_ascii_case("usdc") {
+            let what = "binary USD (.usdc) is recognised by its content and read, but not written: write .usda or .usdz";
+            return Err(IoError::UnknownFormat {
+                what: what.to_owned(),
+            });
+        }
         Format::ALL
             .into_iter()
             .find(|format| format.extension().eq_ignore_ascii_case(wanted))
@@ -94,7 +109,7 @@ fn foreign(bytes: &[u8]) -> Option<&'static str> {
     const MAGIC: [(&[u8], &str); 8] = [
         (
             b"PK\x03\x04",
-            "a ZIP archive without a 3MF model (unpack it first)",
+            "a ZIP archive without a 3MF model or a USD layer (unpack it first)",
         ),
         (b"\x1f\x8b", "gzip data (unpack it first)"),
         (b"Kaydara FBX", "FBX"),

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::gltf::{GltfDocument, Image};
 use super::threemf::ThreeMfDocument;
+use super::usd::UsdDocument;
 
 /// A file that was read, kept so that the same format can be written with all that a mesh does not hold.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,6 +19,8 @@ enum Kept {
     Gltf(GltfDocument),
     /// A 3MF package.
     ThreeMf(ThreeMfDocument),
+    /// A USD stage.
+    Usd(UsdDocument),
 }
 
 impl FileDocument {
@@ -31,19 +34,32 @@ impl FileDocument {
         Self(Kept::ThreeMf(document))
     }
 
+    /// A USD stage.
+    pub(crate) fn of_usd(document: UsdDocument) -> Self {
+        Self(Kept::Usd(document))
+    }
+
     /// The document of a glTF or GLB file.
     pub(crate) fn gltf(&self) -> Option<&GltfDocument> {
         match &self.0 {
             Kept::Gltf(document) => Some(document),
-            Kept::ThreeMf(_) => None,
+            Kept::ThreeMf(_) | Kept::Usd(_) => None,
         }
     }
 
     /// The package of a 3MF file.
     pub(crate) fn three_mf(&self) -> Option<&ThreeMfDocument> {
         match &self.0 {
-            Kept::Gltf(_) => None,
+            Kept::Gltf(_) | Kept::Usd(_) => None,
             Kept::ThreeMf(document) => Some(document),
+        }
+    }
+
+    /// What a USD stage says besides its meshes.
+    pub(crate) fn usd(&self) -> Option<&UsdDocument> {
+        match &self.0 {
+            Kept::Gltf(_) | Kept::ThreeMf(_) => None,
+            Kept::Usd(document) => Some(document),
         }
     }
 

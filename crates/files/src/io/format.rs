@@ -29,13 +29,17 @@ pub enum Format {
     /// 3MF: a ZIP package of objects, with a unit of length.
     #[serde(rename = "3mf")]
     ThreeMf,
+    /// USD (Universal Scene Description) as text; binary files are read.
+    Usda,
+    /// USD as a package: an uncompressed ZIP archive of layers.
+    Usdz,
     /// VTK XML image data, a volume.
     Vti,
 }
 
 impl Format {
     /// All mesh formats, in the order in which users see them.
-    pub const ALL: [Format; 9] = [
+    pub const ALL: [Format; 11] = [
         Format::Obj,
         Format::Ply,
         Format::Stl,
@@ -45,11 +49,13 @@ impl Format {
         Format::Vtp,
         Format::Off,
         Format::ThreeMf,
+        Format::Usda,
+        Format::Usdz,
     ];
 
     /// The mesh formats as one line for messages and help texts.
     pub const LIST: &'static str = "OBJ (.obj), PLY (.ply), STL (.stl), glTF (.gltf, .glb), VTK legacy (.vtk), \
-                                    VTK XML poly data (.vtp), OFF (.off) and 3MF (.3mf)";
+                                    VTK XML poly data (.vtp), OFF (.off), 3MF (.3mf) and USD (.usda, .usdz; .usdc is read)";
 
     /// The usual file name extension, in lower case and without a dot.
     pub fn extension(self) -> &'static str {
@@ -63,13 +69,25 @@ impl Format {
             Format::Vtp => "vtp",
             Format::Off => "off",
             Format::ThreeMf => "3mf",
+            Format::Usda => "usda",
+            Format::Usdz => "usdz",
             Format::Vti => "vti",
         }
     }
 
-    /// The mesh format of a file name's extension, if supported.
+    /// The mesh format of a file name's extension, if supported. `.usd` and `.usdc` are USD.
     pub fn from_extension(path: &Path) -> Option<Format> {
-        path.extension()?.to_str()?.parse().ok()
+        let extension = path.extension()?.to_str()?;
+        match extension.eq_ignore_ascii_case("usdc") {
+            true => Some(Format::Usda),
+            false => extension.parse().ok(),
+        }
+    }
+
+    /// Whether a file of this name would have to be binary USD, which is read but not written.
+    pub(crate) fn is_binary_usd(path: &Path) -> bool {
+        path.extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("usdc"))
     }
 }
 
@@ -85,6 +103,8 @@ impl fmt::Display for Format {
             Format::Vtp => "VTP",
             Format::Off => "OFF",
             Format::ThreeMf => "3MF",
+            Format::Usda => "USD",
+            Format::Usdz => "USDZ",
             Format::Vti => "VTI",
         })
     }

@@ -1,4 +1,4 @@
-//! Reading and writing mesh and volume files: OBJ, PLY, STL, glTF/GLB, VTK legacy, VTP, OFF, 3MF and VTI.
+//! Reading and writing mesh and volume files: OBJ, PLY, STL, glTF/GLB, VTK legacy, VTP, OFF, 3MF, USD and VTI.
 //!
 //! Each format has one module that turns bytes into a [`Mesh`] and back. Volumes are written as VTI and read from VTI
 //! and VTK legacy. Only the functions of paths, such as [`read_path`] and [`write_path`], use the file system.
@@ -42,12 +42,14 @@ mod save;
 mod stl;
 mod text;
 mod threemf;
+mod usd;
 mod vtk;
 
 pub(crate) use self::gltf::GltfDocument;
 pub use self::gltf::Image;
 pub(crate) use self::threemf::BESIDE;
 pub(crate) use self::threemf::ThreeMfDocument;
+pub(crate) use self::usd::UsdDocument;
 pub use document::FileDocument;
 pub use error::{IoError, Location};
 pub use files::{
@@ -192,7 +194,7 @@ pub fn no_side_files(name: &str, _: u64) -> Result<Vec<u8>, IoError> {
 /// Reads a mesh from the bytes of a file of a known format.
 ///
 /// `resolve` loads what the file refers to by name: the buffers of a glTF file; the material files and the first bytes
-/// of the images of an OBJ file. The files of an OBJ may be missing.
+/// of the images of an OBJ file; the layers of a USD stage. The files of OBJ and USD may be missing.
 ///
 /// # Errors
 /// When the bytes are damaged, hold no faces, or hold only degenerate ones.
@@ -213,6 +215,7 @@ pub fn read_bytes(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result
         Format::Vtp => vtk::read_xml(bytes),
         Format::Off => off::read(bytes),
         Format::ThreeMf => threemf::read(bytes),
+        Format::Usda | Format::Usdz => usd::read(bytes, format, resolve),
         Format::Vti => Err(no_mesh()),
     }
 }
@@ -251,16 +254,18 @@ pub fn model_to_bytes(
         Format::Vtp => vtk::write_xml(model, options),
         Format::Off => Ok(off::write(model)),
         Format::ThreeMf => threemf::write(model),
+        Format::Usda | Format::Usdz => usd::write(model, format),
         Format::Vti => Err(no_mesh()),
     };
     let package = model.document.and_then(FileDocument::three_mf);
-    let rest = package.filter(|_| format != Format::ThreeMf);
+    let package = package.filter(|_| format != Format::ThreeMf);
+    let stage = model.document.and_then(FileDocument::usd);
+    let stage = stage.filter(|_| !matches!(format, Format::Usda | Format::Usdz));
+    let rest = package
+        .map(ThreeMfDocument::rest)
+        .or(stage.map(UsdDocument::rest));
     let mut written = written?;
-    lost::note_rest(
-        &mut written,
-        &rest.map_or_else(Vec::new, ThreeMfDocument::rest),
-        format,
-    );
+    lost::note_rest(&mut written, &rest.unwrap_or_default(), format);
     Ok(written)
 }
 

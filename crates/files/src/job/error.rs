@@ -154,6 +154,12 @@ pub enum JobError {
         /// The name.
         path: PathBuf,
     },
+    /// An output would have to be binary USD.
+    #[error("{} would be binary USD, which is read, but not written: name it .usda or .usdz", path.display())]
+    BinaryUsd {
+        /// The name.
+        path: PathBuf,
+    },
     /// Text was requested of a format that has no text form.
     #[error("{name} is written as {format}, which has no text form; {other} has one")]
     NoTextForm {

@@ -46,6 +46,7 @@ mod rounding;
 mod spec;
 mod staging;
 mod steps;
+mod stored;
 mod surface;
 mod template;
 mod texels;

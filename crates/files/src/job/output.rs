@@ -3,18 +3,18 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use glam::{DMat4, DVec3};
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::bodies::checked;
-use super::deliver::{Component, Mark};
+use super::deliver::{Component, Mark, has_columns};
 use super::hash::sha256;
 use super::paint::{continue_paint, paint_note};
 use super::result::{ReplacedBody, label_replaced};
 use super::rounding::collapse_note;
 use super::staging::{Staging, make_folder};
 use super::texels::{Texels, add_material, refer_to_material};
-use super::units::unit_notes;
+use super::units::{holds_unit, unit_notes};
 use super::{JobError, Place};
 use crate::io::{
     Contents, FileDocument, Format, GltfDocument, IoError, Loaded, Precision, WriteOptions,
@@ -103,10 +103,15 @@ impl Output {
     /// An output in the given format; without one, in the format of the extension.
     ///
     /// # Errors
-    /// [`JobError::NoFormat`].
+    /// [`JobError::NoFormat`] and [`JobError::BinaryUsd`].
     pub fn new(place: impl Into<Place>, format: Option<Format>) -> Result<Self, JobError> {
         let place = place.into();
         let by_extension = || Format::from_extension(place.path()?);
+        if let Some(path) = place.path().filter(|path| Format::is_binary_usd(path)) {
+            return Err(JobError::BinaryUsd {
+                path: path.to_path_buf(),
+            });
+        }
         match format.or_else(by_extension) {
             Some(format) => Ok(Self {
                 place,
@@ -129,6 +134,7 @@ impl Output {
             Format::Glb => Some("gltf"),
             Format::Vtp => Some("vtk"),
             Format::ThreeMf => Some("off"),
+            Format::Usdz => Some("usda"),
             _ => None,
         };
         if let Some(other) = other.filter(|_| self.ascii) {
@@ -147,28 +153,20 @@ impl Output {
 
     /// Whether the file is text.
     pub fn is_text(&self) -> bool {
-        let text = [Format::Obj, Format::Gltf, Format::Vtp, Format::Off].contains(&self.format);
-        text || (self.ascii && !matches!(self.format, Format::Glb | Format::ThreeMf))
+        let text = [
+            Format::Obj,
+            Format::Gltf,
+            Format::Vtp,
+            Format::Off,
+            Format::Usda,
+        ];
+        let text = text.contains(&self.format);
+        text || (self.ascii && !matches!(self.format, Format::Glb | Format::ThreeMf | Format::Usdz))
     }
 
     /// Whether the format is glTF, where the input's document is passed through unchanged.
     pub(super) fn is_gltf(&self) -> bool {
         matches!(self.format, Format::Gltf | Format::Glb)
-    }
-
-    /// The transform from the file's coordinates to the mesh's, if the file stores 32-bit floats; else `None`.
-    pub(super) fn stored(&self, input: &Loaded) -> Option<DMat4> {
-        match self.format {
-            Format::Gltf | Format::Glb => {
-                Some(match input.document.as_ref().and_then(FileDocument::gltf) {
-                    Some(document) => document.largest_transform(),
-                    None => DMat4::IDENTITY,
-                })
-            }
-            Format::Stl if !self.ascii => Some(DMat4::IDENTITY),
-            Format::Obj | Format::Off | Format::ThreeMf => None,
-            _ => input.f32_exact.then_some(DMat4::IDENTITY),
-        }
     }
 
     /// Transfers attributes to the patches of a mended mesh and writes it.
@@ -187,7 +185,10 @@ impl Output {
             true => [0, 0],
             false => [input.mesh.positions.len(), input.mesh.faces.len()],
         };
-        let rounds = matches!(self.format, Format::Gltf | Format::Glb | Format::Stl);
+        let rounds = matches!(
+            self.format,
+            Format::Gltf | Format::Glb | Format::Stl | Format::Usda | Format::Usdz
+        );
         let rounded = |p: &DVec3| p.as_vec3().as_dvec3();
         let is_exact = matches!(self.format, Format::Obj | Format::Off | Format::ThreeMf);
         let mut collapsed = None;
@@ -276,7 +277,7 @@ impl Output {
             let notes = mark.apply(&mut done, kept, saving.components, file);
             done.notes.extend(notes);
         }
-        if matches!(self.format, Format::Ply | Format::Vtk | Format::Vtp) {
+        if has_columns(self.format) {
             done.set_expected_errors(kept, saving.expected_error);
         }
         Ok(done)
@@ -290,7 +291,7 @@ impl Output {
         staging: &mut Staging,
     ) -> Result<Stored, JobError> {
         let mut attributes = Cow::Borrowed(&input.attributes);
-        if unit.is_some() && self.format == Format::ThreeMf {
+        if unit.is_some() && holds_unit(self.format) {
             attributes.to_mut().unit = unit;
         }
         let model = Contents {

@@ -72,9 +72,10 @@ impl SurfaceSpec {
         self.output.check()?;
         let format = self.output.format;
         match (self.precision, format) {
-            (Precision::F64, Format::Stl | Format::Gltf | Format::Glb) => {
-                Err(JobError::No64Bit { format })
-            }
+            (
+                Precision::F64,
+                Format::Stl | Format::Gltf | Format::Glb | Format::Usda | Format::Usdz,
+            ) => Err(JobError::No64Bit { format }),
             _ => Ok(()),
         }
     }

@@ -10,7 +10,7 @@ pub(super) fn unit_notes(input: Option<Unit>, given: Option<Unit>, format: Forma
         return notes;
     };
     match format {
-        Format::ThreeMf => {}
+        format if holds_unit(format) => {}
         Format::Gltf | Format::Glb if unit == Unit::Metre => {}
         Format::Gltf | Format::Glb => notes.push(format!(
             "{format} has lengths in metres by definition, but the coordinates are written as they are, in {unit}"
@@ -20,6 +20,11 @@ pub(super) fn unit_notes(input: Option<Unit>, given: Option<Unit>, format: Forma
         )),
     }
     notes
+}
+
+/// Whether files of a format say what their unit is.
+pub(super) fn holds_unit(format: Format) -> bool {
+    matches!(format, Format::ThreeMf | Format::Usda | Format::Usdz)
 }
 
 /// A remark if the caller gives another unit than the input names.
@@ -43,6 +48,7 @@ mod tests {
         let notes = |input, given, format| unit_notes(input, given, format).join("; ");
         assert_eq!(notes(None, None, Format::Ply), "");
         assert_eq!(notes(mm, mm, Format::ThreeMf), "");
+        assert_eq!(notes(None, mm, Format::Usdz), "");
         assert_eq!(notes(None, Some(Unit::Metre), Format::Glb), "");
         assert!(notes(None, mm, Format::Glb).contains("metres by definition"));
         assert!(notes(mm, None, Format::Stl).contains("in mm is not in the file"));

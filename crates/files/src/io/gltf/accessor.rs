@@ -8,7 +8,6 @@ use gltf_json::validation::Checked;
 use super::super::binary::BinaryNumber;
 use super::super::{IoError, Location};
 use super::buffers::Buffers;
-use super::unsupported_extension;
 use isomend_core::mesh::attributes::Scalar;
 
 /// Reads the positions of an accessor.
@@ -186,15 +185,7 @@ fn read<T: Copy>(
 fn zeros(buffers: &Buffers<'_>, accessor: &Accessor, index: usize) -> Result<usize, IoError> {
     const MOST: u64 = 1 << 20;
     if accessor.sparse.is_none() {
-        let compressed = buffers
-            .root
-            .extensions_used
-            .iter()
-            .find(|name| name.contains("draco"));
-        return Err(match compressed {
-            Some(name) => unsupported_extension(buffers.format, name),
-            None => fault(buffers, index, "it has no data".to_string()),
-        });
+        return Err(fault(buffers, index, "it has no data".to_string()));
     }
     match usize::try_from(accessor.count.0) {
         Ok(count) if count as u64 <= MOST => Ok(count),

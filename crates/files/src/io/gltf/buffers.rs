@@ -55,14 +55,14 @@ impl<'a> Buffers<'a> {
     }
 
     /// The same with buffers whose contents are known.
-    pub(super) fn with(mut self, known: BTreeMap<usize, Vec<u8>>) -> Self {
+    pub(super) fn with(mut self, known: &BTreeMap<usize, Arc<Vec<u8>>>) -> Self {
         for (index, bytes) in known {
             self.budget = bytes
                 .len()
                 .saturating_mul(DECODED_TIMES)
                 .saturating_add(self.budget);
-            if let Some(loaded) = self.loaded.get_mut(index) {
-                *loaded = Some(Arc::new(bytes));
+            if let Some(loaded) = self.loaded.get_mut(*index) {
+                *loaded = Some(Arc::clone(bytes));
             }
         }
         self
@@ -123,6 +123,16 @@ impl<'a> Buffers<'a> {
                     .advise("save the parts of the scene to be repaired as separate files"))
             }
         }
+    }
+
+    /// Raises the limit of memory.
+    pub(super) fn allow(&mut self, bytes: usize) {
+        self.budget = self.budget.saturating_add(bytes);
+    }
+
+    /// Bytes of memory that the scene may still take.
+    pub(super) fn left(&self) -> usize {
+        self.budget
     }
 
     /// Whether the scene has asked for more memory than it may take.

@@ -5,6 +5,7 @@ mod base_colour;
 mod buffers;
 mod build;
 mod document;
+mod draco;
 mod instances;
 mod materials;
 mod meshopt;
@@ -17,13 +18,18 @@ mod values;
 mod write;
 
 pub(crate) use base_colour::{BaseImage, Wrapping};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use buffers::Buffers;
 pub(crate) use document::GltfDocument;
 pub use document::Image;
+use draco::DRACO;
 use instances::INSTANCING;
 use meshopt::MESHOPT;
 
 use gltf_json::{Root, Value};
+use rewritten::Rewritten;
 
 use super::{Contents, FileDocument, Format, IoError, Loaded, Location, Resolve, Written, text};
 
@@ -46,15 +52,19 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
         return Err(error);
     }
     check_extensions(&root, format)?;
-    let mut buffers = Buffers::new(&root, format, binary, bytes.len(), resolve);
-    let (unpacked, contents) = meshopt::decompressed(json, &mut buffers)?.unzip();
-    let (json, root) = match &unpacked {
-        Some(unpacked) => (&unpacked.json[..], &unpacked.root),
+    let size = bytes.len();
+    let source = Source {
+        format,
+        binary,
+        size,
+        resolve,
+    };
+    let unpacked = decompressed(json, &root, &source)?;
+    let (json, root) = match &unpacked.file {
+        Some(file) => (&file.json[..], &file.root),
         None => (json, &root),
     };
-    if let Some(contents) = contents {
-        buffers = Buffers::new(root, format, binary, bytes.len(), resolve).with(contents);
-    }
+    let mut buffers = source.buffers(root).with(&unpacked.contents);
     let (expanded, instances) = instances::expanded(json, &mut buffers)?.unzip();
     let (json, root) = match &expanded {
         Some(expanded) => (&expanded.json[..], &expanded.root),
@@ -66,8 +76,8 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
         let note = format!("instances of {INSTANCING}, each of which is a node here: {count}");
         loaded.notes.push(note);
     }
-    if unpacked.is_some() {
-        let note = format!("the file is compressed by {MESHOPT}; glTF is written uncompressed");
+    for name in unpacked.extensions {
+        let note = format!("the file is compressed by {name}; glTF is written uncompressed");
         loaded.notes.push(note);
     }
     let names = root.materials.iter().enumerate();
@@ -85,6 +95,63 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
     let document = GltfDocument::new(json, buffers.all(), scene.blocks, scene.parts);
     loaded.document = document.map(FileDocument::of_gltf);
     Ok(loaded)
+}
+
+/// Where the buffers of a file are.
+struct Source<'s> {
+    format: Format,
+    binary: Option<&'s [u8]>,
+    /// The size of the file in bytes.
+    size: usize,
+    resolve: &'s Resolve<'s>,
+}
+
+impl<'s> Source<'s> {
+    fn buffers<'r>(&self, root: &'r Root) -> Buffers<'r>
+    where
+        's: 'r,
+    {
+        Buffers::new(root, self.format, self.binary, self.size, self.resolve)
+    }
+}
+
+/// A file without compression.
+struct Unpacked {
+    /// Its JSON; `None` if it was not compressed.
+    file: Option<Rewritten>,
+    /// The contents of buffers by their numbers.
+    contents: BTreeMap<usize, Arc<Vec<u8>>>,
+    /// The extensions that it was compressed by.
+    extensions: Vec<&'static str>,
+}
+
+/// Decodes what extensions compressed.
+fn decompressed(json: &[u8], root: &Root, source: &Source<'_>) -> Result<Unpacked, IoError> {
+    let mut unpacked = Unpacked {
+        file: None,
+        contents: BTreeMap::new(),
+        extensions: Vec::new(),
+    };
+    for name in [MESHOPT, DRACO] {
+        let (json, root) = match &unpacked.file {
+            Some(file) => (&file.json[..], &file.root),
+            None => (json, root),
+        };
+        let mut buffers = source.buffers(root).with(&unpacked.contents);
+        let decoded = match name {
+            MESHOPT => meshopt::decompressed(json, &mut buffers)?,
+            _ => draco::decompressed(json, &mut buffers)?,
+        };
+        if let Some((file, contents)) = decoded {
+            let contents = contents.into_iter();
+            unpacked
+                .contents
+                .extend(contents.map(|(index, bytes)| (index, Arc::new(bytes))));
+            unpacked.file = Some(file);
+            unpacked.extensions.push(name);
+        }
+    }
+    Ok(unpacked)
 }
 
 /// The error for JSON of another version than 2: of one that the asset names, or of version 1, whose lists are objects.
@@ -180,7 +247,7 @@ fn split_glb(bytes: &[u8]) -> Result<Chunks<'_>, IoError> {
 }
 
 /// Prefixes of extensions that may be required: they do not change where the triangles are, or are read.
-const HARMLESS: [&str; 11] = [
+const HARMLESS: [&str; 12] = [
     "KHR_mesh_quantization",
     "KHR_materials_",
     "KHR_texture_",
@@ -190,6 +257,7 @@ const HARMLESS: [&str; 11] = [
     "EXT_texture_",
     "EXT_lights_",
     "MSFT_texture_",
+    DRACO,
     INSTANCING,
     MESHOPT,
 ];

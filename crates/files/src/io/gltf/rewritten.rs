@@ -1,5 +1,7 @@
 //! Files that are rewritten without an extension before they are read: their JSON as values, and the JSON that takes its place.
 
+use std::collections::BTreeMap;
+
 use gltf_json::{Root, Value};
 
 use super::super::{Format, IoError, Location, text};
@@ -10,6 +12,9 @@ pub(super) struct Rewritten {
     pub(super) json: Vec<u8>,
     pub(super) root: Root,
 }
+
+/// The contents of buffers that were decoded, by the buffers' numbers. Buffers that held compressed data only are empty.
+pub(super) type Decoded = BTreeMap<usize, Vec<u8>>;
 
 /// The JSON of a file as values, if it names an extension; `None` if not.
 pub(super) fn parsed(

@@ -12,7 +12,7 @@ use super::super::mesh_builder::MeshBuilder;
 use super::super::{Format, IoError, Location};
 use super::accessor::{self, Raw};
 use super::buffers::Buffers;
-use super::{morph, unsupported_extension};
+use super::morph;
 use isomend_core::mesh::attributes::PATCH_NAME;
 
 /// Most vertices, and most triangles, that are collected from a file.
@@ -303,7 +303,7 @@ impl Reader<'_, '_> {
             .attributes
             .get(&Checked::Valid(Semantic::Positions))
         else {
-            return Err(self.no_positions(mesh));
+            return Err(self.fault(mesh, "a primitive has no positions".to_string()));
         };
         let position = position.value();
         let attributes: BTreeMap<String, usize> = primitive
@@ -448,18 +448,6 @@ impl Reader<'_, '_> {
                 format!("with it the scene has more than {MOST} vertices or triangles"),
             )
             .advise("save the parts of the scene to be repaired as separate files"))
-    }
-
-    fn no_positions(&self, mesh: usize) -> IoError {
-        match self
-            .root
-            .extensions_used
-            .iter()
-            .find(|name| name.contains("draco"))
-        {
-            Some(name) => unsupported_extension(self.buffers.format, name),
-            None => self.fault(mesh, "a primitive has no positions".to_string()),
-        }
     }
 
     fn fault(&self, mesh: usize, what: String) -> IoError {

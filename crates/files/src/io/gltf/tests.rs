@@ -253,7 +253,7 @@ fn side_files_are_resolved_by_their_decoded_name() {
 
 #[test]
 fn compression_is_refused_by_name() {
-    for name in ["KHR_draco_mesh_compression", "KHR_meshopt_compression"] {
+    for name in ["EXT_draco_mesh_compression", "KHR_meshopt_compression"] {
         let text =
             gltf(NODE, STRIP).replacen('{', &format!(r#"{{"extensionsRequired":["{name}"],"#), 1);
         let message = refusal(text.as_bytes(), Format::Gltf);

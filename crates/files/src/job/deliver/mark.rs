@@ -134,7 +134,13 @@ pub(in crate::job) fn has_colours(format: Format) -> bool {
 pub(super) fn has_face_colours(format: Format) -> bool {
     matches!(
         format,
-        Format::Ply | Format::Vtk | Format::Vtp | Format::Off | Format::ThreeMf
+        Format::Ply
+            | Format::Vtk
+            | Format::Vtp
+            | Format::Off
+            | Format::ThreeMf
+            | Format::Usda
+            | Format::Usdz
     )
 }
 

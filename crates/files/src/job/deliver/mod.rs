@@ -21,6 +21,7 @@ use isomend_core::tuning::{Tunable, tunable};
 pub(super) use components::Component;
 pub(super) use invented::Invented;
 pub use mark::Mark;
+pub(super) use patches::has_columns;
 pub(super) use write::{Delivered, PieceRow};
 
 /// Fraction of a patch. A hole is listed if more of its patch than this may be farther off than the tolerance.

@@ -58,7 +58,7 @@ impl Whole<'_> {
         }
         attributes.labels.retain(|l| l.kind != LabelKind::Group);
         match format {
-            Format::Ply | Format::Vtk | Format::Vtp => {
+            _ if has_columns(format) => {
                 attributes.face.push(numbers(holes.iter().copied()));
                 attributes.vertex.push(self.errors(&origins));
             }
@@ -106,4 +106,12 @@ fn numbers(holes: impl Iterator<Item = usize>) -> Attribute {
     let mut numbers = Attribute::new(HOLE_NAME, Role::Other, Scalar::I32, 1);
     holes.for_each(|hole| numbers.push(Some(&[hole as f64])));
     numbers
+}
+
+/// Whether files of a format hold named numbers of vertices and of faces.
+pub(in crate::job) fn has_columns(format: Format) -> bool {
+    matches!(
+        format,
+        Format::Ply | Format::Vtk | Format::Vtp | Format::Usda | Format::Usdz
+    )
 }

@@ -1,6 +1,7 @@
 //! Tests of the memory limit of compressed files, and of buffers that hold compressed bytes beside others.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -75,8 +76,8 @@ fn a_decoded_buffer_adds_twelve_times_its_size_to_the_limit() {
     let root = Root::from_slice(br#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":1000}]}"#);
     let root = root.unwrap();
     let resolve = |_: &str, _: u64| unreachable!();
-    let known = BTreeMap::from([(0, vec![0; 1000])]);
-    let mut buffers = Buffers::new(&root, Format::Gltf, None, 0, &resolve).with(known);
+    let known = BTreeMap::from([(0, Arc::new(vec![0; 1000]))]);
+    let mut buffers = Buffers::new(&root, Format::Gltf, None, 0, &resolve).with(&known);
     buffers.spend((80 << 20) + 12_000).unwrap();
     assert!(buffers.spend(1).is_err());
 }

@@ -8,21 +8,18 @@ mod limit_tests;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeSet;
 use std::collections::btree_map::Entry;
-use std::collections::{BTreeMap, BTreeSet};
 
 use gltf_json::Value;
 use serde::Deserialize;
 
 use super::super::{IoError, Location};
 use super::buffers::Buffers;
-use super::rewritten::{Rewritten, parsed, rewritten, taken};
+use super::rewritten::{Decoded, Rewritten, parsed, rewritten, taken};
 
 /// The extension.
 pub(super) const MESHOPT: &str = "EXT_meshopt_compression";
-
-/// The contents of buffers that were decoded, by the buffers' numbers. Buffers that held compressed data only are empty.
-type Decoded = BTreeMap<usize, Vec<u8>>;
 
 /// A compressed view, as the extension describes it.
 #[derive(Deserialize)]

@@ -383,7 +383,7 @@ fn filters_give_unit_vectors_quaternions_and_numbers() {
 /// A glTF file of a grid of triangles: compressed, with quantised positions and a node that scales them back.
 pub(super) fn file(change: impl Fn(&mut Value)) -> Vec<u8> {
     let positions: Vec<u8> = (0..400u16)
-        .flat_map(|v| [v / 20 * 100, v % 20 * 100, (v * v) % 77, 0])
+        .flat_map(|v| [v / 20 * 100, v % 20 * 100, v.wrapping_mul(v) % 77, 0])
         .flat_map(u16::to_le_bytes)
         .collect();
     let faces = &faces()[..722];
