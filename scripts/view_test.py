@@ -38,6 +38,7 @@ from view_large import large
 from view_masks import masks
 from view_meshes import textured_glb
 from view_page import HOLE, Page, Server, check_refusals
+from view_print import printing
 from view_tabs import huge, same_state, tabs
 from view_tasks import tasks
 
@@ -425,6 +426,7 @@ GROUPS = {
     "creases": creases,
     "like": like,
     "masks": lambda page, program, folder: masks(page, program, folder, a_scan(folder)),
+    "print": printing,
     "tasks": lambda page, program, folder: tasks(page, program, folder, a_scan(folder)),
     "tabs": lambda page, program, folder: tabs(page, program, folder, a_scan(folder)),
     "million": large,
