@@ -10,6 +10,8 @@ import { covered, overlap, rimBoxes, Surface } from "./surface.js";
 const LARGE = 400_000;
 /** Milliseconds; if a picture takes longer, it is drawn with fewer faces or fewer pixels while the view moves. */
 const FLUID = 45;
+/** Milliseconds; if a full picture takes longer, a change is first seen in one with fewer faces or pixels: within 100 ms on most machines. */
+const SLOW = 80;
 /** A section plane that cuts nothing. */
 export const WHOLE = [0, 0, 0, 1];
 
@@ -106,8 +108,14 @@ export class Viewer {
     return { program, at: (name) => places[name] ??= gl.getUniformLocation(program, name) };
   }
 
-  /** Redraws with the next frame. */
+  /** Redraws with the next frame; if a full picture takes long, first with fewer faces or pixels. */
   refresh() {
+    if (this.costs.whole > SLOW) this.moving();
+    else this.request();
+  }
+
+  /** Requests the next frame. */
+  request() {
     if (this.waiting) return;
     this.waiting = true;
     const end = begun("frame");
@@ -125,11 +133,11 @@ export class Viewer {
     clearTimeout(this.rest);
     this.rest = setTimeout(() => {
       this.isMoving = false;
-      if (this.drewThin || this.coarse) this.refresh();
+      if (this.drewThin || this.coarse) this.request();
       this.endMotion();
       this.endMotion = null;
     }, 160);
-    this.refresh();
+    this.request();
   }
 
   colours() {
