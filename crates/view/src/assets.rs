@@ -15,9 +15,10 @@ const OWN_STYLE: &str = include_str!("../web/page.css");
 const LAYOUT: &str = include_str!("../web/layout.css");
 const WORKER: &str = include_str!("../web/worker.js");
 /// The page's own modules, in no order: `main.js` imports what it needs.
-const OWN: [Script; 46] = [
+const OWN: [Script; 47] = [
     ("aspects.js", include_str!("../web/aspects.js")),
     ("band.js", include_str!("../web/band.js")),
+    ("bottom.js", include_str!("../web/bottom.js")),
     ("choices.js", include_str!("../web/choices.js")),
     ("components.js", include_str!("../web/components.js")),
     ("creases.js", include_str!("../web/creases.js")),

@@ -47,6 +47,15 @@ export class Aspects {
     this.walls.progress(null);
   }
 
+  /** Shows all lengths and areas in another unit. */
+  changedUnit() {
+    this.app.defects.renew();
+    this.walls.show();
+    this.overhangs.show();
+    if (this.isShown("overhangs")) this.overhangs.list();
+    if (this.isShown("components")) this.app.attempt("#components-trouble", () => this.components.open());
+  }
+
   /** Takes the map away when another pane is opened. */
   leave() {
     if (MAPS.includes(this.app.display.colour)) this.app.display.setColour(this.before);

@@ -60,7 +60,7 @@ export class Defects {
       const { viewer, views } = this.app, mesh = this.app.shown();
       if (!mesh) return;
       const centre = walls.at.map((x, k) => x - mesh.centre[k]), normal = normalNear(mesh, centre);
-      viewer.fly({ centre, axes: Math.hypot(...normal) ? frame(normal, views.up()) : viewer.camera.axes, reach: Math.max(12 * walls.least, 0.1 * this.app.model.state.scene.radius) });
+      viewer.fly({ centre, axes: Math.hypot(...normal) ? frame(normal, views.up()) : viewer.camera.axes, reach: Math.max(12 * walls.least, 0.03 * this.app.model.state.scene.radius) });
       this.app.labels.pin(centre);
     })];
   }

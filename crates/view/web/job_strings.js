@@ -44,7 +44,7 @@ export const JOB_WORDS = {
   number_error: ["expected error, at most", "erwarteter Fehler, höchstens"],
   number_wall: ["thinnest wall", "dünnste Wand"],
   number_components: ["components", "Stücke"],
-  yes: ["yes", "ja"],
+  yes: ["Yes", "Ja"],
   // The check.
   sound: ["Printable: closed, and without defects.", "Druckbar: geschlossen und ohne Fehler."],
   sound_but: ["Printable, but look at: {what}.", "Druckbar, aber zu beachten: {what}."],

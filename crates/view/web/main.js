@@ -28,6 +28,7 @@ import { Plane } from "./plane.js";
 import { Masks } from "./masks.js";
 import { Measure, MEASURES } from "./measure.js";
 import { Band } from "./band.js";
+import { Bottom } from "./bottom.js";
 import { Views } from "./views.js";
 import { showIntro, useLayout } from "./layout.js";
 import { useCross, useViewKeys } from "./keys.js";
@@ -324,6 +325,7 @@ async function begin() {
   app.verdict = new Verdict(app);
   app.result = new Result(app);
   app.card = new HoleCard(app);
+  app.bottom = new Bottom(app);
   app.save = new Save(app);
   app.deliver = new Deliver(app);
   app.deliver.start(state);

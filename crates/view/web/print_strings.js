@@ -19,6 +19,7 @@ export const PRINT_WORDS = {
   walls_thinner: ["Thinner: {faces}, {area}, {share} % of the surface", "Dünner: {faces}, {area}, {share} % der Oberfläche"],
   walls_hint: ["Measured from each face straight inward. Sharp edges are no walls and never turn red; grey faces have no other side.", "Von jeder Fläche gerade nach innen gemessen. Scharfe Kanten sind keine Wände und werden nie rot; graue Flächen haben keine Gegenseite."],
   wall_place: ["Go to the thinnest wall: {least}", "Zur dünnsten Wand: {least}"],
+  flat_bottom: ["Flat bottom: close hole {id} flat, so that the print stands", "Flacher Boden: Loch {id} flach schließen, damit der Druck steht"],
   overhang_angle: ["Needs support above", "Braucht Stützen ab"],
   overhangs_steeper: ["Overhanging: {faces}, {area}, {share} % of the surface", "Überhängend: {faces}, {area}, {share} % der Oberfläche"],
   overhangs_hint: ["0° is a vertical wall, 90° a level ceiling. What lies on the plate needs no support.", "0° ist eine senkrechte Wand, 90° eine waagrechte Decke. Was auf der Platte liegt, braucht keine Stützen."],
