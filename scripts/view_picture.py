@@ -90,6 +90,12 @@ def draw(page):
     page.fill_in("#colour", "sigma")
     page.until("isomend.display.coloured === 'sigma'", "expected errors are shown")
     save(page, "result")
+    page.tab("check")
+    page.click_on("[name=aspect][value=walls] + span")
+    page.until("isomend.viewer.sides.after.surface.colour.kind === 5", "the walls are measured")
+    page.fill_in("#min-wall", "25")
+    page.until("document.querySelector('#verdict').textContent.startsWith('Not printable')", "the minimum wall counts")
+    save(page, "walls")
 
 
 def main():
