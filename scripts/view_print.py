@@ -9,7 +9,7 @@ from browser_test import PICTURE
 from view_meshes import write_ply
 from view_page import Server
 
-# A block on the plate, a thin sheet above it, and two crumbs: lowest corner, sides, squares along a side.
+# A block on the plate, a thin sheet above it, and two small cubes: lowest corner, sides, squares along a side.
 BODIES = [((0, 0, 0), (20, 20, 20), 8), ((5, 5, 25), (10, 10, 0.5), 4), ((-3, 0, 1), (0.5, 0.5, 0.5), 1), ((23, 0, 1), (0.5, 0.5, 0.5), 1)]
 SKIPPED = "duplicates,orientation,non-manifold,intersections,holes"
 # The colour of the pixel where a point of the mesh is drawn.
@@ -91,7 +91,7 @@ def components(page, program, folder, mesh):
     page.click_on("[name=aspect][value=components] + span")
     page.until("document.querySelectorAll('#component-list li').length === 4", "the components are listed")
     marked = "isomend.mesh().facts.reduce((sum, fact) => sum + (fact >>> 19 & 1), 0)"
-    page.expect(page.run(marked) == 24, "the crumbs are not marked")
+    page.expect(page.run(marked) == 24, "the small cubes are not marked")
     page.run("isomend.viewer.fly(isomend.home())")
     drawn = page.settled()["part"]
     page.click_on("#component-list li:first-child .icon-button")
@@ -106,7 +106,7 @@ def components(page, program, folder, mesh):
     page.expect(page.run("document.querySelector('#debris-command').textContent") == f"isomend repair --debris 0.01 --skip {SKIPPED}", "the command is not shown")
     page.click_on("#debris-delete")
     page.until_done()
-    page.reaches(1, "the crumbs are deleted")
+    page.reaches(1, "the small cubes are deleted")
     page.until("document.querySelectorAll('#component-list li').length === 2", "the rest is listed")
     saved, wanted = folder / "without.ply", folder / "wanted.ply"
     page.run(f"fetch('api/save', {{ method: 'POST', headers: {{ 'content-type': 'application/json' }}, body: JSON.stringify({{ kind: 'mesh', path: '{saved.name}', overwrite: false }}) }})")
@@ -114,7 +114,7 @@ def components(page, program, folder, mesh):
     page.expect(saved.exists() and saved.read_bytes() == wanted.read_bytes(), "the page writes another mesh than the command")
     page.click_on("#undo")
     page.reaches(0, "the deletion is undone")
-    page.until("document.querySelectorAll('#component-list li').length === 4", "the crumbs are back")
+    page.until("document.querySelectorAll('#component-list li').length === 4", "the small cubes are back")
 
 
 def printing(page, program, folder):

@@ -120,6 +120,7 @@ def check_colours(page):
 def check_defects(page):
     """Defects of the mesh are listed, and a click moves the view there and marks them."""
     page.tab("check")
+    page.click_on("[name=aspect][value=defects] + span")
     page.until("!['', 'Checking…'].includes(document.querySelector('#verdict').textContent)", "the mesh is checked")
     listed = page.run("[...document.querySelectorAll('#defect-list button')].map((b) => b.textContent)")
     page.expect(any(re.fullmatch(r"boundary edges: [\d,]+", text) for text in listed), f"the defects are {listed}")

@@ -65,8 +65,8 @@ export class Display {
     find("#colour").addEventListener("change", () => {
       const name = find("#colour").value;
       if (!isMap(name)) return this.setColour(name);
-      app.aspects.chosen = name;
-      return app.open("check");
+      app.open("check");
+      return app.aspects.choose(name);
     });
     for (const query of ["#section", "#cut", "#flip"]) find(query).addEventListener("input", () => this.cut());
     find("#split").addEventListener("input", () => {

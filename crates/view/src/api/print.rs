@@ -15,7 +15,7 @@ use super::mesh::state_of;
 use isomend_core::mesh::{Topology, area_vector, welded};
 
 #[derive(Deserialize)]
-pub struct Known {
+pub struct WallsQuery {
     /// Number of faces whose thickness the page has.
     known: usize,
 }
@@ -25,7 +25,7 @@ pub struct Known {
 pub async fn walls(
     State(app): State<Arc<App>>,
     Path((_, id)): Path<(String, u32)>,
-    Query(Known { known }): Query<Known>,
+    Query(WallsQuery { known }): Query<WallsQuery>,
 ) -> Answer {
     let bytes = work(&app, move |app| {
         let state = state_of(app, id)?;

@@ -7,6 +7,9 @@ const MANY = 2_000_000;
 /** Chunks of a group; if a group is completely inside or outside the picture, its chunks need no tests. */
 const GROUP = 16;
 
+/** No colouring; see [Surface.setColour]. */
+const PLAIN = { kind: 0, on: 0, span: [0, 1], images: [], skipKept: false, gaps: false, limits: [-1, 1] };
+
 /** Unit vectors in octahedral encoding, with 16 bits for each of the two coordinates. */
 function foldedNormals(normals) {
   const folded = new Uint32Array(normals.length / 3);
@@ -96,7 +99,7 @@ export class Surface {
     this.levels = { ...mesh.levels };
     this.order = mesh.order;
     if (!this.order) this.chunk(mesh.faces);
-    this.colour = { kind: 0, on: 0, span: [0, 1], images: [] };
+    this.colour = PLAIN;
     this.start(gl);
   }
 
@@ -198,7 +201,7 @@ export class Surface {
    */
   setColour(colour) {
     const gl = this.gl;
-    this.colour = { kind: 0, on: 0, span: [0, 1], images: [], skipKept: false, gaps: false, limits: [-1, 1], ...colour };
+    this.colour = { ...PLAIN, ...colour };
     const { kind, values } = this.colour;
     if (kind === 1 || kind === 2 || kind === 5) this.put("value", gl.R32F, values, 1);
     if (kind === 3) this.put("colour", gl.RGBA8, values, 4);
