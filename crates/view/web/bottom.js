@@ -15,6 +15,7 @@ const BOTTOM_DOWN = 0.9;
 export class Bottom {
   constructor(app) {
     this.app = app;
+    find("#bottom-words").textContent = tr("flat_bottom", { id: "–" });
     find("#flat-bottom").addEventListener("change", () => this.set(find("#flat-bottom").checked));
   }
 

@@ -35,6 +35,7 @@ export class Components {
       range.value = Math.log10(percent || 1e-9);
       this.show();
     });
+    find("#debris-delete").textContent = tr("debris_delete", { components: counts("component", 0) });
     find("#debris-delete").addEventListener("click", () => app.attempt("#components-trouble", () => this.remove()));
     find("#show-all").addEventListener("click", () => this.hide(this.found.all, false));
   }
