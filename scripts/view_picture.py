@@ -90,6 +90,11 @@ def draw(page):
     page.fill_in("#colour", "sigma")
     page.until("isomend.display.coloured === 'sigma'", "expected errors are shown")
     save(page, "result")
+    page.tab("check")
+    page.click_on("[name=aspect][value=walls] + span")
+    page.until("isomend.viewer.sides.after.surface.colour.kind === 5", "the walls are measured")
+    page.fill_in("#min-wall", "60")
+    save(page, "walls")
 
 
 def main():

@@ -38,6 +38,7 @@ from view_large import large
 from view_masks import masks
 from view_meshes import textured_glb
 from view_page import HOLE, Page, Server, check_refusals
+from view_print import printing
 from view_tabs import huge, same_state, tabs
 from view_tasks import tasks
 
@@ -119,6 +120,7 @@ def check_colours(page):
 def check_defects(page):
     """Defects of the mesh are listed, and a click moves the view there and marks them."""
     page.tab("check")
+    page.click_on("[name=aspect][value=defects] + span")
     page.until("!['', 'Checking…'].includes(document.querySelector('#verdict').textContent)", "the mesh is checked")
     listed = page.run("[...document.querySelectorAll('#defect-list button')].map((b) => b.textContent)")
     page.expect(any(re.fullmatch(r"boundary edges: [\d,]+", text) for text in listed), f"the defects are {listed}")
@@ -425,6 +427,7 @@ GROUPS = {
     "creases": creases,
     "like": like,
     "masks": lambda page, program, folder: masks(page, program, folder, a_scan(folder)),
+    "print": printing,
     "tasks": lambda page, program, folder: tasks(page, program, folder, a_scan(folder)),
     "tabs": lambda page, program, folder: tabs(page, program, folder, a_scan(folder)),
     "million": large,

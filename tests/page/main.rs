@@ -13,6 +13,7 @@ mod differences;
 mod files;
 mod like;
 mod masks;
+mod print;
 mod recipes;
 mod requests;
 mod sessions;

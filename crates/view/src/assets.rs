@@ -15,9 +15,12 @@ const OWN_STYLE: &str = include_str!("../web/page.css");
 const LAYOUT: &str = include_str!("../web/layout.css");
 const WORKER: &str = include_str!("../web/worker.js");
 /// The page's own modules, in no order: `main.js` imports what it needs.
-const OWN: [Script; 40] = [
+const OWN: [Script; 47] = [
+    ("aspects.js", include_str!("../web/aspects.js")),
     ("band.js", include_str!("../web/band.js")),
+    ("bottom.js", include_str!("../web/bottom.js")),
     ("choices.js", include_str!("../web/choices.js")),
+    ("components.js", include_str!("../web/components.js")),
     ("creases.js", include_str!("../web/creases.js")),
     ("defects.js", include_str!("../web/defects.js")),
     ("deliver.js", include_str!("../web/deliver.js")),
@@ -26,6 +29,7 @@ const OWN: [Script; 40] = [
         include_str!("../web/deliver_strings.js"),
     ),
     ("display.js", include_str!("../web/display.js")),
+    ("faces.js", include_str!("../web/faces.js")),
     ("fields.js", include_str!("../web/fields.js")),
     ("folder.js", include_str!("../web/folder.js")),
     ("folds.js", include_str!("../web/folds.js")),
@@ -46,10 +50,12 @@ const OWN: [Script; 40] = [
     ("net.js", include_str!("../web/net.js")),
     ("opener.js", include_str!("../web/opener.js")),
     ("outline.js", include_str!("../web/outline.js")),
+    ("overhangs.js", include_str!("../web/overhangs.js")),
     ("paint.js", include_str!("../web/paint.js")),
     ("paint_strings.js", include_str!("../web/paint_strings.js")),
     ("plane.js", include_str!("../web/plane.js")),
     ("presets.js", include_str!("../web/presets.js")),
+    ("print_strings.js", include_str!("../web/print_strings.js")),
     ("result.js", include_str!("../web/result.js")),
     ("save.js", include_str!("../web/save.js")),
     ("smoother.js", include_str!("../web/smoother.js")),
@@ -59,6 +65,7 @@ const OWN: [Script; 40] = [
     ("topology.js", include_str!("../web/topology.js")),
     ("verdict.js", include_str!("../web/verdict.js")),
     ("views.js", include_str!("../web/views.js")),
+    ("walls.js", include_str!("../web/walls.js")),
 ];
 /// The modules of the viewer and the page, bundled into one script.
 static SCRIPT: LazyLock<String> = LazyLock::new(|| bundle("main.js", &OWN));

@@ -43,6 +43,8 @@ mod store;
 mod texture;
 #[cfg(not(target_family = "wasm"))]
 mod token;
+mod upright;
+mod walls;
 mod words;
 
 pub use files::{Denied, to_read, to_write};

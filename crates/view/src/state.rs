@@ -10,6 +10,8 @@ use super::delta::{Delta, KeptNumbers};
 use super::errors::Errors;
 use super::runs::Runs;
 use super::texture::Textures;
+use super::upright::up_axis;
+use super::walls::Thickness;
 use super::words::Command;
 use isomend_core::check::CheckParams;
 use isomend_core::fill::{HoleOutcome, LeftReason};
@@ -54,8 +56,11 @@ pub struct State {
     /// Pairs of an old and a new face that replaces it, if the step faired marked faces; see [`Delta::replaced`].
     pub replaced: Vec<[u32; 2]>,
     textures: OnceLock<Textures>,
+    up: OnceLock<DVec3>,
     /// Parameters and result of the last check for defects.
     pub checked: Mutex<Option<(CheckParams, Value)>>,
+    /// The wall thickness at its faces, as far as it was asked for.
+    pub thickness: Mutex<Thickness>,
     /// Once the missing piece was requested: why there is none, or `None` if it can be made.
     pub piece: Mutex<Option<Option<String>>>,
 }
@@ -128,7 +133,9 @@ impl State {
             delta: None,
             replaced: Vec::new(),
             textures: OnceLock::new(),
+            up: OnceLock::new(),
             checked: Mutex::default(),
+            thickness: Mutex::default(),
             piece: Mutex::default(),
         })
     }
@@ -214,7 +221,9 @@ impl State {
             delta,
             replaced,
             textures: OnceLock::new(),
+            up: OnceLock::new(),
             checked: Mutex::default(),
+            thickness: Mutex::default(),
             piece: Mutex::default(),
         })
     }
@@ -225,6 +234,13 @@ impl State {
             0 => input.into(),
             depth => place_after(input, depth),
         }
+    }
+
+    /// The axis that likely points up.
+    pub fn up(&self) -> DVec3 {
+        *self
+            .up
+            .get_or_init(|| up_axis(&self.loaded.mesh, &self.holes, self.bounds))
     }
 
     /// Its texture images.

@@ -6,6 +6,19 @@ import { find, newButton } from "../../report/viewer/controls.js";
 import { counts, tr, whole } from "./strings.js";
 import { putNumbers } from "./verdict.js";
 
+/** The normal of the face whose centre is nearest to a point; not normalised. */
+function normalNear(mesh, point) {
+  const { positions: p, faces } = mesh;
+  let best = Infinity, face = 0;
+  for (let f = 0; f < faces.length; f += 3) {
+    let distance = 0;
+    for (let k = 0; k < 3; k++) distance += ((p[3 * faces[f] + k] + p[3 * faces[f + 1] + k] + p[3 * faces[f + 2] + k]) / 3 - point[k]) ** 2;
+    if (distance < best) [best, face] = [distance, f / 3];
+  }
+  const [a, b, c] = cornersOf(mesh, face);
+  return cross(minus(b, a), minus(c, a));
+}
+
 export class Defects {
   constructor(app) {
     this.app = app;
@@ -31,7 +44,8 @@ export class Defects {
       const { level, line } = this.app.verdict.judged(found), { walls } = found;
       verdict.textContent = line;
       verdict.dataset.level = level;
-      putNumbers(find("#check-numbers"), [[tr(found.closed ? "yes" : "no"), tr("number_closed")], [this.thinnest(walls), tr("number_wall")], [whole(found.components), tr("number_components")]]);
+      putNumbers(find("#check-numbers"), [[tr(found.closed ? "yes" : "no"), tr("number_closed")], [walls ? this.app.verdict.length(walls.least) : "–", tr("number_wall")], [whole(found.components), tr("number_components")]]);
+      find("#wall-thinnest").replaceChildren(...this.thinnest(walls));
       const { marks = {}, defects = [] } = found, there = defects.filter((d) => d.count).map((d) => ({ ...d, ...marks[d.kind] }));
       find("#defect-list").replaceChildren(...there.map((defect) => this.defect(defect, id)));
     } catch (error) {
@@ -39,18 +53,16 @@ export class Defects {
     }
   }
 
-  /** The thinnest wall, as a button that moves the view there. */
+  /** A button that moves the view to the thinnest wall, if there is one. */
   thinnest(walls) {
-    if (!walls) return "–";
-    const text = this.app.verdict.length(walls.least), at = walls.at;
-    if (!at) return text;
-    return newButton(text, () => {
-      const { viewer } = this.app, mesh = this.app.shown();
+    if (!walls?.at) return [];
+    return [newButton(tr("wall_place", { least: this.app.verdict.length(walls.least) }), () => {
+      const { viewer, views } = this.app, mesh = this.app.shown();
       if (!mesh) return;
-      const centre = at.map((x, k) => x - mesh.centre[k]);
-      viewer.fly({ centre, axes: viewer.camera.axes, reach: Math.max(6 * walls.least, 0.05 * this.app.model.state.scene.radius) });
+      const centre = walls.at.map((x, k) => x - mesh.centre[k]), normal = normalNear(mesh, centre);
+      viewer.fly({ centre, axes: Math.hypot(...normal) ? frame(normal, views.up()) : viewer.camera.axes, reach: Math.max(12 * walls.least, 0.03 * this.app.model.state.scene.radius) });
       this.app.labels.pin(centre);
-    }, { title: tr("wall_place") });
+    })];
   }
 
   /** A row of the list. Its faces belong to the mesh `id`; if another mesh or a preview is shown, they are neither shown nor marked. */

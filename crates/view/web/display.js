@@ -9,8 +9,9 @@ import { tr } from "./strings.js";
 import { askArrays } from "./net.js";
 import { Topology } from "./topology.js";
 import { Mask } from "./mask.js";
-import { foldLines } from "./folds.js";
+import { foldLines, patchLines } from "./folds.js";
 import { BANDED } from "./band.js";
+import { isMap } from "./aspects.js";
 
 /** Centre and diameter of each rim, for placing the number of its hole. */
 export function rimHoles({ rims, rimIds }, side) {
@@ -40,6 +41,13 @@ function lengths(values, header) {
   return all;
 }
 
+/** Arrays of numbers, one after the other. */
+function concatenated(arrays) {
+  const all = new Float32Array(arrays.reduce((sum, { length }) => sum + length, 0));
+  arrays.reduce((at, array) => { all.set(array, at); return at + array.length; }, 0);
+  return all;
+}
+
 /** The shading by ambient light. */
 const AMBIENT = 4;
 
@@ -54,7 +62,12 @@ export class Display {
     for (const input of all(".tools fieldset input")) {
       input.addEventListener("change", () => this.option(input.name, input.type === "radio" ? input.value : input.checked));
     }
-    find("#colour").addEventListener("change", () => this.setColour(find("#colour").value));
+    find("#colour").addEventListener("change", () => {
+      const name = find("#colour").value;
+      if (!isMap(name)) return this.setColour(name);
+      app.open("check");
+      return app.aspects.choose(name);
+    });
     for (const query of ["#section", "#cut", "#flip"]) find(query).addEventListener("input", () => this.cut());
     find("#split").addEventListener("input", () => {
       app.viewer.split = Number(find("#split").value);
@@ -69,7 +82,7 @@ export class Display {
   option(name, value) {
     for (const input of all(`.tools [name="${name}"]`)) input.checked = input.type === "radio" ? input.value === value : value;
     this.app.viewer.options[name] = value;
-    if (name === "folds") this.rims();
+    if (name === "folds" || name === "rims") this.rims();
     if (name === "shading") this.ambient();
     this.showSides();
     this.app.viewer.refresh();
@@ -129,8 +142,12 @@ export class Display {
 
   side(name, mesh) {
     const { kinds, colours } = name === "after" ? this.app.holes.rimKinds(mesh) : { kinds: mesh.rims.map(() => 0), colours: ["bad"] };
-    const folds = this.app.viewer.options.folds && mesh.topology;
-    this.app.viewer.setSide(name, { mesh, rims: mesh.rims, kinds, colours, segments: folds ? mesh.folds ??= foldLines(mesh.topology) : null });
+    const { options } = this.app.viewer, lines = [];
+    if (options.folds && mesh.topology) lines.push(mesh.folds ??= foldLines(mesh.topology));
+    if (options.rims && !mesh.coarse) lines.push(mesh.patchLines ??= patchLines(mesh));
+    const segments = concatenated(lines);
+    const hidden = mesh.hiddenHoles, rims = hidden?.size ? mesh.rims.map((rim, i) => (hidden.has(mesh.rimIds[i]) ? rim.subarray(0, 0) : rim)) : mesh.rims;
+    this.app.viewer.setSide(name, { mesh, rims, kinds, colours, segments: segments.length ? segments : null });
   }
 
   /** Draws the rims again after the actions on their holes have changed. */
@@ -140,7 +157,7 @@ export class Display {
 
   label() {
     const { before, after } = this.app.viewer.sides, items = [];
-    for (const [name, side] of [["after", after], ["before", before]]) if (side) items.push(...rimHoles(side.mesh, name));
+    for (const [name, side] of [["after", after], ["before", before]]) if (side) items.push(...rimHoles(side.mesh, name).filter(({ id }) => !side.mesh.hiddenHoles?.has(id)));
     items.sort((a, b) => b.diameter - a.diameter);
     this.app.labels.set(items, items.map((item) => item.rim));
     this.app.creases.show();
@@ -152,6 +169,10 @@ export class Display {
     if (!found) return;
     if (!mesh.coarse) this.paintable(mesh, found);
     const surface = this.app.viewer.surfaces.get(mesh);
+    if (surface && found.bends && !surface.bends) {
+      surface.setBends(found.bends);
+      this.app.viewer.refresh();
+    }
     if (!surface || surface.order) return;
     surface.setOrder(found.order);
     if (found.thin) surface.setLevel("thin", found.thin);
@@ -182,7 +203,7 @@ export class Display {
   /** Updates the list of available colourings. */
   offer() {
     const { state } = this.app.model, select = find("#colour"), had = this.colour;
-    const list = [["plain", tr("colour_plain")], ["curvature", tr("colour_curvature")]];
+    const list = [["plain", tr("colour_plain")], ["curvature", tr("colour_curvature")], ["walls", tr("colour_walls")], ["overhangs", tr("colour_overhangs")]];
     if (this.app.model.current?.parent !== null && this.app.model.current) list.push(["distance", tr("colour_distance")]);
     if (this.app.model.current?.parent !== null || this.app.band.reference) list.push(["deviation", tr("colour_deviation")]);
     if (state.errors) list.push(["sigma", tr("colour_sigma")]);
@@ -216,6 +237,11 @@ export class Display {
   async colourSide(name, side, surface, colouring) {
     const id = this.shown[side], isAfter = side === "after";
     if (name === "plain" || surface.mesh.coarse) return surface.setColour({ kind: 0 });
+    // Measuring thickness takes seconds: nothing waits for it.
+    if (isMap(name)) {
+      this.app.attempt("#message", () => this.app.aspects.colour(name, surface, () => this.colouring === colouring));
+      return undefined;
+    }
     if (name === "texture") return this.texture(id, surface, colouring);
     const other = this.shown[isAfter ? "before" : "after"], { reference } = this.app.band;
     if (name === "deviation" && !isAfter) return surface.setColour({ kind: 0 });

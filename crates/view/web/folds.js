@@ -1,20 +1,40 @@
-// The lines of sharp edges: edges between two faces whose dihedral angle deviates from flat by more than a bound.
+// Lines over the surface: sharp edges, between two faces whose dihedral angle deviates from flat by more than a bound, and the rims of patches.
+
+import { ORIGIN } from "../../report/viewer/geometry.js";
+import { measuredFaces } from "./faces.js";
 
 /** Smallest angle between the normals at an edge that is drawn, in degrees. */
 const BEND = 30;
 /** Number of faces above which no sharp edges are drawn: finding them would block the page for seconds. */
 const MOST_FACES = 3_000_000;
 
-/** The sharp edges of a mesh as lines: the coordinates of both ends and a zero each. */
-export function foldLines({ mesh: { positions: p, faces }, corners, starts, list }) {
-  const count = faces.length / 3, normals = new Float32Array(faces.length), lines = [], least = Math.cos(BEND * Math.PI / 180);
-  if (count > MOST_FACES) return new Float32Array();
-  for (let f = 0; f < count; f++) {
-    const [a, b, c] = [0, 1, 2].map((k) => 3 * faces[3 * f + k]);
-    const ex = p[b] - p[a], ey = p[b + 1] - p[a + 1], ez = p[b + 2] - p[a + 2], gx = p[c] - p[a], gy = p[c + 1] - p[a + 1], gz = p[c + 2] - p[a + 2];
-    const n = [ey * gz - ez * gy, ez * gx - ex * gz, ex * gy - ey * gx], size = Math.hypot(...n) || 1;
-    for (let k = 0; k < 3; k++) normals[3 * f + k] = n[k] / size;
+/** Number of new faces above which the rims of patches are not drawn. */
+const MOST_NEW = 300_000;
+
+/** The edges between the new faces of a step and other faces as lines: the coordinates of both ends and a one each. */
+export function patchLines({ positions: p, faces, facts }) {
+  const edges = new Map(), count = p.length / 3, isNew = (f) => (facts[f] >>> ORIGIN & 3) === 1;
+  let all = 0;
+  for (let f = 0; f < facts.length; f++) all += isNew(f);
+  if (all > MOST_NEW) return new Float32Array();
+  for (let f = 0; f < facts.length; f++) {
+    if (!isNew(f)) continue;
+    for (let k = 0; k < 3; k++) {
+      const a = faces[3 * f + k], b = faces[3 * f + (k + 1) % 3], edge = Math.min(a, b) * count + Math.max(a, b);
+      if (edges.has(edge)) edges.delete(edge);
+      else edges.set(edge, [3 * a, 3 * b]);
+    }
   }
+  const lines = [];
+  for (const [a, b] of edges.values()) lines.push(p[a], p[a + 1], p[a + 2], p[b], p[b + 1], p[b + 2], 1);
+  return Float32Array.from(lines);
+}
+
+/** The sharp edges of a mesh as lines: the coordinates of both ends and a zero each. */
+export function foldLines({ mesh, corners, starts, list }) {
+  const { positions: p, faces } = mesh, count = faces.length / 3, lines = [], least = Math.cos(BEND * Math.PI / 180);
+  if (count > MOST_FACES) return new Float32Array();
+  const { normals } = measuredFaces(mesh);
   for (let f = 0; f < count; f++) {
     for (let k = 0; k < 3; k++) {
       const a = corners[3 * f + k], b = corners[3 * f + (k + 1) % 3];

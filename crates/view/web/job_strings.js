@@ -44,7 +44,7 @@ export const JOB_WORDS = {
   number_error: ["expected error, at most", "erwarteter Fehler, höchstens"],
   number_wall: ["thinnest wall", "dünnste Wand"],
   number_components: ["components", "Stücke"],
-  yes: ["yes", "ja"],
+  yes: ["Yes", "Ja"],
   // The check.
   sound: ["Printable: closed, and without defects.", "Druckbar: geschlossen und ohne Fehler."],
   sound_but: ["Printable, but look at: {what}.", "Druckbar, aber zu beachten: {what}."],
@@ -53,9 +53,6 @@ export const JOB_WORDS = {
   doubtful: ["the repair has changed the shape", "die Reparatur hat die Form verändert"],
   doubtful_shape: ["Closed, but of doubtful shape.", "Geschlossen, aber von zweifelhafter Form."],
   thin_somewhere: ["walls of {least}", "Wände von {least}"],
-  wall_place: ["Move the view to the thinnest wall", "Die dünnste Wand zeigen"],
-  min_wall: ["Minimum wall", "Mindestwand"],
-  min_wall_title: ["Thinner walls are defects: for the check, the result, and Make printable", "Dünnere Wände sind Fehler: für die Prüfung, das Ergebnis und Druckbar machen"],
   defects: ["Defects", "Fehler"],
   // Opening.
   start_title: ["Open a mesh of the folder", "Ein Netz des Ordners öffnen"],

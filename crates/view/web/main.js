@@ -7,6 +7,7 @@ import { Point } from "../../report/viewer/point.js";
 import { all, find, localised, useArrows, usePointers } from "../../report/viewer/controls.js";
 import { listen } from "./net.js";
 import { Model } from "./model.js";
+import { Aspects } from "./aspects.js";
 import { Choices } from "./choices.js";
 import { Paint, PAINTS } from "./paint.js";
 import { Creases } from "./creases.js";
@@ -27,6 +28,7 @@ import { Plane } from "./plane.js";
 import { Masks } from "./masks.js";
 import { Measure, MEASURES } from "./measure.js";
 import { Band } from "./band.js";
+import { Bottom } from "./bottom.js";
 import { Views } from "./views.js";
 import { showIntro, useLayout } from "./layout.js";
 import { useCross, useViewKeys } from "./keys.js";
@@ -144,6 +146,7 @@ class App {
     const before = current.parent === null || current.parent === undefined ? null : Number(find("#against").value);
     await this.display.states(state.current, before);
     this.display.mark(this.mesh());
+    if (fresh) this.aspects.renew();
     if (fresh) this.measure.clear();
     this.masks?.list();
     this.painted();
@@ -170,7 +173,7 @@ class App {
 
   /** Opens a pane: a job, the measurements, the history, or saving. Painting begins with the brush. */
   open(tab, focus = false) {
-    const isTab = find("#tab-" + tab).getAttribute("role") === "tab";
+    const isTab = find("#tab-" + tab).getAttribute("role") === "tab", from = this.tab;
     this.tab = tab;
     for (const button of all("[data-pane]")) {
       const own = button.dataset.pane === tab, is = button.getAttribute("role") === "tab";
@@ -181,7 +184,10 @@ class App {
     }
     this.showJob();
     if (tabOf(this.tool) !== tab) this.setTool(tab === "paint" && this.paint ? "brush" : "turn");
-    if (tab === "check") this.defects?.check();
+    if (tab === "check" && from !== "check") {
+      this.defects?.check();
+      this.aspects?.choose(this.aspects.chosen);
+    } else if (from === "check" && tab !== "check") this.aspects?.leave();
     // Before the page is ready there is nothing to list.
     if (tab === "save") this.save?.recipe();
     if (tab === "save" || tab === "measure" || tab === "paint") this.save?.folder.list().catch(() => null);
@@ -228,6 +234,7 @@ class App {
     if (met.point && !coarse) this.point.choose(met.point, event.altKey);
     if (this.tool in MEASURES) return this.measure.click(this.tool, met);
     if (this.tab === "paint") return undefined;
+    if (this.aspects.isShown("components")) return this.aspects.components.clicked(met);
     const end = this.creases.at(at);
     if (end !== null) {
       this.open("holes");
@@ -311,12 +318,14 @@ async function begin() {
   app.display = new Display(app);
   app.holes = new Holes(app);
   app.defects = new Defects(app);
+  app.aspects = new Aspects(app);
   app.like = new Like(app);
   app.plane = new Plane(app);
   app.steps = new Steps(app);
   app.verdict = new Verdict(app);
   app.result = new Result(app);
   app.card = new HoleCard(app);
+  app.bottom = new Bottom(app);
   app.save = new Save(app);
   app.deliver = new Deliver(app);
   app.deliver.start(state);

@@ -80,6 +80,7 @@ export class Measure {
     this.app.views?.drawn();
     if (this.app.deliver) this.app.holes.filter();
     this.app.deliver?.changed();
+    this.app.aspects?.changedUnit();
     this.list();
   }
 

@@ -53,9 +53,9 @@ export class Plane {
     const { app } = this, { like, steps, viewer } = app;
     const open = app.showsJob() && ["fill", "restore"].includes(steps?.kind) && find("#like")?.open;
     this.given = Boolean(open) && like.kind === "plane";
-    const plane = !open ? null : this.given ? like.plane() : like.found();
+    const plane = !open ? null : this.given ? like.plane() : like.found(), had = this.placed;
     this.place(plane);
-    viewer.refresh();
+    if (had || this.placed) viewer.refresh();
   }
 
   /** Places the rectangle about the middle of the mesh. Its directions turn with the normal. */

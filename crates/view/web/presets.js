@@ -65,6 +65,7 @@ export class Presets {
     form.reset();
     form.put(set);
     if (kind === "repair") this.app.verdict.share();
+    if (preset.name === "print") this.app.bottom.set(true);
     if (kind === "fill" || kind === "restore") this.app.like.reset();
     this.changed(kind);
   }

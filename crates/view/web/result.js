@@ -5,8 +5,6 @@ import { counterpartLine } from "./like.js";
 import { counts, outcomeWords, tr } from "./strings.js";
 import { putNumbers, worse } from "./verdict.js";
 
-/** Upper bound of the number of faces up to which the mesh is checked after each step: a check of more takes seconds. */
-const CHECKED = 400_000;
 /** Upper bound of the number of listed holes. */
 const LISTED = 300;
 
@@ -50,7 +48,7 @@ export class Result {
     if (!report) return;
     this.put(standing, stepLine(report), report, null);
     this.list(report);
-    if (find("#result").hidden || current.faces > CHECKED) return;
+    if (find("#result").hidden) return;
     const found = await this.app.verdict.of(current.id).catch(() => null);
     if (!found || number !== this.updates || this.app.model.current.id !== current.id) return;
     // Of a repair only the mesh that it made is judged, as in the terminal.

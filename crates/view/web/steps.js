@@ -75,6 +75,7 @@ export class Steps {
   describe() {
     if (!this.forms.fill) return;
     const { kind } = this, { holes } = this.app, marked = this.app.marked();
+    if (kind === "repair") this.app.bottom.show();
     const on = {
       fill: holes.canFill() ? "" : holes.text(), restore: marked ? "" : tr("mark_first"), fair: marked ? "" : tr("on_surface"),
       repair: holes.caps().length ? tr("on_mesh_flat", { ids: holes.caps().join(", ") }) : "",

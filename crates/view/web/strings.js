@@ -6,6 +6,7 @@ import { DELIVER_WORDS } from "./deliver_strings.js";
 import { CAUSES, JOB_WORDS } from "./job_strings.js";
 import { LIKE_WORDS } from "./like_strings.js";
 import { PAINT_WORDS } from "./paint_strings.js";
+import { PRINT_WORDS } from "./print_strings.js";
 
 /** Each text by its name: English, then German. Names in braces are placeholders. */
 const WORDS = {
@@ -421,6 +422,7 @@ const COUNTED = {
   hole: [["hole", "holes"], ["Loch", "Löcher"]],
   of_hole: [["hole", "holes"], ["Loch", "Löchern"]],
   region: [["region", "regions"], ["Bereich", "Bereichen"]],
+  component: [["component", "components"], ["Stück", "Stücke"]],
   debris: [["small component", "small components"], ["kleines Stück", "kleine Stücke"]],
   place: [["place", "places"], ["Stelle", "Stellen"]],
   crease: [["sharp edge ends", "sharp edges end"], ["scharfe Kante endet", "scharfe Kanten enden"]],
@@ -458,7 +460,7 @@ export function setLanguage(name) {
   } catch { /* The browser allows no storage. */ }
 }
 
-const wordsOf = (name) => WORDS[name] || JOB_WORDS[name] || DELIVER_WORDS[name] || LIKE_WORDS[name] || PAINT_WORDS[name];
+const wordsOf = (name) => WORDS[name] || JOB_WORDS[name] || DELIVER_WORDS[name] || LIKE_WORDS[name] || PAINT_WORDS[name] || PRINT_WORDS[name];
 
 export const has = (name) => Boolean(wordsOf(name));
 

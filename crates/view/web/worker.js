@@ -42,6 +42,52 @@ function round(corners, count) {
   return { starts, list };
 }
 
+/** Cosine of the angle between two faces from which on the edge or corner between them is drawn sharp (40°). */
+const SHARP = 0.766;
+
+/** A unit vector in octahedral encoding, with 16 bits for each of the two coordinates, as the shaders read it. */
+function folded(x, y, z) {
+  const size = Math.abs(x) + Math.abs(y) + Math.abs(z) || 1;
+  let u = x / size, v = y / size;
+  if (z < 0) [u, v] = [(1 - Math.abs(v)) * (u < 0 ? -1 : 1), (1 - Math.abs(u)) * (v < 0 ? -1 : 1)];
+  return Math.round((u + 1) * 32767.5) | Math.round((v + 1) * 32767.5) << 16;
+}
+
+/**
+ * A normal for each corner: of the faces round its vertex that are at less than the sharp angle to its face, weighted by their areas. Null if
+ * no edge is sharp and no vertices coincide: then one normal for each vertex is enough.
+ */
+function bends(positions, corners, { starts, list }, isWelded) {
+  const normals = new Float32Array(corners.length), sizes = new Float32Array(corners.length / 3), found = new Uint32Array(corners.length);
+  for (let i = 0; i < corners.length; i += 3) {
+    const a = 3 * corners[i], b = 3 * corners[i + 1], c = 3 * corners[i + 2];
+    const ex = positions[b] - positions[a], ey = positions[b + 1] - positions[a + 1], ez = positions[b + 2] - positions[a + 2];
+    const gx = positions[c] - positions[a], gy = positions[c + 1] - positions[a + 1], gz = positions[c + 2] - positions[a + 2];
+    const x = ey * gz - ez * gy, y = ez * gx - ex * gz, z = ex * gy - ey * gx;
+    normals[i] = x;
+    normals[i + 1] = y;
+    normals[i + 2] = z;
+    sizes[i / 3] = Math.sqrt(x * x + y * y + z * z);
+  }
+  let sharp = 0;
+  for (let i = 0; i < corners.length; i++) {
+    const f = 3 * (i / 3 | 0), least = SHARP * sizes[f / 3], nx = normals[f], ny = normals[f + 1], nz = normals[f + 2];
+    let x = 0, y = 0, z = 0;
+    for (let at = starts[corners[i]]; at < starts[corners[i] + 1]; at++) {
+      const g = 3 * list[at];
+      if (nx * normals[g] + ny * normals[g + 1] + nz * normals[g + 2] < least * sizes[g / 3]) {
+        sharp++;
+        continue;
+      }
+      x += normals[g];
+      y += normals[g + 1];
+      z += normals[g + 2];
+    }
+    found[i] = folded(x, y, z);
+  }
+  return sharp || isWelded ? found : null;
+}
+
 /** Spreads ten bits, with two zeros between them, for a Morton code. */
 function apart(x) {
   x = (x | x << 16) & 0x030000ff;
@@ -206,8 +252,8 @@ onmessage = ({ data: { positions, faces, normals } }) => {
   }
   const weld = welded(positions);
   const corners = Uint32Array.from(faces, (v) => weld[v]);
-  const { starts, list } = round(corners, weld.length);
+  const { starts, list } = round(corners, weld.length), bent = bends(positions, corners, { starts, list }, weld.some((first, v) => first !== v));
   const size = bounds(positions), thin = thinned(positions, faces, size), order = together(positions, faces, size);
-  const given = [corners, starts, list, order.faces, order.numbers, ...thin ? [thin.faces, thin.numbers] : []];
-  postMessage({ corners, starts, list, thin, order }, given.map((array) => array.buffer));
+  const given = [corners, starts, list, order.faces, order.numbers, ...thin ? [thin.faces, thin.numbers] : [], ...bent ? [bent] : []];
+  postMessage({ corners, starts, list, thin, order, bends: bent }, given.map((array) => array.buffer));
 };

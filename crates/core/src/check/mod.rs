@@ -32,7 +32,7 @@ pub(crate) use components::components;
 pub use defects::{duplicates, is_flat, self_intersections, self_intersections_among};
 pub use doubt::ShapeDoubt;
 pub(crate) use resolution::{WELD_UNITS, weld_length};
-pub use walls::Walls;
+pub use walls::{WallMap, Walls};
 
 /// Options of a check: what to look for beyond the defects that are always listed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

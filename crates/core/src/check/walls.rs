@@ -1,12 +1,14 @@
 //! Wall thickness of closed components, measured by inward rays.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::thin::{FACING, centroid, given_normal};
 use super::{Component, Defect, DefectKind, Subject, Verdict};
 use crate::mesh::topology::NONE;
-use crate::mesh::{Mesh, Topology, area_vector, length, point};
+use crate::mesh::{Mesh, Topology, area_vector, length, point, welded};
 use crate::spatial::Bvh;
 use crate::tuning::{Tunable, tunable};
 
@@ -56,26 +58,69 @@ impl<'a> Walls<'a> {
         }
     }
 
-    /// The wall at the centre of a face; none if the ray does not leave the body, or leaves it through a face whose normal is
-    /// more than 60 degrees from the ray. If `inside_out`, the face normals point inward.
+    /// The wall at the centre of a face, as [`wall_at`] measures it. If `inside_out`, the face normals point inward.
     pub(crate) fn at(&self, f: u32, inside_out: bool) -> Option<Wall> {
-        let normal = |f: u32| match inside_out {
-            true => -given_normal(self.mesh, self.topology, f),
-            false => given_normal(self.mesh, self.topology, f),
-        };
-        let inward = -normal(f);
-        if inward == DVec3::ZERO {
-            return None;
+        wall_at((self.mesh, self.topology, &self.bvh), f, inside_out)
+    }
+}
+
+/// The wall at the centre of a face; none if the ray does not leave the body, or leaves it through a face whose normal is
+/// more than 60 degrees from the ray. If `inside_out`, the face normals point inward.
+fn wall_at(
+    (mesh, topology, bvh): (&Mesh, &Topology, &Bvh),
+    f: u32,
+    inside_out: bool,
+) -> Option<Wall> {
+    let normal = |f: u32| match inside_out {
+        true => -given_normal(mesh, topology, f),
+        false => given_normal(mesh, topology, f),
+    };
+    let inward = -normal(f);
+    if inward == DVec3::ZERO {
+        return None;
+    }
+    let leaves = |g: u32| g != f && normal(g).dot(inward) > 0.0;
+    let (g, thickness) = bvh.first_along(centroid(mesh, f), inward, leaves)?;
+    let cosine = normal(g).dot(inward);
+    (cosine > FACING.get()).then_some(Wall {
+        thickness,
+        is_parallel: cosine > PARALLEL.get(),
+    })
+}
+
+/// Measures walls part by part, for maps of a whole mesh: connectivity and hierarchy are made once.
+#[doc(hidden)]
+pub struct WallMap {
+    mesh: Mesh,
+    topology: Topology,
+    bvh: Bvh,
+}
+
+impl WallMap {
+    /// Prepares a mesh. Vertices at exactly the same position count as one.
+    pub fn new(mesh: &Mesh) -> Self {
+        let (mut mesh, _) = welded(mesh);
+        let topology = Topology::new(&mut mesh);
+        Self {
+            bvh: Bvh::new(&mesh, topology.faces()),
+            mesh,
+            topology,
         }
-        let leaves = |g: u32| g != f && normal(g).dot(inward) > 0.0;
-        let (g, thickness) = self
-            .bvh
-            .first_along(centroid(self.mesh, f), inward, leaves)?;
-        let cosine = normal(g).dot(inward);
-        (cosine > FACING.get()).then_some(Wall {
-            thickness,
-            is_parallel: cosine > PARALLEL.get(),
-        })
+    }
+
+    /// The thickness at each of the faces, in mesh units: negative at a wedge, whose sides are not parallel within 15 degrees,
+    /// so that it is no wall; NaN where the ray does not leave the body.
+    ///
+    /// # Panics
+    /// If a face does not exist.
+    pub fn thickness(&self, faces: Range<u32>) -> Vec<f32> {
+        let own = (&self.mesh, &self.topology, &self.bvh);
+        let signed = |f: u32| match wall_at(own, f, false) {
+            Some(wall) if wall.is_parallel => wall.thickness as f32,
+            Some(wall) => -wall.thickness as f32,
+            None => f32::NAN,
+        };
+        faces.into_par_iter().map(signed).collect()
     }
 }
 

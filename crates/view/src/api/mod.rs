@@ -7,6 +7,7 @@ mod http;
 mod masks;
 mod mesh;
 mod open;
+mod print;
 mod save;
 #[cfg(not(target_family = "wasm"))]
 mod start;
@@ -67,6 +68,8 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/{token}/api/send", post(open::send))
         .route("/{token}/api/values/{id}", get(values::values))
         .route("/{token}/api/check/{id}", get(values::check))
+        .route("/{token}/api/walls/{id}", get(print::walls))
+        .route("/{token}/api/components/{id}", get(print::components))
         .route("/{token}/api/uv/{id}", get(values::uvs))
         .route("/{token}/api/texture/{number}", get(values::texture))
         .fallback(|| async { StatusCode::NOT_FOUND })

@@ -277,22 +277,27 @@ fn attribute_rows(attributes: &Attributes) -> Vec<Value> {
         .collect()
 }
 
+/// Cosine of the angle against the up axis within which the first hole is one in the top or in the bottom (37°).
+const UPRIGHT: f64 = 0.8;
+
 /// The initial view: facing the first hole of the input file that is no outer border, or from a corner if there is none.
 fn scene(app: &App, state: &MeshState, first: &MeshState) -> Value {
     let [low, high] = state.bounds;
     let size = high - low;
-    let up = match size.y > size.z {
-        true => glam::DVec3::Y,
-        false => glam::DVec3::Z,
-    };
-    let side = if size.y > size.z {
-        glam::DVec3::Z
-    } else {
-        -glam::DVec3::Y
+    let up = first.up();
+    let side = match up == glam::DVec3::Y {
+        true => glam::DVec3::Z,
+        false => -glam::DVec3::Y,
     };
     let inner = first.holes.iter().find(|h| !h.outer_boundary);
     let facing = inner.map(|h| h.normal).filter(|n| *n != glam::DVec3::ZERO);
-    let towards = facing.unwrap_or(glam::DVec3::new(0.5, 0.0, 0.0) + side + 0.4 * up);
+    let corner = |height: f64| glam::DVec3::new(0.5, 0.0, 0.0) + side + height * up;
+    // A hole in the top is seen from a corner above it; what stands on a hole in the bottom stands.
+    let towards = match facing {
+        Some(normal) if normal.dot(up) > UPRIGHT => corner(0.9),
+        Some(normal) if normal.dot(up) > -UPRIGHT => normal,
+        _ => corner(0.4),
+    };
     json!({
         "centre": app.centre.to_array(),
         "radius": 0.5 * size.length(),

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::check::{CheckParams, DefectKind, Verdict};
+use crate::check::{CheckParams, DefectKind, Verdict, WallMap};
 use crate::mend::Inspection;
 use crate::mesh::Mesh;
 use crate::mesh::shapes::{cube, grid, icosphere};
@@ -160,4 +160,29 @@ fn thin_walls_are_a_no_where_a_limit_is_given_and_only_then() {
         line.contains("thinner than 0.2") && line.contains("component 1: 0.1"),
         "{line}"
     );
+}
+
+#[test]
+fn a_map_has_the_walls_of_the_check_and_negative_values_at_wedges() {
+    let plate = divided(&cuboid(DVec3::new(1.0, 1.0, 0.1)), 2);
+    let values = WallMap::new(&plate).thickness(0..plate.faces.len() as u32);
+    let thin = values.iter().filter(|t| (*t - 0.1).abs() < 1e-6).count();
+    let found = verdict(&plate, Some(0.2));
+    let marked = found
+        .defects
+        .iter()
+        .find(|d| d.kind == DefectKind::ThinWall);
+    assert_eq!(thin, marked.unwrap().count);
+    assert!(values.iter().all(|t| *t > 0.09), "{values:?}");
+    let wedge = divided(&wedge(20.0), 2);
+    let map = WallMap::new(&wedge);
+    let values = map.thickness(0..wedge.faces.len() as u32);
+    assert!(
+        values.iter().any(|t| *t < 0.0)
+            && values.iter().all(|t| *t < 0.0 || *t > 2.9 || t.is_nan())
+    );
+    assert_eq!(map.thickness(5..7)[0].to_bits(), values[5].to_bits());
+    // A sheet has no other side.
+    let sheet = Mesh::new(plate.positions.clone(), plate.faces[..1].to_vec());
+    assert!(WallMap::new(&sheet).thickness(0..1)[0].is_nan());
 }

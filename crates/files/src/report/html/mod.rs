@@ -111,9 +111,7 @@ pub fn page(page: &HtmlPage) -> String {
     let data = serde_json::json!({
         "scene": header, "holes": holes, "ends": ends, "single": page.single, "defects": defects
     });
-    let labels = tables::OutcomeLabels {
-        single: page.single,
-    };
+    let labels = tables::OutcomeLabels::new(scene, page.single);
     filled(TEMPLATE, |name| match name {
         "title" => escaped(page.title),
         "command" => escaped(page.command),

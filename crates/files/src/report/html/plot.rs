@@ -24,7 +24,7 @@ pub fn plots(regions: &[RegionReport]) -> String {
     let flowed = regions
         .iter()
         .filter(|r| r.levels.iter().any(|l| !l.flow.steps.is_empty()));
-    for (i, region) in flowed.enumerate() {
+    for region in flowed {
         let noun = if region.holes.len() == 1 {
             "hole"
         } else {
@@ -32,8 +32,7 @@ pub fn plots(regions: &[RegionReport]) -> String {
         };
         add!(
             out,
-            "<details class=\"plots\" data-region=\"{id}\"{}><summary>Region {id}: {noun} {}</summary><div class=\"pair\">",
-            if i == 0 { " open" } else { "" },
+            "<details class=\"plots\" data-region=\"{id}\"><summary>Region {id}: {noun} {}</summary><div class=\"pair\">",
             listed(&region.holes),
             id = region.id
         );

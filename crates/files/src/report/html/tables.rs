@@ -11,16 +11,40 @@ use super::{Badge, MOST_PLACES, MarkedDefect, add, escaped, listed, number, numb
 use isomend_core::fill::{Closure, HoleOutcome, RegionReport};
 use isomend_core::mend::HoleReport;
 
-/// Names of the outcomes of holes, after a change or for a mesh that was only inspected.
-#[derive(Clone, Copy)]
+/// What a page says of each hole, after a change or for a mesh that was only inspected.
 pub struct OutcomeLabels {
     /// Whether the mesh was only inspected.
-    pub single: bool,
+    single: bool,
+    /// The largest expected error in each region, from region 1; 0 if it is unknown.
+    errors: Vec<f32>,
 }
 
 impl OutcomeLabels {
+    /// The labels of a page that shows `scene`, whose expected errors they name.
+    pub fn new(scene: &Scene, single: bool) -> Self {
+        let mut errors = Vec::new();
+        for (face, region) in scene.faces[scene.kept..].iter().zip(&scene.regions) {
+            let at = *region as usize;
+            if errors.len() < at {
+                errors.resize(at, 0.0);
+            }
+            let known = face.iter().map(|&v| scene.error[v as usize]);
+            if let Some(own) = at.checked_sub(1).and_then(|at| errors.get_mut(at)) {
+                // Unknown errors are NaN, which `f32::max` ignores.
+                *own = known.fold(*own, f32::max);
+            }
+        }
+        Self { single, errors }
+    }
+
+    /// The largest expected error of the patch of a hole, if one is known.
+    fn error(&self, hole: &HoleReport) -> Option<f64> {
+        let found = self.errors.get(hole.region.checked_sub(1)?);
+        found.map(|e| f64::from(*e)).filter(|e| *e > 0.0)
+    }
+
     /// The name of an outcome.
-    fn of(self, outcome: &HoleOutcome) -> &'static str {
+    fn of(&self, outcome: &HoleOutcome) -> &'static str {
         match outcome {
             HoleOutcome::Left(_) if self.single => "open",
             other => other.name(),
@@ -28,13 +52,13 @@ impl OutcomeLabels {
     }
 
     /// The reason for a hole's outcome; empty if there is none.
-    fn why(self, hole: &HoleReport) -> String {
+    fn why(&self, hole: &HoleReport) -> String {
         let why = hole.outcome.reason().filter(|_| !self.single);
         escaped(&why.unwrap_or_default())
     }
 
     /// Numbers of holes by outcome, as list items.
-    pub fn status(self, holes: &[HoleReport]) -> String {
+    pub fn status(&self, holes: &[HoleReport]) -> String {
         let mut out = String::new();
         let mut counts: Vec<(String, &str, usize)> = Vec::new();
         for hole in holes {
@@ -52,7 +76,7 @@ impl OutcomeLabels {
     }
 
     /// A button for each hole.
-    pub fn hole_list(self, holes: &[HoleReport]) -> String {
+    pub fn hole_list(&self, holes: &[HoleReport]) -> String {
         let mut out = String::new();
         for h in holes {
             let (class, why) = (class(&h.outcome), self.why(h));
@@ -71,6 +95,13 @@ impl OutcomeLabels {
                     "Hole"
                 },
             );
+            if let Some(error) = self.error(h) {
+                add!(
+                    out,
+                    "<span class=\"why\">expected error up to {}</span>",
+                    number(error)
+                );
+            }
             if let Some(object) = &h.hole.object {
                 add!(out, "<span class=\"why\">in {}</span>", escaped(object));
             }
@@ -83,7 +114,7 @@ impl OutcomeLabels {
     }
 
     /// The rows of the table of holes.
-    pub fn hole_table(self, holes: &[HoleReport]) -> String {
+    pub fn hole_table(&self, holes: &[HoleReport]) -> String {
         let mut out = String::new();
         let names = names_objects(holes);
         for h in holes {
@@ -101,7 +132,7 @@ impl OutcomeLabels {
             add!(
                 out,
                 "<tr><th scope=\"row\"><a href=\"#hole-{id}\" data-hole=\"{id}\">{id}</a></th>{object}<td>{}</td><td>{}</td><td>{}</td>\
-             <td>{}</td><td>{}</td><td>{}</td><td>{x}, {y}, {z}</td><td>{normal}</td><td>{}</td><td class=\"text\"><span class=\"tag {class}\">{}\
+             <td>{}</td><td>{}</td><td>{}</td><td>{x}, {y}, {z}</td><td>{normal}</td><td>{}</td><td class=\"change\">{}</td><td class=\"text\"><span class=\"tag {class}\">{}\
              </span> {}</td></tr>",
                 h.hole.edges,
                 number(h.hole.length),
@@ -114,6 +145,7 @@ impl OutcomeLabels {
                 } else {
                     h.region.to_string()
                 },
+                self.error(h).map_or_else(|| "–".to_owned(), number),
                 self.of(&h.outcome),
                 why,
                 id = h.hole.id,

@@ -75,9 +75,9 @@ export async function unpack(text, header) {
 
 /**
  * Bits of a face's flags: region (lowest 16), origin (0 both meshes, 1 new, 2 removed or of an earlier step), masked, marked, image (8 bits),
- * in a stroke of the smoothing brush.
+ * in a stroke of the smoothing brush, hidden.
  */
-export const ORIGIN = 16, MASKED = 1 << 18, MARKED = 1 << 19, IMAGE = 20, STROKE = 1 << 28;
+export const ORIGIN = 16, MASKED = 1 << 18, MARKED = 1 << 19, IMAGE = 20, STROKE = 1 << 28, HIDDEN = 1 << 29;
 
 /** The flags of the faces of a mesh whose new faces are contiguous. */
 function factsOf({ faces, kept, regions, parts }) {

@@ -6,7 +6,7 @@ precision highp float;
 precision highp int;
 precision highp sampler2D;
 precision highp usampler2D;
-uniform usampler2D faceTexture, vertexTexture, numberTexture, factTexture;
+uniform usampler2D faceTexture, vertexTexture, numberTexture, factTexture, bendTexture;
 uniform int wideBits;
 uniform bool numbered;
 ivec2 texel(int i) { return ivec2(i & ((1 << wideBits) - 1), i >> wideBits); }
@@ -14,6 +14,8 @@ int faceNumber() {
   int own = gl_VertexID / 3;
   return numbered ? int(texelFetch(numberTexture, texel(own), 0).r) : own;
 }
+// Hidden faces get a place outside of the picture.
+vec4 unlessHidden(uint fact, vec4 at) { return (fact & 0x20000000u) != 0u ? vec4(2., 2., 2., 1.) : at; }
 int vertexNumber() { return int(texelFetch(faceTexture, texel(gl_VertexID), 0).r); }
 vec3 normalOf(uint folded) {
   vec2 p = vec2(float(folded & 65535u), float(folded >> 16)) / 32767.5 - 1.;
@@ -29,7 +31,7 @@ uniform sampler2D valueTexture, colourTexture, cornerTexture, ambientTexture;
 uniform mat4 matrix;
 uniform vec3 eye;
 uniform int colouring, valuesOn, shading;
-uniform bool occluded;
+uniform bool occluded, creased;
 uniform vec2 span;
 out vec3 seen;
 out vec3 bent;
@@ -45,15 +47,15 @@ void main() {
   corner = vec3(k == 0, k == 1, k == 2);
   place = position;
   seen = position - eye;
-  bent = normalOf(v.w);
+  bent = normalOf(creased ? texelFetch(bendTexture, texel(3 * face + k), 0).r : v.w);
   fact = texelFetch(factTexture, texel(face), 0).r;
   int on = valuesOn == 0 ? vertex : valuesOn == 1 ? face : 3 * face + k;
   shown = vec4(0.);
-  if (colouring == 1 || colouring == 2) shown.x = (texelFetch(valueTexture, texel(on), 0).r - span.x) / (span.y - span.x);
+  if (colouring == 1 || colouring == 2 || colouring == 5) shown.x = (texelFetch(valueTexture, texel(on), 0).r - span.x) / (span.y - span.x);
   if (colouring == 3) shown = texelFetch(colourTexture, texel(on), 0);
   if (colouring == 4) shown.xy = texelFetch(cornerTexture, texel(3 * face + k), 0).rg;
   ambient = shading == 4 && occluded ? texelFetch(ambientTexture, texel(vertex), 0).r : 1.;
-  gl_Position = matrix * vec4(position, 1.0);
+  gl_Position = unlessHidden(fact, matrix * vec4(position, 1.0));
 }`;
 
 export const SURFACE_FRAGMENT = `#version 300 es
@@ -75,6 +77,7 @@ uniform bool marks, faceted, skipKept, gaps;
 uniform int colours;
 uniform vec3 palette[16];
 uniform float wire, earlier;
+uniform vec2 limits;
 uniform int selected;
 uniform vec4 section;
 uniform highp sampler2DArray images;
@@ -90,6 +93,14 @@ vec3 rising(float x) {
   vec3 c = mix(vec3(.20, .17, .42), vec3(.16, .46, .56), clamp(3. * x, 0., 1.));
   c = mix(c, vec3(.42, .73, .40), clamp(3. * x - 1., 0., 1.));
   return mix(c, vec3(.97, .90, .25), clamp(3. * x - 2., 0., 1.));
+}
+
+// Values outside of the limits are faults, except negative ones; the others rise to an upper limit, or fall from a lower one.
+vec3 limited(float x) {
+  float size = abs(x);
+  if (x >= 0. && (x < limits.x || x > limits.y)) return fault;
+  float place = limits.y < 1e9 ? size / max(limits.y, 1e-6) : 1. - (size - limits.x) / max(1. - limits.x, 1e-6);
+  return rising(clamp(place, 0., 1.));
 }
 
 void main() {
@@ -109,6 +120,7 @@ void main() {
   if (colouring == 2 && valued && !(skipKept && origin == 0 && shown.x <= 0.)) ground = rising(clamp(shown.x, 0., 1.));
   // Unknown values are shown as grey stripes, which are not in the scale.
   if (gaps && shown.x < -.01) ground = vec3(mod(gl_FragCoord.x + gl_FragCoord.y, 12.) < 6. ? .72 : .52);
+  if (colouring == 5 && valued) ground = limited(shown.x);
   if (colouring == 3) ground = shown.rgb;
   int layer = int(fact >> 20 & 255u);
   if (colouring == 4 && valued && layer < 255) ground = texture(images, vec3(shown.xy, float(layer))).rgb;
@@ -195,7 +207,7 @@ void main() {
   uvec4 v = texelFetch(vertexTexture, texel(vertexNumber()), 0);
   place = uintBitsToFloat(v.xyz);
   number = uint(faceNumber()) + 1u;
-  gl_Position = matrix * vec4(place, 1.0);
+  gl_Position = unlessHidden(texelFetch(factTexture, texel(faceNumber()), 0).r, matrix * vec4(place, 1.0));
 }`;
 
 export const NUMBER_FRAGMENT = `#version 300 es

@@ -7,6 +7,9 @@ const MANY = 2_000_000;
 /** Chunks of a group; if a group is completely inside or outside the picture, its chunks need no tests. */
 const GROUP = 16;
 
+/** No colouring; see [Surface.setColour]. */
+const PLAIN = { kind: 0, on: 0, span: [0, 1], images: [], skipKept: false, gaps: false, limits: [-1, 1] };
+
 /** Unit vectors in octahedral encoding, with 16 bits for each of the two coordinates. */
 function foldedNormals(normals) {
   const folded = new Uint32Array(normals.length / 3);
@@ -96,7 +99,7 @@ export class Surface {
     this.levels = { ...mesh.levels };
     this.order = mesh.order;
     if (!this.order) this.chunk(mesh.faces);
-    this.colour = { kind: 0, on: 0, span: [0, 1], images: [] };
+    this.colour = PLAIN;
     this.start(gl);
   }
 
@@ -123,8 +126,10 @@ export class Surface {
     this.put("colour", gl.RGBA8, new Uint8Array(4), 4);
     this.put("corner", gl.RG32F, new Float32Array(2), 2);
     this.put("ambient", gl.R8, new Uint8Array(1), 1);
+    this.put("bend", gl.R32UI, new Uint32Array(1), 1);
     this.pictures([]);
     if (this.ambient) this.setAmbient(this.ambient);
+    if (this.bends) this.setBends(this.bends);
     for (const [name, level] of Object.entries(this.levels)) this.setLevel(name, level);
     if (this.colour.values) this.setColour(this.colour);
   }
@@ -192,13 +197,13 @@ export class Surface {
   /**
    * Colours the surface by `values`. `kind`: 0 none, 1 diverging scale, 2 rising scale, 3 colours as bytes, 4 texture coordinates in
    * `images`, which have the same size. `on`: 0 vertices, 1 faces, 2 corners. `span`: values at the ends of a scale. With `gaps`, values
-   * below the scale are unknown.
+   * below the scale are unknown. 5: a rising scale with `limits`, as parts of the span; values beyond them are faults.
    */
   setColour(colour) {
     const gl = this.gl;
-    this.colour = { kind: 0, on: 0, span: [0, 1], images: [], skipKept: false, gaps: false, ...colour };
+    this.colour = { ...PLAIN, ...colour };
     const { kind, values } = this.colour;
-    if (kind === 1 || kind === 2) this.put("value", gl.R32F, values, 1);
+    if (kind === 1 || kind === 2 || kind === 5) this.put("value", gl.R32F, values, 1);
     if (kind === 3) this.put("colour", gl.RGBA8, values, 4);
     if (kind === 4) this.put("corner", gl.RG32F, values, 2);
     if (kind === 4) this.pictures(this.colour.images);
@@ -208,6 +213,12 @@ export class Surface {
   setAmbient(ambient) {
     this.ambient = ambient;
     this.put("ambient", this.gl.R8, ambient, 1);
+  }
+
+  /** Sets a normal for each corner of the faces, in octahedral encoding: the two sides of a sharp edge have different ones. */
+  setBends(bends) {
+    this.bends = bends;
+    this.put("bend", this.gl.R32UI, bends, 1);
   }
 
   /** Uploads images of the same size as layers of one texture; the flags of a face select its layer. */
@@ -226,12 +237,14 @@ export class Surface {
   /** Binds the textures that a program reads to draw a simplified version, or all faces if `level` is null. */
   bind({ at }, level) {
     const gl = this.gl;
-    const numbers = level ? level + "Number" : this.order ? "number" : "fact", own = ["vertex", "fact", "value", "colour", "corner", "ambient"];
+    const numbers = level ? level + "Number" : this.order ? "number" : "fact", own = ["vertex", "fact", "value", "colour", "corner", "ambient", "bend"];
     const used = { face: level ? level + "Face" : "face", number: numbers, ...Object.fromEntries(own.map((name) => [name, name])) };
     Object.entries(used).forEach(([name, from], i) => this.bindOne(at(name + "Texture"), i, this.textures[from]));
-    this.bindOne(at("images"), 8, this.textures.image, gl.TEXTURE_2D_ARRAY);
+    this.bindOne(at("images"), 9, this.textures.image, gl.TEXTURE_2D_ARRAY);
     gl.uniform1i(at("wideBits"), this.bits);
     gl.uniform1i(at("occluded"), Boolean(this.ambient));
+    // The corners of a simplified version are others.
+    gl.uniform1i(at("creased"), Boolean(this.bends) && !level);
     gl.uniform1i(at("numbered"), Boolean(level || this.order));
   }
 

@@ -10,6 +10,8 @@ import { covered, overlap, rimBoxes, Surface } from "./surface.js";
 const LARGE = 400_000;
 /** Milliseconds; if a picture takes longer, it is drawn with fewer faces or fewer pixels while the view moves. */
 const FLUID = 45;
+/** Milliseconds; if a full picture takes longer, a change is first seen in one with fewer faces or pixels: within 100 ms on most machines. */
+const SLOW = 80;
 /** A section plane that cuts nothing. */
 export const WHOLE = [0, 0, 0, 1];
 
@@ -52,7 +54,7 @@ export class Viewer {
 
   /**
    * Shows a mesh on a side, or ranges of its faces, with rims; `kinds` has the index in `colours` for each rim. Sides with the same mesh
-   * share its data on the graphics card. `segments` are further lines, seven numbers each: both ends and an unused one.
+   * share its data on the graphics card. `segments` are further lines, seven numbers each: both ends, and 0 for a sharp edge, 1 for the rim of a patch.
    */
   setSide(name, { mesh, ranges, rims = [], kinds = [], colours = ["rim", "bad"], strength = 0.9, segments = null }) {
     const old = this.sides[name];
@@ -106,8 +108,14 @@ export class Viewer {
     return { program, at: (name) => places[name] ??= gl.getUniformLocation(program, name) };
   }
 
-  /** Redraws with the next frame. */
+  /** Redraws with the next frame; if a full picture takes long, first with fewer faces or pixels. */
   refresh() {
+    if (this.costs.whole > SLOW) this.moving();
+    else this.request();
+  }
+
+  /** Requests the next frame. */
+  request() {
     if (this.waiting) return;
     this.waiting = true;
     const end = begun("frame");
@@ -125,11 +133,11 @@ export class Viewer {
     clearTimeout(this.rest);
     this.rest = setTimeout(() => {
       this.isMoving = false;
-      if (this.drewThin || this.coarse) this.refresh();
+      if (this.drewThin || this.coarse) this.request();
       this.endMotion();
       this.endMotion = null;
     }, 160);
-    this.refresh();
+    this.request();
   }
 
   colours() {
@@ -139,7 +147,7 @@ export class Viewer {
       const digits = text.length === 3 ? [...text].map((d) => d + d).join("") : text;
       return [0, 2, 4].map((i) => parseInt(digits.slice(i, i + 2), 16) / 255);
     };
-    const names = ["sky", "base", "patch", "chosen", "inside", "edge", "rim", "bad", "mark", "mask", "fault", "soft", "second", "fair", "good"];
+    const names = ["sky", "base", "patch", "chosen", "inside", "edge", "rim", "bad", "mark", "mask", "fault", "soft", "second", "fair", "good", "seam"];
     return Object.fromEntries(names.map((n) => [n, colour(n)]));
   }
 
@@ -230,6 +238,7 @@ export class Viewer {
     gl.uniform1i(at("colouring"), colour.kind === 3 && plan.level && colour.on === 2 ? 0 : colour.kind);
     gl.uniform1i(at("valuesOn"), colour.on);
     gl.uniform2fv(at("span"), colour.span);
+    gl.uniform2fv(at("limits"), colour.limits.map((x) => Math.min(x, 1e10)));
     gl.uniform1i(at("skipKept"), Boolean(colour.skipKept));
     gl.uniform1i(at("gaps"), Boolean(colour.gaps));
     gl.uniform1i(at("marks"), mesh.marks);
@@ -271,7 +280,7 @@ export class Viewer {
     gl.uniform1f(at("slack"), 1e-4 * this.camera.radius);
     const kinds = (names) => gl.uniform3fv(at("kinds"), Array.from({ length: 5 }, (_, i) => colours[names[i % names.length]]).flat());
     const lines = side.starts[side.starts.length - 1] || 0;
-    kinds(["edge"]);
+    kinds(["edge", "seam"]);
     if (side.segments) this.strokes([lines, lines + side.segments.length / 7], 1.6 * ratio, 0.85, 0);
     if (!this.options.rims) return;
     kinds(side.colours);

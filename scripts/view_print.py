@@ -1,0 +1,133 @@
+"""Tests of the print check on the page of `isomend view`: wall thickness and overhangs as maps with a limit, components hidden and deleted.
+Counts, areas, pixels and written bytes are tested on bodies of known size. For view_test.py."""
+
+import subprocess
+
+import numpy as np
+
+from browser_test import PICTURE
+from view_meshes import write_ply
+from view_page import Server
+
+# A block on the plate, a thin sheet above it, and two small cubes: lowest corner, sides, squares along a side.
+BODIES = [((0, 0, 0), (20, 20, 20), 8), ((5, 5, 25), (10, 10, 0.5), 4), ((-3, 0, 1), (0.5, 0.5, 0.5), 1), ((23, 0, 1), (0.5, 0.5, 0.5), 1)]
+SKIPPED = "duplicates,orientation,non-manifold,intersections,holes"
+# The colour of the pixel where a point of the mesh is drawn.
+PIXEL = """((x, y, z) => { const v = isomend.viewer, c = v.sides.after.mesh.centre, at = v.onPage([x - c[0], y - c[1], z - c[2]], v.panes()[0]), gl = v.gl, p = new Uint8Array(4);
+  v.draw(); const ratio = v.canvas.width / v.canvas.clientWidth;
+  gl.readPixels(at[0] * ratio, v.canvas.height - at[1] * ratio, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, p); return [...p.slice(0, 3)]; })"""
+
+
+def boxes(path):
+    """Writes the bodies as a binary PLY."""
+    vertices, faces = [], []
+    for low, sides, n in BODIES:
+        for k in range(3):
+            a, b = np.meshgrid(np.arange(n + 1) / n, np.arange(n + 1) / n, indexing="ij")
+            at = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+            quads = np.stack([at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, :-1], at[1:, 1:], at[:-1, 1:]], -1).reshape(-1, 3)
+            for side in 0, 1:
+                points = np.empty((n + 1, n + 1, 3))
+                points[..., k], points[..., (k + 1) % 3], points[..., (k + 2) % 3] = side, a, b
+                faces.append((quads if side else quads[:, ::-1]) + sum(map(len, vertices)))
+                vertices.append(points.reshape(-1, 3) * sides + low)
+    vertices, number = np.unique(np.concatenate(vertices), axis=0, return_inverse=True)
+    write_ply(path, vertices, number.ravel()[np.concatenate(faces)])
+
+
+def finding(page, query, area, what):
+    """The area that a finding tells, as far as it is written."""
+    page.calm(PICTURE)
+    said = page.run(f"document.querySelector('{query}').textContent")
+    page.expect(f", {area}, " in said, f"{what}: {said!r} instead of {area}")
+
+
+def is_red(colour):
+    return colour[0] > 1.6 * max(colour[1:])
+
+
+def walls(page):
+    page.click_on("[name=aspect][value=walls] + span")
+    page.until("isomend.viewer.sides.after.surface.colour.kind === 5", "walls are measured")
+    page.click_on("[data-view=isometric]")
+    thick, thin = f"{PIXEL}(19, 1, 20)", f"{PIXEL}(10, 10, 25.5)"
+    page.calm(PICTURE)
+    page.expect(not is_red(page.run(thin)), "without a limit something is too thin")
+    page.fill_in("#min-wall", "1")
+    finding(page, "#walls-said", "203", "walls below 1")
+    page.expect(is_red(page.run(thin)) and not is_red(page.run(thick)), "not only the sheet is red")
+    page.shot("walls")
+    # The slider sets the same limit.
+    high = page.run("isomend.aspects.walls.high")
+    page.fill_in("#wall-range", str(round(1000 * 0.3 / high)))
+    finding(page, "#walls-said", "0", "walls below 0.3")
+    page.expect(not is_red(page.run(thin)), "the sheet stays red")
+    page.until("document.querySelector('#wall-thinnest button')?.textContent.includes('0.5')", "the thinnest wall is named")
+    page.click_on("#wall-thinnest button")
+    page.calm(PICTURE)
+    page.expect(page.run("isomend.viewer.camera.reach") < 10, "the view is not at the thinnest wall")
+    page.fill_in("#min-wall", "")
+
+
+def overhangs(page):
+    page.click_on("[name=aspect][value=overhangs] + span")
+    page.until("isomend.viewer.sides.after.surface.colour.kind === 5", "overhangs are shown")
+    finding(page, "#overhangs-said", "100.5", "overhangs")
+    rows = page.run("[...document.querySelectorAll('#stand-list button')].map((b) => [...b.children].map((s) => s.textContent))")
+    page.expect(["+Z", "100.5", "400"] in rows and len(rows) == 6, f"the mesh stands as {rows}")
+    page.click_on("[data-view=bottom]")
+    page.calm(PICTURE)
+    page.expect(is_red(page.run(f"{PIXEL}(-2.75, 0.25, 1)")) and not is_red(page.run(f"{PIXEL}(10, 10, 0)")), "what lies on the plate overhangs")
+    page.shot("overhangs")
+    page.click_on("#stand-list li:nth-child(3) button")
+    page.until("isomend.views.up()[1] === 1", "a click on a direction turns the mesh")
+    page.fill_in("#up", "")
+    page.tab("holes")
+    page.until("isomend.display.coloured === 'plain'", "the map goes with the check")
+
+
+def components(page, program, folder, mesh):
+    page.tab("check")
+    page.click_on("[name=aspect][value=components] + span")
+    page.until("document.querySelectorAll('#component-list li').length === 4", "the components are listed")
+    marked = "isomend.mesh().facts.reduce((sum, fact) => sum + (fact >>> 19 & 1), 0)"
+    page.expect(page.run(marked) == 24, "the small cubes are not marked")
+    page.run("isomend.viewer.fly(isomend.home())")
+    drawn = page.settled()["part"]
+    page.click_on("#component-list li:first-child .icon-button")
+    page.expect(page.settled()["part"] < 0.5 * drawn, "a hidden component is drawn")
+    page.expect(page.run("isomend.aspects.components.found.hidden.size") == 1, "no component is hidden")
+    page.shot("components")
+    page.click_on("#show-all")
+    page.expect(abs(page.settled()["part"] - drawn) < 1e-3, "a component stays hidden")
+    page.fill_in("#debris-range", "1")
+    page.expect("3 components" in page.run("document.querySelector('#debris-delete').textContent"), "the slider does not choose the sheet")
+    page.fill_in("#debris-part", "1")
+    page.expect(page.run("document.querySelector('#debris-command').textContent") == f"isomend repair --debris 0.01 --skip {SKIPPED}", "the command is not shown")
+    page.click_on("#debris-delete")
+    page.until_done()
+    page.reaches(1, "the small cubes are deleted")
+    page.until("document.querySelectorAll('#component-list li').length === 2", "the rest is listed")
+    saved, wanted = folder / "without.ply", folder / "wanted.ply"
+    page.run(f"fetch('api/save', {{ method: 'POST', headers: {{ 'content-type': 'application/json' }}, body: JSON.stringify({{ kind: 'mesh', path: '{saved.name}', overwrite: false }}) }})")
+    subprocess.run([program, "repair", mesh, "-o", wanted, "--debris", "0.01", "--skip", SKIPPED, "-q"], check=True)
+    page.expect(saved.exists() and saved.read_bytes() == wanted.read_bytes(), "the page writes another mesh than the command")
+    page.click_on("#undo")
+    page.reaches(0, "the deletion is undone")
+    page.until("document.querySelectorAll('#component-list li').length === 4", "the small cubes are back")
+
+
+def printing(page, program, folder):
+    mesh = folder / "bodies.ply"
+    boxes(mesh)
+    server = Server(program, mesh, folder / "log.txt")
+    try:
+        page.start(server, width=1280, height=800)
+        page.until("!!isomend.mask()", "the surface is prepared")
+        page.tab("check")
+        walls(page)
+        overhangs(page)
+        components(page, program, folder, mesh)
+        page.tell_troubles()
+    finally:
+        server.stop()
