@@ -93,7 +93,7 @@ def draw(page):
     page.tab("check")
     page.click_on("[name=aspect][value=walls] + span")
     page.until("isomend.viewer.sides.after.surface.colour.kind === 5", "the walls are measured")
-    page.fill_in("#min-wall", "60")
+    page.fill_in("#min-wall", "105")
     save(page, "walls")
 
 

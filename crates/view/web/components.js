@@ -102,7 +102,7 @@ export class Components {
   }
 
   command() {
-    return `isomend repair --debris ${this.part} --skip ${REPAIR_STEPS.join()}`;
+    return ["isomend", "repair", "--debris", this.part, "--skip", REPAIR_STEPS.join()].join(" ");
   }
 
   /** Marks the faces of components in the view. */

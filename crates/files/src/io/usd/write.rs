@@ -56,11 +56,7 @@ pub(super) fn write(model: &Contents<'_>, format: Format) -> Result<Written, IoE
     }
     appearances(&mut out, model, &materials);
     out.close();
-    // What has no place here.
-    let listed = model
-        .attributes
-        .listed_where(|_| false, |kind| kind == LabelKind::Smoothing);
-    notes.extend(lost::note(&listed, format));
+    notes.extend(lost::note(&without_place(model), format));
     let rest = document.map(UsdDocument::rest).unwrap_or_default();
     if !rest.is_empty() {
         notes.push(format!(
@@ -72,6 +68,20 @@ pub(super) fn write(model: &Contents<'_>, format: Format) -> Result<Written, IoE
         bytes: out.text.into_bytes(),
         notes,
     })
+}
+
+/// What a stage has no place for.
+fn without_place(model: &Contents<'_>) -> String {
+    let attributes = model.attributes;
+    let mut listed = attributes.listed_where(|_| false, |kind| kind == LabelKind::Smoothing);
+    let materials = attributes.materials.iter();
+    let textures = materials.filter(|material| material.texture.is_some());
+    let count = textures.count();
+    if count > 0 {
+        let join = if listed.is_empty() { "" } else { ", " };
+        listed += &format!("{join}textures of materials: {count}");
+    }
+    listed
 }
 
 /// Writes the metadata of the stage; returns a remark if the unit is not known.
