@@ -316,7 +316,7 @@ impl Run<'_> {
     }
 
     /// Cuts intersecting faces out and fills the holes, in passes, until no patch intersects anything. Fills the chosen holes of the
-    /// input too, unless they are `filled`. Returns false where so much is lost that the result cannot be the best.
+    /// input too, unless they are `filled`. Returns false where the result cannot be the best, by what is lost.
     fn fill_and_cut(&mut self, filled: bool) -> Result<bool, FillError> {
         let mut old = border(&*self.draft.inspect()?);
         let mut reopened = false;

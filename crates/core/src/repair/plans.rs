@@ -459,7 +459,7 @@ impl Run<'_> {
         shape
     }
 
-    /// Whether the present plan has lost so much of the input that its result cannot be the best.
+    /// Whether the present plan has lost more of the input than its result may, to be the best.
     pub(super) fn loses_too_much(&self) -> Result<bool, FillError> {
         let (Some(bound), Some(witness)) = (self.bound, &self.witness) else {
             return Ok(false);
