@@ -23,6 +23,7 @@ mod offset_shell;
 mod offset_shells;
 mod orient;
 mod params;
+mod plan_quality;
 mod plans;
 mod relax;
 mod report;

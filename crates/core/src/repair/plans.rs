@@ -4,10 +4,11 @@
 use std::collections::HashSet;
 
 use super::bodies::Given;
-use super::draft::{Draft, Faults};
+use super::draft::Draft;
 use super::filling::Filling;
+use super::plan_quality::{DESTROYED, PlanQuality};
 use super::relax::RELAXED_FACES;
-use super::witness::{DOUBTFUL_DIFFERENCE, DOUBTFUL_LOSS, Shape, Witness};
+use super::witness::{Shape, Witness};
 use super::{Carried, RepairReport, RepairStep, Run, border, dangling, orient, relax, sheets};
 use crate::mend::{FillError, HoleReport};
 use crate::spatial::intersecting_pairs;
@@ -36,15 +37,9 @@ const LITTLE_LOST: Tunable<f64> = tunable("repair.little_lost", 2e-3);
 const SETTLED_FACES: Tunable<usize> = tunable("repair.settled_faces", 5000);
 
 /// Nodes of level sets, as [`SolvedPatches`](crate::mend::SolvedPatches) counts them. Once as many were solved and a plan left no
-/// fault, or twice as many, only the plan that cuts nothing out is tried: on parts with hundreds of holes and thousands of
-/// intersections six more plans took up to a minute, and none had the shape.
+/// fault, only the plan that cuts nothing out is tried; once twice as many were, only it and the one that cuts first: on parts with
+/// hundreds of holes and thousands of intersections six more plans took up to a minute, and none had the shape.
 const MUCH_SOLVED: Tunable<usize> = tunable("repair.much_solved", 2_000_000);
-
-/// Fraction of area or of volume. A plan that loses more is taken only if all others do.
-const DESTROYED: Tunable<f64> = tunable("repair.destroyed", 0.1);
-
-/// A plan is given up where it has lost as many times what the best one lost.
-const RETURNED: Tunable<f64> = tunable("repair.returned", 2.0);
 
 /// An order of steps after the mesh is cleaned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +67,11 @@ enum Plan {
 }
 
 impl Plan {
+    /// Whether it is one of the last two, which need the fewest level sets.
+    fn is_last(self) -> bool {
+        matches!(self, Self::CutThenFill | Self::Keep)
+    }
+
     /// The plans for a mesh in which faces intersect or not, and that is open or not, in the order in which they are tried.
     fn list(intersects: bool, is_open: bool) -> &'static [Self] {
         match (intersects, is_open) {
@@ -99,45 +99,6 @@ impl Plan {
     }
 }
 
-/// How good the result of a plan is; less is better, the first field that differs decides.
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-struct Quality {
-    /// Whether a part of the shape is lost that nobody would miss knowingly.
-    destroys: bool,
-    /// Whether it has faults, or its shape is doubtful.
-    is_wrong: bool,
-    faults: Faults,
-    /// Fraction of the input's area cut out.
-    lost: f64,
-    /// One minus the agreement with the input's solid.
-    differs: f64,
-}
-
-impl Quality {
-    /// Whether only the area lost is doubtful.
-    fn is_tolerable(&self) -> bool {
-        let is_clean = self.faults.intersecting_or_not_manifold() == 0 && !self.destroys;
-        is_clean && !self.has_another_solid()
-    }
-
-    /// Fraction of the input's area. The result of a plan that has lost more after a pass is not better; none where it may be.
-    fn bound(&self) -> Option<f64> {
-        let least = match (self.is_wrong, self.destroys) {
-            (_, true) => DESTROYED.get(),
-            (true, _) => DOUBTFUL_LOSS.get(),
-            _ => 0.0,
-        };
-        // Later passes may bring the surface back to where faces were cut out.
-        let is_clean = self.faults == Faults::default();
-        is_clean.then(|| RETURNED.get() * self.lost.max(least))
-    }
-
-    /// Whether the solid is doubtful.
-    fn has_another_solid(&self) -> bool {
-        self.differs > DOUBTFUL_DIFFERENCE.get()
-    }
-}
-
 /// A search in progress.
 struct Search<'a> {
     cleaned: State,
@@ -146,7 +107,7 @@ struct Search<'a> {
     carried: &'a Carried<'a>,
     intersects: bool,
     /// The best result with its plan.
-    best: Option<(Quality, State, Plan)>,
+    best: Option<(PlanQuality, State, Plan)>,
 }
 
 /// What the steps change.
@@ -209,12 +170,7 @@ impl Run<'_> {
             if plan == Plan::Relax && best.is_some_and(|q| !q.is_wrong) {
                 continue;
             }
-            let is_clean = |q: &Quality| q.faults.intersecting_or_not_manifold() == 0;
-            let enough = match best.is_some_and(is_clean) {
-                true => MUCH_SOLVED.get(),
-                false => 2 * MUCH_SOLVED.get(),
-            };
-            if self.solved.nodes() > enough && plan != Plan::Keep {
+            if self.has_solved_enough(plan, best) {
                 continue;
             }
             let Some(quality) = self.attempt(plan, &mut search)? else {
@@ -243,6 +199,16 @@ impl Run<'_> {
         Ok(())
     }
 
+    /// Whether enough level sets were solved, so that a plan is not tried after the best one.
+    fn has_solved_enough(&self, plan: Plan, best: Option<&PlanQuality>) -> bool {
+        let is_clean = |q: &PlanQuality| q.faults.intersecting_or_not_manifold() == 0;
+        let spent = self.solved.nodes();
+        match best.is_some_and(is_clean) {
+            true => spent > MUCH_SOLVED.get() && plan != Plan::Keep,
+            false => spent > 2 * MUCH_SOLVED.get() && !plan.is_last(),
+        }
+    }
+
     /// Follows the best plan once more, with each hole closed by itself, if it joined rims and has quite another solid than the input.
     fn try_apart(&mut self, search: &mut Search) -> Result<(), FillError> {
         let best = search.best.as_ref();
@@ -262,17 +228,18 @@ impl Run<'_> {
 
     /// Follows a plan from the cleaned mesh; its state is kept if it is the best. Returns its quality, if it could be followed to its
     /// end.
-    fn attempt(&mut self, plan: Plan, search: &mut Search) -> Result<Option<Quality>, FillError> {
+    fn attempt(
+        &mut self,
+        plan: Plan,
+        search: &mut Search,
+    ) -> Result<Option<PlanQuality>, FillError> {
         self.restore(search.cleaned.clone());
         let best = search.best.as_ref();
         self.bound = best.and_then(|(quality, ..)| quality.bound());
         if !self.follow(plan, search.given.as_ref(), search.carried)? {
             return Ok(None);
         }
-        // The solid of closed bodies is decided everywhere.
-        if let Some(meant) = self.meant.take() {
-            self.witness = Some(self.new_witness(&meant)?);
-        }
+        self.adopt_meant()?;
         let shape = self.shape(search)?;
         let quality = self.quality(&shape)?;
         log::debug!(
@@ -460,11 +427,23 @@ impl Run<'_> {
     }
 
     /// Whether the present plan has lost more of the input than its result may, to be the best.
-    pub(super) fn loses_too_much(&self) -> Result<bool, FillError> {
-        let (Some(bound), Some(witness)) = (self.bound, &self.witness) else {
+    pub(super) fn loses_too_much(&mut self) -> Result<bool, FillError> {
+        let Some(bound) = self.bound else {
+            return Ok(false);
+        };
+        self.adopt_meant()?;
+        let Some(witness) = &self.witness else {
             return Ok(false);
         };
         Ok(witness.lost_share(&self.draft, &self.asked)? > bound)
+    }
+
+    /// Takes the solid of closed bodies, which is decided everywhere, for the one that the input means.
+    fn adopt_meant(&mut self) -> Result<(), FillError> {
+        if let Some(meant) = self.meant.take() {
+            self.witness = Some(self.new_witness(&meant)?);
+        }
+        Ok(())
     }
 
     /// The witness of a cleaned draft.
@@ -473,10 +452,10 @@ impl Run<'_> {
         Witness::new(cleaned, self.input, turns)
     }
 
-    fn quality(&mut self, shape: &Shape) -> Result<Quality, FillError> {
+    fn quality(&mut self, shape: &Shape) -> Result<PlanQuality, FillError> {
         let faults = self.draft.faults()?;
         let destroys = DESTROYED.get();
-        Ok(Quality {
+        Ok(PlanQuality {
             destroys: shape.lost.max(1.0 - shape.agreement) > destroys,
             is_wrong: faults.intersecting_or_not_manifold() > 0
                 || (faults.is_open() && self.report.fill.incomplete())
