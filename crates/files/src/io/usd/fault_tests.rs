@@ -94,7 +94,7 @@ fn names_of_missing_references_are_counted_and_charged() {
     let notes = read(&text).notes;
     let note = "references that cannot be followed: 1000, the first to '/Gone'";
     assert!(notes.iter().any(|n| n == note), "{notes:?}");
-    // The same references, used by so many prims that the names would fill the memory.
+    // The same references, used by 3000 prims, whose names would exceed the limit.
     let users = "def \"B\" (references = </A>) { }\n".repeat(3000);
     assert!(message(&(text + &users)).contains("limit"));
 }

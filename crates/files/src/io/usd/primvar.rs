@@ -152,7 +152,7 @@ fn primvar(name: &str, property: Property, places: Option<Value>) -> Option<Prim
     let role = match components {
         3 if name == "normals" => Role::Normal,
         3 | 4 if property.kind.starts_with("color") => Role::Colour,
-        // Sets are numbered when those of all meshes are known.
+        // Sets are numbered when the names in all meshes are known.
         2 if is_uv => Role::Uv(0),
         _ => Role::Other,
     };
