@@ -14,6 +14,9 @@ use isomend_core::mesh::attributes::{
     Attribute, CornerAttribute, LabelKind, Labels, NONE, PATCH_NAME, Role, Scalar,
 };
 
+/// Estimated memory in bytes of the labels of a face that a subset lists.
+const LISTED_FACE: usize = 24;
+
 /// Adds the attributes of all meshes. `cut` says from which faces and corners the triangles come.
 pub(super) fn gather(
     scene: &Scene,
@@ -23,6 +26,7 @@ pub(super) fn gather(
 ) -> Result<(), IoError> {
     let mut order: Vec<&str> = Vec::new();
     let mut by_name: HashMap<&str, Vec<(usize, &Primvar)>> = HashMap::new();
+    let mut left_out = 0usize;
     for (mesh, own) in scene.meshes.iter().enumerate() {
         for primvar in &own.primvars {
             let all = by_name.entry(&primvar.name).or_insert_with(|| {
@@ -34,45 +38,63 @@ pub(super) fn gather(
                 first.components == primvar.components && first.role == primvar.role
             }) {
                 all.push((mesh, primvar));
+            } else {
+                left_out += 1;
             }
         }
     }
+    if left_out > 0 {
+        loaded.notes.push(format!(
+            "skipped: values of meshes whose name has another type in an earlier mesh: {left_out}"
+        ));
+    }
+    let sets = texture_sets(&order, &by_name);
     let (vertices, faces) = (loaded.mesh.positions.len(), loaded.mesh.faces.len());
     for name in order {
-        let all = &by_name[name];
+        let all = &by_name[name][..];
         let components = all[0].1.components;
         let is_only =
             |wanted: &[Interpolation]| all.iter().all(|(_, p)| wanted.contains(&p.interpolation));
-        let (items, pool) = match () {
-            () if is_only(&[Interpolation::Uniform]) => (faces, 0),
-            () if is_only(&[Interpolation::Vertex, Interpolation::Constant]) => (vertices, 0),
-            () => (3 * faces, all.iter().map(|(_, p)| p.len()).sum()),
+        let is_of_faces = is_only(&[Interpolation::Uniform]);
+        let is_of_vertices = is_only(&[Interpolation::Vertex, Interpolation::Constant]);
+        let items = match (is_of_faces, is_of_vertices) {
+            (true, _) => faces,
+            (_, true) => vertices,
+            _ => all.iter().fold(3 * faces, |sum, (_, p)| sum + p.stored()),
         };
-        layers
-            .budget
-            .spend(items.saturating_add(pool).saturating_mul(9 * components))?;
+        layers.budget.spend(items.saturating_mul(9 * components))?;
         let gathering = Gathering {
             scene,
             cut,
             primvars: all,
+            role: sets.get(name).map_or(all[0].1.role, |set| Role::Uv(*set)),
         };
-        match (items, pool) {
-            (_, 0) if items == faces && is_only(&[Interpolation::Uniform]) => {
-                loaded.attributes.face.push(gathering.of_faces())
-            }
-            (_, 0) => loaded
-                .attributes
-                .vertex
-                .push(gathering.of_vertices(vertices)),
-            _ => loaded
-                .attributes
-                .corner
-                .push(gathering.of_corners(&loaded.mesh.faces)),
+        let found = &mut loaded.attributes;
+        match (is_of_faces, is_of_vertices) {
+            (true, _) => found.face.push(gathering.of_faces()),
+            (_, true) => found.vertex.push(gathering.of_vertices(vertices)),
+            _ => found.corner.push(gathering.of_corners(&loaded.mesh.faces)),
         }
+    }
+    let listed = scene.meshes.iter().flat_map(|mesh| &mesh.subsets);
+    for subset in listed {
+        let size = LISTED_FACE * subset.faces.numbers().len();
+        layers.budget.spend(size)?;
     }
     loaded.attributes.labels = labels(scene, cut);
     mark_patches(scene, cut, loaded);
     Ok(())
+}
+
+/// The number of each set of texture coordinates, by name: `st` is the first, the others follow as the meshes name them.
+fn texture_sets<'n>(
+    order: &[&'n str],
+    by_name: &HashMap<&str, Vec<(usize, &Primvar)>>,
+) -> HashMap<&'n str, u32> {
+    let is_set = |name: &&&str| matches!(by_name[**name][0].1.role, Role::Uv(_));
+    let mut sets: Vec<&str> = order.iter().filter(is_set).copied().collect();
+    sets.sort_by_key(|name| *name != "st");
+    sets.into_iter().zip(0..).collect()
 }
 
 /// The primvars of one name of several meshes.
@@ -80,6 +102,8 @@ struct Gathering<'a> {
     scene: &'a Scene,
     cut: &'a CutFrom,
     primvars: &'a [(usize, &'a Primvar)],
+    /// The role of the values; texture coordinates have the number of their set.
+    role: Role,
 }
 
 impl Gathering<'_> {
@@ -91,7 +115,7 @@ impl Gathering<'_> {
             .iter()
             .all(|(_, primvar)| primvar.scalar == first.scalar);
         let scalar = if is_same { first.scalar } else { Scalar::F64 };
-        let mut attribute = Attribute::new(&first.name, first.role, scalar, first.components);
+        let mut attribute = Attribute::new(&first.name, self.role, scalar, first.components);
         attribute.normalized = first.role == Role::Colour && !scalar.is_float();
         attribute
     }
@@ -134,7 +158,7 @@ impl Gathering<'_> {
         for (mesh, primvar) in self.primvars {
             starts.insert(*mesh, (pool.len(), primvar));
             let own = &self.scene.meshes[*mesh];
-            let count = primvar.values.numbers().len() / primvar.components;
+            let count = primvar.stored();
             let plain = Primvar {
                 places: None,
                 name: String::new(),
@@ -204,8 +228,8 @@ fn labels(scene: &Scene, cut: &CutFrom) -> Vec<Labels> {
                 true => (0, materials.place(&subset.name)),
                 false => (1, groups.place(&subset.name)),
             };
-            for face in &subset.faces {
-                of_faces.entry(*face as u32).or_insert([usual, NONE])[which] = place;
+            for face in subset.faces_of(mesh.face_count) {
+                of_faces.entry(face).or_insert([usual, NONE])[which] = place;
             }
         }
         of_meshes.push((usual, of_faces));
@@ -224,13 +248,12 @@ fn labels(scene: &Scene, cut: &CutFrom) -> Vec<Labels> {
 
 /// Marks the faces of the subset of patches that an earlier run of isomend wrote.
 fn mark_patches(scene: &Scene, cut: &CutFrom, loaded: &mut Loaded) {
-    let subsets = scene
-        .meshes
-        .iter()
-        .map(|mesh| mesh.subsets.iter().find(|subset| subset.name == PATCH_NAME));
-    let patches: Vec<Option<HashSet<u32>>> = subsets
-        .map(|subset| subset.map(|subset| subset.faces.iter().map(|face| *face as u32).collect()))
-        .collect();
+    let patches = scene.meshes.iter().map(|mesh| {
+        let mut subsets = mesh.subsets.iter();
+        let subset = subsets.find(|subset| subset.name == PATCH_NAME)?;
+        Some(subset.faces_of(mesh.face_count).collect())
+    });
+    let patches: Vec<Option<HashSet<u32>>> = patches.collect();
     if patches.iter().all(Option::is_none) {
         return;
     }

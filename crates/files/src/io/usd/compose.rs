@@ -12,6 +12,12 @@ use super::{Budget, binary, text};
 const DEEPEST: usize = 32;
 /// Estimated memory in bytes of an opinion.
 const OPINION: usize = 128;
+/// Estimated memory in bytes of a reference or a name that is looked up, without its text.
+const NAME: usize = 64;
+/// Most bytes that are read of a layer beside the file.
+const LARGEST: u64 = 4 << 30;
+/// Bytes that tell whether a file is a layer.
+const HEAD: u64 = 16;
 
 /// A layer with its name: of the file relative to the main file, or in the package.
 pub(super) struct LayerFile {
@@ -33,6 +39,8 @@ type Target = (Rc<PrimSpec>, Rc<LayerFile>);
 pub(super) struct Prim {
     pub(super) name: String,
     opinions: Vec<Opinion>,
+    /// The chosen variant of each set, of the strongest layer that chooses.
+    selection: BTreeMap<String, String>,
 }
 
 impl Prim {
@@ -121,8 +129,10 @@ pub(super) struct Layers<'a> {
     resolve: &'a Resolve<'a>,
     pub(super) budget: Budget,
     loaded: HashMap<String, Option<Rc<LayerFile>>>,
-    /// Files and prims that are referred to, but cannot be read.
-    missing: Vec<String>,
+    /// The number of files and prims that are referred to, but cannot be read, and the first of them.
+    missing: (usize, String),
+    /// The number of references to a prim that is being expanded.
+    circles: usize,
 }
 
 impl<'a> Layers<'a> {
@@ -132,7 +142,8 @@ impl<'a> Layers<'a> {
             resolve,
             budget,
             loaded: HashMap::new(),
-            missing: Vec::new(),
+            missing: (0, String::new()),
+            circles: 0,
         }
     }
 
@@ -154,17 +165,19 @@ impl<'a> Layers<'a> {
         });
         self.loaded.insert(name, Some(Rc::clone(&file)));
         let mut opinions = Vec::new();
-        self.sublayers(&file, 0, &mut opinions)?;
+        self.sublayers(&file, &mut Vec::new(), &mut opinions)?;
         Ok(Prim {
             name: String::new(),
             opinions,
+            selection: BTreeMap::new(),
         })
     }
 
+    /// Appends a layer and its sublayers; `open` are the layers that it is a sublayer of.
     fn sublayers(
         &mut self,
         file: &Rc<LayerFile>,
-        depth: usize,
+        open: &mut Vec<Rc<LayerFile>>,
         out: &mut Vec<Opinion>,
     ) -> Result<(), IoError> {
         self.budget.spend(OPINION)?;
@@ -172,18 +185,31 @@ impl<'a> Layers<'a> {
             spec: Rc::clone(&file.root),
             home: Rc::clone(file),
         });
-        let names = file
-            .root
-            .metadata
-            .get("subLayers")
-            .map(|value| value.texts().to_vec());
-        for name in names.into_iter().flatten().filter(|_| depth < DEEPEST) {
-            match self.layer(file, &name)? {
-                Some(layer) => self.sublayers(&layer, depth + 1, out)?,
-                None => self.missing.push(name),
+        let names = match file.root.metadata.get("subLayers") {
+            Some(names) if open.len() < DEEPEST => names.texts(),
+            _ => return Ok(()),
+        };
+        open.push(Rc::clone(file));
+        for name in names {
+            self.budget.spend(NAME + name.len())?;
+            match self.layer(file, name)? {
+                Some(layer) if open.iter().any(|open| Rc::ptr_eq(open, &layer)) => {
+                    self.circles += 1;
+                }
+                Some(layer) => self.sublayers(&layer, open, out)?,
+                None => self.miss(name, ""),
             }
         }
+        open.pop();
         Ok(())
+    }
+
+    /// Counts a file or a prim that cannot be read.
+    fn miss(&mut self, asset: &str, path: &str) {
+        if self.missing.0 == 0 {
+            self.missing.1 = [asset, path].concat();
+        }
+        self.missing.0 += 1;
     }
 
     /// The layer that another one refers to by a name; `None` if it cannot be read.
@@ -194,7 +220,7 @@ impl<'a> Layers<'a> {
         }
         let bytes = match &self.package {
             Some(package) => package.layers.get(&name).cloned(),
-            None => (self.resolve)(&name, u64::MAX).ok(),
+            None => self.beside(&name),
         };
         let bytes = bytes.filter(|bytes| super::is_layer(bytes));
         let file = match bytes {
@@ -217,36 +243,56 @@ impl<'a> Layers<'a> {
         Ok(file)
     }
 
-    /// Appends what a layer says of a prim, then what its variants and references say.
+    /// A file beside the main file, which is read whole only if it begins as a layer does; `None` if it does not, or is too large.
+    fn beside(&self, name: &str) -> Option<Vec<u8>> {
+        let head = (self.resolve)(name, HEAD).ok()?;
+        if !super::is_layer(&head) {
+            return None;
+        }
+        let bytes = (self.resolve)(name, LARGEST).ok()?;
+        ((bytes.len() as u64) < LARGEST).then_some(bytes)
+    }
+
+    /// Appends what a layer says of a prim, then what its variants and references say. `open` are the prims that refer to this one.
     fn expand(
         &mut self,
         spec: &Rc<PrimSpec>,
         home: &Rc<LayerFile>,
-        depth: usize,
-        out: &mut Vec<Opinion>,
+        open: &mut Vec<Rc<PrimSpec>>,
+        prim: &mut Prim,
     ) -> Result<(), IoError> {
-        self.budget.spend(OPINION)?;
-        out.push(Opinion {
+        let variants = NAME * (spec.selection.len() + spec.variants.len());
+        self.budget.spend(OPINION + variants)?;
+        prim.opinions.push(Opinion {
             spec: Rc::clone(spec),
             home: Rc::clone(home),
         });
-        if depth >= DEEPEST {
+        for (set, name) in &spec.selection {
+            if !prim.selection.contains_key(set) {
+                self.budget.spend(set.len() + name.len())?;
+                prim.selection.insert(set.clone(), name.clone());
+            }
+        }
+        if open.len() >= DEEPEST {
             return Ok(());
         }
+        open.push(Rc::clone(spec));
         for (set, name, variant) in &spec.variants {
-            let chosen = out
-                .iter()
-                .find_map(|opinion| opinion.spec.selection.get(set));
-            if chosen == Some(name) {
-                self.expand(variant, home, depth + 1, out)?;
+            if prim.selection.get(set) == Some(name) {
+                self.expand(variant, home, open, prim)?;
             }
         }
         for arc in &spec.arcs {
+            self.budget.spend(NAME + arc.asset.len() + arc.path.len())?;
             match self.target(home, arc)? {
-                Some((target, file)) => self.expand(&target, &file, depth + 1, out)?,
-                None => self.missing.push(format!("{}{}", arc.asset, arc.path)),
+                Some((target, _)) if open.iter().any(|open| Rc::ptr_eq(open, &target)) => {
+                    self.circles += 1;
+                }
+                Some((target, file)) => self.expand(&target, &file, open, prim)?,
+                None => self.miss(&arc.asset, &arc.path),
             }
         }
+        open.pop();
         Ok(())
     }
 
@@ -286,9 +332,11 @@ impl<'a> Layers<'a> {
                     children.push(Prim {
                         name: spec.name.clone(),
                         opinions: Vec::new(),
+                        selection: BTreeMap::new(),
                     });
                 }
-                self.expand(spec, &opinion.home, 0, &mut children[place].opinions)?;
+                let child = &mut children[place];
+                self.expand(spec, &opinion.home, &mut Vec::new(), child)?;
             }
         }
         Ok(children)
@@ -299,13 +347,21 @@ impl<'a> Layers<'a> {
         self.package.as_ref().map_or(0, |package| package.others)
     }
 
-    /// Remarks on what is referred to, but cannot be read.
-    pub(super) fn notes(&self) -> Option<String> {
-        let first = self.missing.first()?;
-        Some(format!(
-            "references that cannot be followed: {}, the first to '{first}'",
-            self.missing.len()
-        ))
+    /// Remarks on references that are not followed.
+    pub(super) fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if let (count @ 1.., first) = &self.missing {
+            notes.push(format!(
+                "references that cannot be followed: {count}, the first to '{first}'"
+            ));
+        }
+        if self.circles > 0 {
+            notes.push(format!(
+                "references in a circle, which are not followed: {}",
+                self.circles
+            ));
+        }
+        notes
     }
 }
 

@@ -1,5 +1,6 @@
 //! Tests of damaged, hostile and old USD files, and of names that cannot be written.
 
+use super::super::read_bytes;
 use super::super::samples::*;
 use super::tests::{binary, message, read, square};
 use super::*;
@@ -57,6 +58,15 @@ fn classes_are_read_where_they_are_inherited_only() {
 fn references_in_a_circle_end() {
     let text = square("", "").replace("def Xform \"P\" {", "def Xform \"P\" (references = </P>) {");
     assert_eq!(read(&text).mesh.faces.len(), 2);
+    let branching = square("", "")
+        + "def \"A\" (references = [</A>, </A>]) { variantSet \"v\" = { \"x\" {} } }\n";
+    let notes = read(&branching).notes;
+    let note = "references in a circle, which are not followed: 2";
+    assert!(notes.iter().any(|n| n == note), "{notes:?}");
+    let layers = square("", "").replace("1.0\n", "1.0\n(subLayers = [@a.usda@, @a.usda@])\n");
+    let resolve = |_: &str, _: u64| Ok(layers.clone().into_bytes());
+    let loaded = read_bytes(layers.as_bytes(), Format::Usda, &resolve).unwrap();
+    assert_eq!(loaded.mesh.faces.len(), 2);
     // Each prim has two children that refer to the next one: 2 to the power of 40 prims.
     let mut text = "#usda 1.0\n".to_owned();
     for at in 0..40 {
@@ -66,6 +76,38 @@ fn references_in_a_circle_end() {
         );
     }
     assert!(message(&text).contains("limit"));
+}
+
+#[test]
+fn data_behind_references_is_skipped_at_any_depth() {
+    let deep = "payload = </P> (".repeat(100_000);
+    assert!(message(&format!("#usda 1.0\ndef \"A\" ({deep}")).contains("the file ends"));
+    let about = "(offset = 1; customData = { string s = \")\"\nint[] a = [(1)] })";
+    let text = square("", "") + &format!("def \"A\" (references = </P> {about}) {{ }}\n");
+    assert_eq!(read(&text).mesh.faces.len(), 4);
+}
+
+#[test]
+fn names_of_missing_references_are_counted_and_charged() {
+    let arcs = vec!["</Gone>"; 1000].join(", ");
+    let text = square("", "") + &format!("def \"A\" (references = [{arcs}]) {{ }}\n");
+    let notes = read(&text).notes;
+    let note = "references that cannot be followed: 1000, the first to '/Gone'";
+    assert!(notes.iter().any(|n| n == note), "{notes:?}");
+    // The same references, used by 3000 prims, whose names would exceed the limit.
+    let users = "def \"B\" (references = </A>) { }\n".repeat(3000);
+    assert!(message(&(text + &users)).contains("limit"));
+}
+
+#[test]
+fn files_that_are_no_layers_are_not_read_whole() {
+    let text = square("", "") + "def \"A\" (references = @film.mov@) { }\n";
+    let resolve = |_: &str, most: u64| match most {
+        16 => Ok(b"no layer at all.".to_vec()),
+        most => panic!("{most} bytes are read"),
+    };
+    let loaded = read_bytes(text.as_bytes(), Format::Usda, &resolve).unwrap();
+    assert!(loaded.notes.iter().any(|n| n.contains("'film.mov'")));
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The content of one USD layer, as text and binary files give it: prims with properties, before references are followed.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -76,12 +77,21 @@ pub(super) struct PrimSpec {
     pub(super) variants: Vec<(String, String, Rc<PrimSpec>)>,
     /// The chosen variant of each set.
     pub(super) selection: BTreeMap<String, String>,
+    /// The places of the children, sorted by name when a child is first looked up.
+    pub(super) by_name: OnceCell<Vec<u32>>,
 }
 
 impl PrimSpec {
-    /// The child of a name.
+    /// The first child of a name. The children may not change after the first call.
     pub(super) fn child(&self, name: &str) -> Option<&Rc<PrimSpec>> {
-        self.children.iter().find(|child| child.name == name)
+        let by_name = self.by_name.get_or_init(|| {
+            let mut places: Vec<u32> = (0..self.children.len() as u32).collect();
+            places.sort_by_key(|place| &self.children[*place as usize].name);
+            places
+        });
+        let at = by_name.partition_point(|place| *self.children[*place as usize].name < *name);
+        let found = self.children.get(*by_name.get(at)? as usize)?;
+        (found.name == name).then_some(found)
     }
 
     /// The first text of metadata.
@@ -118,4 +128,26 @@ pub(super) fn is_used(name: &str) -> bool {
         || ["primvars:", "xformOp:", "material:binding:", "inputs:"]
             .iter()
             .any(|start| name.starts_with(start))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_child_of_a_name_is_found() {
+        let mut parent = PrimSpec::default();
+        for (name, kind) in [("b", "1"), ("a", "2"), ("b", "3"), ("c", "4")] {
+            parent.children.push(Rc::new(PrimSpec {
+                name: name.to_owned(),
+                kind: kind.to_owned(),
+                ..PrimSpec::default()
+            }));
+        }
+        let kind = |name| parent.child(name).map(|child| &child.kind[..]);
+        assert_eq!(
+            ["a", "b", "c", "d", ""].map(kind),
+            [Some("2"), Some("1"), Some("4"), None, None]
+        );
+    }
 }

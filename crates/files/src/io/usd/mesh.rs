@@ -4,11 +4,16 @@ use glam::{DMat4, DVec3};
 
 use super::super::{IoError, Location};
 use super::compose::{Layers, Prim};
+use super::layer::Value;
 use super::primvar::primvars;
 use super::stage::{Scene, StageMesh, Subset};
 
 /// Most vertices, and most corners of faces, of a stage.
 const MOST: usize = 1 << 28;
+/// Estimated memory in bytes of a mesh, of a set of its values and of a subset of its faces, without numbers.
+const MESH: usize = 256;
+const PRIMVAR: usize = 256;
+const SUBSET: usize = 128;
 
 /// The name of the material that a prim is bound to.
 pub(super) fn material(prim: &Prim) -> Option<String> {
@@ -25,15 +30,17 @@ pub(super) fn material(prim: &Prim) -> Option<String> {
 }
 
 /// The sorted numbers of the faces that are holes of a subdivision surface.
-fn holes(prim: &Prim) -> Vec<u64> {
+fn holes(prim: &Prim, layers: &mut Layers<'_>) -> Result<Vec<u64>, IoError> {
     let holes = prim.value("holeIndices");
+    let count = holes.as_ref().map_or(0, |holes| holes.numbers().len());
+    layers.budget.spend(8 * count)?;
     let mut holes: Vec<u64> = holes
         .iter()
         .flat_map(|holes| holes.numbers())
         .map(|face| *face as u64)
         .collect();
     holes.sort_unstable();
-    holes
+    Ok(holes)
 }
 
 impl Scene {
@@ -72,7 +79,7 @@ impl Scene {
             indices: indices.numbers(),
             vertices: points.len(),
             turned,
-            holes: holes(prim),
+            holes: holes(prim, layers)?,
         };
         self.add_faces(&faces, start, layers)?;
         let explicit = prim.word("subdivisionScheme");
@@ -86,6 +93,7 @@ impl Scene {
             self.skip("skeletons of meshes, which are in their bind pose", 1);
         }
         let (primvars, unread) = primvars(prim);
+        layers.budget.spend(MESH + PRIMVAR * primvars.len())?;
         self.skip("values of vertices or faces that cannot be read", unread);
         let subsets = self.subsets(prim, layers)?;
         let vertices = start..self.surface.positions.len();
@@ -93,6 +101,7 @@ impl Scene {
             name,
             transform,
             vertices,
+            face_count: counts.numbers().len(),
             primvars,
             material,
             subsets,
@@ -173,12 +182,12 @@ impl Scene {
                 continue;
             }
             let material = material(&child);
-            let faces = child.value("indices");
+            layers.budget.spend(SUBSET)?;
             subsets.push(Subset {
                 is_material: material.is_some()
                     || child.word("familyName").as_deref() == Some("materialBind"),
+                faces: child.value("indices").unwrap_or(Value::Other),
                 name: material.unwrap_or(child.name),
-                faces: faces.map_or_else(Vec::new, |faces| faces.numbers().to_vec()),
             });
         }
         Ok(subsets)

@@ -20,6 +20,8 @@ mod stage;
 mod tests;
 mod text;
 mod transforms;
+#[cfg(test)]
+mod value_tests;
 mod write;
 mod write_values;
 

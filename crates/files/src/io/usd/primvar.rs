@@ -54,12 +54,16 @@ impl Primvar {
         value.iter().all(|x| x.is_finite()).then_some(value)
     }
 
+    /// The number of values, which items may share.
+    pub(super) fn stored(&self) -> usize {
+        self.values.numbers().len() / self.components.max(1)
+    }
+
     /// The number of items.
     pub(super) fn len(&self) -> usize {
-        let values = self.values.numbers().len() / self.components.max(1);
         self.places
             .as_ref()
-            .map_or(values, |places| places.numbers().len())
+            .map_or(self.stored(), |places| places.numbers().len())
     }
 }
 
@@ -104,7 +108,7 @@ fn layout(kind: &str) -> Option<(Scalar, usize)> {
 
 /// The primvars of a mesh, and how many cannot be read.
 pub(super) fn primvars(prim: &Prim) -> (Vec<Primvar>, usize) {
-    let (mut found, mut unread, mut sets) = (Vec::new(), 0, 0);
+    let (mut found, mut unread) = (Vec::new(), 0);
     let has_primvar = prim.property("primvars:normals").is_some();
     for full in prim.property_names() {
         let name = match full.strip_prefix("primvars:") {
@@ -116,7 +120,7 @@ pub(super) fn primvars(prim: &Prim) -> (Vec<Primvar>, usize) {
             continue;
         };
         let places = prim.value(&[full, ":indices"].concat());
-        match primvar(name, property, places, &mut sets) {
+        match primvar(name, property, places) {
             Some(primvar) if primvar.len() > 0 => found.push(primvar),
             Some(_) => {}
             None => unread += 1,
@@ -125,12 +129,7 @@ pub(super) fn primvars(prim: &Prim) -> (Vec<Primvar>, usize) {
     (found, unread)
 }
 
-fn primvar(
-    name: &str,
-    property: Property,
-    places: Option<Value>,
-    sets: &mut u32,
-) -> Option<Primvar> {
+fn primvar(name: &str, property: Property, places: Option<Value>) -> Option<Primvar> {
     let values = property.value.or(property.sample)?;
     let (scalar, single) = layout(&property.kind)?;
     let interpolation = match property.interpolation.as_deref() {
@@ -153,10 +152,8 @@ fn primvar(
     let role = match components {
         3 if name == "normals" => Role::Normal,
         3 | 4 if property.kind.starts_with("color") => Role::Colour,
-        2 if is_uv => {
-            *sets += 1;
-            Role::Uv(*sets - 1)
-        }
+        // Sets are numbered when the names in all meshes are known.
+        2 if is_uv => Role::Uv(0),
         _ => Role::Other,
     };
     Some(Primvar {

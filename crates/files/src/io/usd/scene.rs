@@ -111,11 +111,19 @@ impl Scene {
             self.skip("prims for guidance or as proxies", 1);
             return Ok(None);
         }
-        match transforms::local(prim) {
-            Some((own, true)) => visit.transform = own,
-            Some((own, false)) => visit.transform *= own,
-            None => self.skip("transforms that cannot be read, taken as none", 1),
-        }
+        let own = transforms::local(prim);
+        visit.transform = match own.resets {
+            true => own.matrix,
+            false => visit.transform * own.matrix,
+        };
+        self.skip(
+            "transforms that cannot be read, taken as none",
+            usize::from(own.is_unread),
+        );
+        self.skip(
+            "operations of transforms without a value",
+            own.without_value,
+        );
         if let Some(material) = mesh::material(prim) {
             visit.material = Some(material);
         }

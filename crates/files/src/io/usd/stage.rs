@@ -7,6 +7,7 @@ use glam::DMat4;
 
 use super::super::mesh_builder::MeshBuilder;
 use super::super::text::Distinct;
+use super::layer::Value;
 use super::primvar::Primvar;
 
 /// The meshes of a stage.
@@ -49,6 +50,8 @@ pub(super) struct StageMesh {
     pub(super) transform: DMat4,
     /// Its vertices in the whole mesh.
     pub(super) vertices: Range<usize>,
+    /// The number of its faces in the file, before any are left out.
+    pub(super) face_count: usize,
     pub(super) primvars: Vec<Primvar>,
     /// The material of faces that no subset has.
     pub(super) material: Option<String>,
@@ -60,5 +63,16 @@ pub(super) struct Subset {
     /// Its material, or its own name if it has none.
     pub(super) name: String,
     pub(super) is_material: bool,
-    pub(super) faces: Vec<f64>,
+    /// The numbers of its faces, which need not exist.
+    pub(super) faces: Value,
+}
+
+impl Subset {
+    /// The numbers of its faces that a mesh of `count` faces has.
+    pub(super) fn faces_of(&self, count: usize) -> impl Iterator<Item = u32> + '_ {
+        let range = 0.0..count as f64;
+        let all = self.faces.numbers().iter();
+        all.filter(move |face| range.contains(face))
+            .map(|face| *face as u32)
+    }
 }

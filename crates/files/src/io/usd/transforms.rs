@@ -5,35 +5,53 @@ use glam::{DMat4, DQuat, DVec3, DVec4};
 use super::compose::Prim;
 use isomend_core::elementary::sin_cos;
 
-/// The transform of a prim to its parent, and whether it ignores the parent's. `None` if an operation cannot be read.
-pub(super) fn local(prim: &Prim) -> Option<(DMat4, bool)> {
-    let Some(order) = prim.value("xformOpOrder") else {
-        return Some((DMat4::IDENTITY, false));
-    };
-    let (mut matrix, mut resets) = (DMat4::IDENTITY, false);
-    for name in order.texts() {
+/// The transform of a prim to its parent.
+#[derive(Default)]
+pub(super) struct Local {
+    /// The matrix; the identity if an operation cannot be read.
+    pub(super) matrix: DMat4,
+    /// Whether the transforms of the parents do not apply.
+    pub(super) resets: bool,
+    /// Whether an operation cannot be read.
+    pub(super) is_unread: bool,
+    /// The number of operations without a value, which are taken as none.
+    pub(super) without_value: usize,
+}
+
+/// The transform of a prim to its parent.
+pub(super) fn local(prim: &Prim) -> Local {
+    let mut local = Local::default();
+    let order = prim.value("xformOpOrder");
+    for name in order.iter().flat_map(|order| order.texts()) {
         if name == "!resetXformStack!" {
-            (matrix, resets) = (DMat4::IDENTITY, true);
+            local = Local {
+                resets: true,
+                ..Local::default()
+            };
             continue;
         }
         let (name, is_inverse) = match name.strip_prefix("!invert!") {
             Some(name) => (name, true),
             None => (&name[..], false),
         };
-        let operation = operation(prim, name)?;
-        matrix *= if is_inverse {
-            operation.inverse()
-        } else {
-            operation
+        let Some(value) = prim.value(name) else {
+            local.without_value += 1;
+            continue;
         };
+        match operation(name, value.numbers()) {
+            Some(operation) if is_inverse => local.matrix *= operation.inverse(),
+            Some(operation) => local.matrix *= operation,
+            None => local.is_unread = true,
+        }
     }
-    matrix.is_finite().then_some((matrix, resets))
+    if local.is_unread || !local.matrix.is_finite() {
+        (local.matrix, local.is_unread) = (DMat4::IDENTITY, true);
+    }
+    local
 }
 
 /// The matrix of an operation, for example `xformOp:rotateXYZ:pivot`. The first operation of a list is the outermost.
-fn operation(prim: &Prim, name: &str) -> Option<DMat4> {
-    let value = prim.value(name)?;
-    let numbers = value.numbers();
+fn operation(name: &str, numbers: &[f64]) -> Option<DMat4> {
     let kind = name.strip_prefix("xformOp:")?.split(':').next()?;
     let vector = || Some(DVec3::from_slice(numbers.get(..3)?));
     let angle = || numbers.first().copied();

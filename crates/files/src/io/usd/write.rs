@@ -98,13 +98,18 @@ fn header(out: &mut Lines, model: &Contents<'_>, document: Option<&UsdDocument>)
         .or(own)
         .or(is_gltf.then_some(1.0));
     let is_y_up = document.map_or(is_gltf, |document| document.is_y_up);
+    // Readers take centimetres for a stage without a unit: it stays without, so that it keeps its size.
+    let is_usual = unit.is_none() && document.is_some();
+    let unit_line = match unit.unwrap_or_else(|| Unit::Millimetre.metres()) {
+        _ if is_usual => String::new(),
+        metres => format!("    metersPerUnit = {metres}\n"),
+    };
     let _ = write!(
         out.text,
-        "#usda 1.0\n(\n    defaultPrim = \"{ROOT}\"\n    metersPerUnit = {}\n    upAxis = \"{}\"\n)\n\n",
-        unit.unwrap_or_else(|| Unit::Millimetre.metres()),
+        "#usda 1.0\n(\n    defaultPrim = \"{ROOT}\"\n{unit_line}    upAxis = \"{}\"\n)\n\n",
         if is_y_up { "Y" } else { "Z" },
     );
-    unit.is_none()
+    (unit.is_none() && !is_usual)
         .then(|| "the unit of the coordinates is not known, so millimetres are written".to_owned())
 }
 

@@ -94,7 +94,7 @@ impl Values<'_, '_> {
     fn path(&mut self, cursor: &mut Cursor<'_>) -> Result<String, IoError> {
         let path = cursor.short(self.budget)?;
         let path = self.sections.path(path as usize);
-        self.budget.spend(path.len())?;
+        self.budget.spend(size_of::<String>() + path.len())?;
         Ok(path)
     }
 

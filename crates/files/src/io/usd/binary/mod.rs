@@ -22,6 +22,8 @@ pub(super) const MAGIC: &[u8] = b"PXR-USDC";
 const DEEPEST: usize = 128;
 /// Estimated memory in bytes of a prim or a property, without values.
 const SPEC: usize = 512;
+/// Memory in bytes of a field of a prim or a property.
+const FIELD: usize = 24;
 
 /// The error for a byte offset.
 fn fault(budget: &Budget, at: usize, what: impl Into<String>) -> IoError {
@@ -70,19 +72,23 @@ struct Builder<'a, 'b> {
     spec_of: Vec<Option<&'a Spec>>,
 }
 
-impl Builder<'_, '_> {
+impl<'a> Builder<'a, '_> {
     /// The fields of a spec: names and representations.
-    fn fields(&self, path: usize) -> Vec<(String, u64)> {
+    fn fields(&mut self, path: usize) -> Result<Vec<(&'a str, u64)>, IoError> {
         let Some(spec) = self.spec_of[path] else {
-            return Vec::new();
+            return Ok(Vec::new());
         };
         let sections = self.values.sections;
         let set = sections.field_sets.get(spec.fields..).unwrap_or_default();
-        let fields = set.iter().take_while(|field| **field != u32::MAX);
-        let fields = fields.filter_map(|field| sections.fields.get(*field as usize));
-        fields
-            .map(|(name, value)| (sections.word(*name).to_owned(), *value))
-            .collect()
+        let end = set.iter().position(|field| *field == u32::MAX);
+        let set = &set[..end.unwrap_or(set.len())];
+        self.values.budget.spend(FIELD * set.len())?;
+        let fields = set
+            .iter()
+            .filter_map(|field| sections.fields.get(*field as usize));
+        Ok(fields
+            .map(|(name, value)| (sections.word(*name), *value))
+            .collect())
     }
 
     fn prim(&mut self, path: usize, depth: usize) -> Result<PrimSpec, IoError> {
@@ -99,8 +105,8 @@ impl Builder<'_, '_> {
             ..PrimSpec::default()
         };
         let mut order: BTreeMap<String, usize> = BTreeMap::new();
-        for (name, value) in self.fields(path) {
-            match &name[..] {
+        for (name, value) in self.fields(path)? {
+            match name {
                 "specifier" => prim.specifier = self.values.specifier(value).to_owned(),
                 "typeName" => prim.kind = self.values.text(value)?.unwrap_or_default(),
                 "primChildren" => {
@@ -118,7 +124,7 @@ impl Builder<'_, '_> {
                 "metersPerUnit" | "upAxis" | "defaultPrim" | "subLayers" | "active"
                 | "instanceable" => {
                     let value = self.values.value(value)?;
-                    prim.metadata.insert(name, value);
+                    prim.metadata.insert(name.to_owned(), value);
                 }
                 _ => {}
             }
@@ -166,8 +172,8 @@ impl Builder<'_, '_> {
         if self.spec_of[path].is_none() || !is_used(name) {
             return Ok(None);
         }
-        for (field, value) in self.fields(path) {
-            match &field[..] {
+        for (field, value) in self.fields(path)? {
+            match field {
                 "typeName" => property.kind = self.values.text(value)?.unwrap_or_default(),
                 "default" => property.value = Some(self.values.value(value)?),
                 "timeSamples" => property.sample = self.values.first_sample(value)?,
@@ -179,5 +185,39 @@ impl Builder<'_, '_> {
             }
         }
         Ok(Some(property))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::Format;
+    use super::*;
+
+    #[test]
+    fn fields_of_specs_are_charged() {
+        let sections = sections::Sections {
+            words: vec!["default".to_owned()],
+            fields: vec![(0, 7)],
+            field_sets: vec![0, 0, u32::MAX, 0],
+            ..sections::Sections::default()
+        };
+        let spec = Spec { path: 0, fields: 0 };
+        let mut budget = Budget {
+            format: Format::Usda,
+            left: 3 * FIELD,
+        };
+        let mut builder = Builder {
+            values: Values {
+                bytes: &[],
+                sections: &sections,
+                budget: &mut budget,
+            },
+            children: Vec::new(),
+            spec_of: vec![Some(&spec)],
+        };
+        let both = vec![("default", 7), ("default", 7)];
+        assert_eq!(builder.fields(0).unwrap(), both);
+        let error = builder.fields(0).unwrap_err().to_string();
+        assert!(error.contains("limit"), "{error}");
     }
 }

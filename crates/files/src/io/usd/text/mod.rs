@@ -289,7 +289,7 @@ impl Reader<'_, '_> {
                 _ => return Err(self.tokens.unexpected("a file or a path")),
             }
             if self.tokens.accept(b'(') {
-                self.metadata(&mut PrimSpec::default())?;
+                self.skip_parentheses()?;
             }
             match is_list {
                 false => return Ok(arcs),
@@ -297,6 +297,27 @@ impl Reader<'_, '_> {
                 true => _ = self.tokens.accept(b','),
             }
         }
+    }
+
+    /// Skips the offset in time and the data behind a reference, up to the closing parenthesis.
+    fn skip_parentheses(&mut self) -> Result<(), IoError> {
+        let mut depth = 1usize;
+        while depth > 0 {
+            match self.tokens.peek() {
+                Some(b'"' | b'\'') => _ = self.tokens.string()?,
+                Some(b'@') => _ = self.tokens.asset()?,
+                Some(b'<') => _ = self.tokens.path()?,
+                Some(b) => {
+                    depth += usize::from(b == b'(');
+                    depth -= usize::from(b == b')');
+                    if self.tokens.word().is_empty() {
+                        self.tokens.accept(b);
+                    }
+                }
+                None => return Err(self.tokens.unexpected("')'")),
+            }
+        }
+        Ok(())
     }
 
     /// A value: a number, a text, or a list or tuple of these, which are flattened. Dictionaries are skipped.
