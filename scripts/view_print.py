@@ -118,7 +118,7 @@ def components(page, program, folder, mesh):
 
 
 def components_beside_previews(page):
-    """While previews are shown no component is listed, and what is left of old rows does nothing; after an undo the rows are those of the current mesh."""
+    """No component is listed while previews are shown, and rows of an earlier mesh do nothing; afterwards the components of the current mesh are listed."""
     listed = "document.querySelectorAll('#component-list li').length"
     page.click_on("#redo")
     page.reaches(1, "the deletion is redone")
