@@ -117,6 +117,29 @@ def components(page, program, folder, mesh):
     page.until("document.querySelectorAll('#component-list li').length === 4", "the small cubes are back")
 
 
+def components_beside_previews(page):
+    """No component is listed while previews are shown, and rows of an earlier mesh do nothing; afterwards the components of the current mesh are listed."""
+    listed = "document.querySelectorAll('#component-list li').length"
+    page.click_on("#redo")
+    page.reaches(1, "the deletion is redone")
+    page.until(f"{listed} === 2", "what the deletion left is listed")
+    page.run("window.old = document.querySelector('#component-list li')")
+    page.run(f"isomend.steps.request('', {{ kind: 'repair', params: {{ debris: 0.5, skip: {SKIPPED.split(',')} }}, mask: null, no_texture: false, preview: true }})")
+    page.until("isomend.steps.previews.length === 1 && !isomend.steps.job", "there is a preview")
+    page.until(f"{listed} === 0", "no component is listed beside a preview")
+    hidden = "['#debris', '#show-all'].every((query) => document.querySelector(query).hidden)"
+    page.expect(page.run(hidden), "components can be deleted while a preview is shown")
+    page.expect("previews" in page.run("document.querySelector('#components-said').textContent"), "why no component is listed is not said")
+    page.run("old.querySelectorAll('button').forEach((button) => button.click()); document.querySelector('#show-all').click()")
+    page.click_on("#undo")
+    page.until("isomend.model.state.current === 0", "the deletion is undone beside a preview")
+    page.calm()
+    page.expect(page.run(f"{listed} === 0 && {hidden}"), "rows of the mesh before the undo are listed")
+    page.click_on("#previews > div:first-child button:nth-of-type(2)")
+    page.until(f"!isomend.steps.previews.length && {listed} === 4", "all components are listed after the preview is dropped")
+    page.expect(page.run("document.querySelector('#debris-delete').textContent") == "Delete 2 components", "the button has an old count")
+
+
 def printing(page, program, folder):
     mesh = folder / "bodies.ply"
     boxes(mesh)
@@ -128,6 +151,7 @@ def printing(page, program, folder):
         walls(page)
         overhangs(page)
         components(page, program, folder, mesh)
+        components_beside_previews(page)
         page.tell_troubles()
     finally:
         server.stop()

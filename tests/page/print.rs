@@ -95,3 +95,25 @@ fn small_components_are_told_and_deleted() {
         "{command}"
     );
 }
+
+#[test]
+fn thickness_of_two_states_is_measured_in_turns() {
+    let desk = Desk::new();
+    desk.save("balls.ply", &balls(), Format::Ply);
+    let served = Served::new(&desk, &["balls.ply"]);
+    served.step(&json!({ "kind": "repair", "params": { "debris": 0.3 } }));
+    let mut all = [Vec::<f32>::new(), Vec::new()];
+    // The first request of each state prepares it, which takes the memory of the other one's preparation.
+    for _ in 0..2 {
+        for (id, values) in all.iter_mut().enumerate() {
+            let (_, part) = served.arrays(&format!("api/walls/{id}?known={}", values.len()));
+            values.extend(words(&part("values")).into_iter().map(f32::from_bits));
+        }
+    }
+    let [before, after] = all;
+    assert_eq!(before.len(), balls().faces.len());
+    assert_eq!(after.len(), before.len() / 2);
+    for (x, y) in after.iter().zip(&before) {
+        assert!((x - y).abs() < 1e-4, "{x} after the step, {y} before");
+    }
+}

@@ -16,6 +16,7 @@ use super::session::{Busy, Session};
 use super::state::State;
 use super::step::{Order, Scope, StepRefusal};
 use super::store::{Store, StoredStep};
+use super::walls::WallSlot;
 use super::words::CommandRenderer;
 use isomend_core::mend::Control;
 use isomend_core::threads::Threads;
@@ -44,6 +45,8 @@ pub struct App {
     pub store: Store,
     /// The recovery file of an earlier session that this one does not resume.
     pub earlier: Option<PathBuf>,
+    /// What the wall thickness is measured with, of the state that was asked for last.
+    pub wall_map: Mutex<WallSlot>,
     /// The events for the page.
     pub events: Events,
     /// What all pages share.

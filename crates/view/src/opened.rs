@@ -118,6 +118,7 @@ impl Opened {
             revisions: Mutex::new(Revisions::new(SystemTime::now())),
             store: self.store,
             earlier: self.earlier,
+            wall_map: Mutex::default(),
             events,
             host,
         });

@@ -15,6 +15,8 @@ export class Aspects {
     this.chosen = "defects";
     /** The colouring before a map was shown. */
     this.before = "plain";
+    /** The current state and its mesh that were shown last; the mesh is null while previews or a coarse version are shown. */
+    this.seen = { id: null, mesh: null };
     this.walls = new Walls(app);
     this.overhangs = new Overhangs(app);
     this.components = new Components(app);
@@ -38,11 +40,18 @@ export class Aspects {
     this.renew(MAPS.includes(aspect) ? aspect : MAPS.includes(app.display.colour) ? this.before : null);
   }
 
-  /** Shows the present aspect of the current mesh, in the given colouring if there is one. */
+  /** Shows the present aspect again if another mesh is shown since the last call. */
+  follow() {
+    const { id, mesh } = this.seen, now = { id: this.app.model.state.current, mesh: this.app.mesh() };
+    this.seen = now;
+    if (now.id !== id || now.mesh !== mesh) this.renew();
+  }
+
+  /** Shows the present aspect of the current mesh, in the given colouring if there is one: at once, or as soon as the mesh is shown. */
   renew(colour = null) {
     if (this.app.tab !== "check") return;
     this.sizes();
-    if (colour && this.app.mesh()) this.app.display.setColour(colour);
+    if (colour) this.app.display.setColour(colour);
     if (this.chosen === "components") this.app.attempt("#components-trouble", () => this.components.open());
     this.walls.progress(null);
   }

@@ -37,7 +37,7 @@ export class Components {
     });
     find("#debris-delete").textContent = tr("debris_delete", { components: counts("component", 0) });
     find("#debris-delete").addEventListener("click", () => app.attempt("#components-trouble", () => this.remove()));
-    find("#show-all").addEventListener("click", () => this.hide(this.found.all, false));
+    find("#show-all").addEventListener("click", () => this.hide(this.found?.all, false));
   }
 
   /** The components of the current mesh; null while it is not shown. */
@@ -54,16 +54,23 @@ export class Components {
   async open() {
     const mesh = this.app.mesh();
     this.picked = null;
-    if (!mesh) return find("#components-said").textContent = tr("still_preparing");
-    if (!mesh.components) find("#components-said").textContent = "…";
+    if (!mesh?.components) this.clear();
+    if (!mesh) return find("#components-said").textContent = tr(this.app.steps.previews.length ? "components_wait" : "still_preparing");
     mesh.components ??= await fetched(mesh.id);
     if (mesh !== this.app.mesh()) return undefined;
     find("#component-list").replaceChildren(...mesh.components.all.slice(0, LISTED_MOST).map((own) => this.row(own)));
     return this.show();
   }
 
+  /** Removes what is listed of an earlier mesh. */
+  clear() {
+    find("#component-list").replaceChildren();
+    for (const query of ["#debris", "#show-all"]) find(query).hidden = true;
+    find("#components-said").textContent = "…";
+  }
+
   row(own) {
-    const item = document.createElement("li"), eye = newButton("", () => this.hide([own], !this.found.hidden.has(own.number)), { className: "icon-button" });
+    const item = document.createElement("li"), eye = newButton("", () => this.hide([own], !this.found?.hidden.has(own.number)), { className: "icon-button" });
     const button = newButton("", () => this.pick(own.number, true));
     button.append(...[own.number + 1, counts("face", own.faces), this.app.measure.format(own.area, 2)].map((textContent) => Object.assign(document.createElement("span"), { textContent })));
     eye.dataset.icon = "eye";
@@ -115,7 +122,9 @@ export class Components {
 
   /** Chooses a component, or none with the chosen one's number, and moves the view there if `goes`. */
   pick(number, goes) {
-    const own = this.found.all.find((one) => one.number === number), { viewer } = this.app;
+    // Until the next mesh is shown the rows of the last one remain.
+    const own = this.found?.all.find((one) => one.number === number), { viewer } = this.app;
+    if (!own) return;
     this.picked = this.picked === number ? null : number;
     this.show();
     if (this.picked === null) return;
@@ -132,7 +141,9 @@ export class Components {
 
   /** Hides or shows components with the rims of their holes. */
   hide(components, isHidden) {
-    const { app, found } = this, mesh = app.mesh(), { facts } = mesh;
+    const { app, found } = this, mesh = app.mesh();
+    if (!found) return;
+    const { facts } = mesh;
     for (const { number } of components) found.hidden[isHidden ? "add" : "delete"](number);
     for (let f = 0; f < facts.length; f++) facts[f] = found.hidden.has(found.ofFaces[f]) ? facts[f] | HIDDEN : facts[f] & ~HIDDEN;
     mesh.hiddenHoles = new Set(app.model.state.holes.filter((_, i) => found.hidden.has(found.ofHoles[i])).map(({ id }) => id));
@@ -145,6 +156,7 @@ export class Components {
   /** Deletes the small components, as a step. */
   async remove() {
     if (this.app.steps.job) throw new Error(tr("is_running"));
+    if (!this.found) throw new Error(tr("still_preparing"));
     await this.app.steps.request(this.command(), { kind: "repair", params: { debris: this.part, skip: REPAIR_STEPS }, mask: null, no_texture: false, preview: false });
   }
 }

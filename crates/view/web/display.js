@@ -132,6 +132,7 @@ export class Display {
     this.label();
     this.showSides();
     this.ambient();
+    this.app.aspects.follow();
     await this.setColour(this.colour);
     for (const shown of [mesh, old]) if (shown) this.ready(shown);
     // Until a large mesh is prepared its coarse version is shown.

@@ -146,7 +146,6 @@ class App {
     const before = current.parent === null || current.parent === undefined ? null : Number(find("#against").value);
     await this.display.states(state.current, before);
     this.display.mark(this.mesh());
-    if (fresh) this.aspects.renew();
     if (fresh) this.measure.clear();
     this.masks?.list();
     this.painted();

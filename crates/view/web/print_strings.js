@@ -30,6 +30,7 @@ export const PRINT_WORDS = {
   show_all: ["Show all", "Alle zeigen"],
   component_hide: ["Hide component {number}", "Stück {number} ausblenden"],
   component_is: ["Component {number}: {faces}, {area}, {part} % of the largest one's area", "Stück {number}: {faces}, {area}, {part} % der Fläche des größten"],
+  components_wait: ["Take or drop the previews to see the components.", "Um die Stücke zu sehen, die Vorschauen übernehmen oder verwerfen."],
   components_listed: ["the {count} largest are listed", "die {count} größten stehen hier"],
   debris_below: ["Smaller than", "Kleiner als"],
   debris_delete: ["Delete {components}", "{components} löschen"],

@@ -35,7 +35,12 @@ pub async fn walls(
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
         let (mesh, own) = (&state.loaded.mesh, &mut *own);
-        let values = app.host.aside.install(|| own.after(known, mesh));
+        if own.is_wanting(known, mesh) {
+            let mut slot = app.wall_map.lock().unwrap_or_else(PoisonError::into_inner);
+            let slot = &mut *slot;
+            app.host.aside.install(|| own.measure(id, mesh, slot));
+        }
+        let values = own.after(known);
         let header = json!({ "id": id, "known": known, "faces": mesh.faces.len() });
         Ok(Container::new(header)
             .with("values", 1, values.iter().copied())
