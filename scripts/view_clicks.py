@@ -34,6 +34,8 @@ class Counted:
         self.page.click(x, y)
 
     def hole(self, number):
+        # A moving view would take the hole away from the point.
+        self.page.calm()
         self.at(*self.page.run(f"{HOLE}({number})"))
         self.page.until(f"isomend.card.id === {number} || isomend.holes.doings.get({number}).startsWith('bridge')", f"a click in hole {number} shows its card")
 

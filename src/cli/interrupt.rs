@@ -66,10 +66,11 @@ pub fn is_normal_end(say: impl Fn() + Send + Sync + 'static) {
 
 /// Ends the program after a signal.
 fn stop(code: i32) -> ! {
+    // Said before files are abandoned: a thread that saves may hold what is asked for, and would wait for ever.
+    let ends = AT_END.get().inspect(|say| say());
     // The guard lives until the end, so that no file is finished or started any more.
     let abandoned = isomend::io::abandon_unfinished();
-    if let Some(say) = AT_END.get() {
-        say();
+    if ends.is_some() {
         std::process::exit(0)
     }
     progress::clear();
