@@ -94,6 +94,19 @@ impl FillParams {
         self.edge_ratio.unwrap_or_else(usual)
     }
 
+    /// The same parameters for these holes, or for all, without what the caller chose for single holes and ends of creases.
+    pub(crate) fn of_holes(&self, holes: Option<Vec<HoleId>>) -> Self {
+        Self {
+            holes,
+            max_diameter: None,
+            keep_open: Vec::new(),
+            bridge: Vec::new(),
+            flat: Vec::new(),
+            crease: Vec::new(),
+            ..self.clone()
+        }
+    }
+
     /// Whether a hole gets a flat cap.
     pub fn is_flat(&self, hole: HoleId) -> bool {
         self.flat.contains(&hole)

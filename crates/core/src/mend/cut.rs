@@ -117,17 +117,14 @@ impl<'a> CutResult<'a> {
     /// The parameters of the fill of the holes that the cut made.
     pub(super) fn params(&self, fill: &FillParams) -> FillParams {
         FillParams {
-            holes: Some(self.made.clone()),
-            max_diameter: None,
-            keep_open: Vec::new(),
+            flat: fill.flat.clone(),
             bridge: match fill.apart {
                 true => Vec::new(),
                 false => self.bridges(),
             },
-            crease: Vec::new(),
             flat_base: false,
             base_offset: None,
-            ..fill.clone()
+            ..fill.of_holes(Some(self.made.clone()))
         }
     }
 

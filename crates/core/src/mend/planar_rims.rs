@@ -9,6 +9,7 @@ use super::Inspection;
 use crate::fill::{FEW_EDGES, FillParams};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, face_normal};
+use crate::spatial::{Bounds, BoxTree};
 use crate::tuning::{Tunable, tunable};
 
 /// Diameters of a rim. A rim whose vertices deviate less from a plane is planar: twenty units in the last place of 32-bit
@@ -81,8 +82,8 @@ pub(super) fn planar_rims(
         let cosine = a.normal.dot(b.normal);
         // A ring whose inner rim is a little higher or lower than its outer one.
         let is_ring = || {
-            let are_near = apart <= RING_SLOPE.get() * (a.diameter - b.diameter).abs();
-            is_parallel(-cosine) && are_near && apart <= RING_SLOPE.get() * gap(found, a, b)
+            let may_be_flat = apart <= RING_SLOPE.get() * (a.diameter - b.diameter).abs();
+            is_parallel(-cosine) && may_be_flat && !is_steep_between(found, a, b, apart)
         };
         is_same && is_parallel(cosine.abs()) || is_ring()
     };
@@ -105,11 +106,17 @@ pub(super) fn planar_rims(
     groups
 }
 
-/// The least distance between vertices of two rims.
-fn gap(found: &Inspection, a: &Hole, b: &Hole) -> f64 {
-    let at = |v: &u32| found.mesh.positions[*v as usize];
-    let pairs = (a.rim.iter()).flat_map(|v| b.rim.iter().map(move |w| at(v).distance(at(w))));
-    pairs.fold(f64::INFINITY, f64::min)
+/// Whether vertices of two rims, whose planes are so far apart, are too near to each other for a flat ring.
+fn is_steep_between(found: &Inspection, a: &Hole, b: &Hole, apart: f64) -> bool {
+    let at = |v: u32| found.mesh.positions[v as usize];
+    let points: Vec<Bounds> = b.rim.iter().map(|v| Bounds::of_ball(at(*v), 0.0)).collect();
+    let tree = BoxTree::new(&points);
+    // Twice the distance that decides, which rounding does not reach.
+    let reach = 2.0 * apart / RING_SLOPE.get();
+    a.rim.iter().any(|&v| {
+        let is_near = |w: u32| apart > RING_SLOPE.get() * at(v).distance(at(b.rim[w as usize]));
+        tree.find(&Bounds::of_ball(at(v), reach), is_near).is_some()
+    })
 }
 
 /// By how much the vertices of a planar rim may deviate from its plane.

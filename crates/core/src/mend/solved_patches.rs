@@ -8,7 +8,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::framed::Framed;
-use crate::fill::{FillParams, RegionPatch};
+use crate::fill::RegionPatch;
 use crate::tuning::{Tunable, tunable};
 
 /// Vertices. Patches are kept until they have as many.
@@ -67,15 +67,7 @@ pub(super) fn key(
     limits: (f64, u64),
 ) -> RegionKey {
     // Numbers of holes change as others are closed.
-    let params = FillParams {
-        holes: None,
-        max_diameter: None,
-        keep_open: Vec::new(),
-        bridge: Vec::new(),
-        flat: Vec::new(),
-        crease: Vec::new(),
-        ..framed.params.clone()
-    };
+    let params = framed.params.of_holes(None);
     let ids: Vec<_> = framed.holes.iter().map(|h| h.id).collect();
     let params = (format!("{params:?}"), framed.params.bridges(&ids));
     [0u8, 1].map(|start| {
@@ -101,6 +93,7 @@ fn hash_points(points: &[DVec3], hasher: &mut impl Hasher) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fill::FillParams;
     use crate::mend::{Control, Inspection, Watch};
     use crate::mesh::HoleId;
     use crate::mesh::shapes::{grid, punch};

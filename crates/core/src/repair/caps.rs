@@ -73,13 +73,8 @@ impl Run<'_> {
             return Ok(());
         }
         let flat = FillParams {
-            holes: Some(mouths.clone()),
-            flat: mouths,
-            max_diameter: None,
-            keep_open: Vec::new(),
-            bridge: Vec::new(),
-            crease: Vec::new(),
-            ..params.clone()
+            flat: mouths.clone(),
+            ..params.of_holes(Some(mouths))
         };
         let regions = found.regions(&flat)?;
         let watch = Watch::new(*self.control, regions.expected_work());

@@ -138,14 +138,8 @@ impl Run<'_> {
         which: Filling,
     ) -> Result<FillParams, FillError> {
         let only = |holes: Vec<HoleId>| FillParams {
-            holes: Some(holes),
-            max_diameter: None,
-            keep_open: Vec::new(),
-            bridge: Vec::new(),
-            flat: Vec::new(),
-            crease: Vec::new(),
             apart: self.apart,
-            ..self.params.fill.clone()
+            ..self.params.fill.of_holes(Some(holes))
         };
         if which == Filling::Made || !self.params.does(RepairStep::Holes) {
             return Ok(only(made));

@@ -25,10 +25,14 @@ pub(super) struct PlanQuality {
 }
 
 impl PlanQuality {
+    /// Whether no faces intersect, and all edges and vertices are manifold.
+    pub(super) fn is_clean(&self) -> bool {
+        self.faults.intersecting_or_not_manifold() == 0
+    }
+
     /// Whether only the area lost is doubtful.
     pub(super) fn is_tolerable(&self) -> bool {
-        let is_clean = self.faults.intersecting_or_not_manifold() == 0 && !self.destroys;
-        is_clean && !self.has_another_solid()
+        self.is_clean() && !self.destroys && !self.has_another_solid()
     }
 
     /// Fraction of the input's area. The result of a plan that has lost more after a pass is not better; none where it may be.
@@ -39,8 +43,8 @@ impl PlanQuality {
             _ => 0.0,
         };
         // Later passes may bring the surface back to where faces were cut out.
-        let is_clean = self.faults == Faults::default();
-        is_clean.then(|| RETURNED.get() * self.lost.max(least))
+        let is_faultless = self.faults == Faults::default();
+        is_faultless.then(|| RETURNED.get() * self.lost.max(least))
     }
 
     /// Whether the solid is doubtful.

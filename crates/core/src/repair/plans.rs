@@ -183,7 +183,7 @@ impl Run<'_> {
                 true => !quality.destroys,
                 false => !quality.has_another_solid(),
             };
-            if unites && quality.faults.intersecting_or_not_manifold() == 0 && is_meant {
+            if unites && quality.is_clean() && is_meant {
                 self.is_united = true;
             }
             let loses_little = quality.lost <= LITTLE_LOST.get();
@@ -201,9 +201,8 @@ impl Run<'_> {
 
     /// Whether enough level sets were solved, so that a plan is not tried after the best one.
     fn has_solved_enough(&self, plan: Plan, best: Option<&PlanQuality>) -> bool {
-        let is_clean = |q: &PlanQuality| q.faults.intersecting_or_not_manifold() == 0;
         let spent = self.solved.nodes();
-        match best.is_some_and(is_clean) {
+        match best.is_some_and(PlanQuality::is_clean) {
             true => spent > MUCH_SOLVED.get() && plan != Plan::Keep,
             false => spent > 2 * MUCH_SOLVED.get() && !plan.is_last(),
         }

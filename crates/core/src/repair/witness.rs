@@ -179,7 +179,7 @@ impl Witness {
     pub(super) fn shape(&self, draft: &Draft, asked: &HashSet<u32>) -> Result<Shape, FillError> {
         let found = draft.inspect()?;
         let result = Solid::new(&draft.mesh, found.topology.faces(), self.solid.turns);
-        let (lost, lost_at) = self.lost(draft, &result, asked);
+        let (lost, lost_at) = self.lost(draft, &result.bvh, asked);
         let (agreement, differs_at) = self.agreement(&result, &draft.displaced);
         Ok(Shape {
             lost,
@@ -192,13 +192,13 @@ impl Witness {
     /// The fraction of the input's outer area that a draft lost.
     pub(super) fn lost_share(&self, draft: &Draft, asked: &HashSet<u32>) -> Result<f64, FillError> {
         let found = draft.inspect()?;
-        let result = Solid::new(&draft.mesh, found.topology.faces(), self.solid.turns);
+        let result = Bvh::new(&draft.mesh, found.topology.faces());
         Ok(self.lost(draft, &result, asked).0)
     }
 
     /// The fraction of the input's outer area that has no face left and is not near the result's surface, and the area-weighted centre
     /// of what is lost.
-    fn lost(&self, draft: &Draft, result: &Solid, asked: &HashSet<u32>) -> (f64, DVec3) {
+    fn lost(&self, draft: &Draft, result: &Bvh, asked: &HashSet<u32>) -> (f64, DVec3) {
         let living = draft.origins.living(self.faces.len());
         let bits = |p: [DVec3; 3]| p.map(|p| p.to_array().map(|x| (x + 0.0).to_bits()));
         let mut there: HashSet<[[u64; 3]; 3]> = HashSet::new();
@@ -214,7 +214,7 @@ impl Witness {
                 let mut key = bits(corners);
                 key.sort_unstable();
                 let centre = corners.iter().sum::<DVec3>() / 3.0;
-                let is_near = || result.bvh.closest(centre, self.near).is_some();
+                let is_near = || result.closest(centre, self.near).is_some();
                 !there.contains(&key) && !is_near() && !self.is_inner(corners)
             };
             (area, is_lost)
