@@ -151,14 +151,8 @@ fn still_open(report: &FillReport, name: &str, console: &Console) {
 
 /// Whether the positions were rounded to the 32-bit floats of the output's format.
 fn is_rounded(done: &JobResult) -> bool {
-    let single = |f: Format| {
-        matches!(
-            f,
-            Format::Stl | Format::Gltf | Format::Glb | Format::Usda | Format::Usdz
-        )
-    };
     let output = done.spec.output.as_ref();
-    output.is_some_and(|o| single(o.format) && !(o.ascii && o.format == Format::Stl))
+    output.is_some_and(|o| o.format.is_single() && !(o.ascii && o.format == Format::Stl))
         && Precision::of(&done.mesh) == Precision::F64
 }
 

@@ -1,4 +1,4 @@
-//! Reads binary numbers of any scalar type and byte order.
+//! Reads binary numbers of any scalar type and byte order, and writes them in the usual one.
 
 use isomend_core::mesh::attributes::Scalar;
 
@@ -7,6 +7,8 @@ pub(super) trait BinaryNumber {
     /// The number at the start of the bytes, and the bytes after it; `None` if there are too few. Integers beyond 2⁵³
     /// lose digits, but no index is that large.
     fn take<const BIG_ENDIAN: bool>(self, bytes: &[u8]) -> Option<(f64, &[u8])>;
+    /// Appends a number of this type, the least significant byte first. Integers are cut to their range.
+    fn put(self, number: f64, bytes: &mut Vec<u8>);
 }
 
 impl BinaryNumber for Scalar {
@@ -41,6 +43,22 @@ impl BinaryNumber for Scalar {
         };
         Some((value, rest))
     }
+
+    #[inline]
+    fn put(self, number: f64, bytes: &mut Vec<u8>) {
+        match self {
+            Scalar::I8 => bytes.push(number as i8 as u8),
+            Scalar::U8 => bytes.push(number as u8),
+            Scalar::I16 => bytes.extend((number as i16).to_le_bytes()),
+            Scalar::U16 => bytes.extend((number as u16).to_le_bytes()),
+            Scalar::I32 => bytes.extend((number as i32).to_le_bytes()),
+            Scalar::U32 => bytes.extend((number as u32).to_le_bytes()),
+            Scalar::I64 => bytes.extend((number as i64).to_le_bytes()),
+            Scalar::U64 => bytes.extend((number as u64).to_le_bytes()),
+            Scalar::F32 => bytes.extend((number as f32).to_le_bytes()),
+            Scalar::F64 => bytes.extend(number.to_le_bytes()),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -48,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_of_all_types_are_read_in_both_orders_of_bytes() {
+    fn numbers_of_all_types_are_read_in_both_orders_of_bytes_and_written() {
         use Scalar::*;
         let cases: [(Scalar, f64, Vec<u8>); 10] = [
             (I8, -2.0, (-2i8).to_le_bytes().to_vec()),
@@ -68,6 +86,9 @@ mod tests {
             assert_eq!(scalar.take::<false>(&more), Some((value, &b"more"[..])));
             assert_eq!(scalar.take::<true>(&big), Some((value, &b""[..])));
             assert_eq!(scalar.take::<false>(&little[1..]), None, "{scalar:?}");
+            let mut written = b"before".to_vec();
+            scalar.put(value, &mut written);
+            assert_eq!(written, [&b"before"[..], &little].concat());
         }
     }
 }

@@ -78,10 +78,19 @@ impl Format {
     /// The mesh format of a file name's extension, if supported. `.usd` and `.usdc` are USD.
     pub fn from_extension(path: &Path) -> Option<Format> {
         let extension = path.extension()?.to_str()?;
-        match extension.eq_ignore_ascii_case("usdc") {
+        match Self::is_binary_usd(path) {
             true => Some(Format::Usda),
             false => extension.parse().ok(),
         }
+    }
+
+    /// Whether coordinates are always stored as 32-bit floats; text STL has the digits of any.
+    #[doc(hidden)]
+    pub fn is_single(self) -> bool {
+        matches!(
+            self,
+            Format::Stl | Format::Gltf | Format::Glb | Format::Usda | Format::Usdz
+        )
     }
 
     /// Whether a file of this name would have to be binary USD, which is read but not written.

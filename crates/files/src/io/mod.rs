@@ -22,6 +22,7 @@
 //! ```
 
 mod binary;
+mod budget;
 #[cfg(test)]
 mod corner_tests;
 mod detect;
@@ -329,6 +330,18 @@ fn check(mesh: &Mesh, format: Format) -> Result<(), IoError> {
 }
 
 /// Coordinates as 32-bit floats, with a remark if any of them changed.
+/// The smallest and the largest coordinates of some points; infinite where there are none.
+fn extent(points: &[[f32; 3]]) -> [[f32; 3]; 2] {
+    let start = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+    points.iter().fold(start, |[mut low, mut high], p| {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(p[axis]);
+            high[axis] = high[axis].max(p[axis]);
+        }
+        [low, high]
+    })
+}
+
 fn rounded(mesh: &Mesh, format: Format) -> Result<(Vec<[f32; 3]>, Vec<String>), IoError> {
     let mut largest = 0.0f64;
     let mut points = Vec::with_capacity(mesh.positions.len());

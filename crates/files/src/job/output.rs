@@ -185,10 +185,7 @@ impl Output {
             true => [0, 0],
             false => [input.mesh.positions.len(), input.mesh.faces.len()],
         };
-        let rounds = matches!(
-            self.format,
-            Format::Gltf | Format::Glb | Format::Stl | Format::Usda | Format::Usdz
-        );
+        let rounds = self.format.is_single();
         let rounded = |p: &DVec3| p.as_vec3().as_dvec3();
         let is_exact = matches!(self.format, Format::Obj | Format::Off | Format::ThreeMf);
         let mut collapsed = None;

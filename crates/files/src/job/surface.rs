@@ -71,12 +71,9 @@ impl SurfaceSpec {
     pub fn check(&self) -> Result<(), JobError> {
         self.output.check()?;
         let format = self.output.format;
-        match (self.precision, format) {
-            (
-                Precision::F64,
-                Format::Stl | Format::Gltf | Format::Glb | Format::Usda | Format::Usdz,
-            ) => Err(JobError::No64Bit { format }),
-            _ => Ok(()),
+        match self.precision == Precision::F64 && format.is_single() {
+            true => Err(JobError::No64Bit { format }),
+            false => Ok(()),
         }
     }
 

@@ -1,9 +1,10 @@
 //! Decodes glTF accessors: positions, indices and attributes, with strides, normalisation and sparse parts.
 
-use gltf_json::Accessor;
 use gltf_json::accessor::sparse::Sparse;
-use gltf_json::accessor::{ComponentType, Type};
+use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
 use gltf_json::validation::Checked;
+use gltf_json::{Accessor, Value};
+use serde::Deserialize;
 
 use super::super::binary::BinaryNumber;
 use super::super::{IoError, Location};
@@ -295,6 +296,14 @@ fn number(scalar: Scalar, bytes: &[u8]) -> f64 {
     scalar
         .take::<false>(bytes)
         .map_or(f64::NAN, |(value, _)| value)
+}
+
+/// The scalar type of a `componentType`; `None` if it is unknown.
+pub(super) fn component(number: &Value) -> Option<Scalar> {
+    match Checked::<GenericComponentType>::deserialize(number).ok()? {
+        Checked::Valid(kind) => Some(scalar(kind.0)),
+        Checked::Invalid => None,
+    }
 }
 
 fn scalar(component: ComponentType) -> Scalar {

@@ -9,6 +9,7 @@ use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use gltf_json::Root;
 use gltf_json::buffer::View;
 
+use super::super::budget::Budget;
 use super::super::{Format, IoError, Location, Resolve};
 
 /// Memory limit of a scene: `LEAST` bytes plus `TIMES` the size of its file and buffers. A mesh that is used once takes
@@ -18,6 +19,11 @@ const TIMES: usize = 32;
 /// The part of the limit that decoded buffers add: this times their size. Decoding allows them to take 32 times the file's size, so that
 /// [`TIMES`] again would allow a small file 1024 times its size.
 const DECODED_TIMES: usize = 12;
+/// What takes the memory, and what to do where it takes too much.
+const SCENE: (&str, &str) = (
+    "scene",
+    "save the parts of the scene to be repaired as separate files",
+);
 
 /// Loads each buffer on first use, so that buffers that hold only images are not loaded while triangles are read.
 pub(super) struct Buffers<'a> {
@@ -25,10 +31,8 @@ pub(super) struct Buffers<'a> {
     pub(super) format: Format,
     binary: Option<&'a [u8]>,
     resolve: &'a Resolve<'a>,
-    /// Bytes of memory that the scene may still take.
-    budget: usize,
-    /// Whether the limit was exceeded.
-    exhausted: bool,
+    /// The memory that the scene may still take.
+    pub(super) budget: Budget,
     loaded: Vec<Option<Arc<Vec<u8>>>>,
     /// The files read so far by name, with the number of bytes requested.
     files: HashMap<String, (u64, Arc<Vec<u8>>)>,
@@ -47,8 +51,7 @@ impl<'a> Buffers<'a> {
             format,
             binary,
             resolve,
-            budget: size.saturating_mul(TIMES).saturating_add(LEAST),
-            exhausted: false,
+            budget: Budget::new(format, SCENE, LEAST, [TIMES, size]),
             loaded: vec![None; root.buffers.len()],
             files: HashMap::new(),
         }
@@ -57,10 +60,7 @@ impl<'a> Buffers<'a> {
     /// The same with buffers whose contents are known.
     pub(super) fn with(mut self, known: &BTreeMap<usize, Arc<Vec<u8>>>) -> Self {
         for (index, bytes) in known {
-            self.budget = bytes
-                .len()
-                .saturating_mul(DECODED_TIMES)
-                .saturating_add(self.budget);
+            self.budget.allow(DECODED_TIMES, bytes.len());
             if let Some(loaded) = self.loaded.get_mut(*index) {
                 *loaded = Some(Arc::clone(bytes));
             }
@@ -108,36 +108,7 @@ impl<'a> Buffers<'a> {
     /// Charges memory before it is allocated. Many nodes with the same mesh, or accessors with a count but no data,
     /// could make a small file very large in memory.
     pub(super) fn spend(&mut self, bytes: usize) -> Result<(), IoError> {
-        match self.budget.checked_sub(bytes) {
-            Some(left) => {
-                self.budget = left;
-                Ok(())
-            }
-            None => {
-                self.exhausted = true;
-                let what = format!(
-                    "the scene needs {bytes} more bytes of memory, but only {} are left of the limit for a file of this size",
-                    self.budget
-                );
-                Err(IoError::malformed(self.format, Location::File, what)
-                    .advise("save the parts of the scene to be repaired as separate files"))
-            }
-        }
-    }
-
-    /// Raises the limit of memory.
-    pub(super) fn allow(&mut self, bytes: usize) {
-        self.budget = self.budget.saturating_add(bytes);
-    }
-
-    /// Bytes of memory that the scene may still take.
-    pub(super) fn left(&self) -> usize {
-        self.budget
-    }
-
-    /// Whether the scene has asked for more memory than it may take.
-    pub(super) fn is_exhausted(&self) -> bool {
-        self.exhausted
+        self.budget.spend(bytes)
     }
 
     /// All buffers. Buffers that cannot be loaded are `None`; they hold no triangles.
@@ -201,10 +172,7 @@ impl<'a> Buffers<'a> {
             return Ok(Arc::clone(bytes));
         }
         let bytes = Arc::new((self.resolve)(&percent_decoded(uri), length)?);
-        self.budget = bytes
-            .len()
-            .saturating_mul(TIMES)
-            .saturating_add(self.budget);
+        self.budget.allow(TIMES, bytes.len());
         self.files
             .insert(uri.to_owned(), (length, Arc::clone(&bytes)));
         Ok(bytes)

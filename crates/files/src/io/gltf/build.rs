@@ -4,7 +4,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Map, Value, json};
 
-use super::super::{Format, IoError};
+use super::super::{Format, IoError, extent};
 
 /// Component types of accessors.
 pub(super) const F32: u32 = 5126;
@@ -128,17 +128,10 @@ impl Builder {
     /// Appends an accessor of positions, with their minimum and maximum.
     pub(super) fn positions(&mut self, points: &[[f32; 3]]) -> usize {
         let accessor = self.floats(points.as_flattened(), 3);
-        let start = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
-        let bounds = points.iter().fold(start, |[mut low, mut high], p| {
-            for axis in 0..3 {
-                low[axis] = low[axis].min(p[axis]);
-                high[axis] = high[axis].max(p[axis]);
-            }
-            [low, high]
-        });
+        let [low, high] = extent(points);
         let accessors = self.list("accessors");
-        accessors[accessor]["min"] = json!(bounds[0]);
-        accessors[accessor]["max"] = json!(bounds[1]);
+        accessors[accessor]["min"] = json!(low);
+        accessors[accessor]["max"] = json!(high);
         accessor
     }
 

@@ -29,7 +29,7 @@ use instances::INSTANCING;
 use meshopt::MESHOPT;
 
 use gltf_json::{Root, Value};
-use rewritten::Rewritten;
+use rewritten::{Decoded, Rewritten};
 
 use super::{Contents, FileDocument, Format, IoError, Loaded, Location, Resolve, Written, text};
 
@@ -125,6 +125,15 @@ struct Unpacked {
     extensions: Vec<&'static str>,
 }
 
+/// Decodes what one extension compressed; `None` if nothing is.
+type Decode = fn(&[u8], &mut Buffers<'_>) -> Result<Option<(Rewritten, Decoded)>, IoError>;
+
+/// The extensions that compress, in the order in which they are undone.
+const COMPRESSIONS: [(&str, Decode); 2] = [
+    (MESHOPT, meshopt::decompressed),
+    (DRACO, draco::decompressed),
+];
+
 /// Decodes what extensions compressed.
 fn decompressed(json: &[u8], root: &Root, source: &Source<'_>) -> Result<Unpacked, IoError> {
     let mut unpacked = Unpacked {
@@ -132,21 +141,16 @@ fn decompressed(json: &[u8], root: &Root, source: &Source<'_>) -> Result<Unpacke
         contents: BTreeMap::new(),
         extensions: Vec::new(),
     };
-    for name in [MESHOPT, DRACO] {
+    for (name, decode) in COMPRESSIONS {
         let (json, root) = match &unpacked.file {
             Some(file) => (&file.json[..], &file.root),
             None => (json, root),
         };
         let mut buffers = source.buffers(root).with(&unpacked.contents);
-        let decoded = match name {
-            MESHOPT => meshopt::decompressed(json, &mut buffers)?,
-            _ => draco::decompressed(json, &mut buffers)?,
-        };
-        if let Some((file, contents)) = decoded {
+        if let Some((file, contents)) = decode(json, &mut buffers)? {
             let contents = contents.into_iter();
-            unpacked
-                .contents
-                .extend(contents.map(|(index, bytes)| (index, Arc::new(bytes))));
+            let contents = contents.map(|(index, bytes)| (index, Arc::new(bytes)));
+            unpacked.contents.extend(contents);
             unpacked.file = Some(file);
             unpacked.extensions.push(name);
         }

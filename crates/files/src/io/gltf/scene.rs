@@ -361,7 +361,7 @@ impl Reader<'_, '_> {
             Some(Ok(raw)) if raw.values.len() == count * raw.components => {
                 self.scene.values.push((block, name.clone(), raw));
             }
-            Some(Err(error)) if self.buffers.is_exhausted() => return Err(error),
+            Some(Err(error)) if self.buffers.budget.is_exhausted() => return Err(error),
             _ => self.unread_attributes += 1,
         }
         self.scene.blocks[block].attributes.insert(name, accessor);

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::Write as _;
 
+use super::super::binary::BinaryNumber;
 use super::super::{
     Contents, Format, IoError, Precision, WriteOptions, Written, lost, rounded, text,
 };
@@ -76,15 +77,10 @@ impl Column<'_> {
             };
             return;
         }
+        // PLY has no integers of 64 bits.
         match self.scalar {
-            Scalar::I8 => bytes.push(value as i8 as u8),
-            Scalar::U8 => bytes.push(value as u8),
-            Scalar::I16 => bytes.extend((value as i16).to_le_bytes()),
-            Scalar::U16 => bytes.extend((value as u16).to_le_bytes()),
-            Scalar::I32 => bytes.extend((value as i32).to_le_bytes()),
-            Scalar::U32 => bytes.extend((value as u32).to_le_bytes()),
-            Scalar::F32 => bytes.extend((value as f32).to_le_bytes()),
-            Scalar::I64 | Scalar::U64 | Scalar::F64 => bytes.extend(value.to_le_bytes()),
+            Scalar::I64 | Scalar::U64 => Scalar::F64.put(value, bytes),
+            scalar => scalar.put(value, bytes),
         }
     }
 

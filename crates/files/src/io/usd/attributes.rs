@@ -124,6 +124,7 @@ impl Gathering<'_> {
         let mut out = self.attribute();
         for (mesh, primvar) in self.primvars {
             let mesh = &self.scene.meshes[*mesh];
+            let turning = turning(mesh, primvar);
             out.pad(mesh.vertices.start);
             for item in 0..mesh.vertices.len() {
                 let item = if primvar.interpolation == Interpolation::Constant {
@@ -131,7 +132,7 @@ impl Gathering<'_> {
                 } else {
                     item
                 };
-                out.push(turned(mesh, primvar, item).as_deref());
+                out.push(turned(primvar.get(item), turning).as_deref());
             }
         }
         out.pad(count);
@@ -140,12 +141,16 @@ impl Gathering<'_> {
 
     fn of_faces(&self) -> Attribute {
         let mut out = self.attribute();
-        let of_mesh: HashMap<usize, &Primvar> = self.primvars.iter().copied().collect();
+        let own = self.primvars.iter().map(|(mesh, primvar)| {
+            let turning = turning(&self.scene.meshes[*mesh], primvar);
+            (*mesh, (*primvar, turning))
+        });
+        let of_mesh: HashMap<usize, (&Primvar, Option<DMat3>)> = own.collect();
         for face in &self.cut.face {
             let (mesh, face) = self.scene.faces[*face as usize];
             let value = of_mesh
                 .get(&(mesh as usize))
-                .and_then(|p| turned(&self.scene.meshes[mesh as usize], p, face as usize));
+                .and_then(|(primvar, turning)| turned(primvar.get(face as usize), *turning));
             out.push(value.as_deref());
         }
         out
@@ -157,16 +162,9 @@ impl Gathering<'_> {
         let mut starts: HashMap<usize, (usize, &Primvar)> = HashMap::new();
         for (mesh, primvar) in self.primvars {
             starts.insert(*mesh, (pool.len(), primvar));
-            let own = &self.scene.meshes[*mesh];
-            let count = primvar.stored();
-            let plain = Primvar {
-                places: None,
-                name: String::new(),
-                values: primvar.values.clone(),
-                ..**primvar
-            };
-            for item in 0..count {
-                pool.push(turned(own, &plain, item).as_deref());
+            let turning = turning(&self.scene.meshes[*mesh], primvar);
+            for place in 0..primvar.stored() {
+                pool.push(turned(primvar.at(place), turning).as_deref());
             }
         }
         let place = |t: usize, k: usize| {
@@ -193,15 +191,20 @@ impl Gathering<'_> {
     }
 }
 
-/// The value of an item; normals are turned to the stage.
-fn turned<'p>(mesh: &StageMesh, primvar: &'p Primvar, item: usize) -> Option<Cow<'p, [f64]>> {
-    let value = primvar.get(item)?;
+/// The matrix by which values are turned to the stage; `None` if they are not normals, or the mesh is not turned.
+fn turning(mesh: &StageMesh, primvar: &Primvar) -> Option<DMat3> {
     let matrix = DMat3::from_mat4(mesh.transform);
-    if primvar.role != Role::Normal || matrix == DMat3::IDENTITY {
-        return Some(Cow::Borrowed(value));
-    }
+    let is_turned = primvar.role == Role::Normal && matrix != DMat3::IDENTITY;
+    is_turned.then(|| matrix.inverse().transpose())
+}
+
+/// A value, turned to the stage.
+fn turned(value: Option<&[f64]>, turning: Option<DMat3>) -> Option<Cow<'_, [f64]>> {
+    let (Some(value), Some(turning)) = (value, turning) else {
+        return value.map(Cow::Borrowed);
+    };
     let normal = DVec3::from_slice(value);
-    let turned = matrix.inverse().transpose() * normal;
+    let turned = turning * normal;
     Some(Cow::Owned(turned.normalize_or(normal).to_array().to_vec()))
 }
 

@@ -1,5 +1,6 @@
 //! Composes the layers of a USD stage: what each layer says of a prim, the strongest first, with variants, references and payloads followed.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
 
@@ -149,19 +150,17 @@ impl<'a> Layers<'a> {
 
     /// The prim without a name of the stage: the main layer and its sublayers.
     pub(super) fn root(&mut self, bytes: &[u8]) -> Result<Prim, IoError> {
-        let (name, root) = match &self.package {
-            None => (String::new(), parsed(bytes, &mut self.budget)?),
+        let (name, bytes) = match &self.package {
+            None => ("", bytes),
             Some(package) => {
-                let bytes = package
-                    .layers
-                    .get(&package.first)
-                    .map_or(&[][..], Vec::as_slice);
-                (package.first.clone(), parsed(bytes, &mut self.budget)?)
+                let layer = package.layers.get(&package.first);
+                (&package.first[..], layer.map_or(&[][..], Vec::as_slice))
             }
         };
+        let name = name.to_owned();
         let file = Rc::new(LayerFile {
+            root: Rc::new(parsed(bytes, &mut self.budget)?),
             name: name.clone(),
-            root: Rc::new(root),
         });
         self.loaded.insert(name, Some(Rc::clone(&file)));
         let mut opinions = Vec::new();
@@ -219,18 +218,15 @@ impl<'a> Layers<'a> {
             return Ok(known.clone());
         }
         let bytes = match &self.package {
-            Some(package) => package.layers.get(&name).cloned(),
-            None => self.beside(&name),
+            Some(package) => package.layers.get(&name).map(|l| Cow::Borrowed(&l[..])),
+            None => self.beside(&name).map(Cow::Owned),
         };
         let bytes = bytes.filter(|bytes| super::is_layer(bytes));
         let file = match bytes {
             None => None,
             Some(bytes) => {
                 if self.package.is_none() {
-                    self.budget.left = self
-                        .budget
-                        .left
-                        .saturating_add(bytes.len().saturating_mul(super::TIMES));
+                    self.budget.allow(super::TIMES, bytes.len());
                 }
                 let root = Rc::new(parsed(&bytes, &mut self.budget)?);
                 Some(Rc::new(LayerFile {

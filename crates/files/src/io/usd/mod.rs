@@ -28,38 +28,19 @@ mod write_values;
 pub(crate) use document::UsdDocument;
 pub(super) use package::is_package;
 
-use super::{Contents, FileDocument, Format, IoError, Loaded, Location, Resolve, Written};
+use super::budget::Budget;
+use super::{Contents, FileDocument, Format, IoError, Loaded, Resolve, Written};
 use compose::Layers;
 
 /// Memory limit of a stage: `LEAST` bytes plus `TIMES` the size of its files.
 const LEAST: usize = 80 << 20;
 const TIMES: usize = 64;
 
-/// What is left of the memory that a stage may take, and the format for messages.
-struct Budget {
-    format: Format,
-    left: usize,
-}
-
-impl Budget {
-    /// Charges memory before it is allocated.
-    fn spend(&mut self, bytes: usize) -> Result<(), IoError> {
-        match self.left.checked_sub(bytes) {
-            Some(left) => {
-                self.left = left;
-                Ok(())
-            }
-            None => {
-                let what = format!(
-                    "the stage needs {bytes} more bytes of memory, but only {} are left of the limit for a file of this size",
-                    self.left
-                );
-                Err(IoError::malformed(self.format, Location::File, what)
-                    .advise("save the parts of the stage to be repaired as separate files"))
-            }
-        }
-    }
-}
+/// What takes the memory, and what to do where it takes too much.
+const STAGE: (&str, &str) = (
+    "stage",
+    "save the parts of the stage to be repaired as separate files",
+);
 
 /// Whether bytes begin as a text or binary layer does.
 pub(super) fn is_layer(bytes: &[u8]) -> bool {
@@ -68,8 +49,7 @@ pub(super) fn is_layer(bytes: &[u8]) -> bool {
 
 /// Reads all meshes of a stage into one mesh.
 pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result<Loaded, IoError> {
-    let left = bytes.len().saturating_mul(TIMES).saturating_add(LEAST);
-    let mut budget = Budget { format, left };
+    let mut budget = Budget::new(format, STAGE, LEAST, [TIMES, bytes.len()]);
     let package = match format {
         Format::Usdz => Some(package::Package::open(bytes, &mut budget)?),
         _ => None,

@@ -70,7 +70,7 @@ impl Package {
                 continue;
             }
             let mut layer = Vec::new();
-            let most = budget.left as u64;
+            let most = budget.left() as u64;
             file.take(most)
                 .read_to_end(&mut layer)
                 .map_err(|error| fault(format!("'{name}' cannot be unpacked: {error}")))?;

@@ -45,7 +45,11 @@ impl Primvar {
 
     /// The value of an item; `None` if it is missing or not finite.
     pub(super) fn get(&self, item: usize) -> Option<&[f64]> {
-        let place = self.place(item)?;
+        self.at(self.place(item)?)
+    }
+
+    /// The value of a place; `None` if it is not finite or not there.
+    pub(super) fn at(&self, place: usize) -> Option<&[f64]> {
         let start = place.checked_mul(self.components)?;
         let value = self
             .values

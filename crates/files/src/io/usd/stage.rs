@@ -18,9 +18,9 @@ pub(super) struct Scene {
     pub(super) faces: Vec<(u32, u32)>,
     /// For each corner of these faces, the corner of the mesh.
     pub(super) corners: Vec<u32>,
-    /// Counts of what is skipped, by what it is.
+    /// How many things of each kind are skipped.
     pub(super) skipped: BTreeMap<&'static str, usize>,
-    /// Counts of what is not written back, by what it is.
+    /// How many things of each kind are not written back.
     pub(super) others: BTreeMap<&'static str, usize>,
     pub(super) names: Distinct,
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::super::text::Distinct;
-use super::super::{Contents, FileDocument, Format, IoError, Written, lost, rounded};
+use super::super::{Contents, FileDocument, Format, IoError, Written, extent, lost, rounded};
 use super::document::UsdDocument;
 use super::write_values::{Decimal, Lines, Local, identifier, primvars};
 use isomend_core::mesh::Unit;
@@ -158,20 +158,11 @@ fn mesh(
     let first = local.faces.first().map_or(NONE, of_face);
     let is_single = local.faces.iter().all(|face| of_face(face) == first);
     let bound = materials.get(first as usize).filter(|_| is_single);
-    let api = if bound.is_some() {
-        " (prepend apiSchemas = [\"MaterialBindingAPI\"])"
-    } else {
-        ""
-    };
-    out.open(&format!("def Mesh \"{name}\"{api}"));
+    out.open(&format!("def Mesh \"{name}\"{}", binding_api(bound)));
     shape(out, local, points, number_of);
     out.line("uniform token subdivisionScheme = \"none\"");
     primvars(out, local);
-    if let Some(material) = bound {
-        out.line(&format!(
-            "rel material:binding = </{ROOT}/Materials/{material}>"
-        ));
-    }
+    bind(out, bound);
     let mut names = Distinct::default();
     names.take(PATCH_NAME);
     if let Some(labels) = labels.filter(|_| !is_single) {
@@ -194,20 +185,9 @@ fn shape(out: &mut Lines, local: &Local<'_>, points: &[[f32; 3]], number_of: &[u
     let decimals = |all: &[[f32; 3]]| -> Vec<[Decimal<f32>; 3]> {
         all.iter().map(|point| point.map(Decimal)).collect()
     };
-    let bound_of = |start: f32, pick: fn(f32, f32) -> f32| {
-        own.iter()
-            .fold([start; 3], |all, p| [0, 1, 2].map(|k| pick(all[k], p[k])))
-    };
     if !own.is_empty() {
-        let bounds = [
-            bound_of(f32::INFINITY, f32::min),
-            bound_of(f32::NEG_INFINITY, f32::max),
-        ];
-        out.array(
-            "float3[] extent",
-            decimals(&bounds).iter().map(|p| &p[..]),
-            &[],
-        );
+        let bounds = decimals(&extent(&own));
+        out.array("float3[] extent", bounds.iter().map(|p| &p[..]), &[]);
     }
     out.array(
         "int[] faceVertexCounts",
@@ -261,21 +241,32 @@ fn subsets(
 }
 
 fn subset(out: &mut Lines, name: &str, family: &str, faces: &[u32], material: Option<&String>) {
-    let api = if material.is_some() {
-        " (prepend apiSchemas = [\"MaterialBindingAPI\"])"
-    } else {
-        ""
-    };
-    out.open(&format!("def GeomSubset \"{name}\"{api}"));
+    out.open(&format!(
+        "def GeomSubset \"{name}\"{}",
+        binding_api(material)
+    ));
     out.line("uniform token elementType = \"face\"");
     out.line(&format!("uniform token familyName = \"{family}\""));
     out.array("int[] indices", faces.chunks(1), &[]);
+    bind(out, material);
+    out.close();
+}
+
+/// The schema of what has a material, behind the name of a prim.
+fn binding_api(material: Option<&String>) -> &'static str {
+    match material {
+        Some(_) => " (prepend apiSchemas = [\"MaterialBindingAPI\"])",
+        None => "",
+    }
+}
+
+/// Binds a prim to its material, if it has one.
+fn bind(out: &mut Lines, material: Option<&String>) {
     if let Some(material) = material {
         out.line(&format!(
             "rel material:binding = </{ROOT}/Materials/{material}>"
         ));
     }
-    out.close();
 }
 
 /// Writes the materials, with what is known of their appearance.

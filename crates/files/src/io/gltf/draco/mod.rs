@@ -11,9 +11,10 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::super::{Format, IoError, Location};
+use super::accessor::component;
 use super::buffers::Buffers;
 use super::rewritten::{Decoded, Rewritten, parsed, rewritten, taken};
-use stream::{Stream, component};
+use stream::Stream;
 
 /// The extension.
 pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
@@ -153,9 +154,9 @@ impl Unpacking<'_, '_> {
         let size = self.buffers.bytes(holder)?.len();
         let source = root.buffers.get(holder).and_then(|b| b.uri.as_deref());
         if self.counted.insert(source) {
-            self.buffers.allow(size.saturating_mul(TIMES));
+            self.buffers.budget.allow(TIMES, size);
         }
-        let most = self.buffers.left();
+        let most = self.buffers.budget.left();
         let stream = Stream::decoded(&compressed, most)
             .map_err(|what| fault(format, mesh, format!("the {DRACO} of a primitive {what}")))?;
         self.buffers.spend(stream.memory())?;
@@ -224,7 +225,6 @@ impl Unpacking<'_, '_> {
     /// Appends the values of a content to the new buffer and refers an accessor to them.
     fn fill(&mut self, number: usize, content: Content, stream: &Stream) -> Result<(), Unfit> {
         let accessor = &mut self.accessors[number];
-        let kind = accessor.get("componentType").and_then(Value::as_u64);
         let mut bounds = None;
         let (values, stride, count) = match content.1 {
             None => {
@@ -233,7 +233,7 @@ impl Unpacking<'_, '_> {
                 (values, None, stream.corners())
             }
             Some(id) => {
-                let scalar = kind.and_then(component);
+                let scalar = accessor.get("componentType").and_then(component);
                 let scalar = scalar.ok_or("has an accessor of an unknown component type")?;
                 let kind = accessor.get("type").and_then(Value::as_str);
                 let components = match kind {

@@ -108,7 +108,7 @@ impl Stream {
                         let is_fraction =
                             attribute.normalized() && wanted == Scalar::F32 && !scalar.is_float();
                         let unit = if is_fraction { scalar.range()[1] } else { 1.0 };
-                        put(wanted, number / unit, &mut values);
+                        wanted.put(wanted.nearest(number / unit), &mut values);
                     }
                 }
             }
@@ -126,19 +126,6 @@ fn value(attribute: &PointAttribute, point: PointIndex, size: usize) -> Option<&
         .buffer()
         .data()
         .get(start..start.checked_add(size)?)
-}
-
-/// Appends the nearest number of a component type.
-fn put(wanted: Scalar, number: f64, to: &mut Vec<u8>) {
-    let number = wanted.nearest(number);
-    match wanted {
-        Scalar::I8 => to.extend((number as i8).to_le_bytes()),
-        Scalar::U8 => to.extend((number as u8).to_le_bytes()),
-        Scalar::I16 => to.extend((number as i16).to_le_bytes()),
-        Scalar::U16 => to.extend((number as u16).to_le_bytes()),
-        Scalar::U32 => to.extend((number as u32).to_le_bytes()),
-        _ => to.extend((number as f32).to_le_bytes()),
-    }
 }
 
 /// The smallest and the largest value of each component.
@@ -162,19 +149,6 @@ pub(super) fn bounds(
         }
     }
     bounds
-}
-
-/// The component type of a number of glTF.
-pub(super) fn component(number: u64) -> Option<Scalar> {
-    match number {
-        5120 => Some(Scalar::I8),
-        5121 => Some(Scalar::U8),
-        5122 => Some(Scalar::I16),
-        5123 => Some(Scalar::U16),
-        5125 => Some(Scalar::U32),
-        5126 => Some(Scalar::F32),
-        _ => None,
-    }
 }
 
 fn scalar(kind: DataType) -> Option<Scalar> {

@@ -202,10 +202,7 @@ mod tests {
             ..sections::Sections::default()
         };
         let spec = Spec { path: 0, fields: 0 };
-        let mut budget = Budget {
-            format: Format::Usda,
-            left: 3 * FIELD,
-        };
+        let mut budget = Budget::new(Format::Usda, ("stage", ""), 3 * FIELD, [0, 0]);
         let mut builder = Builder {
             values: Values {
                 bytes: &[],
