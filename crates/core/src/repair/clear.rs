@@ -12,7 +12,7 @@ use crate::check::is_flat;
 use crate::mend::Inspection;
 use crate::mesh::triangulate::triangulate_loop_with_neighbours;
 use crate::mesh::{Mesh, Part, area_vector};
-use crate::spatial::{Bounds, BoxTree, intersecting, meets};
+use crate::spatial::{Bounds, BoxTree, faces_intersect, intersecting, meets};
 use crate::tuning::{Tunable, tunable};
 
 /// Edges. Longer rims are first reduced by cutting ears. The memory of a search grows with the cube of their number: 1
@@ -220,9 +220,11 @@ impl<'a> Ground<'a> {
                 || first < -margin && height(1) < -margin && height(2) < -margin;
             !apart
         };
-        let near = self.near(face).into_iter().filter(may_cross);
-        let all: Vec<[u32; 3]> = std::iter::once(face).chain(near).collect();
-        intersecting(&self.mesh.positions, &all, 1).is_empty()
+        let crosses = |f: [u32; 3]| may_cross(&f) && faces_intersect(&self.mesh.positions, face, f);
+        let own = bounds(&self.mesh, face);
+        let old = |i: u32| crosses(self.faces[i as usize]);
+        self.tree.find(&own, old).is_none()
+            && !self.new_tree.any(&own, |i| crosses(self.new[i as usize]))
     }
 
     /// Whether an edge passes through a face, in floating-point arithmetic.
@@ -240,6 +242,9 @@ impl<'a> Ground<'a> {
         let mut faces = Vec::new();
         let ring = self.without_ears(rim, &mut faces)?;
         let mut table = Table::new(self, &ring);
+        if !table.has_triangle_at_each_side(self) {
+            return None;
+        }
         for _ in 0..CLEAR_ROUNDS.get() {
             let found = table.solve()?;
             if !table.rule_out(self, &found) {
@@ -332,6 +337,8 @@ struct Table<'a> {
     /// The least cost of a triangulation of the corners from `i` to `k`, by `i * n + k`, and the third corner of its triangle at
     /// this diagonal, from the last solution.
     cost: Vec<f64>,
+    /// The same by `k * n + i`, so that what `best` adds lies side by side.
+    cost_to: Vec<f64>,
     apex: Vec<usize>,
     /// Entries to recompute, because their triangle or diagonal was ruled out.
     stale: Vec<bool>,
@@ -356,6 +363,7 @@ impl<'a> Table<'a> {
             crosses: vec![0; (n * n * n).div_ceil(64)],
             known: HashSet::new(),
             cost: vec![0.0; n * n],
+            cost_to: vec![0.0; n * n],
             apex: vec![0; n * n],
             stale: vec![true; n * n],
         }
@@ -391,6 +399,7 @@ impl<'a> Table<'a> {
                     let (cost, apex) = self.best(i, k);
                     rose[cell] = cost > self.cost[cell];
                     (self.cost[cell], self.apex[cell]) = (cost, apex);
+                    self.cost_to[k * n + i] = cost;
                     self.stale[cell] = false;
                 }
             }
@@ -417,8 +426,10 @@ impl<'a> Table<'a> {
             return best;
         }
         let diagonal = DIAGONAL.get() * self.at[i].distance_squared(self.at[k]);
-        for m in i + 1..k {
-            let parts = self.cost[i * n + m] + self.cost[m * n + k] + diagonal;
+        let from = &self.cost[i * n + i + 1..i * n + k];
+        let to = &self.cost_to[k * n + i + 1..k * n + k];
+        for (m, (from, to)) in (i + 1..k).zip(from.iter().zip(to)) {
+            let parts = from + to + diagonal;
             if parts >= best.0 || self.crosses([i, m, k]) {
                 continue;
             }
@@ -435,19 +446,54 @@ impl<'a> Table<'a> {
         0.5 * area_vector([self.at[i], self.at[m], self.at[k]]).length()
     }
 
+    /// Whether some triangle that intersects nothing stands on each side of the ring; without one there is no triangulation. Most
+    /// searches that fail do so here, which takes one test for each corner instead of some for each round.
+    fn has_triangle_at_each_side(&mut self, ground: &Ground) -> bool {
+        let n = self.ring.len();
+        (0..n).all(|side| {
+            // Corners next to the side first.
+            let others = (1..n - 1).map(|j| match j % 2 {
+                1 => (side + 1 + j.div_ceil(2)) % n,
+                _ => (side + n - j / 2) % n,
+            });
+            let mut triangles = others.map(|m| {
+                let mut t = [side, (side + 1) % n, m];
+                t.sort_unstable();
+                t
+            });
+            triangles.any(|t| self.has_free_sides(t) && self.is_clear(ground, t))
+        })
+    }
+
+    /// Whether none of a triangle's sides is an excluded diagonal.
+    fn has_free_sides(&self, [i, m, k]: [usize; 3]) -> bool {
+        let n = self.ring.len();
+        [(i, m), (m, k), (i, k)]
+            .iter()
+            .all(|(i, k)| !self.blocked[i * n + k])
+    }
+
+    /// Whether a triangle intersects nothing; what was tested is kept.
+    fn is_clear(&mut self, ground: &Ground, t: [usize; 3]) -> bool {
+        if !self.known.insert(t) {
+            return !self.crosses(t);
+        }
+        let is_clear = ground.is_clear(t.map(|i| self.ring[i]));
+        if !is_clear {
+            self.set_crossing(t);
+        }
+        is_clear
+    }
+
     /// Rules out the triangles that intersect something or one another; returns whether there were any.
     fn rule_out(&mut self, ground: &Ground, triangles: &[[usize; 3]]) -> bool {
         let n = self.ring.len();
         let mut wrong = false;
         for &t in triangles {
-            if !self.known.insert(t) {
-                continue;
-            }
-            if ground.is_clear(t.map(|i| self.ring[i])) {
+            if self.known.contains(&t) || self.is_clear(ground, t) {
                 continue;
             }
             wrong = true;
-            self.set_crossing(t);
             let [i, m, k] = t;
             for (i, k) in [(i, m), (m, k), (i, k)] {
                 let is_diagonal = k - i > 1 && k - i < n - 1;

@@ -51,13 +51,22 @@ impl GrowingTree {
         }
     }
 
+    /// Whether `accept` accepts the number of any box that intersects a query box.
+    pub(super) fn any(&self, query: &Bounds, mut accept: impl FnMut(u32) -> bool) -> bool {
+        let mut trees = self.trees.iter();
+        if trees.any(|(first, t)| t.find(query, |i| accept(*first as u32 + i)).is_some()) {
+            return true;
+        }
+        let mut last = (self.in_trees..self.boxes.len()).filter(|i| self.boxes[*i].meets(query));
+        last.any(|i| accept(i as u32))
+    }
+
     /// Visits the numbers of the boxes that intersect a query box.
     pub(super) fn for_each(&self, query: &Bounds, mut visit: impl FnMut(u32)) {
-        for (first, tree) in &self.trees {
-            tree.for_each(query, |i| visit(*first as u32 + i));
-        }
-        let last = (self.in_trees..self.boxes.len()).filter(|i| self.boxes[*i].meets(query));
-        last.for_each(|i| visit(i as u32));
+        self.any(query, |i| {
+            visit(i);
+            false
+        });
     }
 }
 

@@ -10,6 +10,7 @@ use super::shell_vertex::{Shape, ShellBase, ShellVertex, below, under};
 use super::{Edge, edges};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{DisjointSets, Mesh, Part, area_vector, face_normal};
+use crate::spatial::intersecting;
 use crate::tuning::{Tunable, tunable};
 
 /// Factor of the depth where the shell intersects anything.
@@ -234,9 +235,12 @@ impl OffsetShell {
         let surface: Vec<[u32; 3]> = self.under.iter().map(|f| ground.face(*f)).collect();
         let depth = self.vertices.iter().map(|v| v.depth).fold(0.0, f64::max);
         let mut local = LocalShell::new(self, ground, &ground.near_all(&surface, depth));
+        if self.shape.depth().is_some() {
+            self.may_fit(&mut local)?;
+        }
         let mut asked: Vec<usize> = (0..self.faces.len()).collect();
         for round in 0.. {
-            local.place(&self.vertices, self.rounding);
+            local.place(&self.vertices, self.rounding, |v| v.depth);
             let wrong = local.wrong(asked);
             if wrong.is_empty() {
                 break;
@@ -255,6 +259,18 @@ impl OffsetShell {
         ground.add_vertices(local.new_positions());
         self.faces.iter().for_each(|f| ground.add(*f));
         Ok(())
+    }
+
+    /// Whether a shell intersects nothing at its least depth. One that does would end there after twenty rounds; the faces above
+    /// those that intersect are returned as by [`Self::place`].
+    fn may_fit(&self, local: &mut LocalShell) -> Result<(), Vec<u32>> {
+        local.place(&self.vertices, self.rounding, |v| v.min_depth);
+        let pairs = intersecting(&local.positions, &local.all_faces(), local.own.len());
+        if pairs.is_empty() {
+            return Ok(());
+        }
+        let above = pairs.iter().map(|(f, _)| self.under[*f as usize]);
+        Err(above.collect::<BTreeSet<u32>>().into_iter().collect())
     }
 
     /// Maximum number of depth reductions.
@@ -310,12 +326,22 @@ impl LocalShell {
         }
     }
 
-    /// Positions the new vertices at their depths.
-    fn place(&mut self, vertices: &[ShellVertex], rounding: Rounding) {
+    /// Positions the new vertices at some depths.
+    fn place(
+        &mut self,
+        vertices: &[ShellVertex],
+        rounding: Rounding,
+        depth: impl Fn(&ShellVertex) -> f64,
+    ) {
         self.positions.truncate(self.first);
         let at = vertices.iter();
         self.positions
-            .extend(at.map(|v| rounding.moved(v.from, v.depth * v.direction)));
+            .extend(at.map(|v| rounding.moved(v.from, depth(v) * v.direction)));
+    }
+
+    /// The faces of the shell, then those near it.
+    fn all_faces(&self) -> Vec<[u32; 3]> {
+        self.own.iter().chain(&self.near).copied().collect()
     }
 
     fn new_positions(&self) -> &[DVec3] {

@@ -22,6 +22,7 @@ pub use bvh::{Bvh, Closest};
 pub(crate) use crossings::{coord3, turns};
 pub use intersect::intersecting;
 pub(crate) use intersect::{intersecting_pairs, partners};
+pub(crate) use predicates::faces_intersect;
 pub(crate) use triangle::meets;
 pub use triangle::{Barycentric, closest_on_triangle};
 pub use winding::WindingTree;

@@ -14,7 +14,7 @@ pub(super) fn at(positions: &[DVec3], [a, b, c]: [u32; 3]) -> [DVec3; 3] {
 }
 
 /// Whether two faces of a mesh intersect; see [`intersecting`].
-pub(super) fn faces_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bool {
+pub(crate) fn faces_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bool {
     let is_shared = |v: u32| g[0] == v || g[1] == v || g[2] == v;
     match [is_shared(f[0]), is_shared(f[1]), is_shared(f[2])] {
         [false, false, false] => triangles_intersect(at(positions, f), at(positions, g)),
