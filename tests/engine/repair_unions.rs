@@ -1,7 +1,9 @@
 //! The body that is meant: random unions as solids, as double skins and with cavities; handles, sponges, clothes over bodies.
 
+use std::collections::HashSet;
+
 use crate::repair_solid::{H, made_solid, surface};
-use crate::shapes::{Noise, cube, cut, joined, moved, topology, volume};
+use crate::shapes::{Noise, cube, cut, joined, moved, sphere, topology, volume};
 use glam::{DMat3, DVec3, EulerRot};
 use isomend::check::{CheckParams, DefectKind};
 use isomend::{Carried, Control, Mesh, RepairParams, RepairStep, inspect, repair};
@@ -186,4 +188,47 @@ fn a_body_whose_hole_stays_open_is_united_with_what_it_crosses() {
     );
     let error = volume(&closed.unwrap().mesh) / (8.0 + 0.6) - 1.0;
     assert!(error.abs() < 1e-9, "{error}");
+}
+
+/// A band round a unit ball, with a wavy inner side that crosses the ball, and rims turned the wrong way.
+fn band_of(ball: &Mesh) -> Mesh {
+    let is_near = |v: &u32| ball.positions[*v as usize].z.abs() < 0.5;
+    let faces = ball.faces.iter().filter(|f| f.iter().all(is_near));
+    let faces: Vec<[u32; 3]> = faces.copied().collect();
+    let count = ball.positions.len() as u32;
+    let wave = |p: &DVec3| 1.0 + 0.06 * (7.0 * p.x + 3.0 * p.y).sin();
+    let inner = ball.positions.iter().map(|p| *p * wave(p));
+    let outer = ball.positions.iter().map(|p| *p * (wave(p) + 0.06));
+    let edges = |f: &[u32; 3]| [[f[0], f[1]], [f[1], f[2]], [f[2], f[0]]];
+    let all: HashSet<[u32; 2]> = faces.iter().flat_map(edges).collect();
+    let rims = all.iter().filter(|[a, b]| !all.contains(&[*b, *a]));
+    let mut rims: Vec<[u32; 2]> = rims.copied().collect();
+    rims.sort_unstable();
+    let mut band: Vec<[u32; 3]> = faces.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
+    band.extend(faces.iter().map(|f| f.map(|v| v + count)));
+    for [a, b] in rims {
+        band.extend([[b, a, a + count], [b, a + count, b + count]]);
+    }
+    Mesh::new(inner.chain(outer).collect(), band)
+}
+
+#[test]
+fn faces_that_a_union_keeps_stay_in_their_order() {
+    let ball = sphere(24);
+    let mesh = joined(&ball, &band_of(&ball));
+    let params = RepairParams::new();
+    let done = repair(&mesh, &params, &Carried::default(), &Control::new()).unwrap();
+    assert!(done.report.united_bodies > 1);
+    let faces = done.mesh.faces.iter().zip(&done.origins.faces);
+    let kept = faces.filter(|(face, origin)| {
+        let old = mesh.faces[origin.face as usize];
+        let same = |k: usize| {
+            let place = done.mesh.positions[face[k] as usize];
+            place == mesh.positions[old[k] as usize]
+        };
+        origin.corners == [0, 1, 2] && (0..3).all(same)
+    });
+    let kept: Vec<u32> = kept.map(|(_, origin)| origin.face).collect();
+    assert!(kept.len() > 100);
+    assert!(kept.is_sorted(), "faces that stay have changed their order");
 }

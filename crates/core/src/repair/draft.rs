@@ -392,15 +392,20 @@ impl Draft {
         for (i, &v) in order.iter().enumerate() {
             number[v] = i as u32;
         }
-        // Order the faces: unchanged, changed, new.
-        let class = |f: &usize| match self.origins.faces[*f] {
+        // Order the faces: unchanged, changed, new. Steps may have moved unchanged ones behind others.
+        let unchanged = self.unchanged(input);
+        let class = |f: usize| match self.origins.faces[f] {
             FaceOrigin { face: NONE, .. } => 2,
-            o if altered_last && !self.is_as_it_was(o, *f, input) => 1,
+            _ if altered_last && !unchanged[f] => 1,
             _ => 0,
         };
         let mut faces: Vec<usize> = (0..self.mesh.faces.len()).collect();
-        faces.sort_by_key(class);
-        let known = faces.iter().filter(|f| class(f) < 2);
+        let origin = |f: &usize| self.origins.faces[*f].face;
+        match (faces.iter().filter(|f| unchanged[**f])).is_sorted_by_key(origin) {
+            true => faces.sort_by_key(|f| class(*f)),
+            false => faces.sort_by_key(|f| (class(*f), origin(f))),
+        }
+        let known = faces.iter().filter(|f| class(**f) < 2);
         Finished {
             mesh: Mesh::new(
                 order.iter().map(|&v| self.mesh.positions[v]).collect(),
@@ -418,9 +423,17 @@ impl Draft {
         }
     }
 
-    fn is_as_it_was(&self, origin: FaceOrigin, face: usize, input: &Mesh) -> bool {
-        origin == FaceOrigin::same(origin.face)
-            && self.mesh.faces[face] == input.faces[origin.face as usize]
+    /// For each face whether it is a face of the input as it was, the only one that comes from it.
+    fn unchanged(&self, input: &Mesh) -> Vec<bool> {
+        let mut is_taken = vec![false; input.faces.len()];
+        let faces = self.mesh.faces.iter().zip(&self.origins.faces);
+        let is_unchanged = |(face, origin): (&[u32; 3], &FaceOrigin)| {
+            *origin != FaceOrigin::NEW && *origin == FaceOrigin::same(origin.face) && {
+                let old = origin.face as usize;
+                *face == input.faces[old] && !std::mem::replace(&mut is_taken[old], true)
+            }
+        };
+        faces.map(is_unchanged).collect()
     }
 }
 

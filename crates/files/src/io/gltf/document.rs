@@ -96,13 +96,39 @@ impl GltfDocument {
         }
     }
 
-    /// Whether a mesh can be an extension of this scene: it has at least its vertices and kept faces.
+    /// Whether a mesh can be an extension of this scene: it has at least its vertices and kept faces, each with the vertices of its
+    /// own primitive.
     pub(super) fn fits(&self, model: &Contents<'_>) -> bool {
         let (vertices, faces) = self.counts();
         let marks = model.attributes.kept_of_file.as_ref();
         model.mesh.positions.len() >= vertices
             && model.mesh.faces.len() >= self.kept(model)
             && marks.is_none_or(|kept| kept.len() == faces)
+            && self.kept_faces(model).all(|(part, faces)| {
+                let block = &self.blocks[part.block];
+                let own = block.start..block.start + block.count;
+                faces.iter().flatten().all(|v| own.contains(v))
+            })
+    }
+
+    /// The faces that each placed primitive keeps.
+    pub(super) fn kept_faces<'a>(
+        &'a self,
+        model: &'a Contents<'_>,
+    ) -> impl Iterator<Item = (&'a PlacedPrimitive, &'a [[u32; 3]])> {
+        let mut next = 0;
+        self.parts.iter().map(move |part| {
+            let left = match &model.attributes.kept_of_file {
+                Some(kept) => {
+                    let marks = &kept[part.faces.0..part.faces.0 + part.faces.1];
+                    marks.iter().filter(|k| **k).count()
+                }
+                None => part.faces.1,
+            };
+            let first = next;
+            next += left;
+            (part, &model.mesh.faces[first..next])
+        })
     }
 
     /// For each placed primitive, its faces and the index of the image that colours them.

@@ -23,9 +23,7 @@ pub(super) fn write(
     format: Format,
 ) -> Result<Written, IoError> {
     let mut builder = merge(document);
-    if let Some(kept) = &model.attributes.kept_of_file {
-        remove_faces(&mut builder, document, model, kept);
-    }
+    remove_faces(&mut builder, document, model);
     let mut notes = Vec::new();
     let patches = Patches::new(document, model);
     let mut materials =
@@ -95,26 +93,16 @@ fn merge(document: &GltfDocument) -> Builder {
 
 /// Writes new indices for primitives that lost faces. A mesh that several nodes use is copied for the node whose instance lost
 /// faces.
-fn remove_faces(
-    builder: &mut Builder,
-    document: &GltfDocument,
-    model: &Contents<'_>,
-    kept: &[bool],
-) {
-    let mut next = 0;
+fn remove_faces(builder: &mut Builder, document: &GltfDocument, model: &Contents<'_>) {
     let mut copied: BTreeMap<usize, usize> = BTreeMap::new();
     let mut emptied: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    for part in &document.parts {
-        let marks = &kept[part.faces.0..part.faces.0 + part.faces.1];
-        let left = marks.iter().filter(|k| **k).count();
-        let faces = &model.mesh.faces[next..next + left];
-        next += left;
-        if left == marks.len() {
+    for (part, faces) in document.kept_faces(model) {
+        if faces.len() == part.faces.1 {
             continue;
         }
         let block = &document.blocks[part.block];
         let mesh = own_mesh(builder, document, part, &mut copied);
-        if left == 0 {
+        if faces.is_empty() {
             emptied.entry(mesh).or_default().push(part.primitive);
             continue;
         }
