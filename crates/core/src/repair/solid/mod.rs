@@ -28,10 +28,16 @@ use crate::mesh::topology::NONE;
 use crate::spatial::Bvh;
 use crate::tuning::{Tunable, tunable};
 use group::SkinGroup;
-use thickness::{SkinSide, sides};
+use thickness::{SkinSide, median, sides};
 
 /// Fraction of a component's area that has its other side on another component: then both belong to the same body.
 const LINKED: Tunable<f64> = tunable("solid.linked", 0.2);
+
+/// Fraction of the distance by which the distance of two components of the same body varies.
+const EVEN: Tunable<f64> = tunable("solid.even", 0.35);
+
+/// Fraction of the faces' area at about this distance. Clothes that cross a wall at all depths have a third.
+const EVEN_PART: Tunable<f64> = tunable("solid.even_part", 0.5);
 
 /// Faces. Bodies with fewer have no inner skin.
 const LEAST_FACES: Tunable<usize> = tunable("solid.least_faces", 100);
@@ -98,7 +104,8 @@ fn inner_skins(found: &Inspection) -> InnerSkins {
         ..InnerSkins::default()
     };
     let bvh = Bvh::new(mesh, topology.faces());
-    let sides = sides(mesh, &bvh);
+    let all: Vec<u32> = (0..mesh.faces.len() as u32).collect();
+    let mut sides = sides(mesh, &bvh, &all);
     let groups = groups(found, &sides);
     let only = groups.len() == 1;
     for faces in groups {
@@ -106,6 +113,12 @@ fn inner_skins(found: &Inspection) -> InnerSkins {
             continue;
         }
         let own = (!only).then(|| Bvh::new(mesh, faces.iter().copied()));
+        // Other parts that cross the walls do not count.
+        if let Some(own) = &own {
+            for (f, side) in faces.iter().zip(thickness::sides(mesh, own, &faces)) {
+                sides[*f as usize] = side;
+            }
+        }
         let bvh = own.as_ref().unwrap_or(&bvh);
         let Some(group) = SkinGroup::new(found, &sides, faces, bvh) else {
             continue;
@@ -123,24 +136,25 @@ fn inner_skins(found: &Inspection) -> InnerSkins {
     skins
 }
 
-/// The faces of components that are each other's other sides, such as a closed outer skin and the closed inner skin in it.
+/// The faces of components that are each other's other sides, such as a closed outer skin and the closed inner skin in it. Clothes
+/// that cross a body are at all distances from it, and stay a body of their own.
 fn groups(found: &Inspection, sides: &[SkinSide]) -> Vec<Vec<u32>> {
     let component = |f: u32| found.topology.component[f as usize];
     let count = found.topology.component_faces.len();
     let mut area = vec![0.0; count];
-    let mut shared: BTreeMap<(u32, u32), f64> = BTreeMap::new();
+    let mut shared: BTreeMap<(u32, u32), Vec<u32>> = BTreeMap::new();
     for f in found.topology.faces() {
         let side = &sides[f as usize];
         area[component(f) as usize] += side.area;
         if side.opposite != NONE && component(side.opposite) != component(f) {
-            *shared
-                .entry((component(f), component(side.opposite)))
-                .or_insert(0.0) += side.area;
+            let pair = (component(f), component(side.opposite));
+            shared.entry(pair).or_default().push(f);
         }
     }
     let mut sets = DisjointSets::new(count);
-    for ((a, b), shared) in shared {
-        if shared > LINKED.get() * area[a as usize] {
+    for ((a, b), faces) in shared {
+        let all: f64 = faces.iter().map(|f| sides[*f as usize].area).sum();
+        if all > LINKED.get() * area[a as usize] && are_parallel(sides, &faces) {
             sets.join(a, b);
         }
     }
@@ -149,4 +163,19 @@ fn groups(found: &Inspection, sides: &[SkinSide]) -> Vec<Vec<u32>> {
         faces.entry(sets.find(component(f))).or_default().push(f);
     }
     faces.into_values().collect()
+}
+
+/// Whether most of some faces' area has its other side at about one distance.
+fn are_parallel(sides: &[SkinSide], faces: &[u32]) -> bool {
+    let Some((distance, _)) = median(sides, faces) else {
+        return false;
+    };
+    let (mut all, mut parallel) = (0.0, 0.0);
+    for side in faces.iter().map(|f| &sides[*f as usize]) {
+        all += side.area;
+        if (side.distance - distance).abs() < EVEN.get() * distance {
+            parallel += side.area;
+        }
+    }
+    parallel > EVEN_PART.get() * all
 }

@@ -28,28 +28,24 @@ pub(super) struct SkinSide {
     pub(super) is_faced: bool,
 }
 
-/// The sides of all faces of a mesh. `bvh` holds the faces that rays may meet.
-pub(super) fn sides(mesh: &Mesh, bvh: &Bvh) -> Vec<SkinSide> {
-    let geometry: Vec<(DVec3, DVec3, f64)> = (0..mesh.faces.len() as u32)
-        .into_par_iter()
-        .map(|f| {
-            let corners = mesh.corners(f);
-            let vector = area_vector(corners);
-            let centre = corners.iter().sum::<DVec3>() / 3.0;
-            (centre, vector.normalize_or_zero(), 0.5 * vector.length())
-        })
-        .collect();
-    let side = |f: u32| {
-        let (centre, normal, area) = geometry[f as usize];
+/// The sides of some faces of a mesh. `bvh` holds the faces that rays may meet.
+pub(super) fn sides(mesh: &Mesh, bvh: &Bvh, faces: &[u32]) -> Vec<SkinSide> {
+    let geometry = |f: u32| {
+        let corners = mesh.corners(f);
+        let vector = area_vector(corners);
+        let centre = corners.iter().sum::<DVec3>() / 3.0;
+        (centre, vector.normalize_or_zero(), 0.5 * vector.length())
+    };
+    let side = |f: &u32| {
+        let (centre, normal, area) = geometry(*f);
         let hit = match normal == DVec3::ZERO {
             true => None,
-            false => bvh.first_along(centre, -normal, |other| other != f),
+            false => bvh.first_along(centre, -normal, |other| other != *f),
         };
-        let is_parallel =
-            |(g, _): &(u32, f64)| normal.dot(geometry[*g as usize].1) < -PARALLEL.get();
+        let is_parallel = |(g, _): &(u32, f64)| normal.dot(geometry(*g).1) < -PARALLEL.get();
         let (opposite, distance) = hit.filter(is_parallel).unwrap_or((NONE, f64::INFINITY));
         let is_faced =
-            normal != DVec3::ZERO && bvh.first_along(centre, normal, |g| g != f).is_some();
+            normal != DVec3::ZERO && bvh.first_along(centre, normal, |g| g != *f).is_some();
         SkinSide {
             centre,
             normal,
@@ -59,8 +55,7 @@ pub(super) fn sides(mesh: &Mesh, bvh: &Bvh) -> Vec<SkinSide> {
             is_faced,
         }
     };
-    let faces = (0..mesh.faces.len() as u32).into_par_iter();
-    faces.map(side).collect()
+    faces.par_iter().map(side).collect()
 }
 
 /// The area-weighted median of the distances of some faces to their other sides, and the fraction of their area that has one; none
