@@ -167,13 +167,15 @@ fn wide_clothes_that_cross_a_double_skin_do_not_hide_it() {
     let body = |p: DVec3| p.length() - 0.8;
     let cloth = |p: DVec3| {
         let wave = (9.0 * p.x + 1.0).sin() * (7.0 * p.z).cos();
-        let sheet = (body(p).abs() - HALF - H * (1.2 + 2.2 * wave)).abs() - 0.9 * HALF;
+        let sheet = (body(p) - HALF - H * (1.2 + 2.2 * wave)).abs() - 0.9 * HALF;
         sheet.max((p.z - 0.1).abs() - 0.9)
     };
     let skin = double_skin(&body, &[DVec3::new(0.0, 0.8, 0.0)]);
-    let mesh = joined(&skin, &surface(0.0, cloth));
-    let truth = volume(&surface(0.0, |p| cloth(p).min(body(p) - HALF)));
-    assert_meant(&mesh, truth, "cloth");
+    let cloth = surface(0.0, cloth);
+    let solid = joined(&surface(HALF, body), &cloth);
+    let params = RepairParams::new();
+    let united = repair(&solid, &params, &Carried::default(), &Control::new()).unwrap();
+    assert_meant(&joined(&skin, &cloth), volume(&united.mesh), "cloth");
 }
 
 /// A cube with a square missing in the side x = -1, and a smaller one that passes through its side x = 1.
