@@ -236,7 +236,7 @@ impl OffsetShell {
         let depth = self.vertices.iter().map(|v| v.depth).fold(0.0, f64::max);
         let mut local = LocalShell::new(self, ground, &ground.near_all(&surface, depth));
         if self.shape.depth().is_some() {
-            self.may_fit(&mut local)?;
+            self.try_least_depth(&mut local)?;
         }
         let mut asked: Vec<usize> = (0..self.faces.len()).collect();
         for round in 0.. {
@@ -247,8 +247,7 @@ impl OffsetShell {
             }
             let moved = self.reduce_depth(&wrong, round);
             if round == self.rounds() || moved.is_empty() {
-                let under = wrong.iter().map(|f| self.under[*f as usize]);
-                return Err(under.collect::<BTreeSet<u32>>().into_iter().collect());
+                return Err(self.above(wrong.into_iter()));
             }
             // Faces that were clear need a new test only if one of their vertices moved.
             let touches = |f: &usize| self.faces[*f].iter().any(|v| moved.contains(v));
@@ -261,16 +260,21 @@ impl OffsetShell {
         Ok(())
     }
 
-    /// Whether a shell intersects nothing at its least depth. One that does would end there after twenty rounds; the faces above
-    /// those that intersect are returned as by [`Self::place`].
-    fn may_fit(&self, local: &mut LocalShell) -> Result<(), Vec<u32>> {
+    /// Fails where the shell intersects anything even at its least depth, where it would end after twenty rounds.
+    fn try_least_depth(&self, local: &mut LocalShell) -> Result<(), Vec<u32>> {
         local.place(&self.vertices, self.rounding, |v| v.min_depth);
-        let pairs = intersecting(&local.positions, &local.all_faces(), local.own.len());
-        if pairs.is_empty() {
-            return Ok(());
+        let all: Vec<[u32; 3]> = local.own.iter().chain(&local.near).copied().collect();
+        let pairs = intersecting(&local.positions, &all, local.own.len());
+        match pairs.is_empty() {
+            true => Ok(()),
+            false => Err(self.above(pairs.iter().map(|(f, _)| *f))),
         }
-        let above = pairs.iter().map(|(f, _)| self.under[*f as usize]);
-        Err(above.collect::<BTreeSet<u32>>().into_iter().collect())
+    }
+
+    /// The surface faces above some faces, ascending.
+    fn above(&self, faces: impl Iterator<Item = u32>) -> Vec<u32> {
+        let above: BTreeSet<u32> = faces.map(|f| self.under[f as usize]).collect();
+        above.into_iter().collect()
     }
 
     /// Maximum number of depth reductions.
@@ -337,11 +341,6 @@ impl LocalShell {
         let at = vertices.iter();
         self.positions
             .extend(at.map(|v| rounding.moved(v.from, depth(v) * v.direction)));
-    }
-
-    /// The faces of the shell, then those near it.
-    fn all_faces(&self) -> Vec<[u32; 3]> {
-        self.own.iter().chain(&self.near).copied().collect()
     }
 
     fn new_positions(&self) -> &[DVec3] {

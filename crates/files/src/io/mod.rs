@@ -329,7 +329,6 @@ fn check(mesh: &Mesh, format: Format) -> Result<(), IoError> {
     }
 }
 
-/// Coordinates as 32-bit floats, with a remark if any of them changed.
 /// The smallest and the largest coordinates of some points; infinite where there are none.
 fn extent(points: &[[f32; 3]]) -> [[f32; 3]; 2] {
     let start = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
@@ -342,6 +341,7 @@ fn extent(points: &[[f32; 3]]) -> [[f32; 3]; 2] {
     })
 }
 
+/// Coordinates as 32-bit floats, with a remark if any of them changed.
 fn rounded(mesh: &Mesh, format: Format) -> Result<(Vec<[f32; 3]>, Vec<String>), IoError> {
     let mut largest = 0.0f64;
     let mut points = Vec::with_capacity(mesh.positions.len());

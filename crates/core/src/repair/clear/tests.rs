@@ -84,11 +84,11 @@ fn a_triangulation_after_some_were_ruled_out_is_the_one_found_anew() {
     let found = Inspection::new(&mesh).unwrap();
     let ground = Ground::new(&found);
     let ring: Vec<u32> = (0..n).collect();
-    let mut table = Table::new(&ground, &ring);
+    let mut table = RimTable::new(&ground, &ring);
     let mut ruled_out = Vec::new();
     for round in 0.. {
         let triangles = table.solve();
-        let mut anew = Table::new(&ground, &ring);
+        let mut anew = RimTable::new(&ground, &ring);
         ruled_out.iter().for_each(|t| anew.set_crossing(*t));
         assert_eq!(anew.solve(), triangles);
         let Some(triangles) = triangles else {

@@ -28,7 +28,7 @@ use crate::mesh::topology::NONE;
 use crate::spatial::Bvh;
 use crate::tuning::{Tunable, tunable};
 use group::SkinGroup;
-use thickness::{SkinSide, median, sides};
+use thickness::{SkinSide, even_distance, sides};
 
 /// Fraction of a component's area that has its other side on another component: then both belong to the same body.
 const LINKED: Tunable<f64> = tunable("solid.linked", 0.2);
@@ -154,7 +154,9 @@ fn groups(found: &Inspection, sides: &[SkinSide]) -> Vec<Vec<u32>> {
     let mut sets = DisjointSets::new(count);
     for ((a, b), faces) in shared {
         let all: f64 = faces.iter().map(|f| sides[*f as usize].area).sum();
-        if all > LINKED.get() * area[a as usize] && are_parallel(sides, &faces) {
+        if all > LINKED.get() * area[a as usize]
+            && even_distance(sides, &faces, [EVEN.get(), EVEN_PART.get()]).is_some()
+        {
             sets.join(a, b);
         }
     }
@@ -163,19 +165,4 @@ fn groups(found: &Inspection, sides: &[SkinSide]) -> Vec<Vec<u32>> {
         faces.entry(sets.find(component(f))).or_default().push(f);
     }
     faces.into_values().collect()
-}
-
-/// Whether most of some faces' area has its other side at about one distance.
-fn are_parallel(sides: &[SkinSide], faces: &[u32]) -> bool {
-    let Some((distance, _)) = median(sides, faces) else {
-        return false;
-    };
-    let (mut all, mut parallel) = (0.0, 0.0);
-    for side in faces.iter().map(|f| &sides[*f as usize]) {
-        all += side.area;
-        if (side.distance - distance).abs() < EVEN.get() * distance {
-            parallel += side.area;
-        }
-    }
-    parallel > EVEN_PART.get() * all
 }

@@ -1,12 +1,12 @@
 //! Which separated regions are inner skins: those whose openings are pinholes, or that are closed and parallel to the outer skin.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 
 use glam::DVec3;
 
+use super::InnerSkins;
 use super::group::SkinGroup;
-use super::thickness::median;
-use super::{InnerSkins, LINKED};
+use super::thickness::even_distance;
 use crate::mesh::DisjointSets;
 use crate::mesh::cut::without_spikes;
 use crate::mesh::topology::{NONE, end, start};
@@ -102,11 +102,8 @@ pub(super) fn inner_skins(group: &SkinGroup, separated: &[bool]) -> InnerSkins {
         }
     }
     // The outer skin must have the inner ones behind it: else these are hollows of a solid body.
-    let has_skins = skinned(group, &skins.removed);
-    let component = |f: u32| group.found.topology.component[f as usize];
-    let is_kept = |f: &&u32| !skins.removed[**f as usize] && has_skins.contains(&component(**f));
     let (mut kept, mut covered) = (0.0, 0.0);
-    for &f in group.faces.iter().filter(is_kept) {
+    for &f in group.faces.iter().filter(|f| !skins.removed[**f as usize]) {
         let side = &group.sides[f as usize];
         kept += side.area;
         if group.is_skin(f) && skins.removed[side.opposite as usize] {
@@ -126,25 +123,6 @@ pub(super) fn inner_skins(group: &SkinGroup, separated: &[bool]) -> InnerSkins {
     skins.thickness = group.thickness;
     remove_necks(group, &rings, &mut skins.removed);
     skins
-}
-
-/// The components whose skins are removed: those that the removed faces belong to, or that lie on the other side of a part of them.
-/// Clothes that cross a body are none of these.
-fn skinned(group: &SkinGroup, removed: &[bool]) -> BTreeSet<u32> {
-    let component = |f: u32| group.found.topology.component[f as usize];
-    let mut area: BTreeMap<u32, f64> = BTreeMap::new();
-    let mut behind: BTreeMap<(u32, u32), f64> = BTreeMap::new();
-    for &f in group.faces.iter().filter(|f| removed[**f as usize]) {
-        let side = &group.sides[f as usize];
-        *area.entry(component(f)).or_default() += side.area;
-        if side.opposite != NONE {
-            let pair = (component(f), component(side.opposite));
-            *behind.entry(pair).or_default() += side.area;
-        }
-    }
-    let is_part = |((own, _), shared): &(&(u32, u32), &f64)| **shared > LINKED.get() * area[own];
-    let beyond = behind.iter().filter(is_part).map(|((_, other), _)| *other);
-    area.keys().copied().chain(beyond).collect()
 }
 
 /// The connected sets of separated faces, in the order of their first faces.
@@ -216,18 +194,9 @@ fn openings(group: &SkinGroup, mut border: Vec<u32>) -> Vec<Opening> {
 
 /// Whether a closed region is an inner skin, not a cavity: thin and of constant distance to the outer skin.
 fn is_parallel(group: &SkinGroup, region: &SkinRegion) -> bool {
-    let Some((thickness, _)) = median(group.sides, &region.faces) else {
-        return false;
-    };
-    let (mut all, mut parallel) = (0.0, 0.0);
-    for side in region.faces.iter().map(|f| &group.sides[*f as usize]) {
-        all += side.area;
-        let differs = (side.distance - thickness).abs();
-        if side.opposite != NONE && differs < CONSTANT.get() * thickness {
-            parallel += side.area;
-        }
-    }
-    parallel > CONSTANT_PART.get() * all && thickness < THIN.get() * group.diagonal
+    let even = [CONSTANT.get(), CONSTANT_PART.get()];
+    let distance = even_distance(group.sides, &region.faces, even);
+    distance.is_some_and(|distance| distance < THIN.get() * group.diagonal)
 }
 
 /// Whether a region is a skin all of whose openings are pinholes.

@@ -78,3 +78,21 @@ pub(super) fn median(sides: &[SkinSide], faces: &[u32]) -> Option<(f64, f64)> {
     }
     None
 }
+
+/// The median distance of some faces to their other sides; none unless the distances of more than `part` of their area vary by less
+/// than `tolerance` times the median.
+pub(super) fn even_distance(
+    sides: &[SkinSide],
+    faces: &[u32],
+    [tolerance, part]: [f64; 2],
+) -> Option<f64> {
+    let (distance, _) = median(sides, faces)?;
+    let (mut all, mut even) = (0.0, 0.0);
+    for side in faces.iter().map(|f| &sides[*f as usize]) {
+        all += side.area;
+        if (side.distance - distance).abs() < tolerance * distance {
+            even += side.area;
+        }
+    }
+    (even > part * all).then_some(distance)
+}
