@@ -108,6 +108,53 @@ fn random_unions_become_the_body_that_was_meant() {
     assert!(hollow > 10, "{hollow}");
 }
 
+/// A cup with a thick wall.
+fn cup(p: DVec3) -> f64 {
+    let r = p.x.hypot(p.y);
+    let outside = (r - 0.95).max(p.z.abs() - 0.9);
+    outside.max(-(r - 0.6).max(-0.5 - p.z))
+}
+
+/// A bottle with a thick wall and a neck.
+fn bottle(p: DVec3) -> f64 {
+    let r = p.x.hypot(p.y);
+    let at_belly = (p + DVec3::new(0.0, 0.0, 0.35)).length();
+    let outside = (at_belly - 0.85).min((r - 0.45).max(-p.z).max(p.z - 1.1));
+    outside.max(-(at_belly - 0.5).min((r - 0.3).max(-p.z)))
+}
+
+/// A disk with twelve teeth and a bore.
+fn gear(p: DVec3) -> f64 {
+    let r = p.x.hypot(p.y);
+    let tooth = 0.12 * (12.0 * p.y.atan2(p.x)).cos().clamp(-0.6, 0.6);
+    (r - 0.95 - tooth).max(p.z.abs() - 0.35).max(0.3 - r)
+}
+
+#[test]
+fn vessels_and_gears_become_the_body_that_was_meant() {
+    let mut noise = Noise(11);
+    let bodies: [(&str, fn(DVec3) -> f64); 3] = [("cup", cup), ("bottle", bottle), ("gear", gear)];
+    for (name, body) in bodies {
+        let truth = surface(HALF, body);
+        assert_eq!(components(&truth), 1, "{name}");
+        let alone = assert_meant(&truth, volume(&truth), name);
+        assert_eq!(alone.faces, truth.faces, "{name}");
+        for count in 0..=5 {
+            let places = places(&body, count, &mut noise);
+            let mesh = double_skin(&body, &places);
+            let what = format!("{name} with {count} pinholes");
+            let made = assert_meant(&mesh, volume(&truth), &what);
+            assert_eq!(topology(&made), topology(&truth), "{what}");
+        }
+        let (centre, depth) = deepest(&body);
+        let with_cavity = |p: DVec3| (body(p) - HALF).max(-0.6 * depth - p.distance(centre));
+        let mesh = surface(0.0, with_cavity);
+        assert_eq!(components(&mesh), 2, "{name}");
+        let kept = assert_meant(&mesh, volume(&mesh), &format!("{name} with a cavity"));
+        assert_eq!(kept.faces.len(), mesh.faces.len(), "{name}");
+    }
+}
+
 #[test]
 fn a_handle_that_runs_back_into_its_body_becomes_one_outer_surface() {
     // As the neck of a Klein bottle: out of the body at one end, through its wall at the other.

@@ -57,7 +57,8 @@ pub struct FlowOutcome {
     pub energy: Energy,
     /// The steps.
     pub steps: Vec<StepRecord>,
-    /// Update: largest displacement of a node within one voxel of the surface in the step that led to the result, in voxels.
+    /// Update: largest displacement of a node within one voxel of the surface in the step that led to the result, in voxels;
+    /// [`f64::MAX`] if no step was taken since the data are inconsistent.
     #[serde(alias = "movement")]
     pub update: f64,
     /// Whether the stopping test was met.

@@ -40,6 +40,9 @@ pub(super) fn relax_with<E: BandEnergy>(
             run.outcome.converged = true;
             break;
         }
+        if run.is_hopeless(&band) {
+            break;
+        }
         run.step(&mut band, grid, phi, mask);
         if run.is_over() {
             break;
@@ -100,6 +103,17 @@ impl<'a> Relaxation<'a> {
             lowest.phi.get_or_insert(before);
         }
         Some(next)
+    }
+
+    /// Whether the data are inconsistent, so that no step is taken; then the surface counts as diverged.
+    fn is_hopeless<E: BandEnergy>(&mut self, band: &BandState<E>) -> bool {
+        let rules = StopRules::new(self.settings);
+        let energy = band.at.as_ref().map_or(0.0, |at| at.energy);
+        let is_one = self.outcome.steps.is_empty() && rules.before(energy, self.outcome.unknowns);
+        if is_one {
+            self.outcome.update = f64::MAX;
+        }
+        is_one
     }
 
     /// Takes a step, writes its values to `phi` and keeps the state of lowest energy.

@@ -43,8 +43,11 @@ impl PlanQuality {
             _ => 0.0,
         };
         // Later passes may bring the surface back to where faces were cut out.
-        let is_faultless = self.faults == Faults::default();
-        is_faultless.then(|| RETURNED.get() * self.lost.max(least))
+        match self.faults == Faults::default() {
+            true => Some(RETURNED.get() * self.lost.max(least)),
+            // A plan without faults may lose more, but not as much as destroys the shape.
+            false => (!self.destroys).then(|| RETURNED.get() * DESTROYED.get()),
+        }
     }
 
     /// Whether the solid is doubtful.

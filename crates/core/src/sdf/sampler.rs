@@ -1,5 +1,6 @@
 //! Signed distance sampling of a mesh with holes.
 
+use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
@@ -40,6 +41,9 @@ pub struct Sampler<'a> {
 /// Consecutive vertices whose jets are stored together once one of them is fitted: in a large mesh most never are.
 const PAGE: usize = 256;
 
+/// Faces. The normals of vertices with more are stored, since thousands of points may be nearest to the tip of a fan.
+const LARGE_FAN: usize = 100;
+
 /// The jets of consecutive vertices, each fitted on demand; none where the fit fails.
 type JetPage = Vec<OnceLock<Option<Box<Jet>>>>;
 
@@ -51,6 +55,8 @@ fn unset<T>(count: usize) -> Vec<OnceLock<T>> {
 struct Smooth {
     around: VertexFaces,
     jets: Vec<OnceLock<JetPage>>,
+    /// The normals of vertices with more than `LARGE_FAN` faces.
+    normals: HashMap<u32, OnceLock<DVec3>>,
     /// Degenerate faces, which are in no hierarchy.
     degenerate: Vec<u32>,
 }
@@ -58,10 +64,21 @@ struct Smooth {
 impl Smooth {
     fn new(mesh: &Mesh, topology: &Topology) -> Self {
         let faces = topology.component.iter().zip(0u32..);
+        let around = VertexFaces::new(mesh);
+        let fans = (0..mesh.positions.len() as u32).filter(|v| around.of(*v).len() > LARGE_FAN);
         Self {
-            around: VertexFaces::new(mesh),
+            normals: fans.map(|v| (v, OnceLock::new())).collect(),
+            around,
             jets: unset(mesh.positions.len().div_ceil(PAGE)),
             degenerate: faces.filter(|(p, _)| **p == NONE).map(|(_, f)| f).collect(),
+        }
+    }
+
+    fn normal(&self, mesh: &Mesh, vertex: u32) -> DVec3 {
+        let normal = || vertex_normal(mesh, &self.around, vertex);
+        match self.normals.get(&vertex) {
+            Some(known) => *known.get_or_init(normal),
+            None => normal(),
         }
     }
 }
@@ -112,12 +129,14 @@ impl<'a> Sampler<'a> {
     /// The given faces and those up to `rings` rings of vertices away from them, in rising order.
     pub fn with_rings(&self, faces: &[u32], rings: usize) -> Vec<u32> {
         let mut is_in = vec![false; self.mesh.faces.len()];
+        let mut is_done = vec![false; self.mesh.positions.len()];
         faces.iter().for_each(|&f| is_in[f as usize] = true);
         let (mut all, mut last) = (faces.to_vec(), 0..faces.len());
         for _ in 0..rings {
             for i in last.clone() {
-                let corners = self.mesh.faces[all[i] as usize];
-                for &next in corners.iter().flat_map(|&v| self.smooth.around.of(v)) {
+                let corners = self.mesh.faces[all[i] as usize].into_iter();
+                let new = corners.filter(|v| !std::mem::replace(&mut is_done[*v as usize], true));
+                for &next in new.flat_map(|v| self.smooth.around.of(v)) {
                     if !std::mem::replace(&mut is_in[next as usize], true) {
                         all.push(next);
                     }
@@ -279,7 +298,7 @@ impl<'a> Sampler<'a> {
             Feature::Face => side(face(), mesh, [], closest, x),
             Feature::Vertex(v) => {
                 let faces = around.of(v).iter().copied();
-                side(vertex_normal(mesh, around, v), mesh, faces, closest, x)
+                side(self.smooth.normal(mesh, v), mesh, faces, closest, x)
             }
             Feature::Edge(h) => {
                 let opposite = self.topology.opposite[h as usize];

@@ -95,11 +95,12 @@ impl Oriented {
 
     /// Where a ray enters the box, in lengths of its direction; none if it misses the box.
     pub(super) fn entered(&self, from: DVec3, along: DVec3) -> Option<f64> {
-        let (at, way) = (self.turn * (from - self.centre), self.turn * along);
-        let (a, b) = ((-self.half - at) / way, (self.half - at) / way);
+        let at = self.turn * (from - self.centre);
+        let inverse = (self.turn * along).recip();
+        let (a, b) = ((-self.half - at) * inverse, (self.half - at) * inverse);
         let (mut near, mut far) = (0.0f64, f64::INFINITY);
         for k in 0..3 {
-            // A ray along a side gives 0 / 0, a NaN, which `f64::min` and `f64::max` ignore.
+            // A ray along a side gives 0 times infinity, a NaN, which `f64::min` and `f64::max` ignore.
             near = near.max(a[k].min(b[k]));
             far = far.min(a[k].max(b[k]));
         }
