@@ -51,7 +51,7 @@ pub(super) struct OffsetShell {
 pub(super) struct WallFace {
     /// Area of the shell face.
     pub(super) area: f64,
-    /// Mean depth along the surface normal, in mesh units.
+    /// Mean depth along the surface normal, in mesh units; 0 where the shell lies outside, as beside a sharp fold.
     pub(super) thickness: f64,
     /// Its centre.
     pub(super) at: DVec3,
@@ -175,7 +175,7 @@ impl OffsetShell {
             });
             WallFace {
                 area: 0.5 * area_vector(at).length(),
-                thickness: face.iter().map(depth).sum::<f64>() / 3.0,
+                thickness: (face.iter().map(depth).sum::<f64>() / 3.0).max(0.0),
                 at: at.iter().sum::<DVec3>() / 3.0,
             }
         };

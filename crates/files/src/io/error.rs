@@ -105,9 +105,7 @@ pub enum IoError {
         advice: &'static str,
     },
     /// The file holds no faces.
-    #[error(
-        "{format}: the file has no faces, only {points} points; isomend needs a surface, so triangulate the points first"
-    )]
+    #[error("{format}: {}", no_faces(*points))]
     NoFaces {
         /// The format of the file.
         format: Format,
@@ -138,6 +136,15 @@ pub enum IoError {
 }
 
 const DAMAGED: &str = "the file looks damaged or cut short, so export or copy it again";
+
+fn no_faces(points: usize) -> String {
+    match points {
+        0 => "the file has no faces and no points; export the mesh again".to_owned(),
+        _ => format!(
+            "the file has no faces, only {points} points; isomend needs a surface, so triangulate the points first"
+        ),
+    }
+}
 
 impl IoError {
     pub(super) fn malformed(format: Format, place: Location, what: impl Into<String>) -> Self {
@@ -181,6 +188,14 @@ impl IoError {
 mod tests {
     use super::super::samples::refusal;
     use super::*;
+
+    #[test]
+    fn points_are_to_be_triangulated_only_where_there_are_some() {
+        let message = refusal(b"solid a\nendsolid a\n", Format::Stl);
+        assert!(message.contains("no faces and no points"), "{message}");
+        let message = refusal(b"OFF\n2 0 0\n0 0 0\n1 0 0\n", Format::Off);
+        assert!(message.contains("only 2 points"), "{message}");
+    }
 
     #[test]
     fn words_of_a_file_are_cut_and_made_printable() {
