@@ -71,11 +71,11 @@ def claims(studies):
             if claim["holds"] and claim["stated"] == "falls in every step":
                 falling.append(claim["got"])
             else:
-                rows.append([f"`{study['name']}`", claim["what"], claim["stated"], claim["got"] + held])
+                rows.append([f"`{study['name']}`", claim["what"], claim["stated"], claim["by"], claim["got"] + held])
     if falling:
         steps = sum(int(re.fullmatch(r"0 rises in (\d+) steps", got)[1]) for got in falling)
-        rows.append(["all", f"energy of {len(falling)} runs", "falls in every step", f"0 rises in {steps} steps"])
-    return ["| experiment | what | stated | got |", "|---|---|---|---|"] + [
+        rows.append(["all", f"energy of {len(falling)} runs", "falls in every step", "theory", f"0 rises in {steps} steps"])
+    return ["| experiment | what | stated | by | got |", "|---|---|---|---|---|"] + [
         "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows
     ]
 

@@ -1,6 +1,8 @@
 //! The report of an experiment: tables, stated values beside measured ones, and charts; as text and CSV.
 
-use serde::Serialize;
+use std::fmt;
+
+use serde::{Serialize, Serializer};
 
 use super::contour::Segment;
 
@@ -44,9 +46,10 @@ impl StudyReport {
     }
 
     /// Adds a claim.
-    pub fn claim(&mut self, what: &str, stated: String, got: String, holds: bool) {
+    pub fn claim(&mut self, by: StatedBy, what: &str, stated: String, got: String, holds: bool) {
         self.claims.push(Claim {
             what: what.to_owned(),
+            by,
             stated,
             got,
             holds,
@@ -67,8 +70,8 @@ impl StudyReport {
         for c in &self.claims {
             let word = if c.holds { "pass" } else { "FAIL" };
             lines.push(format!(
-                "{word}  {}: stated {}; got {}",
-                c.what, c.stated, c.got
+                "{word}  {}: stated by {}: {}; got {}",
+                c.what, c.by, c.stated, c.got
             ));
         }
         lines.push(format!("{:.1} s", self.seconds));
@@ -102,11 +105,43 @@ fn csv_line(cells: impl Iterator<Item = String>) -> String {
     line
 }
 
-/// A statement of the paper or of the project's reference, beside the measured value.
+/// Who states a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StatedBy {
+    /// The paper, in words or pictures; a bound that is a number is the reference's.
+    Paper,
+    /// Theory: an exact solution, a limit or an order of convergence.
+    Theory,
+    /// An independent implementation of the paper.
+    Reference,
+    /// This project: what its own method is held to.
+    Project,
+}
+
+impl fmt::Display for StatedBy {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Self::Paper => "the paper",
+            Self::Theory => "theory",
+            Self::Reference => "an independent implementation",
+            Self::Project => "isomend",
+        })
+    }
+}
+
+impl Serialize for StatedBy {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// A stated value beside the measured one.
 #[derive(Clone, Debug, Serialize)]
 pub struct Claim {
     /// The measured quantity.
     pub what: String,
+    /// Who states the value.
+    pub by: StatedBy,
     /// The stated value.
     pub stated: String,
     /// The measured value.
@@ -297,7 +332,7 @@ mod tests {
         );
         report.tables.push(table);
         assert_eq!(report.csv(), "# one\nname,value\n\"a, b\",1.2345e-5\nc,\n");
-        report.claim("b", "1".into(), "2".into(), false);
+        report.claim(StatedBy::Theory, "b", "1".into(), "2".into(), false);
         assert!(!report.holds());
         assert!(report.text_lines().iter().any(|l| l.starts_with("FAIL")));
     }

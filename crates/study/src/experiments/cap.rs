@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::evolution::PlaneRun;
 use crate::grid::SquareGrid;
 use crate::observer::{Frame, Observer, StudyError};
-use crate::report::{Curve, ResultTable, StudyReport};
+use crate::report::{Curve, ResultTable, StatedBy, StudyReport};
 use crate::step::{PlaneFlow, Tolerance};
 use isomend_core::flow::Variant;
 
@@ -97,6 +97,7 @@ fn claims(report: &mut StudyReport, evolution: &PlaneRun, errors: &[(f64, f64)],
         // The error of the steady state is 6.4e-2 h² (Table 1).
         let bound = 0.07 * h * h;
         report.claim(
+            StatedBy::Reference,
             "final surface is the sphere",
             format!("L2 error below 0.07 h^2 = {bound:.2e}"),
             format!("{:.3e} -> {:.3e}", first.0, last.0),

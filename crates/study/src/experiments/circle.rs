@@ -11,7 +11,7 @@ use crate::mirror::Mirrored;
 use crate::observer::{Frame, Observer, StudyError};
 use crate::plane::PlaneEnergy;
 use crate::redistance::{keeps_rule, redistance_at, redistance_interval, zero_points};
-use crate::report::{Curve, Levels, Panel, ResultTable, StudyReport};
+use crate::report::{Curve, Levels, Panel, ResultTable, StatedBy, StudyReport};
 use crate::spline::Spline;
 use crate::step::{PlaneFlow, Tolerance};
 use isomend_core::flow::Variant;
@@ -256,6 +256,7 @@ fn add_run(report: &mut StudyReport, settings: &CircleSettings, run: &CircleRun)
     let got = format!("{worst:.3} h");
     if run.variant == Variant::I {
         report.claim(
+            StatedBy::Theory,
             &format!("{name}: deviation from the exact circle over the whole run"),
             "at most 0.1 h".to_owned(),
             got,

@@ -10,7 +10,7 @@ use crate::grid::SquareGrid;
 use crate::observer::{Frame, Observer, StudyError};
 use crate::parametric::ParametricFlow;
 use crate::plane::PlaneEnergy;
-use crate::report::{Chart, Curve, Panel, ResultTable, StudyReport, TableCell};
+use crate::report::{Chart, Curve, Panel, ResultTable, StatedBy, StudyReport, TableCell};
 use crate::spline::Spline;
 use crate::step::{PlaneFlow, Tolerance};
 use isomend_core::flow::Variant;
@@ -253,11 +253,9 @@ fn claims(
     if (settings.cells, settings.steps) == (paper.cells, paper.steps) {
         let got = [evolution.energies[0], end];
         report.claim(
+            StatedBy::Reference,
             "energy at the start and the end",
-            format!(
-                "an independent implementation's {} -> {}, to 0.5 %",
-                REFERENCE[0], REFERENCE[1]
-            ),
+            format!("{} -> {}, to 0.5 %", REFERENCE[0], REFERENCE[1]),
             format!("{:.2} -> {:.2}", got[0], got[1]),
             got.iter()
                 .zip(REFERENCE)
@@ -267,6 +265,7 @@ fn claims(
     let worst = |f: &dyn Fn(&Difference) -> f64| apart.iter().map(f).fold(0.0, f64::max);
     let gentle = worst(&|d| d.gentle / d.height);
     report.claim(
+        StatedBy::Paper,
         "difference from the parametric flow where the slope is below 2",
         "stays small: at most 5 % of the largest height".to_owned(),
         format!("{:.2} % at most", 100.0 * gentle),
@@ -275,6 +274,7 @@ fn claims(
     let cells = settings.cells as f64;
     let distance = worst(&|d| d.distance * cells);
     report.claim(
+        StatedBy::Paper,
         "distance between the two surfaces",
         "stays small: at most h".to_owned(),
         format!("{distance:.2} h at most"),

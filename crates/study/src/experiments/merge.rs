@@ -7,7 +7,7 @@ use crate::evolution::PlaneRun;
 use crate::grid::SquareGrid;
 use crate::observer::{Frame, Observer, StudyError};
 use crate::plane::PlaneEnergy;
-use crate::report::{Chart, Levels, Panel, ResultTable, StudyReport};
+use crate::report::{Chart, Levels, Panel, ResultTable, StatedBy, StudyReport};
 use crate::step::{PlaneFlow, Tolerance};
 use isomend_core::flow::Variant;
 
@@ -184,7 +184,7 @@ fn claims(report: &mut StudyReport, record: &Record, evolution: &PlaneRun, last:
     let (settings, merged) = (record.settings, record.merged);
     claim_fall(report, evolution);
     if let Some(r) = record.round {
-        report.claim(
+        report.claim(StatedBy::Paper,
             "round by step 100",
             "largest over smallest distance of the boundary from the centre below 1.1 (a square: 1.414)".to_owned(),
             format!("{r:.3}"),
@@ -193,6 +193,7 @@ fn claims(report: &mut StudyReport, record: &Record, evolution: &PlaneRun, last:
     }
     if settings.steps >= settings.merged_by {
         report.claim(
+            StatedBy::Paper,
             "one component",
             format!("by step {}", settings.merged_by),
             merged.map_or("never".to_owned(), |s| format!("by step {s}")),
@@ -201,6 +202,7 @@ fn claims(report: &mut StudyReport, record: &Record, evolution: &PlaneRun, last:
     }
     if settings.steps >= 2 * settings.merged_by {
         report.claim(
+            StatedBy::Paper,
             &format!("a convex oval at step {}", settings.steps),
             "one component that fills its convex hull to 1 %".to_owned(),
             format!(

@@ -25,7 +25,7 @@ use rayon::prelude::*;
 
 use super::evolution::PlaneRun;
 use super::observer::StudyError;
-use super::report::{Chart, Curve, Panel, StudyReport};
+use super::report::{Chart, Curve, Panel, StatedBy, StudyReport};
 use isomend_core::flow::Variant;
 
 /// The name of a scheme.
@@ -49,6 +49,7 @@ fn in_parallel<S: Sync, R: Send>(
 fn claim_fall(report: &mut StudyReport, evolution: &PlaneRun) {
     let (rises, steps) = (evolution.rises(), evolution.energies.len());
     report.claim(
+        StatedBy::Theory,
         "energy",
         "falls in every step".to_owned(),
         format!("{rises} rises in {steps} steps"),

@@ -8,7 +8,7 @@ use crate::evolution::PlaneRun;
 use crate::grid::SquareGrid;
 use crate::observer::{Frame, Observer, StudyError};
 use crate::plane::PlaneEnergy;
-use crate::report::{Levels, Panel, ResultTable, StudyReport};
+use crate::report::{Levels, Panel, ResultTable, StatedBy, StudyReport};
 use crate::spline::Spline;
 use crate::step::{PlaneFlow, Tolerance};
 use isomend_core::flow::Variant;
@@ -161,18 +161,21 @@ fn claims(report: &mut StudyReport, evolution: &PlaneRun, measured: &[Measuremen
     claim_fall(report, evolution);
     if let [first, .., last] = measured {
         report.claim(
+            StatedBy::Paper,
             "arcs",
             "get rounder".to_owned(),
             format!("farthest over nearest {:.4} -> {:.4}", first.arc, last.arc),
             last.arc < first.arc,
         );
         report.claim(
+            StatedBy::Paper,
             "gradient",
             "gets steeper".to_owned(),
             format!("largest {:.3} -> {:.3}", first.steepest, last.steepest),
             last.steepest > first.steepest,
         );
         report.claim(
+            StatedBy::Paper,
             "angle at the boundary",
             "level lines stay at right angles, here to 1 degree".to_owned(),
             format!(

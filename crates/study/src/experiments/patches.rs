@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::observer::{Observer, StudyError};
-use crate::report::{Chart, Curve, Panel, ResultTable, StudyReport, TableCell};
+use crate::report::{Chart, Curve, Panel, ResultTable, StatedBy, StudyReport, TableCell};
 use crate::shapes::{ExactShape, UNKNOWN_RADIUS};
 use isomend_core::flow::{Energy, FlowSettings};
 use isomend_core::grid::{Lattice, as_point, value_and_gradient};
@@ -258,6 +258,7 @@ fn run_shape(
         {
             let got = order.unwrap_or(f64::NAN);
             report.claim(
+                StatedBy::Theory,
                 &format!("{}: order from 32 to 64", shape.name),
                 "second, at least 1.8".to_owned(),
                 format!("{got:.2}"),
@@ -301,6 +302,7 @@ fn claims(report: &mut StudyReport, name: &str, error: Option<PatchError>, refer
         _ => return,
     };
     report.claim(
+        StatedBy::Project,
         &format!("{name}: largest error at D / h = 32"),
         format!("at most {bound:.2e} D"),
         format!("{got:.2e} D"),

@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::closed::{Closed, Field, Form, SIDE};
 use super::{line, variant_name};
 use crate::observer::{Observer, StudyError};
-use crate::report::{Chart, Panel, ResultTable, StudyReport, TableCell};
+use crate::report::{Chart, Panel, ResultTable, StatedBy, StudyReport, TableCell};
 use isomend_core::flow::{Evolution, FlowSettings, Pause, Variant};
 
 /// Settings of the experiment.
@@ -170,6 +170,7 @@ fn compare(
         ]);
         let rises = run.rises();
         report.claim(
+            StatedBy::Theory,
             &format!("energy, variant {}", variant_name(variant)),
             "falls in every step".to_owned(),
             format!("{rises} rises in {} steps", steps.len()),
@@ -182,6 +183,7 @@ fn compare(
         - ends.iter().copied().fold(f64::INFINITY, f64::min))
         / ends[2];
     report.claim(
+        StatedBy::Project,
         "the schemes agree",
         "energies within 0.5 % of each other".to_owned(),
         format!("{:.3} %", 100.0 * spread),
@@ -198,6 +200,7 @@ fn claims(report: &mut StudyReport, surface: Closed, run: &SurfaceRun, voxel: f6
     let name = surface.name();
     let rises = run.rises();
     report.claim(
+        StatedBy::Theory,
         &format!("{name}: energy"),
         "falls in every step".to_owned(),
         format!("{rises} rises in {} steps", run.evolution.steps.len()),
@@ -211,6 +214,7 @@ fn claims(report: &mut StudyReport, surface: Closed, run: &SurfaceRun, voxel: f6
         "8 pi"
     };
     report.claim(
+        StatedBy::Theory,
         &format!("{name}: energy at the end"),
         format!("{what} within {:.1} %", 100.0 * most),
         format!("{:+.2} %", 100.0 * over),
@@ -219,6 +223,7 @@ fn claims(report: &mut StudyReport, surface: Closed, run: &SurfaceRun, voxel: f6
     let (first, last) = (run.first, run.last);
     match surface {
         Closed::Sphere => report.claim(
+            StatedBy::Theory,
             "sphere: stays",
             "its radius changes by less than 0.1 h".to_owned(),
             format!("{:.4} h", (last.radius - 1.0).abs() / voxel),
@@ -228,6 +233,7 @@ fn claims(report: &mut StudyReport, surface: Closed, run: &SurfaceRun, voxel: f6
             let time = run.evolution.time * voxel.powi(4);
             let rate = (first.shape / last.shape).ln() / time;
             report.claim(
+                StatedBy::Theory,
                 "sphere with a wave: decays as linear theory says",
                 format!("at the rate {DECAY:.0} within 10 %"),
                 format!("{rate:.2}"),
@@ -235,12 +241,14 @@ fn claims(report: &mut StudyReport, surface: Closed, run: &SurfaceRun, voxel: f6
             );
         }
         Closed::Torus => report.claim(
+            StatedBy::Theory,
             "torus: evolves to the Clifford torus",
             "R / r to 1.4142 within 2 %".to_owned(),
             format!("{:.4} -> {:.4}", first.shape, last.shape),
             (last.shape / 2f64.sqrt() - 1.0).abs() < 0.02,
         ),
         Closed::Uneven | Closed::Cube => report.claim(
+            StatedBy::Theory,
             &format!("{name}: becomes round"),
             "unevenness below 0.1 h".to_owned(),
             format!(

@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::grid::SquareGrid;
 use crate::observer::{Frame, Observer, StudyError};
 use crate::plane::PlaneEnergy;
-use crate::report::{Chart, Curve, Panel, ResultTable, StudyReport, short_number};
+use crate::report::{Chart, Curve, Panel, ResultTable, StatedBy, StudyReport, short_number};
 use crate::start::harmonic_fill;
 use crate::step::{PlaneFlow, Tolerance};
 use isomend_core::flow::Variant;
@@ -194,8 +194,9 @@ fn run_variant(
 
 fn claims(report: &mut StudyReport, name: &str, column: &Column) {
     report.claim(
+        StatedBy::Reference,
         &format!("variant {name}: errors"),
-        "an independent implementation's to 1 %, all runs converged".to_owned(),
+        "the same to 1 %, all runs converged".to_owned(),
         format!(
             "{:.2} % off at most, {} runs not converged",
             100.0 * column.off,
@@ -206,6 +207,7 @@ fn claims(report: &mut StudyReport, name: &str, column: &Column) {
     let finest = &column.orders[column.orders.len().saturating_sub(3)..];
     let list: Vec<String> = finest.iter().map(|o| format!("{o:.3}")).collect();
     report.claim(
+        StatedBy::Theory,
         &format!("variant {name}: order of convergence on the finest three grids"),
         "2.0, to 0.06".to_owned(),
         list.join(", "),
@@ -237,6 +239,7 @@ pub fn table1(
     }
     report.seconds = clock.elapsed().as_secs_f64();
     report.claim(
+        StatedBy::Project,
         "time",
         "at most 60 s".to_owned(),
         format!("{} s", short_number(report.seconds)),
