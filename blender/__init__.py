@@ -1,11 +1,11 @@
-"""Blender extension of isomend: fills holes, restores and fairs selected faces, and repairs the active mesh.
+"""Blender extension of isomend: fills holes, restores and fairs selected faces, repairs and checks the active mesh.
 
 docs/blender.md describes it. The extension contains the wheel of the Python package `isomend`, which does the work.
 """
 
-from . import expected_error, holes, operators, panel, settings
+from . import check, expected_error, holes, operators, panel, settings
 
-MODULES = (settings, holes, operators, expected_error, panel)
+MODULES = (settings, holes, operators, check, expected_error, panel)
 
 
 def register():

@@ -4,7 +4,7 @@ import json
 
 import bpy
 import numpy as np
-from bpy.props import IntProperty
+from bpy.props import BoolProperty, IntProperty
 
 from . import attributes as at
 from .refusals import reason_against
@@ -47,13 +47,14 @@ class ISOMEND_OT_find_holes(bpy.types.Operator):
 
 
 class ISOMEND_OT_select_hole(bpy.types.Operator):
-    """Select the rim of a hole of the list"""
+    """Select the rim of a hole of the list, alone or in addition to what is selected"""
 
     bl_idname = "isomend.select_hole"
     bl_label = "Select hole"
     bl_options = {"REGISTER", "UNDO"}
 
     index: IntProperty(name="Row", description="Row of the list, from 0", min=0)
+    extend: BoolProperty(name="Extend", description="Keep what is selected")
 
     @classmethod
     def poll(cls, context):
@@ -69,16 +70,16 @@ class ISOMEND_OT_select_hole(bpy.types.Operator):
         if mode != "OBJECT":
             bpy.ops.object.mode_set(mode="OBJECT")
         mesh = item.data
-        chosen = np.zeros(len(mesh.vertices), bool)
+        chosen, edges, polygons = (np.zeros(len(elements), bool) for elements in (mesh.vertices, mesh.edges, mesh.polygons))
         chosen[rim] = True
         ends = at.numbers(mesh.edges, "vertices", 2)
         pairs = {tuple(sorted(pair)) for pair in zip(rim, rim[1:] + rim[:1])}
         near = np.flatnonzero(chosen[ends].all(axis=1))
-        edges = np.zeros(len(mesh.edges), bool)
         edges[[n for n in near if tuple(sorted(ends[n].tolist())) in pairs]] = True
-        mesh.vertices.foreach_set("select", chosen)
-        mesh.edges.foreach_set("select", edges)
-        mesh.polygons.foreach_set("select", np.zeros(len(mesh.polygons), bool))
+        for elements, marks in ((mesh.vertices, chosen), (mesh.edges, edges), (mesh.polygons, polygons)):
+            if self.extend:
+                marks |= at.numbers(elements, "select", dtype=bool)
+            elements.foreach_set("select", marks)
         mesh.update()
         if mode != "OBJECT":
             bpy.ops.object.mode_set(mode=mode)

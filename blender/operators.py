@@ -32,13 +32,11 @@ class Mending:
         item = context.active_object
         return item is not None and item.type == "MESH" and item.mode in ("OBJECT", "EDIT")
 
-    def length(self, taken, value):
-        """A length of the scene in the units of the arrays; none for 0, which stands for the default."""
-        return value / taken.scale if value > 0 else None
-
     def solving(self, taken):
         """Options of the operators that fill holes."""
-        return {"energy": self.energy, "sharp": self.sharp, "voxel": self.length(taken, self.voxel) or "auto"}
+        return {
+            "energy": self.energy, "sharp": self.sharp, "voxel": taken.length(self.voxel) or "auto", "like": taken.like(self.mirror)
+        }  # fmt: skip
 
     def prepare(self, context):
         """The mesh as arrays, and the work on it; none, with a message to the user, if the object is refused."""
@@ -76,7 +74,9 @@ class Mending:
         except (isomend.IsomendError, NothingToDo, NotGivenBack) as error:
             self.report({"ERROR"}, sentence(str(error)))
             return {"CANCELLED"}
-        context.scene.isomend.holes.clear()
+        shown = context.scene.isomend
+        shown.holes.clear()
+        shown.checked = ""
         self.report({"INFO" if mended.complete else "WARNING"}, summary(mended, taken, context, vertices, faces))
         return {"FINISHED"}
 
@@ -153,8 +153,8 @@ class ISOMEND_OT_fill(Mending, bpy.types.Operator):
 
     def work(self, taken):
         options = self.solving(taken)
-        widest = self.length(taken, self.max_diameter)
-        chosen_alone, flat = self.scope == "SELECTED", self.flat
+        widest = taken.length(self.max_diameter)
+        chosen_alone, flat, bridge = self.scope == "SELECTED", self.flat, self.bridge
 
         def fill(progress):
             found = taken.model().inspect()
@@ -162,9 +162,11 @@ class ISOMEND_OT_fill(Mending, bpy.types.Operator):
             to_fill = [hole.id for hole in found.holes if hole.id in chosen and not (widest and hole.diameter > widest)]
             if not to_fill:
                 raise NothingToDo(reason_for_none(found.holes, chosen_alone, len(chosen)))
-            caps = to_fill if flat else ()
+            if bridge and not (chosen_alone and len(to_fill) > 1):
+                raise NothingToDo("a bridge joins two or more selected holes; select an edge of each rim, and choose selected holes")
             return found.fill(
-                holes=to_fill if chosen_alone else None, max_diameter=widest, flat=caps, progress=progress, **options
+                holes=to_fill if chosen_alone else None, max_diameter=widest, flat=to_fill if flat else (),
+                bridge=[to_fill] if bridge else (), progress=progress, **options,
             )  # fmt: skip
 
         return fill
@@ -201,7 +203,7 @@ class ISOMEND_OT_fair(Mending, bpy.types.Operator):
     __annotations__ = settings.of_fair()
 
     def work(self, taken):
-        strength = self.length(taken, self.strength)
+        strength = taken.length(self.strength)
         return on_faces(
             taken, lambda marks, progress: taken.model().fair(marks, strength=strength, keep_vertices=True, progress=progress)
         )
@@ -217,7 +219,7 @@ class ISOMEND_OT_repair(Mending, bpy.types.Operator):
     def work(self, taken):
         options = self.solving(taken)
         options |= {"close_borders": self.close_borders, "skip": ["holes"] * self.keep_holes}
-        options |= {"weld": self.length(taken, self.weld), "debris": self.debris or None}
+        options |= {"weld": taken.length(self.weld), "debris": self.debris or None}
         return lambda progress: taken.model().repair(progress=progress, **options)
 
 
@@ -246,6 +248,8 @@ def summary(mended, taken, context, vertices, faces):
     failed = [hole for hole in holes if hole["outcome"] == "open"]
     if holes:
         parts.insert(0, f"{len(holes) - len(failed)} of {len(holes)} holes closed")
+    if any("counterpart" in region for region in report.get("regions", [])):
+        parts.append(f"{sum(hole.get('closed_by') == 'counterpart' for hole in holes)} with the mirrored shape")
     errors = mended.sigma[mended.sigma > 0]
     if len(errors):
         parts.append(f"expected error at most {shown_length(context, float(errors.max()) * taken.scale)}")

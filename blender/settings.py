@@ -11,6 +11,19 @@ SCOPES = [
     ("SELECTED", "Selected", "Holes with a selected edge in their rim; if there are none, holes with a selected vertex"),
     ("ALL", "All", "All holes, but not the outer border of an open sheet"),
 ]
+TABS = [
+    ("FILL", "Fill", "Fill holes"),
+    ("RESTORE", "Restore", "Replace or smooth selected faces"),
+    ("REPAIR", "Repair", "Repair the whole mesh"),
+    ("CHECK", "Check", "Say whether the mesh is watertight, and select its defects"),
+]
+MIRRORS = [
+    ("none", "None", "Patches continue their surroundings"),
+    ("search", "Find plane", "The plane of symmetry is searched"),
+    ("x", "X", "The plane through the object's origin, perpendicular to its X axis"),
+    ("y", "Y", "The plane through the object's origin, perpendicular to its Y axis"),
+    ("z", "Z", "The plane through the object's origin, perpendicular to its Z axis"),
+]
 SHARP = [
     ("auto", "Continue", "Continue sharp edges that end at a hole across it, if the faces round the hole agree with that"),
     ("off", "Off", "Patches are smooth"),
@@ -20,6 +33,11 @@ SHARP = [
 def common():
     """Properties that the operators have in common, as annotations of a class."""
     return {
+        "mirror": EnumProperty(
+            name="Mirror",
+            description="Fill with the mirrored shape of the other side, where it predicts the faces around the hole",
+            items=MIRRORS,
+        ),
         "energy": EnumProperty(name="Energy", description="Energy that patches minimise", items=ENERGIES),
         "sharp": EnumProperty(name="Sharp edges", description="What to do with sharp edges that end at a hole", items=SHARP),
         "voxel": FloatProperty(
@@ -36,6 +54,9 @@ def of_fill():
             name="Largest diameter", description="Leave wider holes open; 0 for no limit", min=0, unit="LENGTH"
         ),
         "flat": BoolProperty(name="Flat caps", description="Close by nearly flat caps: necks, bases and mouths of vessels"),
+        "bridge": BoolProperty(
+            name="Bridge", description="Fill the selected holes in one region, with a bridge between them, whatever their distance"
+        ),
     }
 
 
@@ -75,6 +96,15 @@ def of_repair():
     }
 
 
+def of_check():
+    """Properties of checking."""
+    return {
+        "min_wall": FloatProperty(
+            name="Thinnest wall", description="Walls thinner than this are defects; 0 for no limit", min=0, unit="LENGTH"
+        )
+    }  # fmt: skip
+
+
 class IsomendHole(bpy.types.PropertyGroup):
     """A row of the list of holes; `rim` is a JSON list of vertex indices."""
 
@@ -85,10 +115,20 @@ class IsomendHole(bpy.types.PropertyGroup):
     rim: StringProperty()
 
 
+class IsomendDefect(bpy.types.PropertyGroup):
+    """All defects of one kind, in the list of defects; `polygons` is a JSON list of polygon indices."""
+
+    kind: StringProperty()
+    count: IntProperty()
+    polygons: StringProperty()
+
+
 class IsomendSettings(bpy.types.PropertyGroup):
     """The settings and the state that the panel shows."""
 
-    __annotations__ = {**common(), **of_fill(), **of_restore(), **of_fair(), **of_repair()}
+    __annotations__ = {**common(), **of_fill(), **of_restore(), **of_fair(), **of_repair(), **of_check()}
+
+    tab: EnumProperty(name="Tab", description="The controls that the panel shows", items=TABS)
 
     # Progress of a run from 0 to 1, which the panel draws as a bar; negative if none runs.
     progress: FloatProperty(default=-1, options={"SKIP_SAVE"})
@@ -97,6 +137,11 @@ class IsomendSettings(bpy.types.PropertyGroup):
     holes_of: StringProperty(options={"SKIP_SAVE"})
     active_hole: IntProperty(options={"SKIP_SAVE"}, update=lambda settings, context: selected_in_list(settings, context))
 
+    # The last check: its object (empty before the first check), its answer, and the defects found.
+    checked: StringProperty(options={"SKIP_SAVE"})
+    verdict: StringProperty(options={"SKIP_SAVE"})
+    defects: CollectionProperty(type=IsomendDefect, options={"SKIP_SAVE"})
+
 
 def selected_in_list(settings, context):
     """Selects the rim of the hole that is active in the list."""
@@ -104,13 +149,16 @@ def selected_in_list(settings, context):
         bpy.ops.isomend.select_hole(index=settings.active_hole)
 
 
+CLASSES = (IsomendHole, IsomendDefect, IsomendSettings)
+
+
 def register():
-    bpy.utils.register_class(IsomendHole)
-    bpy.utils.register_class(IsomendSettings)
+    for one in CLASSES:
+        bpy.utils.register_class(one)
     bpy.types.Scene.isomend = PointerProperty(type=IsomendSettings)
 
 
 def unregister():
     del bpy.types.Scene.isomend
-    bpy.utils.unregister_class(IsomendSettings)
-    bpy.utils.unregister_class(IsomendHole)
+    for one in reversed(CLASSES):
+        bpy.utils.unregister_class(one)

@@ -99,6 +99,20 @@ class Taken:
             vertices = vertices @ np.linalg.inv(self.stretch)
         return vertices.astype(np.float32)
 
+    def length(self, value):
+        """A length of the scene in the units of the arrays; none for 0, which stands for the default."""
+        return value / self.scale if value > 0 else None
+
+    def like(self, mirror):
+        """The option `like` for a setting of `mirror`: none, a plane that is searched, or the plane through the object's origin that is
+        perpendicular to an axis of the object."""
+        if mirror in ("none", "search"):
+            return None if mirror == "none" else "mirror"
+        normal = np.eye(3)["xyz".index(mirror)]
+        if self.stretch is not None:
+            normal = np.linalg.solve(self.stretch, normal)
+        return "mirror:" + ",".join(repr(float(value)) for value in (0, 0, 0, *normal))
+
     def is_same(self, item):
         """Whether the mesh still has the positions and polygons that were read."""
         mesh = item.data

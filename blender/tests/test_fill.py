@@ -151,6 +151,57 @@ def test_selected_holes_and_sizes(bpy, scene):
     assert bpy.ops.isomend.fill(max_diameter=2 * between) == {"FINISHED"} and shapes.is_closed(item.data)
 
 
+def test_a_bridge_joins_selected_holes_as_by_the_command_line(bpy, scene, program, tmp_path):
+    near = shapes.window(range(8, 12), range(5, 10)) | shapes.window(range(8, 12), range(12, 17))
+    item = shapes.added(bpy, *shapes.globe(without=near))
+    expected, faces = filled_by_program(program, tmp_path, item, "--bridge", "1+2")
+    apart, _ = filled_by_program(program, tmp_path, item)
+    assert not np.array_equal(apart, expected)
+    with pytest.raises(RuntimeError, match="joins two or more selected holes"):
+        bpy.ops.isomend.fill(scope="ALL", bridge=True)
+    bpy.ops.isomend.find_holes()
+    bpy.ops.isomend.select_hole(index=0)
+    with pytest.raises(RuntimeError, match="joins two or more selected holes"):
+        bpy.ops.isomend.fill(scope="SELECTED", bridge=True)
+    bpy.ops.isomend.select_hole(index=1, extend=True)
+    assert bpy.ops.isomend.fill(scope="SELECTED", bridge=True) == {"FINISHED"}
+    assert np.array_equal(shapes.positions(item.data), expected) and np.array_equal(shapes.triangles_of(item.data)[-1], faces[-1])
+
+
+def eared_globe():
+    """A globe with an ear at each end of its X axis, the one at +X missing; and the same globe complete."""
+    vertices, faces = shapes.globe(48, 96)
+    ear = 0.25 * np.exp((abs(vertices[:, :1]) - 1) / 0.01)
+    vertices = (vertices * (1 + ear)).astype(np.float32)
+    missing = [vertices[list(face)].mean(axis=0)[0] > 0.97 for face in faces]
+    return vertices, [face for face, gone in zip(faces, missing) if not gone]
+
+
+@pytest.mark.parametrize(("mirror", "like"), [("x", "mirror:0,0,0,1,0,0"), ("search", "mirror")])
+def test_the_other_side_is_mirrored_as_by_the_command_line(bpy, scene, program, tmp_path, capfd, mirror, like):
+    vertices, faces = eared_globe()
+    item = shapes.added(bpy, vertices, faces)
+    count = len(vertices)
+    expected, _ = filled_by_program(program, tmp_path, item, "--like", like)
+    assert bpy.ops.isomend.fill(mirror=mirror) == {"FINISHED"}
+    assert "1 with the mirrored shape" in capfd.readouterr().out
+    assert np.array_equal(shapes.positions(item.data), expected) and shapes.is_closed(item.data)
+    assert shapes.positions(item.data)[count:, 0].max() > 1.2, "the ear is back"
+    plain = shapes.added(bpy, vertices, faces)
+    bpy.ops.isomend.fill()
+    assert shapes.positions(plain.data)[count:, 0].max() < 1.1
+
+
+def test_the_mirror_plane_follows_the_axes_of_a_scaled_object(bpy, scene):
+    vertices, faces = eared_globe()
+    stretch = np.array([1, 1.5, 2], np.float32)
+    item = shapes.added(bpy, vertices / stretch, faces)
+    item.scale, item.rotation_euler, item.location = stretch, (0.3, 0.2, 0.1), (5, 6, 7)
+    bpy.context.view_layer.update()
+    assert bpy.ops.isomend.fill(mirror="x") == {"FINISHED"}
+    assert shapes.positions(item.data)[:, 0].max() > 1.2, "the ear is back"
+
+
 def test_edit_mode_and_undo(bpy, scene):
     item = shapes.added(bpy, *shapes.globe(without=shapes.window()))
     faces = len(item.data.polygons)

@@ -1,0 +1,110 @@
+"""The check of a mesh: operators that say whether it is watertight and printable, and that select the faces at its defects."""
+
+import json
+
+import bpy
+import numpy as np
+from bpy.props import StringProperty
+
+from . import settings
+from .refusals import reason_against
+from .taken import Taken
+
+
+class ISOMEND_OT_check(bpy.types.Operator):
+    """Say whether the active mesh is watertight and can be printed, and list its defects"""
+
+    bl_idname = "isomend.check"
+    bl_label = "Check"
+    bl_options = {"REGISTER"}
+    __annotations__ = settings.of_check()
+
+    @classmethod
+    def poll(cls, context):
+        return context.active_object is not None and context.active_object.type == "MESH"
+
+    def execute(self, context):
+        import isomend
+
+        item, shown = context.active_object, context.scene.isomend
+        shown.checked = ""
+        shown.defects.clear()
+        reason = reason_against(item)
+        if reason:
+            self.report({"ERROR"}, reason)
+            return {"CANCELLED"}
+        try:
+            taken = Taken(item)
+            verdict = taken.model().check(min_wall=taken.length(self.min_wall))
+        except (isomend.IsomendError, ValueError) as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        for defect in verdict.defects.values():
+            row = shown.defects.add()
+            row.kind, row.count = defect.kind, defect.count
+            row.polygons = json.dumps(np.unique(taken.polygons[defect.faces]).tolist())
+        shown.checked, shown.verdict = item.name, answer(verdict)
+        self.report({"INFO" if verdict.sound else "WARNING"}, shown.verdict)
+        return {"FINISHED"}
+
+
+def answer(verdict):
+    """The answer of a check as a sentence."""
+    if verdict.sound:
+        return "Watertight and printable"
+    return f"Not watertight or printable: {'; '.join(verdict.reasons)}"
+
+
+class ISOMEND_OT_select_defects(bpy.types.Operator):
+    """Select the faces at all defects of one kind"""
+
+    bl_idname = "isomend.select_defects"
+    bl_label = "Select defects"
+    bl_options = {"REGISTER", "UNDO"}
+
+    kind: StringProperty(name="Kind", description="Kind of the defects, as in the list of defects")
+
+    @classmethod
+    def poll(cls, context):
+        return context.active_object is not None and context.active_object.type == "MESH"
+
+    def execute(self, context):
+        item, shown = context.active_object, context.scene.isomend
+        found = [json.loads(row.polygons) for row in shown.defects if row.kind == self.kind]
+        if shown.checked != item.name or not found or max(found[0], default=0) >= len(item.data.polygons):
+            self.report({"WARNING"}, "The list of defects is out of date; check again")
+            return {"CANCELLED"}
+        mode = item.mode
+        # The selection of faces is visible in edit mode only.
+        if mode == "EDIT":
+            bpy.ops.object.mode_set(mode="OBJECT")
+        select_polygons(item.data, found[0])
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_mode(type="FACE")
+        return {"FINISHED"}
+
+
+def select_polygons(mesh, polygons):
+    """Selects these polygons with their edges and vertices, and nothing else."""
+    marks = np.zeros(len(mesh.polygons), bool)
+    marks[polygons] = True
+    corners = [n for polygon in polygons for n in mesh.polygons[polygon].loop_indices]
+    for elements, numbers in ((mesh.vertices, "vertex_index"), (mesh.edges, "edge_index")):
+        chosen = np.zeros(len(elements), bool)
+        chosen[[getattr(mesh.loops[n], numbers) for n in corners]] = True
+        elements.foreach_set("select", chosen)
+    mesh.polygons.foreach_set("select", marks)
+    mesh.update()
+
+
+CLASSES = (ISOMEND_OT_check, ISOMEND_OT_select_defects)
+
+
+def register():
+    for one in CLASSES:
+        bpy.utils.register_class(one)
+
+
+def unregister():
+    for one in reversed(CLASSES):
+        bpy.utils.unregister_class(one)
