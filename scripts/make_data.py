@@ -170,14 +170,14 @@ HOLES = [  # place on the bust, radius as a fraction of its unit, raggedness
     ((0.42, -0.30, 0.95), 0.225, 0.15),  # crown of the head
     ((0.10, 0.60, -1.75), 0.21, 0.25),  # back
     ((-0.50, -0.30, -0.42), 0.165, 0.25),  # jaw
-    ((0.85, 0.15, -1.75), 0.27, 0.25),  # shoulder
+    ((0.72, -0.12, -1.78), 0.27, 0.25),  # shoulder
     ((-0.36, -0.30, -1.80), 0.33, 0.25),  # chest, with an island
     ((0.05, 0.14, -2.30), 0.295, 0.25),  # base
     ((0.40, -0.62, -0.25), 0.08, 0.3),  # cheek
 ]
 ISLAND = 4  # the hole with an island
 BESIDE = (0.43, 0.55, -1.75)  # place of a small hole beside the one in the back
-SINGLE = 16  # single triangles that are missing
+SINGLE = 14  # single triangles that are missing
 
 
 def ragged(v, f, at, radius, raggedness, edge, rng):
@@ -210,15 +210,16 @@ def scan(count):
         away = np.linalg.norm(centre - at, axis=1)
         near |= away < 1.5 * radius + 0.1
         if number == ISLAND:
-            keep |= away < 0.12
+            keep |= np.linalg.norm(centre - at - [0, 0, 0.07], axis=1) < 0.12
             whole = away < 1.5 * radius
     removed &= ~keep
     # Triangles are missing at the rims, except at the hole with the island: the rim of the island is joined to that hole only.
     at_rim = np.isin(f, np.unique(f[removed])).any(axis=1) & ~whole
     removed |= at_rim & (rng.random(len(f)) < 0.01)
-    # A few triangles beside a hole, and single ones elsewhere.
+    # A few triangles beside a hole, and single ones elsewhere, but not in the face.
     beside = v[np.argmin(np.linalg.norm(v - BESIDE, axis=1))]
     removed |= np.linalg.norm(centre - beside, axis=1) < 1.3 * edge
+    near |= centre[:, 1] < -0.3
     removed[rng.choice(np.flatnonzero(~near), SINGLE, replace=False)] = True
     v, f = cut(v, f, removed)
     component = components(f)
