@@ -17,6 +17,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
 from benchmark import surfaces  # noqa: E402
+from bust import bust_mesh  # noqa: E402
 
 BIG, JOIN, TURN = surfaces.BIG, surfaces.JOIN, surfaces.TURN
 closed_torus, components, cut, revolve, sphere_mesh, turn = (
@@ -165,93 +166,66 @@ def painted(count):
 
 # --- an imitated scan -----------------------------------------------------------------------------------------------
 
-ELLIPSOIDS = [  # centre, radii: all contain the origin, so that every ray from it leaves them once
-    ((0, 0.02, 0.42), (0.40, 0.47, 0.58)),  # head
-    ((0, 0.0, 0.0), (0.27, 0.27, 0.6)),  # neck
-    ((0, -0.05, -0.52), (0.86, 0.42, 0.56)),  # shoulders
+HOLES = [  # place on the bust, radius as a fraction of its unit, raggedness
+    ((0.42, -0.30, 0.95), 0.225, 0.15),  # crown of the head
+    ((0.10, 0.60, -1.75), 0.21, 0.25),  # back
+    ((-0.50, -0.30, -0.42), 0.165, 0.25),  # jaw
+    ((0.72, -0.12, -1.78), 0.27, 0.25),  # shoulder
+    ((-0.36, -0.30, -1.80), 0.33, 0.25),  # chest, with an island
+    ((0.05, 0.14, -2.30), 0.295, 0.25),  # base
+    ((0.40, -0.62, -0.25), 0.08, 0.3),  # cheek
 ]
-BUMPS = [  # direction, height, width in radians
-    ((0, 0.62, 0.50), 0.13, 0.085),  # nose
-    ((0, 0.55, 0.13), 0.07, 0.14),  # chin
-    ((0.15, 0.6, 0.66), 0.035, 0.12),  # brows
-    ((-0.15, 0.6, 0.66), 0.035, 0.12),
-    ((0.14, 0.6, 0.57), -0.035, 0.075),  # eyes
-    ((-0.14, 0.6, 0.57), -0.035, 0.075),
-    ((0.62, 0.0, 0.50), 0.09, 0.11),  # ears
-    ((-0.62, 0.0, 0.50), 0.09, 0.11),
-    ((0, -0.6, 0.35), 0.12, 0.22),  # knot of hair
-]
+ISLAND = 4  # the hole with an island
+BESIDE = (0.43, 0.55, -1.75)  # place of a small hole beside the one in the back
+SINGLE = 14  # single triangles that are missing
 
 
-def bust(d):
-    """Distance from the origin to the surface in the directions d."""
-    exits = []
-    for centre, radii in ELLIPSOIDS:
-        q, c = d / radii, np.divide(centre, radii)
-        a, b = (q * q).sum(axis=1), q @ c
-        exits.append((b + np.sqrt(b * b - a * (c @ c - 1))) / a)
-    sharp = 14.0
-    exits = np.array(exits)
-    top = exits.max(axis=0)
-    r = top + np.log(np.exp(sharp * (exits - top)).sum(axis=0)) / sharp
-    for towards, height, width in BUMPS:
-        towards = np.divide(towards, np.linalg.norm(towards))
-        r += height * np.exp((d @ towards - 1) / width**2)
-    hair = 1 / (1 + np.exp(-14 * (d[:, 2] - 0.75 - 0.5 * d[:, 1])))
-    r += 0.012 * hair * np.sin(26 * np.arctan2(d[:, 0], d[:, 2]) + 6 * d[:, 1])
-    return r
-
-
-HOLES = [  # direction, radius as a fraction of the unit, raggedness
-    ((0.25, -0.1, 0.97), 0.20, 0.25),  # crown of the head
-    ((0.0, 0.42, -0.25), 0.17, 0.25),  # chest
-    ((-0.62, 0.25, 0.30), 0.13, 0.35),  # jaw
-    ((0.80, 0.05, -0.35), 0.17, 0.25),  # shoulder
-    ((-0.45, -0.35, -0.45), 0.24, 0.2),  # back, with an island
-    ((0.3, 0.3, -1.0), 0.20, 0.2),  # base
-    ((0.45, 0.5, 0.55), 0.07, 0.3),  # cheek
-]
+def ragged(v, f, at, radius, raggedness, edge, rng):
+    """Which faces lie in a ragged disc about a point: one connected part of the mesh."""
+    centre = v[f].mean(axis=1)
+    away = centre - at
+    side = np.cross(at, [0.3, 0.5, 0.8])
+    angle = np.arctan2(away @ side, away @ np.cross(at, side))
+    phase = rng.uniform(0, 2 * np.pi, 3)
+    wave = np.sin(2 * angle + phase[0]) + 0.7 * np.sin(5 * angle + phase[1]) + 0.5 * np.sin(9 * angle + phase[2])
+    reach = radius * (1 + 0.5 * raggedness * wave) + 0.3 * edge * rng.normal(size=len(centre))
+    inside = np.flatnonzero(np.linalg.norm(away, axis=1) < reach)
+    component = components(f[inside])
+    disc = np.zeros(len(f), bool)
+    disc[inside[component == np.bincount(component).argmax()]] = True
+    return disc
 
 
 def scan(count):
     """A bust like a scan: uneven triangles, noise, ragged rims, holes of all sizes, an island."""
     rng = np.random.default_rng(11)
-    face = np.array([0, 0.7, 0.6]) / np.linalg.norm([0, 0.7, 0.6])
-
-    def density(d):
-        uneven = 1.3 + 1.5 * np.exp(4 * (d @ face - 1)) + 0.45 * np.sin(9 * d[:, 0]) * np.sin(7 * d[:, 2])
-        return bust(d) ** 2 * uneven
-
-    d, f = sphere_mesh(count, 11, density)
-    r = bust(d)
-    v = d * r[:, None]
+    v, way, f = bust_mesh(count, 11)
     edge = np.linalg.norm(v[f] - v[np.roll(f, 1, axis=1)], axis=2).mean()
-    v = v + d * rng.normal(scale=0.035 * edge, size=(len(v), 1))
+    v = v + way * rng.normal(scale=0.025 * edge, size=(len(v), 1))
     centre = v[f].mean(axis=1)
-    removed = np.zeros(len(f), bool)
-    keep = np.zeros(len(f), bool)
-    for number, (towards, radius, ragged) in enumerate(HOLES):
-        towards = np.divide(towards, np.linalg.norm(towards))
-        at = towards * bust(towards[None])[0]
-        away = centre - at
-        side = np.cross(towards, [0.3, 0.5, 0.8])
-        angle = np.arctan2(away @ side, away @ np.cross(towards, side))
-        phase = rng.uniform(0, 2 * np.pi, 3)
-        wave = np.sin(2 * angle + phase[0]) + 0.7 * np.sin(5 * angle + phase[1]) + 0.5 * np.sin(9 * angle + phase[2])
-        reach = radius * (1 + 0.5 * ragged * wave) + 0.3 * edge * rng.normal(size=len(f))
-        removed |= np.linalg.norm(away, axis=1) < reach
-        if number == 4:
-            keep |= np.linalg.norm(away - [0.02, 0, 0.03], axis=1) < 0.075
+    removed, keep, near = np.zeros(len(f), bool), np.zeros(len(f), bool), np.zeros(len(f), bool)
+    for number, (place, radius, raggedness) in enumerate(HOLES):
+        at = v[np.argmin(np.linalg.norm(v - place, axis=1))]
+        removed |= ragged(v, f, at, radius, raggedness, edge, rng)
+        away = np.linalg.norm(centre - at, axis=1)
+        near |= away < 1.5 * radius + 0.1
+        if number == ISLAND:
+            keep |= np.linalg.norm(centre - at - [0, 0, 0.07], axis=1) < 0.12
+            whole = away < 1.5 * radius
     removed &= ~keep
-    at_rim = np.isin(f, np.unique(f[removed])).any(axis=1) & ~keep
-    removed |= at_rim & (rng.random(len(f)) < 0.015)
-    # A few single triangles are missing elsewhere.
-    removed |= (rng.random(len(f)) < 0.0003) & ~keep
+    # Triangles are missing at the rims, except at the hole with the island: the rim of the island is joined to that hole only.
+    at_rim = np.isin(f, np.unique(f[removed])).any(axis=1) & ~whole
+    removed |= at_rim & (rng.random(len(f)) < 0.01)
+    # A few triangles beside a hole, and single ones elsewhere, but not in the face.
+    beside = v[np.argmin(np.linalg.norm(v - BESIDE, axis=1))]
+    removed |= np.linalg.norm(centre - beside, axis=1) < 1.3 * edge
+    near |= centre[:, 1] < -0.3
+    removed[rng.choice(np.flatnonzero(~near), SINGLE, replace=False)] = True
     v, f = cut(v, f, removed)
     component = components(f)
     number, size = np.unique(component, return_counts=True)
     v, f = cut(v, f, ~np.isin(component, number[np.argsort(size)[-2:]]))
-    return v * 120.0, f
+    return v * 90.0, f
 
 
 # --- files ----------------------------------------------------------------------------------------------------------
@@ -302,7 +276,7 @@ def main():
         write_ply(folder / f"{name}.ply", v @ TURN.T, f)
     v, f = part(16)
     write_ply(folder / "part.ply", v @ TURN.T, f)
-    write_ply(folder / "scan.ply", *scan(7000))
+    write_ply(folder / "scan.ply", *scan(7300))
     write_ply(folder / "painted.ply", *painted(2000))
     write_obj(folder / "sheet.obj", *sheet(36))
     for path in sorted(folder.glob("*.ply")) + sorted(folder.glob("*.obj")):

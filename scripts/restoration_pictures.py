@@ -7,7 +7,7 @@ expected.png, texels.png.
 
     cargo build --release && python3 scripts/restoration_pictures.py [--isomend PROGRAM] [--out DIR] [NAME...]
 
-The bust is an implicit surface: ellipsoids that are joined smoothly, with details. The vase is a surface of revolution, painted in
+The bust is that of bust.py. The vase is a surface of revolution, painted in
 four charts of one texture. The script makes both, damages them, and calls isomend. No display is needed."""
 
 import argparse
@@ -18,53 +18,13 @@ from pathlib import Path
 import numpy as np
 import pymeshlab
 import pyvista as pv
+from bust import ball, bump, bust, join
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 ROOT = Path(__file__).resolve().parent.parent
 GREY, ORANGE, BACK, BREAK = (205, 207, 211), (240, 140, 50), (150, 140, 130), (226, 84, 72)
 COLOURS, STRIP = 256, 26  # of a file; pixels above a panel, for its title
 CROWN = (0.75, -0.9, 0.65)
-
-
-def bump(p, at, size):
-    return np.exp(-((((p - at) / size) ** 2).sum(axis=-1)))
-
-
-def ball(p, at, radii):
-    """Nearly the distance from an ellipsoid, negative inside."""
-    return (np.linalg.norm((p - at) / np.array(radii), axis=-1) - 1) * min(radii)
-
-
-def join(a, b, width):
-    """The smooth minimum of two implicit functions."""
-    part = np.clip(0.5 + 0.5 * (b - a) / width, 0, 1)
-    return b * (1 - part) + a * part - width * part * (1 - part)
-
-
-def rod(p, a, b, radius):
-    a, b = np.array(a), np.array(b)
-    part = np.clip((p - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
-    return np.linalg.norm(p - a - part[..., None] * (b - a), axis=-1) - radius
-
-
-def bust(p):
-    """The implicit function of the bust: it looks along -y and is symmetric in x."""
-    half = np.abs(p[..., :1]) * (1, 0, 0) + p * (0, 1, 1)
-    f = join(ball(p, (0, 0.06, 0.2), (0.7, 0.84, 0.86)), ball(p, (0, -0.26, -0.45), (0.46, 0.5, 0.52)), 0.25)
-    f = join(f, rod(p, (0, 0.12, -0.6), (0, 0.2, -1.35), 0.37), 0.15)
-    f = join(f, ball(p, (0, 0.2, -1.72), (1.05, 0.52, 0.5)), 0.22)
-    nose = join(rod(p, (0, -0.76, 0.12), (0, -0.95, -0.16), 0.06), rod(half, (0.02, -0.9, -0.18), (0.07, -0.82, -0.19), 0.065), 0.07)
-    f = join(f, nose, 0.08)
-    f = join(f, np.maximum(ball(half, (0.72, 0.05, 0), (0.11, 0.19, 0.27)), -ball(half, (0.85, -0.04, 0.02), (0.12, 0.1, 0.17))), 0.05)
-    f = f + 0.11 * bump(half, (0.27, -0.8, 0.1), (0.15, 0.14, 0.1)) - 0.085 * bump(half, (0.26, -0.8, 0.09), (0.09, 0.1, 0.06))
-    f = f + 0.025 * bump(half, (0.26, -0.8, 0.09), (0.13, 0.2, 0.014)) - 0.06 * bump(half, (0.27, -0.8, 0.27), (0.18, 0.14, 0.055))
-    f = f - 0.06 * bump(p, (0, -0.76, -0.43), (0.15, 0.12, 0.045)) - 0.07 * bump(p, (0, -0.74, -0.56), (0.13, 0.12, 0.05))
-    f = f + 0.03 * bump(p, (0, -0.8, -0.495), (0.17, 0.12, 0.014)) - 0.05 * bump(p, (0, -0.72, -0.82), (0.14, 0.12, 0.1))
-    # Hair: a cap with waves, above a line from the forehead to the neck.
-    over = 1 / (1 + np.exp(-30 * (p[..., 2] - 0.42 + 0.75 * (p[..., 1] + 0.35)))) / (1 + np.exp(-40 * (p[..., 2] + 0.62)))
-    waves = np.sin(26 * (p[..., 2] - 0.35 * p[..., 1] + 0.06 * np.sin(9 * np.abs(p[..., 0]))))
-    f = f - over * (0.06 + 0.013 * waves) * (1 - bump(half, (0.74, 0.05, 0), 0.25))
-    return -join(-f, p[..., 2] + 1.75, 0.04)
 
 
 def surface(f, edge, turn=0.0):
