@@ -119,7 +119,7 @@ def bust_mesh(count, seed):
     """A mesh of the bust with a chest: vertices, their outward directions, faces."""
     drawn = np.random.default_rng(seed).normal(size=(20_000, 3))
     mean = density(drawn / np.linalg.norm(drawn, axis=1)[:, None]).mean()
-    # With 0.68 of the mean density that `sphere_mesh` expects, it needs so many draws that also the dense parts are full.
+    # With 0.68 of the mean density that `sphere_mesh` expects, the draws fill the dense parts too.
     d, f = surfaces.sphere_mesh(count, seed, lambda d: 0.68 * density(d) / mean)
     v, way = on_bust(d)
     return v, way, delaunay(v, f)

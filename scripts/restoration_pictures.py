@@ -7,7 +7,7 @@ expected.png, texels.png.
 
     cargo build --release && python3 scripts/restoration_pictures.py [--isomend PROGRAM] [--out DIR] [NAME...]
 
-The bust is that of bust.py. The vase is a surface of revolution, painted in
+The bust is made by bust.py. The vase is a surface of revolution, painted in
 four charts of one texture. The script makes both, damages them, and calls isomend. No display is needed."""
 
 import argparse

@@ -108,6 +108,8 @@ pub(super) struct RetryContext {
     pub(super) finishes: bool,
     /// Whether the region has a single rim.
     pub(super) one_rim: bool,
+    /// Whether it has so many rims that no level set is attempted where other candidates come next.
+    pub(super) many_rims: bool,
     /// Whether its only rim has so few edges that a faired triangulation is made before any level set.
     pub(super) few_edges: bool,
     /// Expected cost of a faired triangulation, in unknowns times steps.
@@ -218,6 +220,7 @@ mod tests {
             is_wide: false,
             finishes: true,
             one_rim: true,
+            many_rims: false,
             few_edges: false,
             faired_cost: 0.0,
             budget: 1,

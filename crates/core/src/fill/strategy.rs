@@ -167,6 +167,9 @@ fn next_surface(first: &Attempt, made: &[Ending], region: &RetryContext) -> Step
     if let Some(next) = second_initialisation(made, region) {
         return Step::Make(Candidate::LevelSet(next));
     }
+    if region.many_rims {
+        return best_of([Candidate::EachFaired, Candidate::RimTriangles], made);
+    }
     let history = history(made);
     let is_patch =
         |e: &Ending| matches!(e.candidate, Candidate::LevelSet(_)) && e.quality.is_some();

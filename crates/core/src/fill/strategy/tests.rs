@@ -24,6 +24,7 @@ fn region() -> RetryContext {
         diameter: 1.0,
         finishes: true,
         one_rim: true,
+        many_rims: false,
         faired_cost: CHEAP.get(),
         budget: 1,
         ..RetryContext::default()
@@ -58,6 +59,25 @@ fn searched(
             }
         }
     }
+}
+
+#[test]
+fn many_rims_get_no_level_set() {
+    let many = RetryContext {
+        one_rim: false,
+        many_rims: true,
+        ..region()
+    };
+    let plain = Quality {
+        is_plain: true,
+        ..sound(0.0)
+    };
+    let (taken, made) = searched(None, &many, |candidate, _| match candidate {
+        Candidate::RimTriangles => (Some(plain), None, false),
+        Candidate::EachFaired => (None, None, false),
+        other => panic!("{other:?}"),
+    });
+    assert_eq!((taken, made), (Candidate::RimTriangles, 2));
 }
 
 #[test]
