@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::bodies::checked;
-use super::documents::{CreaseEndRow, HoleRow, VerdictRow};
+use super::documents::{HoleRow, VerdictRow};
 use super::{Document, Drawings, FileInfo, JobError, Marked, MaskSpec, Place, Source, Unchanged};
 use crate::io::Loaded;
 use isomend_core::check::{CheckParams, Verdict};
@@ -103,7 +103,7 @@ struct InspectBody<'a> {
     defects: Defects,
     open_chains: &'a [OpenChain],
     holes: Vec<HoleRow>,
-    crease_ends: Vec<CreaseEndRow>,
+    crease_ends: &'a [CreaseEnd],
     /// The selection of the mask, if one was given.
     #[serde(skip_serializing_if = "Option::is_none")]
     mask: Option<&'a Selection>,
@@ -129,7 +129,7 @@ impl Inspected<'_> {
             defects: found.topology.defects,
             open_chains: &found.open_chains,
             holes: found.holes.iter().map(HoleRow::new).collect(),
-            crease_ends: self.crease_ends.iter().map(CreaseEndRow::new).collect(),
+            crease_ends: &self.crease_ends,
             mask: self.marked.as_ref().map(|(selection, _)| selection),
         }
     }

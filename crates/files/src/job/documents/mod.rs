@@ -22,7 +22,7 @@ use repair::RepairRow;
 use rows::{OutcomeRow, RegionRow, some_time};
 
 pub(super) use check::VerdictRow;
-pub(super) use rows::{CreaseEndRow, HoleRow};
+pub(super) use rows::HoleRow;
 
 /// The version of the field names and their values. It grows when one is renamed or removed, not when one is added.
 const FORMAT: u32 = 3;

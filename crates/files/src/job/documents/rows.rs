@@ -9,7 +9,7 @@ use isomend_core::fill::{
     RegionReport,
 };
 use isomend_core::flow::{Energy, FlowOutcome, StepRecord};
-use isomend_core::mend::{CreaseEnd, HoleReport, PlannedHole};
+use isomend_core::mend::{HoleReport, PlannedHole};
 use isomend_core::mesh::{Hole, HoleId};
 use isomend_core::region::LevelReport;
 
@@ -46,28 +46,6 @@ impl HoleRow {
             component: hole.component,
             outer_boundary: hole.outer_boundary,
             object: hole.object.clone(),
-        }
-    }
-}
-
-/// A rim vertex at which a crease (sharp edge) of the mesh ends.
-#[derive(Debug, Serialize)]
-pub(in crate::job) struct CreaseEndRow {
-    id: usize,
-    hole: HoleId,
-    vertex: u32,
-    position: DVec3,
-    angle: f64,
-}
-
-impl CreaseEndRow {
-    pub(in crate::job) fn new(end: &CreaseEnd) -> Self {
-        Self {
-            id: end.id,
-            hole: end.hole,
-            vertex: end.vertex,
-            position: end.position,
-            angle: end.angle,
         }
     }
 }
