@@ -7,9 +7,11 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use syn::{Attribute, Expr, Field, Fields, Item, ItemEnum, ItemStruct, Lit, Meta, Type, Variant};
+use syn::{Expr, Field, Fields, Item, ItemEnum, ItemStruct, Lit, Meta, Type, Variant};
 
+use super::attributes::{Serde, about, renamed};
 use super::files_below;
+use super::identifiers::{self, IDENTIFIERS};
 
 /// The folders with types of documents.
 const FOLDERS: [&str; 4] = [
@@ -38,101 +40,6 @@ pub enum Shape {
     Object(Vec<Form>),
     /// Another value.
     Value(Value),
-}
-
-/// The attributes of serde at a type, field or variant.
-#[derive(Default)]
-struct Serde {
-    is_flat: bool,
-    is_untagged: bool,
-    is_transparent: bool,
-    is_skipped: bool,
-    may_be_left_out: bool,
-    rename: Option<String>,
-    rename_all: Option<String>,
-}
-
-impl Serde {
-    fn of(attributes: &[Attribute]) -> Self {
-        let mut found = Self::default();
-        for attribute in attributes.iter().filter(|a| a.path().is_ident("serde")) {
-            let read = attribute.parse_nested_meta(|meta| {
-                let name = meta.path.get_ident().unwrap().to_string();
-                let text = match meta.value() {
-                    Ok(value) => Some(value.parse::<syn::LitStr>()?.value()),
-                    Err(_) => None,
-                };
-                match name.as_str() {
-                    "flatten" => found.is_flat = true,
-                    "untagged" => found.is_untagged = true,
-                    "transparent" => found.is_transparent = true,
-                    "skip" => found.is_skipped = true,
-                    "skip_serializing_if" => found.may_be_left_out = true,
-                    "rename" => found.rename = text,
-                    "rename_all" => found.rename_all = text,
-                    // They concern reading only.
-                    "alias" | "default" | "skip_deserializing" | "deny_unknown_fields" => {}
-                    other => panic!("the schema does not know serde's attribute {other}"),
-                }
-                Ok(())
-            });
-            read.unwrap();
-        }
-        found
-    }
-}
-
-/// The documentation of an item as text in one line, without links, in the words of JSON.
-fn about(attributes: &[Attribute]) -> String {
-    let line = |attribute: &Attribute| match &attribute.meta {
-        Meta::NameValue(pair) if pair.path.is_ident("doc") => match &pair.value {
-            Expr::Lit(text) => match &text.lit {
-                Lit::Str(text) => Some(text.value().trim().to_owned()),
-                _ => None,
-            },
-            _ => None,
-        },
-        _ => None,
-    };
-    let lines: Vec<String> = attributes.iter().filter_map(line).collect();
-    let text = unlinked(lines.join(" ").trim());
-    text.replace("`None`", "null")
-        .replace("; none ", "; null ")
-        .replace(". None ", ". Null ")
-}
-
-/// A text without the targets of its links: [`CheckParams::thin`] becomes `thin`.
-fn unlinked(text: &str) -> String {
-    let (mut made, mut rest) = (String::new(), text);
-    while let Some((before, after)) = rest.split_once("[`") {
-        let (name, after) = after.split_once("`]").unwrap();
-        let after = match after.strip_prefix('(') {
-            Some(target) => target.split_once(')').unwrap().1,
-            None => after,
-        };
-        let name = name.rsplit("::").next().unwrap();
-        made += &format!("{before}`{name}`");
-        rest = after;
-    }
-    made + rest
-}
-
-/// `CurvatureVariation` as `curvature_variation` or `curvature-variation`.
-fn renamed(name: &str, case: Option<&str>) -> String {
-    let separator = match case {
-        None => return name.to_owned(),
-        Some("snake_case") => '_',
-        Some("kebab-case") => '-',
-        Some(other) => panic!("the schema does not know the case {other}"),
-    };
-    let mut made = String::new();
-    for letter in name.chars() {
-        if letter.is_uppercase() && !made.is_empty() {
-            made.push(separator);
-        }
-        made.extend(letter.to_lowercase());
-    }
-    made
 }
 
 /// A declaration that derives `Serialize`.
@@ -172,6 +79,8 @@ pub fn definition(name: &str) -> &str {
 /// All declared types of documents, and the definitions of these that were met.
 pub struct Types {
     declared: HashMap<String, Vec<Declared>>,
+    /// The variants of enums with their identifiers in documents.
+    keys: HashMap<String, Vec<(String, String)>>,
     /// The definitions in the order in which they were met: name, documentation, shape.
     pub definitions: Vec<(String, String, Shape)>,
     /// The types of the definitions.
@@ -189,14 +98,26 @@ impl Types {
             .iter()
             .for_each(|folder| files_below(&root.join(folder), &["rs"], &mut files));
         let mut declared: HashMap<String, Vec<Declared>> = HashMap::new();
+        let mut keys: HashMap<String, Vec<(String, String)>> = HashMap::new();
         for file in files {
             let source = syn::parse_file(&fs::read_to_string(&file).unwrap()).unwrap();
-            for (name, item) in source.items.into_iter().filter_map(Declared::of) {
-                declared.entry(name).or_default().push(item);
+            for item in source.items {
+                if let Item::Impl(own) = &item
+                    && own.trait_.is_none()
+                    && matches!(*own.self_ty, Type::Path(_))
+                {
+                    keys.entry(name_of(&own.self_ty))
+                        .or_default()
+                        .extend(identifiers::keys(own));
+                }
+                if let Some((name, item)) = Declared::of(item) {
+                    declared.entry(name).or_default().push(item);
+                }
             }
         }
         Self {
             declared,
+            keys,
             definitions: Vec::new(),
             met: HashMap::new(),
             parameter: None,
@@ -374,12 +295,44 @@ impl Types {
         assert!(!about.is_empty(), "{owner}::{name} has no documentation");
         // A value that may be left out is not null.
         let kind = argument(&field.ty, "Option").filter(|_| serde.may_be_left_out);
+        let kind = kind.unwrap_or(&field.ty);
+        let schema = match self.identifiers(owner, &name) {
+            Some(identifiers) if argument(kind, "Option").is_some() => nullable(identifiers),
+            Some(identifiers) => identifiers,
+            None => self.value(kind),
+        };
         Property {
-            schema: self.value(kind.unwrap_or(&field.ty)),
+            schema,
             name: serde.rename.clone().unwrap_or(name),
             about,
             is_required: !serde.may_be_left_out,
         }
+    }
+
+    /// A reference to the identifiers of a field, if it holds some.
+    fn identifiers(&mut self, owner: &str, field: &str) -> Option<Value> {
+        let is_own = |(of, name, ..): &&(&str, &str, _, _, _)| *of == owner && *name == field;
+        let (.., name, text, enums) = IDENTIFIERS.iter().find(is_own)?;
+        if self
+            .met
+            .insert((*name).to_owned(), (*name).to_owned())
+            .is_none()
+        {
+            let mut all = Vec::new();
+            for one in *enums {
+                let Declared::Enum(item) = self.declaration(one) else {
+                    panic!("{one} is no enum");
+                };
+                let of = |variant: &str| item.variants.iter().find(|v| v.ident == variant).unwrap();
+                let keys = self.keys[*one].iter();
+                all.extend(keys.map(|(variant, key)| (key.clone(), about(&of(variant).attrs))));
+            }
+            assert!(all.len() > 1, "{name} has no identifiers");
+            let shape = Shape::Value(identifiers::schema(&all));
+            self.definitions
+                .push(((*name).to_owned(), (*text).to_owned(), shape));
+        }
+        Some(json!({ "$ref": format!("#/$defs/{name}") }))
     }
 
     /// The schema of a field's type.

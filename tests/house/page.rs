@@ -201,6 +201,24 @@ fn the_page_of_reports_has_the_fields_and_a_valid_example() {
 }
 
 #[test]
+fn the_page_names_how_holes_are_closed_and_why_not() {
+    let page = include_str!("../../docs/json.md");
+    let mut count = 0;
+    for definition in definitions() {
+        if let ("Closure" | "Cause", Shape::Value(value)) =
+            (definition.name.as_str(), &definition.shape)
+        {
+            for one in value["oneOf"].as_array().unwrap() {
+                let name = one["const"].as_str().unwrap();
+                assert!(page.contains(&format!("`{name}`")), "the page lacks {name}");
+                count += 1;
+            }
+        }
+    }
+    assert!(count > 25, "only {count} identifiers were found");
+}
+
+#[test]
 fn the_example_is_as_the_schema_describes_it() {
     let document: Value = serde_json::from_str(&lines(&example())).unwrap();
     let schema = Schema::read();
