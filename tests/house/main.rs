@@ -2,8 +2,16 @@
 //! generated files, of words, and of saves, which need a process in which nothing else saves files.
 #![allow(clippy::unwrap_used, clippy::too_many_lines)] // An unwrap that fails is a failed test; long tests follow one scenario.
 
+mod attributes;
+#[path = "../common/checker.rs"]
+mod checker;
+mod documents;
 mod header;
+mod identifiers;
+mod page;
 mod parameters;
+mod renewed;
+mod schema;
 mod unfinished;
 mod unused;
 mod words;

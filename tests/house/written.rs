@@ -1,27 +1,10 @@
 //! Files generated from the parameter tables: the tables of `docs/options.md`, and the keywords of Python's functions in
 //! `_options.py` and `_functions.py`. `RENEW=1 cargo test --test house written` writes all of them again.
 
-use std::fs;
-use std::path::Path;
-
 use isomend::parameters::{DefaultValue, Kind, Parameter, Table};
 use isomend_core::parameters::solve;
 
-/// Asserts that a file equals its generated text; with `RENEW` set, writes the generated text.
-fn renewed(file: &str, made: impl Fn(&str) -> String) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
-    let text = fs::read_to_string(&path).unwrap_or_default();
-    let made = made(&text);
-    if std::env::var_os("RENEW").is_some() {
-        fs::write(&path, &made).unwrap();
-    }
-    let place = text.lines().zip(made.lines()).find(|(old, new)| old != new);
-    assert!(
-        std::env::var_os("RENEW").is_some() || text == made,
-        "{file} differs from the parameter tables, first at {place:?}; RENEW=1 cargo test --test house written \
-         writes it again"
-    );
-}
+use super::renewed::renewed;
 
 /// A sentence on the parameter that excludes this one.
 fn excluded(parameter: &Parameter) -> String {

@@ -1,6 +1,8 @@
 //! Tests of the command line: options, exit codes, streams, reports, signals.
 #![allow(clippy::unwrap_used, clippy::too_many_lines)] // An unwrap that fails is a failed test; long tests follow one scenario.
 
+#[path = "../common/checker.rs"]
+mod checker;
 #[path = "../common/desk.rs"]
 mod desk;
 #[path = "../common/shapes.rs"]
@@ -10,6 +12,7 @@ mod answers;
 mod cli;
 mod creases;
 mod deliver;
+mod documents;
 mod handed_on;
 mod manual;
 mod mcp;

@@ -16,7 +16,7 @@ fn moved(mut mesh: Mesh, by: DVec3) -> Mesh {
 }
 
 /// A box of 2 by 2 by 1 around a point, with a hole round each of the places.
-fn holed(centre: DVec3, places: &[DVec3]) -> Mesh {
+pub fn holed(centre: DVec3, places: &[DVec3]) -> Mesh {
     let whole = moved(slab(4), centre);
     cut(&whole, |p| places.iter().any(|q| p.distance(*q) < 0.4))
 }
@@ -31,7 +31,7 @@ fn both(a: &Mesh, b: &Mesh) -> Mesh {
 }
 
 /// Writes a 3MF file with bodies that have the names of an object and of a part.
-fn save(desk: &Desk, name: &str, bodies: &[(&str, &str, Mesh)]) {
+pub fn save(desk: &Desk, name: &str, bodies: &[(&str, &str, Mesh)]) {
     let mut mesh = Mesh::default();
     let mut labels = [LabelKind::Object, LabelKind::Part].map(Labels::new);
     for (object, part, own) in bodies {

@@ -29,7 +29,7 @@ const FLAT_RIM: Tunable<f64> = tunable("fill.flat_rim", 0.01);
 const PARALLEL: Tunable<f64> = tunable("fill.parallel", 0.98);
 
 /// Rims. Where other candidates than level sets come next, as in a repair that compares plans, a region of more rims gets no level
-/// set: of the repairs of 226 real parts none of 45 level sets with more than four rims had a patch, and they took a third of the
+/// set: of the slowest repairs of real parts none of 45 level sets with more than four rims had a patch, and they took a third of the
 /// time of all level sets.
 const MANY_RIMS: Tunable<usize> = tunable("fill.many_rims", 12);
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::bodies::checked;
-use super::documents::{CreaseEndRow, HoleRow, VerdictRow};
+use super::documents::{HoleRow, VerdictRow};
 use super::{Document, Drawings, FileInfo, JobError, Marked, MaskSpec, Place, Source, Unchanged};
 use crate::io::Loaded;
 use isomend_core::check::{CheckParams, Verdict};
@@ -88,23 +88,35 @@ pub fn inspect<'a>(
     })
 }
 
+/// The document of an inspection.
 #[derive(Serialize)]
 struct InspectBody<'a> {
+    /// The input file.
     input: FileInfo,
+    /// Remarks.
     notes: &'a [String],
+    /// As of `--unit`.
     #[serde(skip_serializing_if = "Option::is_none")]
     unit: Option<Unit>,
+    /// Number of vertices.
     vertices: usize,
+    /// Number of faces.
     faces: usize,
     /// Smallest and largest coordinates.
     bounds: [DVec3; 2],
+    /// Number of connected components.
     components: usize,
+    /// Faces of each component.
     component_faces: &'a [usize],
+    /// Numbers of defects.
     defects: Defects,
+    /// Boundary chains that do not close.
     open_chains: &'a [OpenChain],
+    /// The holes.
     holes: Vec<HoleRow>,
-    crease_ends: Vec<CreaseEndRow>,
-    /// The selection of the mask, if one was given.
+    /// Rim vertices at which sharp edges end.
+    crease_ends: &'a [CreaseEnd],
+    /// Marked faces.
     #[serde(skip_serializing_if = "Option::is_none")]
     mask: Option<&'a Selection>,
 }
@@ -129,7 +141,7 @@ impl Inspected<'_> {
             defects: found.topology.defects,
             open_chains: &found.open_chains,
             holes: found.holes.iter().map(HoleRow::new).collect(),
-            crease_ends: self.crease_ends.iter().map(CreaseEndRow::new).collect(),
+            crease_ends: &self.crease_ends,
             mask: self.marked.as_ref().map(|(selection, _)| selection),
         }
     }
@@ -218,10 +230,14 @@ pub fn check<'a>(
     })
 }
 
+/// The document of a check.
 #[derive(Serialize)]
 struct CheckBody<'a> {
+    /// The input file.
     input: FileInfo,
+    /// Remarks.
     notes: &'a [String],
+    /// As of `--unit`.
     #[serde(skip_serializing_if = "Option::is_none")]
     unit: Option<Unit>,
     #[serde(flatten)]
@@ -244,10 +260,14 @@ impl Checked<'_> {
     }
 }
 
+/// The document of a comparison.
 #[derive(Serialize)]
 struct CompareBody<'a> {
+    /// The first file.
     first: &'a FileInfo,
+    /// The second file.
     second: &'a FileInfo,
+    /// As of `--unit`.
     #[serde(skip_serializing_if = "Option::is_none")]
     unit: Option<Unit>,
     #[serde(flatten)]

@@ -41,13 +41,20 @@ pub struct SurfaceResult<'s> {
     pub bytes: Vec<u8>,
 }
 
+/// The document of an extracted surface.
 #[derive(Serialize)]
-struct Body<'a> {
+struct SurfaceBody<'a> {
+    /// The path of the volume.
     input: String,
+    /// Numbers of nodes along the axes.
     dims: [usize; 3],
+    /// Smallest and largest value.
     range: [f64; 2],
+    /// The level of the surface.
     level: f64,
+    /// The written file.
     output: FileInfo,
+    /// Remarks.
     notes: &'a [String],
 }
 
@@ -129,7 +136,7 @@ impl SurfaceResult<'_> {
     /// The JSON document of the extraction.
     pub fn document(&self) -> Document<impl Serialize> {
         let output = &self.spec.output;
-        let body = Body {
+        let body = SurfaceBody {
             input: super::documents::shown(&self.spec.source.place),
             dims: self.dims,
             range: self.range,

@@ -76,23 +76,33 @@ pub struct VolumeSeconds {
     pub total: f64,
 }
 
+/// The document of a signed distance volume.
 #[derive(Serialize)]
-struct Body<'a> {
+struct VolumeBody<'a> {
+    /// The input file.
     input: &'a FileInfo,
+    /// The path of the written volume.
     #[serde(skip_serializing_if = "Option::is_none")]
     output: Option<String>,
+    /// The name of the array.
     array: &'static str,
+    /// Numbers of nodes along the axes.
     dims: [usize; 3],
+    /// Position of the first node.
     origin: DVec3,
+    /// Distance between nodes.
     voxel: f64,
+    /// Smallest and largest value.
     range: [f64; 2],
-    /// Number of nodes with a measured distance; the others hold the distance limit.
+    /// Number of nodes whose distance is not cut off.
     measured: usize,
-    seconds: Seconds,
+    /// Times by stage.
+    seconds: VolumeTimesRow,
 }
 
+/// Run times of a signed distance volume, in seconds.
 #[derive(Serialize)]
-struct Seconds {
+struct VolumeTimesRow {
     #[serde(flatten)]
     measuring: MeasuredSeconds,
     #[serde(flatten)]
@@ -103,7 +113,7 @@ impl MeasuredFile {
     /// The JSON document. `written` is the place of the written volume and the run times of the files; `None` if it was not written.
     pub fn document(&self, written: Option<(&Place, VolumeSeconds)>) -> Document<impl Serialize> {
         let volume = &self.measured.volume;
-        let body = Body {
+        let body = VolumeBody {
             input: &self.input,
             output: written.map(|(place, _)| super::documents::shown(place)),
             array: DISTANCE,
@@ -112,7 +122,7 @@ impl MeasuredFile {
             voxel: volume.spacing.x,
             range: volume.range(),
             measured: self.measured.nodes,
-            seconds: Seconds {
+            seconds: VolumeTimesRow {
                 measuring: self.measured.seconds,
                 files: written.map(|(_, seconds)| seconds),
             },

@@ -70,7 +70,7 @@ fn many_rims_get_no_level_set() {
     };
     let plain = Quality {
         is_plain: true,
-        ..sound(0.0)
+        ..SOUND
     };
     let (taken, made) = searched(None, &many, |candidate, _| match candidate {
         Candidate::RimTriangles => (Some(plain), None, false),

@@ -15,29 +15,35 @@ const SIGMAS: Tunable<f64> = tunable("deliver.sigmas", 2.0);
 /// The invented (new) surface of a mesh: totals and one entry for each patch.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(in crate::job) struct Invented {
-    /// Area of the new faces, in square units of the mesh.
+    /// Area of the new faces.
     pub(in crate::job) area: f64,
     /// Area of the new faces, in per cent of the whole surface.
     pub(in crate::job) percent: f64,
+    /// Expected errors.
     pub(in crate::job) expected_error: Expected,
-    /// The holes whose patches are not within the tolerance; see [`Patch::is_within`]. `None` without a tolerance.
+    /// Numbers of the holes whose patches are not within the tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(in crate::job) beyond_tolerance: Option<Vec<HoleId>>,
-    /// One entry for each hole, or for several holes that one patch fills.
+    /// The same for each patch.
     pub(in crate::job) patches: Vec<Patch>,
 }
 
 /// Area and expected error of one patch. Fields as in [`Invented`].
 #[derive(Clone, Debug, Serialize)]
 pub(in crate::job) struct Patch {
+    /// Numbers of its holes.
     pub(in crate::job) holes: Vec<HoleId>,
+    /// Number of its region.
     pub(in crate::job) region: usize,
+    /// Number of its faces.
     pub(in crate::job) faces: usize,
+    /// Its area.
     pub(in crate::job) area: f64,
+    /// Its area, in per cent of the whole surface.
     pub(in crate::job) percent: f64,
+    /// Expected errors.
     pub(in crate::job) expected_error: Expected,
-    /// Whether twice the expected error is within the tolerance on all of its area but at most the fraction
-    /// `BEYOND_PART.get()`. `None` without a tolerance.
+    /// Whether twice the expected error is within the tolerance on at least 95 % of its area.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(in crate::job) is_within: Option<bool>,
 }
@@ -45,13 +51,13 @@ pub(in crate::job) struct Patch {
 /// Expected errors of a set of faces, in units of the mesh.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(in crate::job) struct Expected {
-    /// Mean, weighted by area; `None` if no expected error is known.
+    /// Mean, weighted by area; null if unknown.
     pub(in crate::job) mean: Option<f64>,
-    /// The largest; `None` if no expected error is known.
+    /// The largest; null if unknown.
     pub(in crate::job) largest: Option<f64>,
     /// Per cent of the area without a known expected error.
     pub(in crate::job) unknown_percent: f64,
-    /// Per cent of the area where twice the expected error is within the tolerance; `None` without a tolerance.
+    /// Per cent of the area where twice the expected error is within the tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(in crate::job) within_percent: Option<f64>,
 }

@@ -11,36 +11,51 @@ const MOST_LISTED: usize = 1000;
 /// The verdict of a mesh check.
 #[derive(Serialize)]
 pub(in crate::job) struct VerdictRow<'a> {
-    /// Whether it is watertight and can be printed.
+    /// Whether there are no defects and no doubt. It is watertight and can be printed.
     sound: bool,
-    /// Why it is not, as sentences.
+    /// Why not, in words.
     reasons: Vec<String>,
+    /// Whether each edge has two faces.
     watertight: bool,
+    /// Whether no edge has only one face.
     closed: bool,
+    /// Whether no edge or vertex is non-manifold.
     manifold: bool,
+    /// Whether neighbouring faces have the same orientation.
     oriented: bool,
+    /// Number of holes.
     holes: usize,
+    /// Number of boundary chains that do not close.
     open_chains: usize,
-    /// Vertices of boundary loops that are on boundary edges.
+    /// Boundary vertices on other boundary edges.
     t_junctions: usize,
-    /// Holes that splitting these edges closes.
+    /// Holes that splitting these closes.
     t_junction_holes: usize,
+    /// Merging vertices that closes boundary edges. Null if none is recommended.
     weld: Option<WeldRow>,
+    /// Vertices without faces.
     unused_vertices: usize,
+    /// Vertices at an earlier one.
     duplicate_vertices: usize,
+    /// Defects by kind.
     defects: Vec<DefectRow<'a>>,
+    /// Number of components.
     components: usize,
+    /// Number of small components.
     debris: usize,
+    /// Number of components inside others.
     inside: usize,
+    /// The largest components. At most a thousand, by falling area.
     largest_components: Vec<&'a Component>,
+    /// Thickness that was asked for.
     thin: Option<f64>,
-    /// The least wall thickness that was asked for.
+    /// Wall thickness that was asked for.
     min_wall: Option<f64>,
-    /// The measured wall thickness.
+    /// Measured wall thickness. Null if it was not measured.
     walls: Option<WallRow>,
-    /// After a repair: why the shape is doubtful; else null.
+    /// Why a repaired shape is doubtful.
     doubt: Option<ShapeDoubt>,
-    /// The verdict on each object of a 3MF file, if there are several.
+    /// Objects of a 3MF file.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     objects: Vec<ObjectRow<'a>>,
 }
@@ -48,17 +63,24 @@ pub(in crate::job) struct VerdictRow<'a> {
 /// The verdict on an object.
 #[derive(Serialize)]
 struct ObjectRow<'a> {
+    /// Name of the object.
     name: &'a str,
+    /// Whether it is sound.
     sound: bool,
+    /// Why it is not, as sentences.
     reasons: Vec<String>,
+    /// Number of faces.
     faces: usize,
+    /// Number of connected components.
     components: usize,
 }
 
 /// Wall thickness of the closed components.
 #[derive(Serialize)]
 struct WallRow {
+    /// The least thickness.
     least: Option<f64>,
+    /// The mean thickness.
     mean: f64,
     /// The component with the thinnest wall, from 1 in the order of first faces.
     component: usize,
@@ -77,13 +99,16 @@ struct WeldRow {
     by_default: bool,
 }
 
+/// The defects of a kind.
 #[derive(Serialize)]
 struct DefectRow<'a> {
+    /// Kind.
     kind: DefectKind,
+    /// Number of defects.
     count: usize,
-    /// Its first faces.
+    /// The first thousand faces.
     faces: &'a [u32],
-    /// Its first positions.
+    /// The first thousand positions.
     places: &'a [DVec3],
 }
 

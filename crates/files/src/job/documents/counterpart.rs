@@ -16,15 +16,17 @@ pub(super) struct CounterpartRow {
     plane: Option<[DVec3; 2]>,
     /// Scale factor of the template.
     scale: Option<f64>,
-    /// Distance between the vertices round the hole and the rigidly aligned counterpart.
+    /// Distance between the vertices round the hole and the aligned counterpart.
     misfit: Option<f64>,
-    /// Errors with which the counterpart and a smooth patch predict removed rings of faces round the hole.
+    /// Error with which the counterpart predicts removed rings of faces round the hole.
     ring_error: Option<f64>,
+    /// The same error of a smooth patch.
     smooth_ring_error: Option<f64>,
     /// Distance between a smooth patch of the hole and the counterpart.
     feature: Option<f64>,
-    /// Why it was refused: a keyword for programs, and a sentence for people.
+    /// Why it was refused, as an identifier.
     cause: Option<&'static str>,
+    /// Why it was refused, as a sentence.
     reason: Option<String>,
 }
 

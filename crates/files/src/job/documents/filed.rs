@@ -12,20 +12,26 @@ use isomend_core::mesh::Unit;
 /// Most face numbers of a mask that the options list; a longer list becomes null.
 const MOST_FACES: usize = 100;
 
+/// Options and deliverables of work that changes a mesh.
 #[derive(Serialize)]
 pub(super) struct FiledRow {
+    /// As of `--unit`.
     #[serde(skip_serializing_if = "Option::is_none")]
     unit: Option<Unit>,
+    /// As of `--tolerance`.
     #[serde(skip_serializing_if = "Option::is_none")]
     tolerance: Option<f64>,
-    /// The work with its parameters, the mark, the unit, the tolerance and the clearance. Long lists of face numbers are null.
+    /// The work with its parameters. Also the mark, unit, tolerance and clearance. Lists of more than 100 face numbers are null.
     options: Value,
-    /// SHA-256 of the complete options, as JSON without blanks.
+    /// Hash of all options. As JSON without blanks, keys in order, with all face numbers.
     options_sha256: String,
+    /// The file of the patches.
     #[serde(skip_serializing_if = "Option::is_none")]
     patches: Option<FileInfo>,
+    /// The file of the piece, or a `reason`.
     #[serde(skip_serializing_if = "Option::is_none")]
     piece: Option<PieceRow>,
+    /// The new surface. Left out for whole level sets.
     #[serde(skip_serializing_if = "Option::is_none")]
     invented: Option<Invented>,
 }

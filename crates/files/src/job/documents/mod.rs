@@ -22,7 +22,7 @@ use repair::RepairRow;
 use rows::{OutcomeRow, RegionRow, some_time};
 
 pub(super) use check::VerdictRow;
-pub(super) use rows::{CreaseEndRow, HoleRow};
+pub(super) use rows::HoleRow;
 
 /// The version of the field names and their values. It grows when one is renamed or removed, not when one is added.
 const FORMAT: u32 = 3;
@@ -31,8 +31,11 @@ const FORMAT: u32 = 3;
 #[derive(Debug, Serialize)]
 #[non_exhaustive]
 pub struct Document<T> {
+    /// The command.
     command: &'static str,
+    /// The program's version.
     version: &'static str,
+    /// Version of the fields: grows when one is renamed or removed. It does not when one is added.
     format: u32,
     #[serde(flatten)]
     body: T,
@@ -54,10 +57,15 @@ impl<T> Document<T> {
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct FileInfo {
+    /// The path, `-` in memory.
     path: String,
+    /// The extension of its format.
     format: &'static str,
+    /// Number of vertices.
     vertices: usize,
+    /// Number of faces.
     faces: usize,
+    /// The hash of the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     sha256: Option<String>,
 }
@@ -131,12 +139,15 @@ impl Mended<'_> {
     }
 }
 
-/// The files of a document.
+/// A document of work that changes a mesh: its files and options.
 #[derive(Serialize)]
 struct Files<'a> {
+    /// The input file.
     input: FileInfo,
+    /// The written file.
     #[serde(skip_serializing_if = "Option::is_none")]
     output: Option<FileInfo>,
+    /// Remarks.
     notes: &'a [String],
     #[serde(flatten)]
     filed: FiledRow,
@@ -209,18 +220,25 @@ pub fn failed_document(
     place: &Place,
     error: &str,
 ) -> Document<impl Serialize + use<>> {
-    #[derive(Serialize)]
-    struct File {
-        path: String,
-    }
-    #[derive(Serialize)]
-    struct Body {
-        input: File,
-        error: String,
-    }
-    let input = File { path: shown(place) };
+    let input = FailedFileRow { path: shown(place) };
     let error = error.to_owned();
-    Document::new(command, Body { input, error })
+    Document::new(command, FailedBody { input, error })
+}
+
+/// An input whose job failed.
+#[derive(Serialize)]
+struct FailedBody {
+    /// The input.
+    input: FailedFileRow,
+    /// What was wrong, where, and what to do.
+    error: String,
+}
+
+/// The file of a failed job.
+#[derive(Serialize)]
+struct FailedFileRow {
+    /// The path, `-` in memory.
+    path: String,
 }
 
 #[derive(Serialize)]
@@ -232,11 +250,12 @@ enum Body<'a> {
     Copy(Files<'a>),
 }
 
+/// The document of a repair. The holes that the repair made come after the holes of the input.
 #[derive(Serialize)]
 struct RepairBody<'a> {
     #[serde(flatten)]
     files: Files<'a>,
-    /// Whether the result is watertight and can be printed.
+    /// Whether the result is sound.
     complete: bool,
     #[serde(flatten)]
     repair: RepairRow<'a>,
@@ -244,15 +263,16 @@ struct RepairBody<'a> {
     fill: FillRow<'a>,
 }
 
+/// The document of a fill or restoration. The holes of a restoration are numbered after the cut.
 #[derive(Serialize)]
 struct FillBody<'a> {
     #[serde(flatten)]
     files: Files<'a>,
-    /// Whether each hole of more than four edges that was to be filled got a converged surface without self-intersections.
+    /// The condition of `--strict`.
     flawless: bool,
-    /// Number of holes by outcome.
+    /// Numbers of holes by outcome.
     outcomes: Tally,
-    /// Whether every hole that was to be filled is filled.
+    /// Whether nothing that was to be filled is open. That is no hole and, if `all_holes`, no boundary chain.
     complete: bool,
     /// The faces that a restoration cut out.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
@@ -261,13 +281,14 @@ struct FillBody<'a> {
     fill: FillRow<'a>,
 }
 
+/// The document of a fairing.
 #[derive(Serialize)]
 struct FairBody<'a> {
     #[serde(flatten)]
     files: Files<'a>,
     /// Whether every region was faired.
     complete: bool,
-    /// Change of the volume, divided by the volume before.
+    /// Relative change of the volume. Null if the mesh is open.
     volume_drift: Option<f64>,
     #[serde(flatten)]
     fair: FairRow,
@@ -278,10 +299,13 @@ struct FairBody<'a> {
 /// The faces and vertices that `isomend restore` cuts out.
 #[derive(Serialize)]
 struct CutRow {
+    /// Number of marked faces.
     marked_faces: usize,
+    /// Number of removed faces.
     removed_faces: usize,
+    /// Number of vertices removed with them.
     removed_vertices: usize,
-    /// How much of the shape under the mask is kept, from 0 to 1.
+    /// Fraction of the shape kept.
     keep_shape: f64,
 }
 
@@ -296,20 +320,34 @@ impl CutRow {
     }
 }
 
+/// What was faired. Of several objects in a 3MF file, strength, time and voxel are the largest of an object.
 #[derive(Serialize)]
 struct FairRow {
+    /// Width below which features are removed.
     strength: f64,
+    /// Time of the flow, in length⁴.
     time: f64,
+    /// Voxel size.
     voxel: f64,
+    /// Whether the whole surface was replaced.
     whole: bool,
+    /// Number of faces that were to be faired.
     marked_faces: usize,
+    /// Number of removed faces.
     removed_faces: usize,
+    /// Closed components that stayed unchanged. Of an open mesh only the open components are faired.
     components_left: usize,
+    /// Number of vertices removed with them.
     removed_vertices: usize,
+    /// Volume of the input. Null if it is open.
     volume_before: Option<f64>,
+    /// Volume of the result. Null if it is open.
     volume_after: Option<f64>,
+    /// Largest distance between the surfaces before and after.
     moved_max: f64,
+    /// Root mean square of these distances.
     moved_rms: f64,
+    /// The same for each of several objects of a 3MF file.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     objects: Vec<FairObjectRow>,
 }
@@ -317,6 +355,7 @@ struct FairRow {
 /// An object of a 3MF file that was faired by itself.
 #[derive(Serialize)]
 struct FairObjectRow {
+    /// Name of the object.
     name: String,
     #[serde(flatten)]
     row: FairRow,
@@ -354,10 +393,15 @@ impl FairObjectRow {
 /// Size and defects of the input.
 #[derive(Serialize)]
 struct FoundRow<'a> {
+    /// Number of vertices of the input.
     vertices: usize,
+    /// Number of faces of the input.
     faces: usize,
+    /// Number of components of the input.
     components: usize,
+    /// Numbers of defects of the input.
     defects: Defects,
+    /// Boundary chains that do not close.
     open_chains: &'a [OpenChain],
 }
 
@@ -373,13 +417,18 @@ impl<'a> FoundRow<'a> {
     }
 }
 
+/// The holes and regions.
 #[derive(Serialize)]
 struct FillRow<'a> {
     #[serde(flatten)]
     found: FoundRow<'a>,
+    /// Whether no holes were chosen.
     all_holes: bool,
+    /// The holes.
     holes: Vec<OutcomeRow>,
+    /// Holes that were filled together.
     regions: Vec<RegionRow<'a>>,
+    /// Time of the filling. Without reading and writing; left out with `--unit` or `--tolerance`.
     #[serde(skip_serializing_if = "Option::is_none")]
     seconds: Option<f64>,
 }

@@ -3,25 +3,32 @@
 use serde::Serialize;
 
 use super::rows::OutcomeRow;
-use super::{Document, FileInfo, VerdictRow};
+use super::{CutRow, Document, FileInfo, FoundRow, VerdictRow};
 use crate::job::{JobPlan, WorkPlan};
-use isomend_core::mend::{FairPlan, FillPlan, PlannedRegion, RestorePlan};
-use isomend_core::mesh::{Defects, OpenChain};
+use isomend_core::mend::{FairPlan, FillPlan, PlannedRegion};
 
 impl JobPlan<'_> {
     /// The JSON document of the plan.
     pub fn document(&self) -> Document<impl Serialize> {
         let body = match &self.plan {
-            WorkPlan::Fill(fill) => Body::Fill(FillRow::new(fill)),
-            WorkPlan::Restore(restore) => Body::Restore(RestoreRow::new(restore)),
-            WorkPlan::Fair(fair) => Body::Fair(fair),
-            WorkPlan::Repair { before, fill } => Body::Repair {
-                before: Box::new(VerdictRow::new(before)),
-                fill: FillRow::new(fill),
+            WorkPlan::Fill(fill) => PlannedWork::Fill(PlannedFillRow::new(fill)),
+            WorkPlan::Restore(restore) => PlannedWork::Restore {
+                cut: CutRow {
+                    marked_faces: restore.marked_faces,
+                    removed_faces: restore.removed_faces,
+                    removed_vertices: restore.removed_vertices,
+                    keep_shape: restore.keep_shape,
+                },
+                fill: PlannedFillRow::new(&restore.fill),
             },
-            WorkPlan::Copy => Body::Copy {},
+            WorkPlan::Fair(fair) => PlannedWork::Fair(fair),
+            WorkPlan::Repair { before, fill } => PlannedWork::Repair {
+                before: Box::new(VerdictRow::new(before)),
+                fill: PlannedFillRow::new(fill),
+            },
+            WorkPlan::Copy => PlannedWork::Copy {},
         };
-        let plan = PlanRow {
+        let plan = PlanBody {
             dry_run: true,
             input: FileInfo::of(&self.spec.source.place, self.format, self.size),
             notes: &self.notes,
@@ -31,72 +38,62 @@ impl JobPlan<'_> {
     }
 }
 
+/// The document of a plan.
 #[derive(Serialize)]
-struct PlanRow<'a> {
+struct PlanBody<'a> {
+    /// True: nothing was done, and only what is known before the work is there.
     dry_run: bool,
+    /// The input file.
     input: FileInfo,
+    /// Remarks.
     notes: &'a [String],
     #[serde(flatten)]
-    body: Body<'a>,
+    body: PlannedWork<'a>,
 }
 
 #[derive(Serialize)]
 #[serde(untagged)]
-enum Body<'a> {
-    Fill(FillRow<'a>),
-    Restore(RestoreRow<'a>),
+enum PlannedWork<'a> {
+    Fill(PlannedFillRow<'a>),
+    Restore {
+        #[serde(flatten)]
+        cut: CutRow,
+        #[serde(flatten)]
+        fill: PlannedFillRow<'a>,
+    },
     Fair(&'a FairPlan),
     Repair {
+        /// The verdict on the input, as of `check`.
         before: Box<VerdictRow<'a>>,
         #[serde(flatten)]
-        fill: FillRow<'a>,
+        fill: PlannedFillRow<'a>,
     },
     Copy {},
 }
 
+/// The plan of a fill.
 #[derive(Serialize)]
-struct FillRow<'a> {
-    vertices: usize,
-    faces: usize,
-    components: usize,
-    defects: Defects,
-    open_chains: &'a [OpenChain],
+struct PlannedFillRow<'a> {
+    #[serde(flatten)]
+    found: FoundRow<'a>,
+    /// The holes.
     holes: Vec<OutcomeRow>,
+    /// Holes that would be filled together.
     regions: &'a [PlannedRegion],
 }
 
-impl<'a> FillRow<'a> {
+impl<'a> PlannedFillRow<'a> {
     fn new(plan: &'a FillPlan) -> Self {
         Self {
-            vertices: plan.vertices,
-            faces: plan.faces,
-            components: plan.components,
-            defects: plan.defects,
-            open_chains: &plan.open_chains,
+            found: FoundRow {
+                vertices: plan.vertices,
+                faces: plan.faces,
+                components: plan.components,
+                defects: plan.defects,
+                open_chains: &plan.open_chains,
+            },
             holes: plan.holes.iter().map(OutcomeRow::planned).collect(),
             regions: &plan.regions,
-        }
-    }
-}
-
-#[derive(Serialize)]
-struct RestoreRow<'a> {
-    marked_faces: usize,
-    removed_faces: usize,
-    removed_vertices: usize,
-    keep_shape: f64,
-    #[serde(flatten)]
-    fill: FillRow<'a>,
-}
-
-impl<'a> RestoreRow<'a> {
-    fn new(plan: &'a RestorePlan) -> Self {
-        Self {
-            marked_faces: plan.marked_faces,
-            removed_faces: plan.removed_faces,
-            removed_vertices: plan.removed_vertices,
-            keep_shape: plan.keep_shape,
-            fill: FillRow::new(&plan.fill),
         }
     }
 }

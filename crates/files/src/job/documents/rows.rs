@@ -9,24 +9,36 @@ use isomend_core::fill::{
     RegionReport,
 };
 use isomend_core::flow::{Energy, FlowOutcome, StepRecord};
-use isomend_core::mend::{CreaseEnd, HoleReport, PlannedHole};
+use isomend_core::mend::{HoleReport, PlannedHole};
 use isomend_core::mesh::{Hole, HoleId};
 use isomend_core::region::LevelReport;
 
 /// A hole and its measures.
 #[derive(Debug, Serialize)]
 pub(in crate::job) struct HoleRow {
+    /// Number, from 1.
     id: HoleId,
+    /// Number of edges.
     edges: usize,
+    /// Length of the rim.
     length: f64,
+    /// Largest distance between two vertices.
     diameter: f64,
+    /// Five areas over the length, at most the diameter.
     width: f64,
+    /// Distance of the vertices from their plane, over the diameter. Root mean square.
     planarity: f64,
+    /// Extent of the rim along its normal.
     height: f64,
+    /// Mean of the vertices. Weighted by edge length.
     centre: DVec3,
+    /// Unit normal, outwards. Zero if the rim encloses no area.
     normal: DVec3,
+    /// Component that it bounds, from 0.
     component: u32,
+    /// Whether it is the border of an open sheet.
     outer_boundary: bool,
+    /// Object of a 3MF file.
     #[serde(skip_serializing_if = "Option::is_none")]
     object: Option<String>,
 }
@@ -50,42 +62,22 @@ impl HoleRow {
     }
 }
 
-/// A rim vertex at which a crease (sharp edge) of the mesh ends.
-#[derive(Debug, Serialize)]
-pub(in crate::job) struct CreaseEndRow {
-    id: usize,
-    hole: HoleId,
-    vertex: u32,
-    position: DVec3,
-    angle: f64,
-}
-
-impl CreaseEndRow {
-    pub(in crate::job) fn new(end: &CreaseEnd) -> Self {
-        Self {
-            id: end.id,
-            hole: end.hole,
-            vertex: end.vertex,
-            position: end.position,
-            angle: end.angle,
-        }
-    }
-}
-
-/// A hole and its outcome, or the outcome that is planned.
+/// A hole and its outcome, in a plan the planned one.
 #[derive(Serialize)]
 pub(super) struct OutcomeRow {
     #[serde(flatten)]
     hole: HoleRow,
+    /// `closed`, `left` (as asked) or `open`. In a plan `would_be_closed` or `left`.
     outcome: &'static str,
-    /// How it was closed; null where it is open, and in a plan where the fill finds it.
+    /// How it was closed.
     closed_by: Option<&'static str>,
-    /// Why, as a fixed identifier.
+    /// Why it was not closed as wished.
     #[serde(skip_serializing_if = "Option::is_none")]
     cause: Option<&'static str>,
-    /// Why, as a sentence.
+    /// The cause as a sentence.
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<String>,
+    /// Number of its region, or 0.
     region: usize,
 }
 
@@ -123,9 +115,9 @@ impl OutcomeRow {
 /// Why sharp edges were not continued.
 #[derive(Serialize)]
 struct NotContinuedRow {
-    /// A fixed identifier.
+    /// `declined`, `intersects`, `predicted` (a smooth patch predicts the surrounding faces as well), `rough` or `rounded`.
     cause: &'static str,
-    /// A sentence.
+    /// The cause as a sentence.
     reason: String,
 }
 
@@ -138,45 +130,62 @@ impl NotContinuedRow {
     }
 }
 
-/// A region that was filled. `voxel` is 0 if no grid was used.
+/// A region: holes that were filled together, and their patch.
 #[derive(Serialize)]
 pub(super) struct RegionRow<'a> {
+    /// Number, from 1.
     id: usize,
+    /// Numbers of its holes.
     holes: &'a [HoleId],
+    /// Whether `--bridge` asked for it.
     bridge: bool,
-    /// Whether it joins the two sides of a wall, without being asked.
+    /// Whether it joins two sides of a wall unasked.
     joins_wall: bool,
+    /// Diameter of its largest hole.
     diameter: f64,
+    /// Voxel size of the finest grid, or 0.
     voxel: f64,
+    /// The grids, coarsest first.
     levels: Vec<LevelRow<'a>>,
+    /// Whether the flow converged.
     converged: bool,
-    /// How it was closed; null where a rim is open.
+    /// As of its holes. Null where a rim is open.
     closed_by: Option<&'static str>,
+    /// Rise of the patch above its rim, in diameters. Above 0.3 it gets a remark. Null for patches of several holes.
     rise: Option<f64>,
+    /// Mean angle between faces at the seam.
     seam_angle_mean: Option<f64>,
+    /// Largest of these angles.
     seam_angle_max: Option<f64>,
+    /// Number of new vertices.
     new_vertices: usize,
+    /// Number of new faces.
     new_faces: usize,
+    /// Mean quality of the new faces; 1 is equilateral.
     quality_mean: f64,
+    /// Number of new faces that intersect others. As they are written.
     intersecting_faces: usize,
+    /// Number of components of the patch.
     components: usize,
-    /// The quality by which candidate patches were compared; null for offset shells of a repair.
+    /// Quality by which patches were compared. Null for offset shells.
     quality: Option<&'a Quality>,
-    /// How the patch was finished on the triangle mesh; null if it was not.
+    /// How the patch was finished on its triangles.
     finish: Option<&'a FinishReport>,
-    /// Sharp edges that were continued over the patch.
+    /// Continued sharp edges.
     creases: &'a [CreaseReport],
-    /// Number of sharp edges that end at the rim.
+    /// Number of sharp edges at the rim.
     crease_ends: usize,
-    /// Why they were not continued; null if they were.
+    /// Why these were not continued.
     not_continued: Option<NotContinuedRow>,
-    /// The counterpart after which it was to be filled; null where there was none.
+    /// The counterpart of `--like`.
     counterpart: Option<CounterpartRow>,
-    /// The roughness that was invented for the patch; null where it has none.
+    /// The roughness of `--grain`.
     grain: Option<GrainReport>,
+    /// Why earlier attempts failed.
     failed_attempts: Vec<String>,
+    /// Whether the Willmore energy replaced the requested one.
     other_energy: bool,
-    /// Left out where no run times are reported.
+    /// Time of the region. Left out with `--unit` or `--tolerance`.
     #[serde(skip_serializing_if = "Option::is_none")]
     seconds: Option<f64>,
 }
@@ -184,9 +193,13 @@ pub(super) struct RegionRow<'a> {
 /// A level of the solve of a region.
 #[derive(Serialize)]
 struct LevelRow<'a> {
+    /// Voxel size.
     voxel: f64,
+    /// Number of stored nodes.
     nodes: usize,
+    /// The flow.
     flow: FlowRow<'a>,
+    /// Times of sampling and of solving.
     #[serde(skip_serializing_if = "Option::is_none")]
     seconds: Option<[f64; 2]>,
 }
@@ -194,16 +207,26 @@ struct LevelRow<'a> {
 /// The flow of a level.
 #[derive(Serialize)]
 struct FlowRow<'a> {
+    /// The energy that was minimised.
     energy: Energy,
+    /// Number of steps.
     steps: usize,
+    /// The steps, with `--verbose`.
     #[serde(skip_serializing_if = "Option::is_none")]
     each_step: Option<&'a [StepRecord]>,
+    /// Largest displacement of the last step, in voxels.
     update: f64,
+    /// Whether it converged.
     converged: bool,
+    /// Whether it ended because the energy hardly changed any more.
     energy_plateau: bool,
+    /// Number of unknowns of the last band.
     unknowns: usize,
+    /// Energy of the initial surface.
     energy_before: f64,
+    /// Energy of the final surface.
     energy_after: f64,
+    /// Final weight of the eikonal term.
     kappa: f64,
 }
 
