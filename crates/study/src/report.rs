@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use super::contour::Segment;
 
@@ -49,7 +49,7 @@ impl StudyReport {
     pub fn claim(&mut self, by: StatedBy, what: &str, stated: String, got: String, holds: bool) {
         self.claims.push(Claim {
             what: what.to_owned(),
-            by,
+            by: by.to_string(),
             stated,
             got,
             holds,
@@ -129,19 +129,13 @@ impl fmt::Display for StatedBy {
     }
 }
 
-impl Serialize for StatedBy {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
-
 /// A stated value beside the measured one.
 #[derive(Clone, Debug, Serialize)]
 pub struct Claim {
     /// The measured quantity.
     pub what: String,
     /// Who states the value.
-    pub by: StatedBy,
+    pub by: String,
     /// The stated value.
     pub stated: String,
     /// The measured value.

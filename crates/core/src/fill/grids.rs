@@ -108,7 +108,7 @@ pub(super) struct RetryContext {
     pub(super) finishes: bool,
     /// Whether the region has a single rim.
     pub(super) one_rim: bool,
-    /// Whether it has so many rims that no level set is attempted where other candidates come next.
+    /// Whether it has more rims than level sets close, and other candidates come next: no level set is attempted.
     pub(super) many_rims: bool,
     /// Whether its only rim has so few edges that a faired triangulation is made before any level set.
     pub(super) few_edges: bool,
