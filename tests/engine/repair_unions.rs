@@ -108,6 +108,8 @@ fn random_unions_become_the_body_that_was_meant() {
     assert!(hollow > 10, "{hollow}");
 }
 
+type Field = fn(DVec3) -> f64;
+
 /// A cup with a thick wall.
 fn cup(p: DVec3) -> f64 {
     let r = p.x.hypot(p.y);
@@ -133,7 +135,7 @@ fn gear(p: DVec3) -> f64 {
 #[test]
 fn vessels_and_gears_become_the_body_that_was_meant() {
     let mut noise = Noise(11);
-    let bodies: [(&str, fn(DVec3) -> f64); 3] = [("cup", cup), ("bottle", bottle), ("gear", gear)];
+    let bodies: [(&str, Field); 3] = [("cup", cup), ("bottle", bottle), ("gear", gear)];
     for (name, body) in bodies {
         let truth = surface(HALF, body);
         assert_eq!(components(&truth), 1, "{name}");
