@@ -32,9 +32,7 @@ mod system;
 pub use isomend_core::flow::FlowSettings;
 pub use observer::{Frame, Observer, Silent, StudyError};
 pub use plot::to_svg;
-pub use report::{
-    Chart, Claim, Curve, Levels, Panel, ResultTable, StatedBy, StudyReport, TableCell,
-};
+pub use report::{Chart, Claim, Curve, Levels, Panel, ResultTable, StudyReport, TableCell};
 
 pub use {
     contour::{Segment, components_inside, level_line},

@@ -46,7 +46,14 @@ impl StudyReport {
     }
 
     /// Adds a claim.
-    pub fn claim(&mut self, by: StatedBy, what: &str, stated: String, got: String, holds: bool) {
+    pub(crate) fn claim(
+        &mut self,
+        by: StatedBy,
+        what: &str,
+        stated: String,
+        got: String,
+        holds: bool,
+    ) {
         self.claims.push(Claim {
             what: what.to_owned(),
             by: by.to_string(),
@@ -107,7 +114,7 @@ fn csv_line(cells: impl Iterator<Item = String>) -> String {
 
 /// Who states a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StatedBy {
+pub(crate) enum StatedBy {
     /// The paper, in words or pictures; a bound that is a number is the reference's.
     Paper,
     /// Theory: an exact solution, a limit or an order of convergence.
