@@ -3,13 +3,12 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use anyhow::bail;
 use clap::Args;
 use isomend::Selector;
 use isomend::glam::DVec3;
 use isomend::job::{MaskSpec, PaintedColour};
 
-use super::arguments;
+use super::{Usage, arguments};
 
 /// The heading of these options in the help; other options stand under the usual heading.
 const HEADING: &str = "Mask";
@@ -154,9 +153,8 @@ impl MaskArgs {
         };
         if spec.is_empty() {
             if self.grow.or(self.shrink).is_some() {
-                bail!(
-                    "--grow and --shrink change a mask, but no mask is given; add one, such as --ball"
-                );
+                let what = "--grow and --shrink change a mask, but no mask is given; add one, such as --ball";
+                return Err(Usage(what.to_owned()).into());
             }
             return Ok(None);
         }

@@ -270,7 +270,8 @@ fn cli_error(error: JobError) -> anyhow::Error {
                 .to_owned(),
         ),
         JobError::Deliverable { what } => usage(what),
-        JobError::DocumentOverMesh { .. } => anyhow!("--json {error}"),
+        JobError::DocumentOverMesh { .. } => usage(format!("--json: {error}")),
+        JobError::Drawing { what } => usage(what),
         JobError::Observer(error) => anyhow::Error::from(error).context(console::NO_OUTPUT),
         // This error occurs only without --from, when the format is detected from the content.
         JobError::Bytes {

@@ -170,6 +170,20 @@ fn a_spike_that_vanishes_counts_as_moved() {
 }
 
 #[test]
+fn the_flanks_of_a_spike_that_vanishes_count_as_moved() {
+    // The tip is pulled in until near the other side; half-way the flanks are far from both.
+    let mut mesh = shapes::sphere(16);
+    let z = |v: &usize| mesh.positions[*v].z;
+    let tip = (0..mesh.positions.len()).max_by(|a, b| z(a).total_cmp(&z(b)));
+    mesh.positions[tip.unwrap()] = DVec3::new(0.0, 0.0, -0.7);
+    let done = fair(&mesh, None, &FairParams::default()).unwrap();
+    let left = done.mesh.positions.iter().map(|p| p.length());
+    let left = left.fold(f64::INFINITY, f64::min);
+    assert!(left > 0.8, "{left}");
+    assert!(done.report.moved_max > 0.7, "{}", done.report.moved_max);
+}
+
+#[test]
 fn a_star_that_would_vanish_is_refused() {
     // Five arms of 0.2 in thickness.
     let mut mesh = Mesh::new(vec![0.2 * DVec3::Z, -0.2 * DVec3::Z], Vec::new());

@@ -54,11 +54,10 @@ fn edge_costs(collar: &Collar, sides: &Sides, near: &[usize], costs: &LabelCosts
         let (a, b) = (&corners[i], &corners[(i + 1) % count]);
         let worse: Vec<f64> = a.iter().zip(b).map(|(a, b)| a.max(*b)).collect();
         let beyond = sides.of_face[collar.beyond[i] as usize];
+        let is_on = |w: &&f64| **w < ON.get();
+        let on = worse.iter().filter(is_on).count();
         let one = |(j, side): (usize, &usize)| {
-            let is_on_other = worse
-                .iter()
-                .enumerate()
-                .any(|(k, w)| k != j && *w < ON.get());
+            let is_on_other = on > usize::from(is_on(&&worse[j]));
             let extra = if *side == beyond && is_on_other {
                 costs.beyond
             } else {
@@ -73,39 +72,53 @@ fn edge_costs(collar: &Collar, sides: &Sides, near: &[usize], costs: &LabelCosts
 
 /// The cyclic sequence of states with the lowest sum of costs; each change of state costs `change`.
 fn cheapest_cycle(cost: &[Vec<f64>], change: f64) -> Vec<usize> {
-    let states = cost[0].len();
-    let mut best = (f64::INFINITY, Vec::new());
-    // A shortest path for each start state; a path that ends in another state pays for one more change.
-    for start in 0..states {
-        let mut sums = vec![f64::INFINITY; states];
-        sums[start] = cost[0][start];
-        let mut from = Vec::with_capacity(cost.len());
-        for own in &cost[1..] {
-            let lowest = lowest(&sums);
-            let leap = sums[lowest] + change;
-            from.push(
-                (0..states)
-                    .map(|j| if sums[j] <= leap { j } else { lowest })
-                    .collect::<Vec<_>>(),
-            );
-            sums = (0..states).map(|j| sums[j].min(leap) + own[j]).collect();
-        }
-        for (j, sum) in sums.iter_mut().enumerate() {
-            *sum += if j == start { 0.0 } else { change };
-        }
-        let mut at = lowest(&sums);
-        if sums[at] < best.0 {
-            let total = sums[at];
-            let mut path = vec![at];
-            for from in from.iter().rev() {
-                at = from[at];
-                path.push(at);
-            }
-            path.reverse();
-            best = (total, path);
-        }
+    // Start states that cannot be better than the one of lowest own cost need no path: the rest of the cycle costs at least what it
+    // does from any state.
+    let free = sums_from(cost, vec![0.0; cost[0].len()], change, |_| {});
+    let rest = free[lowest(&free)];
+    let bound = cycle_from(cost, lowest(&cost[0]), change).0;
+    let worthwhile = (0..cost[0].len()).filter(|s| (cost[0][*s] + rest) * (1.0 - 1e-9) <= bound);
+    let all = worthwhile.map(|start| cycle_from(cost, start, change));
+    let first = |a: (f64, Vec<usize>), b: (f64, Vec<usize>)| if b.0 < a.0 { b } else { a };
+    all.reduce(first).unwrap_or_default().1
+}
+
+/// The lowest sums of costs of paths that end in each state, with `sums` at the first edge. `note` gets the state before each state, edge
+/// by edge.
+fn sums_from(
+    cost: &[Vec<f64>],
+    mut sums: Vec<f64>,
+    change: f64,
+    mut note: impl FnMut(Vec<usize>),
+) -> Vec<f64> {
+    for own in &cost[1..] {
+        let lowest = lowest(&sums);
+        let leap = sums[lowest] + change;
+        let before = |j: usize| if sums[j] <= leap { j } else { lowest };
+        note((0..sums.len()).map(before).collect());
+        sums = sums.iter().zip(own).map(|(s, c)| s.min(leap) + c).collect();
     }
-    best.1
+    sums
+}
+
+/// The cheapest cycle that starts in a state, and its sum. A path that ends in another state pays for one more change.
+fn cycle_from(cost: &[Vec<f64>], start: usize, change: f64) -> (f64, Vec<usize>) {
+    let mut sums = vec![f64::INFINITY; cost[0].len()];
+    sums[start] = cost[0][start];
+    let mut from = Vec::with_capacity(cost.len());
+    let mut sums = sums_from(cost, sums, change, |before| from.push(before));
+    for (j, sum) in sums.iter_mut().enumerate() {
+        *sum += if j == start { 0.0 } else { change };
+    }
+    let mut at = lowest(&sums);
+    let total = sums[at];
+    let mut path = vec![at];
+    for before in from.iter().rev() {
+        at = before[at];
+        path.push(at);
+    }
+    path.reverse();
+    (total, path)
 }
 
 /// The index of the lowest value, the first one if several are equal.

@@ -142,6 +142,13 @@ impl Collar {
     }
 }
 
+/// Pairs of regions that are on two sheets.
+struct KnownPairs {
+    /// How often each region grew: a pair is not tested again until one of them does.
+    version: Vec<u32>,
+    apart: HashSet<(usize, usize, u32, u32)>,
+}
+
 /// Growing regions.
 struct Growth<'a> {
     collar: &'a Collar,
@@ -280,35 +287,59 @@ impl Growth<'_> {
 
     /// Joins regions that are on one sheet.
     fn join(&mut self) {
-        // Counts how often each region was joined: a pair on two sheets is not tested again until one of them grows.
-        let mut version = vec![0u32; self.list.len()];
-        let mut apart = HashSet::new();
-        'search: loop {
-            for i in 0..self.list.len() {
-                if self.list[i].faces.is_empty() || self.collar.cancel.is_cancelled() {
-                    continue;
-                }
-                for j in i + 1..self.list.len() {
-                    let key = (i, j, version[i], version[j]);
-                    if apart.contains(&key) || self.list[j].faces.is_empty() {
-                        continue;
+        // Rows before `i` are done, but for the pairs of a region that has grown since.
+        let mut known = KnownPairs {
+            version: vec![0; self.list.len()],
+            apart: HashSet::new(),
+        };
+        let mut i = 0;
+        while i < self.list.len() {
+            if self.list[i].faces.is_empty() || self.collar.cancel.is_cancelled() {
+                i += 1;
+                continue;
+            }
+            let after = i + 1..self.list.len();
+            match after
+                .into_iter()
+                .find_map(|j| Some((j, self.pair(i, j, &mut known)?)))
+            {
+                None => i += 1,
+                Some((j, sheet)) => {
+                    self.absorb(i, j, sheet);
+                    known.version[i] += 1;
+                    // Of the earlier pairs only those of the grown region may have become joint.
+                    while let Some((k, sheet)) =
+                        (0..i).find_map(|k| Some((k, self.pair(k, i, &mut known)?)))
+                    {
+                        self.absorb(k, i, sheet);
+                        known.version[k] += 1;
+                        i = k;
                     }
-                    if let Some(sheet) = self.joint(&self.list[i].sheet, &self.list[j].sheet) {
-                        // The joined region keeps its index, without faces, so that other indices stay valid.
-                        let other = std::mem::take(&mut self.list[j].faces);
-                        let faces = &mut self.list[i].faces;
-                        faces.extend(other);
-                        faces.sort_unstable();
-                        self.list[i].sheet = sheet;
-                        version[i] += 1;
-                        continue 'search;
-                    }
-                    apart.insert(key);
                 }
             }
-            self.list.retain(|side| !side.faces.is_empty());
-            return;
         }
+        self.list.retain(|side| !side.faces.is_empty());
+    }
+
+    /// The joint sheet of two regions that have faces, if they are on one sheet.
+    fn pair(&self, i: usize, j: usize, known: &mut KnownPairs) -> Option<Sheet> {
+        let has_faces = |k: usize| !self.list[k].faces.is_empty();
+        let key = (i, j, known.version[i], known.version[j]);
+        (has_faces(i) && has_faces(j) && !known.apart.contains(&key)).then_some(())?;
+        let sheet = self.joint(&self.list[i].sheet, &self.list[j].sheet);
+        if sheet.is_none() {
+            known.apart.insert(key);
+        }
+        sheet
+    }
+
+    /// Joins the second region to the first. The second keeps its index, without faces, so that other indices stay valid.
+    fn absorb(&mut self, i: usize, j: usize, sheet: Sheet) {
+        let other = std::mem::take(&mut self.list[j].faces);
+        let faces = &mut self.list[i].faces;
+        faces.extend(other);
+        faces.sort_unstable();
+        self.list[i].sheet = sheet;
     }
 
     /// The joint sheet of two regions, if they are on one sheet.

@@ -16,10 +16,19 @@ use super::report::FairReport;
 use super::{FillError, Inspection, RestoreError, inspect};
 use crate::fill::NotSmooth;
 use crate::mesh::cut::Remainder;
-use crate::mesh::{Mesh, at_least, length};
+use crate::mesh::{Mesh, at_least, bounds, length};
 use crate::spatial::Bvh;
 use crate::stitch::StitchError;
 use plan::Plan;
+
+/// Cubes of the bounding box's diagonal. A closed mesh that encloses less has no volume beside rounding errors.
+const LEAST_INSIDE: f64 = 1e-9;
+
+/// Mean lengths of the longest edges. In longer faces distances are measured inside too.
+const LONG_FACE: f64 = 2.0;
+
+/// Parts of a long face's edges, at most, at whose ends distances are measured.
+const MOST_PARTS: usize = 32;
 
 /// Part of the input's volume. Lower bound of the volume after a fairing: the flow rounds a closed surface and keeps spheres, so that
 /// less is left only where parts vanish.
@@ -212,7 +221,8 @@ impl Inspection<'_> {
             refuse_collapse(report)?;
             let distances = moved(self, &after, faired.kept.as_ref());
             report.moved_points = distances.len();
-            report.moved_max = distances.iter().copied().fold(0.0, f64::max);
+            let within = moved_within(self, &after, faired.kept.as_ref());
+            report.moved_max = distances.iter().copied().fold(within, f64::max);
             let square: f64 = distances.iter().map(|d| d * d).sum();
             report.moved_rms = (square / distances.len().max(1) as f64).sqrt();
             report.fill.seconds = clock.elapsed().as_secs_f64();
@@ -302,7 +312,10 @@ fn volume(found: &Inspection) -> Option<f64> {
         let [a, b, c] = f.map(|v| mesh.positions[v as usize] - centre);
         a.dot(b.cross(c))
     };
-    Some(mesh.faces.iter().map(six).sum::<f64>() / 6.0)
+    let volume = mesh.faces.iter().map(six).sum::<f64>() / 6.0;
+    let (low, high) = bounds(mesh.positions.iter().copied());
+    // A closed mesh without an inside has only rounding errors.
+    (volume.abs() > LEAST_INSIDE * low.distance(high).powi(3)).then_some(volume)
 }
 
 /// Refuses a result that lost most of the volume: parts of the model that are narrower than the strength vanished.
@@ -339,4 +352,38 @@ fn moved(before: &Inspection, after: &Inspection, kept: Option<&Remainder>) -> V
     let gone = (0..is_gone.len()).filter(|v| is_gone[*v]);
     let gone: Vec<DVec3> = gone.map(|v| before.mesh.positions[v]).collect();
     [distances(new, before), distances(gone, after)].concat()
+}
+
+/// The largest distance between the surfaces before and after, from points in long faces that are removed or new: the tip of a spike may
+/// be nearer to the other surface than its flanks.
+fn moved_within(before: &Inspection, after: &Inspection, kept: Option<&Remainder>) -> f64 {
+    let is_gone = |f: &u32| kept.is_none_or(|k| !k.faces[*f as usize]);
+    let gone: Vec<u32> = before.topology.faces().filter(is_gone).collect();
+    let first_new = kept.map_or(0, |k| k.mesh.faces.len() as u32);
+    let new: Vec<u32> = (after.topology.faces())
+        .filter(|f| *f >= first_new)
+        .collect();
+    let farthest = |from: &Inspection, faces: Vec<u32>, to: &Inspection| {
+        let longest = |f: &u32| {
+            let [a, b, c] = from.mesh.corners(*f);
+            a.distance(b).max(b.distance(c)).max(c.distance(a))
+        };
+        let mean = faces.iter().map(longest).sum::<f64>() / faces.len().max(1) as f64;
+        let is_long = |f: &u32| longest(f) > LONG_FACE * mean;
+        let long: Vec<u32> = faces.into_iter().filter(is_long).collect();
+        let bvh = Bvh::new(&to.mesh, to.topology.faces());
+        let distance = |p: DVec3| bvh.closest(p, f64::INFINITY).map_or(0.0, |c| c.distance);
+        let of_face = |f: &u32| {
+            let [a, b, c] = from.mesh.corners(*f);
+            let count = ((longest(f) / mean).ceil() as usize).min(MOST_PARTS);
+            let rows = (0..=count).flat_map(|i| (0..=count - i).map(move |j| (i, j)));
+            let points = rows.map(|(i, j)| {
+                let [u, v] = [i, j].map(|k| k as f64 / count as f64);
+                a + u * (b - a) + v * (c - a)
+            });
+            points.map(distance).fold(0.0, f64::max)
+        };
+        long.par_iter().map(of_face).reduce(|| 0.0, f64::max)
+    };
+    farthest(before, gone, after).max(farthest(after, new, before))
 }
