@@ -271,7 +271,6 @@ fn cli_error(error: JobError) -> anyhow::Error {
         ),
         JobError::Deliverable { what } => usage(what),
         JobError::DocumentOverMesh { .. } => usage(format!("--json: {error}")),
-        JobError::Drawing { what } => usage(what),
         JobError::Observer(error) => anyhow::Error::from(error).context(console::NO_OUTPUT),
         // This error occurs only without --from, when the format is detected from the content.
         JobError::Bytes {

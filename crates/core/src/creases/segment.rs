@@ -307,7 +307,7 @@ impl Growth<'_> {
                 Some((j, sheet)) => {
                     self.absorb(i, j, sheet);
                     known.version[i] += 1;
-                    // Of the earlier pairs only those of the grown region may have become joint.
+                    // Of the earlier pairs only the grown region's may have become joint.
                     while let Some((k, sheet)) =
                         (0..i).find_map(|k| Some((k, self.pair(k, i, &mut known)?)))
                     {
