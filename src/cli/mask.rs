@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use anyhow::bail;
 use clap::Args;
 use isomend::Selector;
 use isomend::glam::DVec3;
 use isomend::job::{MaskSpec, PaintedColour};
 
-use super::{Usage, arguments};
+use super::arguments;
 
 /// The heading of these options in the help; other options stand under the usual heading.
 const HEADING: &str = "Mask";
@@ -153,8 +154,9 @@ impl MaskArgs {
         };
         if spec.is_empty() {
             if self.grow.or(self.shrink).is_some() {
-                let what = "--grow and --shrink change a mask, but no mask is given; add one, such as --ball";
-                return Err(Usage(what.to_owned()).into());
+                bail!(
+                    "--grow and --shrink change a mask, but no mask is given; add one, such as --ball"
+                );
             }
             return Ok(None);
         }

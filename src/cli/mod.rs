@@ -270,7 +270,7 @@ fn cli_error(error: JobError) -> anyhow::Error {
                 .to_owned(),
         ),
         JobError::Deliverable { what } => usage(what),
-        JobError::DocumentOverMesh { .. } => usage(format!("--json: {error}")),
+        JobError::DocumentOverMesh { .. } => anyhow!("--json {error}"),
         JobError::Observer(error) => anyhow::Error::from(error).context(console::NO_OUTPUT),
         // This error occurs only without --from, when the format is detected from the content.
         JobError::Bytes {

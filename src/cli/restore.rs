@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use anyhow::bail;
 use clap::{Args, ValueHint};
 use isomend::RestoreParams;
 use isomend::job::Work;
@@ -12,7 +13,7 @@ use super::deliver::{self, DeliverArgs};
 use super::files::{FilesArgs, Task};
 use super::mask::MaskArgs;
 use super::parameters::{ParameterArgs, Restore};
-use super::{CommonArgs, End, Usage};
+use super::{CommonArgs, End};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -71,9 +72,9 @@ impl RestoreArgs {
     /// If no region is marked or options conflict.
     pub(super) fn work(&self) -> anyhow::Result<Work> {
         let Some(mask) = self.mask.mask()? else {
-            let what =
-                "no region is marked; give --ball, --box, --mask, --faces, --colour or --material";
-            return Err(Usage(what.to_owned()).into());
+            bail!(
+                "no region is marked; give --ball, --box, --mask, --faces, --colour or --material"
+            );
         };
         let params: RestoreParams = self.parameters.params()?;
         Ok(Work::Restore(mask, params))

@@ -50,26 +50,6 @@ fn holes_are_listed_with_normals_and_heights_in_aligned_columns_at_any_scale() {
 }
 
 #[test]
-fn incomplete_options_are_wrong_usage() {
-    let desk = Desk::new();
-    desk.save("ball.ply", &ball(), Format::Ply);
-    let cases: [(&[&str], &str); 2] = [
-        (
-            &["restore", "ball.ply", "-o", "o.ply"],
-            "no region is marked",
-        ),
-        (
-            &["restore", "ball.ply", "-o", "o.ply", "--grow", "1"],
-            "no mask is given",
-        ),
-    ];
-    for (arguments, word) in cases {
-        assert_usage(&desk.run(arguments), &[word]);
-    }
-    assert!(!desk.path("o.ply").exists());
-}
-
-#[test]
 fn a_mask_that_marks_nothing_reports_the_bounds_of_the_mesh() {
     let desk = Desk::new();
     let bounds = "the mesh reaches from -1.0000, -1.0000, -1.0000 to 0.9";
