@@ -54,10 +54,10 @@ fn edge_costs(collar: &Collar, sides: &Sides, near: &[usize], costs: &LabelCosts
         let (a, b) = (&corners[i], &corners[(i + 1) % count]);
         let worse: Vec<f64> = a.iter().zip(b).map(|(a, b)| a.max(*b)).collect();
         let beyond = sides.of_face[collar.beyond[i] as usize];
-        let is_on = |w: &&f64| **w < ON.get();
-        let on = worse.iter().filter(is_on).count();
+        let is_on = |w: f64| w < ON.get();
+        let on = worse.iter().filter(|w| is_on(**w)).count();
         let one = |(j, side): (usize, &usize)| {
-            let is_on_other = on > usize::from(is_on(&&worse[j]));
+            let is_on_other = on > usize::from(is_on(worse[j]));
             let extra = if *side == beyond && is_on_other {
                 costs.beyond
             } else {
@@ -74,28 +74,27 @@ fn edge_costs(collar: &Collar, sides: &Sides, near: &[usize], costs: &LabelCosts
 fn cheapest_cycle(cost: &[Vec<f64>], change: f64) -> Vec<usize> {
     // Start states that cannot be better than the one of lowest own cost need no path: the rest of the cycle costs at least what it
     // does from any state.
-    let free = sums_from(cost, vec![0.0; cost[0].len()], change, |_| {});
+    let free = sums_from(cost, vec![0.0; cost[0].len()], change, |_, _, _| {});
     let rest = free[lowest(&free)];
     let bound = cycle_from(cost, lowest(&cost[0]), change).0;
     let worthwhile = (0..cost[0].len()).filter(|s| (cost[0][*s] + rest) * (1.0 - 1e-9) <= bound);
     let all = worthwhile.map(|start| cycle_from(cost, start, change));
-    let first = |a: (f64, Vec<usize>), b: (f64, Vec<usize>)| if b.0 < a.0 { b } else { a };
-    all.reduce(first).unwrap_or_default().1
+    let best = all.min_by(|a, b| a.0.total_cmp(&b.0));
+    best.unwrap_or_default().1
 }
 
-/// The lowest sums of costs of paths that end in each state, with `sums` at the first edge. `note` gets the state before each state, edge
-/// by edge.
+/// The lowest sums of costs of paths that end in each state, with `sums` at the first edge. At each later edge `note` gets the sums
+/// before it, the sum from which a change of state leads there, and the state that has it.
 fn sums_from(
     cost: &[Vec<f64>],
     mut sums: Vec<f64>,
     change: f64,
-    mut note: impl FnMut(Vec<usize>),
+    mut note: impl FnMut(&[f64], f64, usize),
 ) -> Vec<f64> {
     for own in &cost[1..] {
         let lowest = lowest(&sums);
         let leap = sums[lowest] + change;
-        let before = |j: usize| if sums[j] <= leap { j } else { lowest };
-        note((0..sums.len()).map(before).collect());
+        note(&sums, leap, lowest);
         sums = sums.iter().zip(own).map(|(s, c)| s.min(leap) + c).collect();
     }
     sums
@@ -103,10 +102,14 @@ fn sums_from(
 
 /// The cheapest cycle that starts in a state, and its sum. A path that ends in another state pays for one more change.
 fn cycle_from(cost: &[Vec<f64>], start: usize, change: f64) -> (f64, Vec<usize>) {
-    let mut sums = vec![f64::INFINITY; cost[0].len()];
-    sums[start] = cost[0][start];
+    let mut first = vec![f64::INFINITY; cost[0].len()];
+    first[start] = cost[0][start];
+    // The state before each state, edge by edge.
     let mut from = Vec::with_capacity(cost.len());
-    let mut sums = sums_from(cost, sums, change, |before| from.push(before));
+    let mut sums = sums_from(cost, first, change, |sums, leap, lowest| {
+        let before = |(j, sum): (usize, &f64)| if *sum <= leap { j } else { lowest };
+        from.push(sums.iter().enumerate().map(before).collect::<Vec<_>>());
+    });
     for (j, sum) in sums.iter_mut().enumerate() {
         *sum += if j == start { 0.0 } else { change };
     }

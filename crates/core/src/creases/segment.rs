@@ -298,48 +298,38 @@ impl Growth<'_> {
                 i += 1;
                 continue;
             }
-            let after = i + 1..self.list.len();
-            match after
-                .into_iter()
-                .find_map(|j| Some((j, self.pair(i, j, &mut known)?)))
-            {
-                None => i += 1,
-                Some((j, sheet)) => {
-                    self.absorb(i, j, sheet);
-                    known.version[i] += 1;
-                    // Of the earlier pairs only the grown region's may have become joint.
-                    while let Some((k, sheet)) =
-                        (0..i).find_map(|k| Some((k, self.pair(k, i, &mut known)?)))
-                    {
-                        self.absorb(k, i, sheet);
-                        known.version[k] += 1;
-                        i = k;
-                    }
-                }
+            let after = (i + 1..self.list.len()).find(|&j| self.joins(i, j, &mut known));
+            if after.is_none() {
+                i += 1;
+                continue;
+            }
+            // Of the earlier pairs only the grown region's may have become joint.
+            while let Some(k) = (0..i).find(|&k| self.joins(k, i, &mut known)) {
+                i = k;
             }
         }
         self.list.retain(|side| !side.faces.is_empty());
     }
 
-    /// The joint sheet of two regions that have faces, if they are on one sheet.
-    fn pair(&self, i: usize, j: usize, known: &mut KnownPairs) -> Option<Sheet> {
+    /// Joins the second region to the first if both have faces and are on one sheet; returns whether it did. The second keeps its index,
+    /// without faces, so that other indices stay valid.
+    fn joins(&mut self, i: usize, j: usize, known: &mut KnownPairs) -> bool {
         let has_faces = |k: usize| !self.list[k].faces.is_empty();
         let key = (i, j, known.version[i], known.version[j]);
-        (has_faces(i) && has_faces(j) && !known.apart.contains(&key)).then_some(())?;
-        let sheet = self.joint(&self.list[i].sheet, &self.list[j].sheet);
-        if sheet.is_none() {
-            known.apart.insert(key);
+        if !has_faces(i) || !has_faces(j) || known.apart.contains(&key) {
+            return false;
         }
-        sheet
-    }
-
-    /// Joins the second region to the first. The second keeps its index, without faces, so that other indices stay valid.
-    fn absorb(&mut self, i: usize, j: usize, sheet: Sheet) {
+        let Some(sheet) = self.joint(&self.list[i].sheet, &self.list[j].sheet) else {
+            known.apart.insert(key);
+            return false;
+        };
         let other = std::mem::take(&mut self.list[j].faces);
         let faces = &mut self.list[i].faces;
         faces.extend(other);
         faces.sort_unstable();
         self.list[i].sheet = sheet;
+        known.version[i] += 1;
+        true
     }
 
     /// The joint sheet of two regions, if they are on one sheet.

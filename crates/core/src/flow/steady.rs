@@ -40,7 +40,8 @@ pub(super) fn relax_with<E: BandEnergy>(
             run.outcome.converged = true;
             break;
         }
-        if run.is_hopeless(&band) {
+        if run.starts_lost(&band) {
+            run.outcome.update = f64::MAX;
             break;
         }
         run.step(&mut band, grid, phi, mask);
@@ -105,15 +106,11 @@ impl<'a> Relaxation<'a> {
         Some(next)
     }
 
-    /// Whether the data are inconsistent, so that no step is taken; then the surface counts as diverged.
-    fn is_hopeless<E: BandEnergy>(&mut self, band: &BandState<E>) -> bool {
+    /// Whether the data are inconsistent, so that no step is taken, and the surface counts as diverged.
+    fn starts_lost<E: BandEnergy>(&self, band: &BandState<E>) -> bool {
         let rules = StopRules::new(self.settings);
         let energy = band.at.as_ref().map_or(0.0, |at| at.energy);
-        let is_one = self.outcome.steps.is_empty() && rules.before(energy, self.outcome.unknowns);
-        if is_one {
-            self.outcome.update = f64::MAX;
-        }
-        is_one
+        self.outcome.steps.is_empty() && rules.before(energy, self.outcome.unknowns)
     }
 
     /// Takes a step, writes its values to `phi` and keeps the state of lowest energy.

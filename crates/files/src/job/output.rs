@@ -352,17 +352,15 @@ impl Output {
             document,
         };
         let Written { bytes, mut notes } = self.encode(&model, precision_of(saving.input))?;
-        let verdict = match (saving.judges.as_ref())
-            .map(|params| judged(&bytes, self.format, params))
-        {
-            None => None,
-            Some(Ok(verdict)) => Some(verdict),
+        let judged = |params| judged(&bytes, self.format, params);
+        let verdict = match saving.judges.as_ref().map(judged).transpose() {
+            Ok(verdict) => verdict,
             // A damaged file is never written. One that has buffers of its own beside it is not damaged.
-            Some(Err(JobError::Bytes {
-                name,
-                error: error @ IoError::Malformed { .. },
-            })) => return Err(JobError::Bytes { name, error }),
-            Some(Err(error)) => {
+            Err(JobError::Bytes { error, .. }) if matches!(error, IoError::Malformed { .. }) => {
+                let name = "the written mesh cannot be read back; please report this".to_owned();
+                return Err(JobError::Bytes { name, error });
+            }
+            Err(error) => {
                 notes.push(format!(
                     "the verdict is on the mesh in memory, not on the written file, since the file cannot be read back alone: {error}"
                 ));
@@ -483,11 +481,9 @@ impl Output {
 
 /// Reads the bytes of a file back and checks the mesh.
 fn judged(bytes: &[u8], format: Format, params: &CheckParams) -> Result<Verdict, JobError> {
-    let bad = |error: IoError| {
-        JobError::Bytes {
-        name: "the mesh cannot be written so that it can be read back; please report this, with the input".to_owned(),
+    let bad = |error: IoError| JobError::Bytes {
+        name: "the written mesh".to_owned(),
         error,
-    }
     };
     let loaded = read_bytes(bytes, format, &no_side_files).map_err(bad)?;
     let bodies = loaded.bodies();

@@ -184,7 +184,8 @@ fn claims(report: &mut StudyReport, record: &Record, evolution: &PlaneRun, last:
     let (settings, merged) = (record.settings, record.merged);
     claim_fall(report, evolution);
     if let Some(r) = record.round {
-        report.claim(StatedBy::Paper,
+        report.claim(
+            StatedBy::Paper,
             "round by step 100",
             "largest over smallest distance of the boundary from the centre below 1.1 (a square: 1.414)".to_owned(),
             format!("{r:.3}"),

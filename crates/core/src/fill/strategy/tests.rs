@@ -24,7 +24,6 @@ fn region() -> RetryContext {
         diameter: 1.0,
         finishes: true,
         one_rim: true,
-        many_rims: false,
         faired_cost: CHEAP.get(),
         budget: 1,
         ..RetryContext::default()

@@ -219,9 +219,10 @@ impl Inspection<'_> {
             let after = inspect(&faired.mesh)?;
             report.volume_after = volume(&after);
             refuse_collapse(report)?;
-            let distances = moved(self, &after, faired.kept.as_ref());
+            let both = [self, &after].map(|s| Bvh::new(&s.mesh, s.topology.faces()));
+            let distances = moved([self, &after], &both, faired.kept.as_ref());
             report.moved_points = distances.len();
-            let within = moved_within(self, &after, faired.kept.as_ref());
+            let within = moved_within([self, &after], &both, faired.kept.as_ref());
             report.moved_max = distances.iter().copied().fold(within, f64::max);
             let square: f64 = distances.iter().map(|d| d * d).sum();
             report.moved_rms = (square / distances.len().max(1) as f64).sqrt();
@@ -332,11 +333,16 @@ fn refuse_collapse(report: &FairReport) -> Result<(), FairError> {
 
 /// Distances between the surfaces before and after a fairing, from the new vertices to the input and from the removed vertices of the
 /// input to the result. `kept` marks the faces that are not removed; none if all are.
-fn moved(before: &Inspection, after: &Inspection, kept: Option<&Remainder>) -> Vec<f64> {
-    let distances = |points: Vec<DVec3>, surface: &Inspection| -> Vec<f64> {
-        let bvh = Bvh::new(&surface.mesh, surface.topology.faces());
-        let distance = |p: DVec3| bvh.closest(p, f64::INFINITY).map_or(0.0, |c| c.distance);
-        points.into_par_iter().map(distance).collect()
+fn moved(
+    [before, after]: [&Inspection; 2],
+    [old, result]: &[Bvh; 2],
+    kept: Option<&Remainder>,
+) -> Vec<f64> {
+    let distances = |points: Vec<DVec3>, surface: &Bvh| -> Vec<f64> {
+        points
+            .into_par_iter()
+            .map(|p| distance(surface, p))
+            .collect()
     };
     let first_new = kept.map_or(0, |k| k.mesh.positions.len());
     let new = after.input.positions[first_new..].to_vec();
@@ -351,19 +357,29 @@ fn moved(before: &Inspection, after: &Inspection, kept: Option<&Remainder>) -> V
     }
     let gone = (0..is_gone.len()).filter(|v| is_gone[*v]);
     let gone: Vec<DVec3> = gone.map(|v| before.mesh.positions[v]).collect();
-    [distances(new, before), distances(gone, after)].concat()
+    [distances(new, old), distances(gone, result)].concat()
+}
+
+fn distance(surface: &Bvh, p: DVec3) -> f64 {
+    surface
+        .closest(p, f64::INFINITY)
+        .map_or(0.0, |c| c.distance)
 }
 
 /// The largest distance between the surfaces before and after, from points in long faces that are removed or new: the tip of a spike may
 /// be nearer to the other surface than its flanks.
-fn moved_within(before: &Inspection, after: &Inspection, kept: Option<&Remainder>) -> f64 {
+fn moved_within(
+    [before, after]: [&Inspection; 2],
+    [old, result]: &[Bvh; 2],
+    kept: Option<&Remainder>,
+) -> f64 {
     let is_gone = |f: &u32| kept.is_none_or(|k| !k.faces[*f as usize]);
     let gone: Vec<u32> = before.topology.faces().filter(is_gone).collect();
     let first_new = kept.map_or(0, |k| k.mesh.faces.len() as u32);
     let new: Vec<u32> = (after.topology.faces())
         .filter(|f| *f >= first_new)
         .collect();
-    let farthest = |from: &Inspection, faces: Vec<u32>, to: &Inspection| {
+    let farthest = |from: &Inspection, faces: Vec<u32>, to: &Bvh| {
         let longest = |f: &u32| {
             let [a, b, c] = from.mesh.corners(*f);
             a.distance(b).max(b.distance(c)).max(c.distance(a))
@@ -371,8 +387,6 @@ fn moved_within(before: &Inspection, after: &Inspection, kept: Option<&Remainder
         let mean = faces.iter().map(longest).sum::<f64>() / faces.len().max(1) as f64;
         let is_long = |f: &u32| longest(f) > LONG_FACE * mean;
         let long: Vec<u32> = faces.into_iter().filter(is_long).collect();
-        let bvh = Bvh::new(&to.mesh, to.topology.faces());
-        let distance = |p: DVec3| bvh.closest(p, f64::INFINITY).map_or(0.0, |c| c.distance);
         let of_face = |f: &u32| {
             let [a, b, c] = from.mesh.corners(*f);
             let count = ((longest(f) / mean).ceil() as usize).min(MOST_PARTS);
@@ -381,9 +395,9 @@ fn moved_within(before: &Inspection, after: &Inspection, kept: Option<&Remainder
                 let [u, v] = [i, j].map(|k| k as f64 / count as f64);
                 a + u * (b - a) + v * (c - a)
             });
-            points.map(distance).fold(0.0, f64::max)
+            points.map(|p| distance(to, p)).fold(0.0, f64::max)
         };
         long.par_iter().map(of_face).reduce(|| 0.0, f64::max)
     };
-    farthest(before, gone, after).max(farthest(after, new, before))
+    farthest(before, gone, result).max(farthest(after, new, old))
 }
