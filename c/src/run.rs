@@ -97,6 +97,12 @@ pub unsafe fn run<T: Send + 'static>(
         .threads(threads)
         .check()
         .map_err(JobError::from)?;
+    let is_stopped = || stop.is_some_and(|stop| stop.0.is_cancelled());
+    let cancelled = || Failure::from(JobError::Fill(FillError::Cancelled));
+    // Short work could end before the token is looked at.
+    if is_stopped() {
+        return Err(cancelled());
+    }
     let own = Cancel::new();
     let state = Progress::default();
     let receive = begin(threads, state.clone(), own.clone(), work)?;
@@ -109,7 +115,7 @@ pub unsafe fn run<T: Send + 'static>(
         }
         // A worker that holds the lock may be preempted; the call does not wait for it.
         let now = state.try_lock().map_or(before, |state| *state);
-        let mut stops = stop.is_some_and(|stop| stop.0.is_cancelled());
+        let mut stops = is_stopped();
         if let (Some(options), Some((part, done, all)), false) = (options, now, stops)
             && let Some(progress) = options.progress
             && now != before
@@ -121,7 +127,7 @@ pub unsafe fn run<T: Send + 'static>(
         if stops {
             own.cancel();
             let _ = receive.recv_timeout(GRACE);
-            return Err(Failure::from(JobError::Fill(FillError::Cancelled)));
+            return Err(cancelled());
         }
     }
 }
