@@ -33,6 +33,9 @@ pub(crate) enum CreaseRefusal {
     /// No smooth side reaches the rim.
     #[error("no smooth side reaches the rim")]
     NoSide,
+    /// There are more smooth sides around the rim than are searched.
+    #[error("there are too many smooth sides around the rim")]
+    ManySides,
     /// The rim is not on the sheets of its edges.
     #[error("the rim is not on the smooth sides around it")]
     RimOff,

@@ -92,7 +92,7 @@ impl RimSides {
         cancel: &Cancel,
     ) -> Result<Self, CreaseRefusal> {
         let collar = Collar::new(mesh, around, rim, rings, cancel).ok_or(CreaseRefusal::Rim)?;
-        let sides = Sides::new(&collar);
+        let sides = Sides::new(&collar).ok_or(CreaseRefusal::ManySides)?;
         let is_exact =
             sides.free() < MOST_FREE.get() && sides.noise(collar.edge) < MOST_NOISE.get();
         let limits = if is_exact { CLEAN } else { SCAN };

@@ -40,6 +40,9 @@ const FEWEST_OF_FACET: Tunable<usize> = tunable("creases.segment.fewest_of_facet
 const EXACT_FACET: Tunable<f64> = tunable("creases.segment.exact_facet", 0.003);
 /// Minimum cosine of these faces' normals with the first face's.
 const COPLANAR: Tunable<f64> = tunable("creases.segment.coplanar", 0.998);
+/// Maximum number of sides that are found: beyond it, testing which of them are one takes seconds, and between more no creases were ever
+/// continued (at most 36 around a rim of the benchmarks).
+const MOST_SIDES: usize = 512;
 /// Marks a face on no side.
 const NONE: usize = usize::MAX;
 
@@ -57,8 +60,8 @@ pub(super) struct Sides {
 }
 
 impl Sides {
-    /// Grows regions from the flattest faces, adds exact facets, and joins regions on the same sheet.
-    pub(super) fn new(collar: &Collar) -> Self {
+    /// Grows regions from the flattest faces, adds exact facets, and joins regions on the same sheet; `None` if there are too many.
+    pub(super) fn new(collar: &Collar) -> Option<Self> {
         let mut growth = Growth {
             collar,
             of_face: vec![NONE; collar.len()],
@@ -71,6 +74,7 @@ impl Sides {
             if variation[first] > CALM.get() || collar.cancel.is_cancelled() {
                 break;
             }
+            (growth.list.len() <= MOST_SIDES).then_some(())?;
             if growth.of_face[first] == NONE
                 && let Some(side) = growth.region(first)
             {
@@ -78,8 +82,9 @@ impl Sides {
             }
         }
         growth.add_facets(&order);
+        (growth.list.len() <= MOST_SIDES).then_some(())?;
         growth.join();
-        growth.finish()
+        Some(growth.finish())
     }
 
     /// Adds the kriged residuals of its vertices to the sheet of a side; returns whether there are any.
