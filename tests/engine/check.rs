@@ -33,6 +33,23 @@ fn good_meshes_have_no_defect() {
     }
 }
 
+/// Seen from the cavity the opening covers up to a third of all directions.
+#[test]
+fn a_cavity_of_a_half_ball_is_not_inside_out() {
+    let half = cut(&sphere(12), |p| p.z > 0.01);
+    let with_ball_at = |z: f64| {
+        let ball = moved(&flipped(&sphere(4)), 0.12, DVec3::new(0.1, -0.1, z));
+        counts(&joined(&half, &ball))
+    };
+    let is_inside_out = |z| with_ball_at(z).contains(&(DefectKind::InsideOut, 1));
+    assert!(!is_inside_out(-0.5));
+    assert!(!is_inside_out(-0.3));
+    // Ones that look out of the opening, or are outside.
+    assert!(is_inside_out(0.0));
+    assert!(is_inside_out(0.3));
+    assert!(is_inside_out(-1.5));
+}
+
 #[test]
 fn each_defect_is_reported_with_its_count_and_place() {
     let ball = turned(sphere(6));

@@ -1,16 +1,19 @@
 //! The connected components of a mesh: area, volume, and which component encloses which.
 
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::mesh::topology::NONE;
-use crate::mesh::{Mesh, Topology, area_vector};
-use crate::spatial::{Bounds, BoxTree, Bvh, WindingTree};
+use crate::mesh::topology::{NONE, end, start};
+use crate::mesh::{DisjointSets, Mesh, Topology, area_vector};
+use crate::spatial::{Bounds, BoxTree, Bvh, WindingTree, solid_angle};
 use crate::tuning::{Tunable, tunable};
 
 /// Winding number of a component above which a point is inside it: 1 inside a closed one, less near its holes. All sampled points of
-/// what lies inside a closed component are above it, and the mean of what lies inside an open one.
+/// what lies inside a closed component are above it. Of what lies inside an open one, the mean is, or all are once its holes have lids.
 const INSIDE: Tunable<f64> = tunable("check.components.inside", 0.75);
 /// Winding number of an open component above which every sampled point of what lies inside it is.
 const INSIDE_OPEN: Tunable<f64> = tunable("check.components.inside_open", 0.5);
@@ -61,23 +64,65 @@ pub(crate) fn components(mesh: &Mesh, topology: &Topology, debris: f64) -> Vec<C
         faces[topology.component[f as usize] as usize].push(f);
     }
     let boxes: Vec<Bounds> = faces.par_iter().map(|own| bounds(mesh, own)).collect();
-    let mut open = vec![false; count];
+    let mut open: Vec<Vec<u32>> = vec![Vec::new(); count];
     for h in (0..topology.opposite.len()).filter(|h| topology.opposite[*h] == NONE) {
         let component = topology.component[h / 3];
         if component != NONE {
-            open[component as usize] = true;
+            open[component as usize].push(h as u32);
         }
     }
     let mut found: Vec<Component> = (0..count)
         .into_par_iter()
-        .map(|i| measured(mesh, topology, &faces[i], &boxes[i], !open[i]))
+        .map(|i| measured(mesh, topology, &faces[i], &boxes[i], open[i].is_empty()))
         .collect();
     let largest = found.iter().map(|c| c.area).fold(0.0, f64::max);
     for c in &mut found {
         c.debris = c.area < debris * largest;
     }
-    nest(mesh, &faces, &boxes, &mut found);
+    nest(mesh, &faces, &open, &boxes, &mut found);
     found
+}
+
+/// Lids on the holes of a component: fans from the middle of each set of connected open edges.
+struct Lids(Vec<[DVec3; 3]>);
+
+impl Lids {
+    fn new(mesh: &Mesh, open: &[u32]) -> Self {
+        let edges: Vec<[u32; 2]> = open
+            .iter()
+            .map(|&h| [start(mesh, h), end(mesh, h)])
+            .collect();
+        let mut numbers = BTreeMap::new();
+        for v in edges.iter().flatten() {
+            let next = numbers.len() as u32;
+            numbers.entry(*v).or_insert(next);
+        }
+        let mut sets = DisjointSets::new(numbers.len());
+        for [a, b] in &edges {
+            sets.join(numbers[a], numbers[b]);
+        }
+        let at = |v: u32| mesh.positions[v as usize];
+        let set_of: Vec<u32> = edges.iter().map(|[a, _]| sets.find(numbers[a])).collect();
+        let mut sums: BTreeMap<u32, (DVec3, f64)> = BTreeMap::new();
+        for ([a, _], set) in edges.iter().zip(&set_of) {
+            let (sum, count) = sums.entry(*set).or_default();
+            (*sum, *count) = (*sum + at(*a), *count + 1.0);
+        }
+        let fan = |([a, b], set): (&[u32; 2], &u32)| {
+            let (sum, count) = sums[set];
+            [at(*b), at(*a), sum / count]
+        };
+        Self(edges.iter().zip(&set_of).map(fan).collect())
+    }
+
+    /// Their winding number at a point.
+    fn winding(&self, p: DVec3) -> f64 {
+        let angles = self
+            .0
+            .iter()
+            .map(|t| solid_angle(t[0] - p, t[1] - p, t[2] - p));
+        angles.sum::<f64>() / (4.0 * PI)
+    }
 }
 
 fn bounds(mesh: &Mesh, faces: &[u32]) -> Bounds {
@@ -121,8 +166,56 @@ fn measured(
     }
 }
 
+/// A component that may hold others.
+struct Shell<'a> {
+    bvh: Bvh,
+    tree: WindingTree,
+    /// Its open half-edges.
+    open: &'a [u32],
+}
+
+impl<'a> Shell<'a> {
+    fn new(mesh: &Mesh, faces: &[u32], open: &'a [u32]) -> Self {
+        let bvh = Bvh::new(mesh, faces.iter().copied());
+        let tree = WindingTree::new(&bvh);
+        Self { bvh, tree, open }
+    }
+
+    /// Whether all sampled vertices of another component are inside it.
+    fn holds(&self, mesh: &Mesh, inner: &[u32]) -> bool {
+        let least = match self.open.is_empty() {
+            true => INSIDE.get(),
+            false => INSIDE_OPEN.get(),
+        };
+        let step = inner.len().div_ceil(SAMPLES.get());
+        let mut samples: Vec<(DVec3, f64)> = Vec::new();
+        for f in inner.iter().step_by(step) {
+            let p = mesh.corners(*f)[0];
+            let winding = self.tree.winding_number(&self.bvh, p);
+            if winding.abs() <= least {
+                return false;
+            }
+            samples.push((p, winding));
+        }
+        let sum: f64 = samples.iter().map(|(_, winding)| winding.abs()).sum();
+        if sum > INSIDE.get() * samples.len() as f64 {
+            return true;
+        }
+        let lids = Lids::new(mesh, self.open);
+        let is_under =
+            |(p, winding): &(DVec3, f64)| (winding + lids.winding(*p)).abs() > INSIDE.get();
+        samples.iter().all(is_under)
+    }
+}
+
 /// Determines which components lie inside which others.
-fn nest(mesh: &Mesh, faces: &[Vec<u32>], boxes: &[Bounds], found: &mut [Component]) {
+fn nest(
+    mesh: &Mesh,
+    faces: &[Vec<u32>],
+    open: &[Vec<u32>],
+    boxes: &[Bounds],
+    found: &mut [Component],
+) {
     let holds = |outer: &Bounds, inner: &Bounds| {
         outer.low.cmple(inner.low).all() && outer.high.cmpge(inner.high).all()
     };
@@ -147,28 +240,10 @@ fn nest(mesh: &Mesh, faces: &[Vec<u32>], boxes: &[Bounds], found: &mut [Componen
     let inside: Vec<(u32, u32)> = groups
         .into_par_iter()
         .flat_map_iter(|group| {
-            let bvh = Bvh::new(mesh, faces[group[0].0 as usize].iter().copied());
-            let tree = WindingTree::new(&bvh);
-            let least = match found[group[0].0 as usize].closed {
-                true => INSIDE.get(),
-                false => INSIDE_OPEN.get(),
-            };
-            // A component is inside if all its sampled vertices are.
-            let wholly = |inner: u32| {
-                let own = &faces[inner as usize];
-                let step = own.len().div_ceil(SAMPLES.get());
-                let (mut sum, mut count) = (0.0, 0.0);
-                for f in own.iter().step_by(step) {
-                    let p = mesh.corners(*f)[0];
-                    let winding = tree.winding_number(&bvh, p).abs();
-                    if winding <= least {
-                        return false;
-                    }
-                    (sum, count) = (sum + winding, count + 1.0);
-                }
-                sum > INSIDE.get() * count
-            };
-            let inner = group.iter().filter(|(_, inner)| wholly(*inner));
+            let outer = group[0].0 as usize;
+            let shell = Shell::new(mesh, &faces[outer], &open[outer]);
+            let inner = group.iter();
+            let inner = inner.filter(|(_, inner)| shell.holds(mesh, &faces[*inner as usize]));
             inner.copied().collect::<Vec<_>>()
         })
         .collect();

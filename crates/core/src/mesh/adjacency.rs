@@ -1,5 +1,8 @@
 //! Vertex-face adjacency, face normals and vertex normals.
 
+use std::collections::HashMap;
+use std::sync::OnceLock;
+
 use glam::DVec3;
 
 use super::{Mesh, area_vector};
@@ -60,4 +63,38 @@ pub fn vertex_normal(mesh: &Mesh, around: &VertexFaces, vertex: u32) -> DVec3 {
         sum += normal * angle_between(a, b);
     }
     sum.normalize_or_zero()
+}
+
+/// Faces. The normals of vertices with more are stored, since thousands of points may be nearest to the tip of a fan.
+const LARGE_FAN: usize = 100;
+
+/// Normals of vertices; those of large fans are computed once.
+pub(crate) struct VertexNormals {
+    around: VertexFaces,
+    of_fans: HashMap<u32, OnceLock<DVec3>>,
+}
+
+impl VertexNormals {
+    pub(crate) fn new(mesh: &Mesh) -> Self {
+        let around = VertexFaces::new(mesh);
+        let fans = (0..mesh.positions.len() as u32).filter(|v| around.of(*v).len() > LARGE_FAN);
+        Self {
+            of_fans: fans.map(|v| (v, OnceLock::new())).collect(),
+            around,
+        }
+    }
+
+    /// The faces around each vertex.
+    pub(crate) fn around(&self) -> &VertexFaces {
+        &self.around
+    }
+
+    /// The [`vertex_normal`] of a vertex of the mesh that this was made of.
+    pub(crate) fn of(&self, mesh: &Mesh, vertex: u32) -> DVec3 {
+        let normal = || vertex_normal(mesh, &self.around, vertex);
+        match self.of_fans.get(&vertex) {
+            Some(known) => *known.get_or_init(normal),
+            None => normal(),
+        }
+    }
 }

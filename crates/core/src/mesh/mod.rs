@@ -27,6 +27,7 @@ mod weld;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+pub(crate) use adjacency::VertexNormals;
 pub use adjacency::{VertexFaces, face_normal, vertex_normal};
 pub use attributes::Attributes;
 pub use bodies::Bodies;

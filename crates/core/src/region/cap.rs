@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::distance::Wanted;
 use crate::mesh::triangulate::triangulate_loop;
-use crate::mesh::{Hole, Mesh, VertexFaces, face_normal, vertex_normal};
+use crate::mesh::{Hole, Mesh, VertexNormals, face_normal};
 use crate::sdf::{DistanceSample, Feature, RimSet, Sampler, feature, side};
 use crate::spatial::{Bvh, Closest};
 
@@ -30,7 +30,7 @@ pub struct CappedRims {
 struct Cap {
     /// The faces of the mesh around the rims, then the faces of the triangulations.
     joined: Mesh,
-    around: VertexFaces,
+    normals: VertexNormals,
     /// Sums of the face normals at each edge of the triangulations.
     edges: HashMap<(u32, u32), DVec3>,
     /// The faces of the triangulations.
@@ -141,7 +141,7 @@ impl Cap {
             }
         }
         Some(Self {
-            around: VertexFaces::new(&joined),
+            normals: VertexNormals::new(&joined),
             faces: Bvh::new(&joined, first..count),
             joined,
             edges,
@@ -152,7 +152,7 @@ impl Cap {
     /// −1 where a point is on the inner side of the closest point of a triangulation, otherwise 1.
     fn side(&self, closest: &Closest, x: DVec3) -> f64 {
         let mesh = &self.joined;
-        let around = |v: u32| self.around.of(v).iter().copied();
+        let around = |v: u32| self.normals.around().of(v).iter().copied();
         match feature(mesh, closest) {
             Feature::Face => side(face_normal(mesh, closest.face), mesh, [], closest, x),
             Feature::Edge(h) => {
@@ -160,10 +160,7 @@ impl Cap {
                 let beside = around(edge.0).filter(|&f| mesh.faces[f as usize].contains(&edge.1));
                 side(self.edges[&edge], mesh, beside, closest, x)
             }
-            Feature::Vertex(v) => {
-                let normal = vertex_normal(mesh, &self.around, v);
-                side(normal, mesh, around(v), closest, x)
-            }
+            Feature::Vertex(v) => side(self.normals.of(mesh, v), mesh, around(v), closest, x),
         }
     }
 }

@@ -1,6 +1,5 @@
 //! Signed distance sampling of a mesh with holes.
 
-use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
@@ -9,7 +8,7 @@ use super::jets::{Jet, fit_jet};
 use super::near::{Faces, Near, SearchArea};
 use super::side::{Feature, feature, side};
 use crate::mesh::topology::{NONE, end, start};
-use crate::mesh::{Hole, Mesh, Part, Topology, VertexFaces, bounds, face_normal, vertex_normal};
+use crate::mesh::{Hole, Mesh, Part, Topology, VertexNormals, bounds, face_normal};
 use crate::spatial::{Bounds, Bvh, Closest};
 
 /// The distance of one point to the mesh.
@@ -41,9 +40,6 @@ pub struct Sampler<'a> {
 /// Consecutive vertices whose jets are stored together once one of them is fitted: in a large mesh most never are.
 const PAGE: usize = 256;
 
-/// Faces. The normals of vertices with more are stored, since thousands of points may be nearest to the tip of a fan.
-const LARGE_FAN: usize = 100;
-
 /// The jets of consecutive vertices, each fitted on demand; none where the fit fails.
 type JetPage = Vec<OnceLock<Option<Box<Jet>>>>;
 
@@ -53,10 +49,8 @@ fn unset<T>(count: usize) -> Vec<OnceLock<T>> {
 
 /// Data shared by all samplers of a mesh: the smooth surface through the vertices, fitted on demand.
 struct Smooth {
-    around: VertexFaces,
+    normals: VertexNormals,
     jets: Vec<OnceLock<JetPage>>,
-    /// The normals of vertices with more than `LARGE_FAN` faces.
-    normals: HashMap<u32, OnceLock<DVec3>>,
     /// Degenerate faces, which are in no hierarchy.
     degenerate: Vec<u32>,
 }
@@ -64,21 +58,10 @@ struct Smooth {
 impl Smooth {
     fn new(mesh: &Mesh, topology: &Topology) -> Self {
         let faces = topology.component.iter().zip(0u32..);
-        let around = VertexFaces::new(mesh);
-        let fans = (0..mesh.positions.len() as u32).filter(|v| around.of(*v).len() > LARGE_FAN);
         Self {
-            normals: fans.map(|v| (v, OnceLock::new())).collect(),
-            around,
+            normals: VertexNormals::new(mesh),
             jets: unset(mesh.positions.len().div_ceil(PAGE)),
             degenerate: faces.filter(|(p, _)| **p == NONE).map(|(_, f)| f).collect(),
-        }
-    }
-
-    fn normal(&self, mesh: &Mesh, vertex: u32) -> DVec3 {
-        let normal = || vertex_normal(mesh, &self.around, vertex);
-        match self.normals.get(&vertex) {
-            Some(known) => *known.get_or_init(normal),
-            None => normal(),
         }
     }
 }
@@ -136,7 +119,7 @@ impl<'a> Sampler<'a> {
             for i in last.clone() {
                 let corners = self.mesh.faces[all[i] as usize].into_iter();
                 let new = corners.filter(|v| !std::mem::replace(&mut is_done[*v as usize], true));
-                for &next in new.flat_map(|v| self.smooth.around.of(v)) {
+                for &next in new.flat_map(|v| self.smooth.normals.around().of(v)) {
                     if !std::mem::replace(&mut is_in[next as usize], true) {
                         all.push(next);
                     }
@@ -247,7 +230,7 @@ impl<'a> Sampler<'a> {
             Feature::Face => false,
             Feature::Edge(h) => is_border(h) && !rims.has_edge(self.mesh, h),
             Feature::Vertex(v) => {
-                let faces = self.smooth.around.of(v).iter();
+                let faces = self.smooth.normals.around().of(v).iter();
                 let mut edges = faces.flat_map(|&f| [3 * f, 3 * f + 1, 3 * f + 2]);
                 let at_vertex = |h: u32| start(self.mesh, h) == v || end(self.mesh, h) == v;
                 !rims.has_vertex(v) && edges.any(|h| at_vertex(h) && is_border(h))
@@ -292,13 +275,13 @@ impl<'a> Sampler<'a> {
     /// −1 if a point is on the inner side of the closest point, otherwise 1: by the pseudonormal of face, edge or vertex
     /// (Bærentzen and Aanæs 2005).
     pub fn sign(&self, closest: &Closest, x: DVec3) -> f64 {
-        let (mesh, around) = (self.mesh, &self.smooth.around);
+        let (mesh, around) = (self.mesh, self.smooth.normals.around());
         let face = || face_normal(mesh, closest.face);
         match feature(mesh, closest) {
             Feature::Face => side(face(), mesh, [], closest, x),
             Feature::Vertex(v) => {
                 let faces = around.of(v).iter().copied();
-                side(self.smooth.normal(mesh, v), mesh, faces, closest, x)
+                side(self.smooth.normals.of(mesh, v), mesh, faces, closest, x)
             }
             Feature::Edge(h) => {
                 let opposite = self.topology.opposite[h as usize];
@@ -318,10 +301,10 @@ impl<'a> Sampler<'a> {
     }
 
     fn jet(&self, vertex: u32) -> Option<&Jet> {
-        let Smooth { around, jets, .. } = &*self.smooth;
+        let Smooth { normals, jets, .. } = &*self.smooth;
         let page = jets[vertex as usize / PAGE].get_or_init(|| unset(PAGE));
         page[vertex as usize % PAGE]
-            .get_or_init(|| fit_jet(self.mesh, around, vertex).map(Box::new))
+            .get_or_init(|| fit_jet(self.mesh, normals.around(), vertex).map(Box::new))
             .as_deref()
     }
 
