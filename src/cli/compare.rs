@@ -85,7 +85,7 @@ pub fn run(args: &CompareArgs, console: &Console) -> anyhow::Result<End> {
 /// A line of the table, of 60 columns.
 fn cells_line(name: &str, cells: &[String; 5]) -> String {
     let [max, rms, mean, angle_mean, angle_max] = cells;
-    format!("{name:>6} {max:>10} {rms:>9} {mean:>9} {angle_mean:>10} {angle_max:>10}")
+    format!("{name:>6} {max:>9} {rms:>9} {mean:>9} {angle_mean:>10} {angle_max:>10}")
 }
 
 fn table(c: &Comparison, unit: Option<Unit>) -> String {

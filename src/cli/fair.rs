@@ -7,7 +7,7 @@ use super::console::Console;
 use super::files::{FilesArgs, Task};
 use super::mask::MaskArgs;
 use super::parameters::{Fair, ParameterArgs};
-use super::{CommonArgs, End};
+use super::{CommonArgs, End, Usage};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -43,7 +43,10 @@ impl FairArgs {
     /// # Errors
     /// If options conflict.
     pub(super) fn work(&self) -> anyhow::Result<Work> {
-        Ok(Work::Fair(self.mask.mask()?, self.parameters.params()?))
+        Ok(Work::Fair(
+            self.mask.mask().map_err(Usage)?,
+            self.parameters.params()?,
+        ))
     }
 }
 

@@ -112,7 +112,8 @@ pub fn grouped(program: Command) -> Command {
         let name = command.get_name().to_owned();
         let needed = NEEDED.iter().find(|(of, _)| *of == name);
         let needed = needed.map(|(_, options)| *options);
-        let command = command.mut_args(|option| placed(option, needed));
+        let command = command.mut_args(|option| placed(option, needed, &name));
+        let command = with_examples(command);
         match needed {
             Some(_) => with_hint(command, &name),
             None => command,
@@ -120,19 +121,35 @@ pub fn grouped(program: Command) -> Command {
     })
 }
 
-/// An option in its group.
-fn placed(option: Arg, needed: Option<&[&str]>) -> Arg {
+/// An option of a command in its group. Options of masks keep theirs, so that they stand together.
+fn placed(option: Arg, needed: Option<&[&str]>, command: &str) -> Arg {
     let name = name_of(&option);
     let is_needed = needed.is_some_and(|needed| needed.contains(&name.as_str()));
-    if option.is_positional() || is_needed {
+    let is_mask = option.get_help_heading() == Some(super::mask::HEADING);
+    if (is_needed && !is_mask) || option.is_positional() {
         return option.help_heading(None::<&str>);
     }
     let group = GROUPS.iter().find(|(_, own)| own.contains(&name.as_str()));
     let option = match group {
+        // `check` has the threshold of debris, but repairs nothing.
+        Some(("Repair", _)) if command == "check" => option,
         Some((heading, _)) => option.help_heading(*heading),
         None => option,
     };
-    option.hide_short_help(needed.is_some())
+    option.hide_short_help(needed.is_some() && !is_needed)
+}
+
+/// A command whose examples have their explanations on lines of their own, which terminals of any width keep.
+fn with_examples(command: Command) -> Command {
+    let Some(examples) = command.get_after_help().map(ToString::to_string) else {
+        return command;
+    };
+    let line = |line: &str| match line.trim_start().split_once("  ") {
+        Some((example, what)) => format!("  {example}\n      {}", what.trim_start()),
+        None => line.to_owned(),
+    };
+    let lines: Vec<String> = examples.lines().map(line).collect();
+    command.after_help(lines.join("\n"))
 }
 
 /// The name of an option, with underscores.

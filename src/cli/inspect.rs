@@ -14,7 +14,7 @@ use isomend::{Selection, Unit};
 use super::console::{self, Console};
 use super::look::{Look, LookArgs, Shown};
 use super::mask::MaskArgs;
-use super::{CommonArgs, End};
+use super::{CommonArgs, End, Usage};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -45,7 +45,7 @@ pub struct InspectArgs {
 /// Reads and inspects each mesh.
 pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
     let look = Look {
-        work: Work::Inspect(args.mask.mask()?),
+        work: Work::Inspect(args.mask.mask().map_err(Usage)?),
         common: &args.common,
         headings: &[
             "format",

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use anyhow::bail;
 use clap::Args;
 use isomend::Selector;
 use isomend::glam::DVec3;
@@ -12,7 +11,7 @@ use isomend::job::{MaskSpec, PaintedColour};
 use super::arguments;
 
 /// The heading of these options in the help; other options stand under the usual heading.
-const HEADING: &str = "Mask";
+pub const HEADING: &str = "Mask";
 
 /// Options that select faces; the mask is the union of their selections.
 #[derive(Clone, Debug, Default, Args)]
@@ -139,8 +138,8 @@ impl FromStr for PaintedArg {
 }
 
 impl MaskArgs {
-    /// The mask of these options; `None` if no selection is given.
-    pub fn mask(&self) -> anyhow::Result<Option<MaskSpec>> {
+    /// The mask of these options; `None` if no selection is given. Options without one are an error of usage.
+    pub fn mask(&self) -> Result<Option<MaskSpec>, String> {
         let spec = MaskSpec {
             boxes: self.boxes.iter().map(|b| b.0).collect(),
             balls: self.balls.iter().map(|b| (b.0, b.1)).collect(),
@@ -154,9 +153,8 @@ impl MaskArgs {
         };
         if spec.is_empty() {
             if self.grow.or(self.shrink).is_some() {
-                bail!(
-                    "--grow and --shrink change a mask, but no mask is given; add one, such as --ball"
-                );
+                let what = "--grow and --shrink change a mask, but no mask is given; add one, such as --ball";
+                return Err(what.to_owned());
             }
             return Ok(None);
         }

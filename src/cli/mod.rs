@@ -270,7 +270,8 @@ fn cli_error(error: JobError) -> anyhow::Error {
                 .to_owned(),
         ),
         JobError::Deliverable { what } => usage(what),
-        JobError::DocumentOverMesh { .. } => anyhow!("--json {error}"),
+        JobError::DocumentOverMesh { .. } => usage(format!("--json: {error}")),
+        JobError::Drawing { what } => usage(what),
         JobError::Observer(error) => anyhow::Error::from(error).context(console::NO_OUTPUT),
         // This error occurs only without --from, when the format is detected from the content.
         JobError::Bytes {
@@ -282,7 +283,7 @@ fn cli_error(error: JobError) -> anyhow::Error {
         | JobError::Restore(RestoreError::Fill(FillError::Parameter { what })) => {
             usage(as_options(what))
         }
-        JobError::NoFormat { .. } => anyhow!("{error}; change the extension, or use --to"),
+        JobError::NoFormat { .. } => usage(format!("{error}; change the extension, or use --to")),
         JobError::OpenMask { .. } => anyhow!("{error} with `isomend fill`"),
         JobError::Fill(FillError::NoSuchHole { .. }) => {
             anyhow!("{error} (`isomend inspect` lists them)")

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
 use clap::Args;
 use isomend::job::{Drawings, Place};
 
+use super::Usage;
 use super::json::Target;
 
 /// Options for drawings.
@@ -27,10 +27,9 @@ impl ReportArgs {
             let json = Place::from(json.clone());
             for path in [&self.report, &self.picture].into_iter().flatten() {
                 if Place::from(path.clone()).is_same_file(&json) {
-                    bail!(
-                        "{} is the file of --json too; name another file",
-                        path.display()
-                    );
+                    let path = path.display();
+                    let what = format!("{path} is the file of --json too; name another file");
+                    return Err(Usage(what).into());
                 }
             }
         }

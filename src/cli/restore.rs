@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
 use clap::{Args, ValueHint};
 use isomend::RestoreParams;
 use isomend::job::Work;
@@ -13,7 +12,7 @@ use super::deliver::{self, DeliverArgs};
 use super::files::{FilesArgs, Task};
 use super::mask::MaskArgs;
 use super::parameters::{ParameterArgs, Restore};
-use super::{CommonArgs, End};
+use super::{CommonArgs, End, Usage};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -71,10 +70,10 @@ impl RestoreArgs {
     /// # Errors
     /// If no region is marked or options conflict.
     pub(super) fn work(&self) -> anyhow::Result<Work> {
-        let Some(mask) = self.mask.mask()? else {
-            bail!(
-                "no region is marked; give --ball, --box, --mask, --faces, --colour or --material"
-            );
+        let Some(mask) = self.mask.mask().map_err(Usage)? else {
+            let what =
+                "no region is marked; give --ball, --box, --mask, --faces, --colour or --material";
+            return Err(Usage(what.to_owned()).into());
         };
         let params: RestoreParams = self.parameters.params()?;
         Ok(Work::Restore(mask, params))

@@ -225,8 +225,8 @@ fn wrong_usage_exits_with_2() {
 fn outputs_that_cannot_be_written_are_refused_before_the_input_is_read() {
     let desk = Desk::new();
     let fill = |out: &str| desk.run(&["fill", "not-there.ply", "-o", out]);
-    assert_refused(&fill("out.xyz"), 1, &["out.xyz", "--to", ".glb"]);
-    assert_refused(&fill("out"), 1, &["out", "--to"]);
+    assert_refused(&fill("out.xyz"), 2, &["out.xyz", "--to", ".glb"]);
+    assert_refused(&fill("out"), 2, &["out", "--to"]);
     assert_refused(&fill("no/out.ply"), 1, &["no/out.ply", "no folder no"]);
     fs::create_dir(desk.path("folder.ply")).unwrap();
     fs::create_dir(desk.path("folder.ply/not-there.ply")).unwrap();
@@ -237,8 +237,8 @@ fn outputs_that_cannot_be_written_are_refused_before_the_input_is_read() {
     );
     let json = |file: &str| desk.fill(&["--json", file]);
     assert_refused(&json("no/report.json"), 1, &["no/report.json"]);
-    assert_refused(&json("out.ply"), 1, &["out.ply", "overwrite"]);
-    assert_refused(&json("ball.ply"), 1, &["ball.ply", "overwrite"]);
+    assert_refused(&json("out.ply"), 2, &["out.ply", "overwrite"]);
+    assert_refused(&json("ball.ply"), 2, &["ball.ply", "overwrite"]);
     assert_refused(&fill("out.ply"), 1, &["not-there.ply"]);
     assert_refused(&desk.run(&["inspect", "folder.ply"]), 1, &["folder"]);
     assert_eq!(desk.files(), ["ball.ply", "folder.ply"]);

@@ -259,7 +259,7 @@ fn clashing_output_names_are_refused_before_any_fill() {
         "--json",
         "sub/ball.obj",
     ]);
-    assert_code(&json, 1);
+    assert_usage(&json, &["--json"]);
     assert_eq!(desk.files(), ["ball.obj", "ball.ply", "sub"]);
     #[cfg(unix)]
     {

@@ -50,15 +50,41 @@ fn holes_are_listed_with_normals_and_heights_in_aligned_columns_at_any_scale() {
 }
 
 #[test]
+fn what_the_options_alone_show_is_wrong_usage() {
+    let desk = Desk::new();
+    desk.save("ball.ply", &ball(), Format::Ply);
+    let cases: [(&[&str], &str); 7] = [
+        (&["restore"], "no region is marked"),
+        (&["restore", "--grow", "1"], "no mask is given"),
+        (&["fair", "--shrink", "1"], "no mask is given"),
+        (&["fill", "--report", "r.ply"], "wrong extension"),
+        (&["fill", "--picture", "r.ply"], "wrong extension"),
+        (
+            &["fill", "--json", "o.ply"],
+            "--json: the document o.ply would overwrite a mesh",
+        ),
+        (
+            &["fill", "--json", "r.html", "--report", "r.html"],
+            "file of --json too",
+        ),
+    ];
+    for (words, expected) in cases {
+        let arguments = [words, &["ball.ply", "-o", "o.ply"]].concat();
+        assert_usage(&desk.run(&arguments), &[expected]);
+    }
+    assert_eq!(desk.files(), ["ball.ply"]);
+}
+
+#[test]
 fn a_mask_that_marks_nothing_reports_the_bounds_of_the_mesh() {
     let desk = Desk::new();
-    let bounds = "the mesh reaches from -1.0000, -1.0000, -1.0000 to 0.9";
+    let bounds = "the mesh reaches from -1, -1, -1 to 0.9";
     let cases: [(&[&str], &[&str]); 4] = [
         (
             &["--ball", "3,0,0,0.5"],
             &[
                 bounds,
-                "nearest to the centre of the ball at 3.0000",
+                "nearest to the centre of the ball at 3, 0, 0",
                 "away",
             ],
         ),
@@ -364,8 +390,7 @@ fn an_inspected_mesh_is_drawn_with_its_holes() {
         (&["--report", "b.html", "--json", "b.html"], "--json too"),
     ] {
         let done = desk.run(&[&["inspect", "ball.ply"], drawing].concat());
-        assert_code(&done, 1);
-        assert!(text(&done.stderr).contains(word));
+        assert_usage(&done, &[word]);
     }
     assert_eq!(desk.files(), ["a.html", "a.png", "ball.ply"]);
 }

@@ -96,7 +96,7 @@ fn walls_that_are_too_thin_fail_with_advice() {
     let said = text(&done.stderr);
     let last = said.lines().last().unwrap();
     for word in [
-        "no, because walls that the repair made",
+        "watertight, but the shape is doubtful: walls that the repair made",
         "component 2: ",
         "flat base",
     ] {

@@ -83,13 +83,15 @@ export class Verdict {
     return digits(x) + this.app.unit();
   }
 
-  /** The level of a check, and its line: `bad` only if there are defects; a mesh without any whose shape a repair has changed is `fair`. */
+  /** The level of a check, and its line: `bad` only if there are defects; a mesh without any whose shape a repair has changed, or to which
+   * a repair has given thin walls, is `fair`. */
   judged({ sound, holes, defects = [], debris, walls, doubt }) {
     const reasons = [];
     if (holes) reasons.push(tr("open_holes", { holes: counts("hole", holes) }));
     for (const { kind, count } of defects) if (count && !(kind === "boundary_edge" && holes)) reasons.push(`${tr("kind_" + kind)}: ${count}`);
     if (doubt) reasons.push(tr("doubtful"));
-    if (!sound && doubt && !defects.length) return { level: "fair", line: tr("doubtful_shape") };
+    const wrong = defects.filter(({ kind }) => kind !== "thin_wall" || this.wall());
+    if (!sound && !wrong.length && (doubt || defects.length)) return { level: "fair", line: tr("doubtful_shape") };
     if (!sound) return { level: "bad", line: tr("not_sound", { reasons: reasons.join(", ") || "–" }) };
     const thin = walls && !this.wall() && walls.least < THIN * 2 * this.app.model.state.scene.radius, mild = [];
     if (thin) mild.push(tr("thin_somewhere", { least: this.length(walls.least) }));

@@ -294,6 +294,18 @@ impl Verdict {
         self.defects.is_empty() && self.doubt.is_none()
     }
 
+    /// Whether only what the repair itself did is doubtful, which a check of the written file cannot know: that it changed the shape, or
+    /// made thin walls.
+    #[doc(hidden)]
+    pub fn is_doubtful(&self) -> bool {
+        if !self.objects.is_empty() {
+            let mut own = self.objects.iter().map(|(_, own)| own);
+            return !self.is_sound() && own.all(|own| own.is_sound() || own.is_doubtful());
+        }
+        let is_made = |d: &Defect| d.kind == DefectKind::ThinWall && !self.foils.is_empty();
+        !self.is_sound() && self.defects.iter().all(is_made)
+    }
+
     /// The defects in words; empty for a sound mesh.
     pub fn reasons(&self) -> Vec<String> {
         if !self.objects.is_empty() {
@@ -334,7 +346,7 @@ impl Verdict {
     /// The verdict in one line.
     pub fn line(&self) -> String {
         let reasons = self.reasons();
-        if self.defects.is_empty() && self.doubt.is_some() {
+        if self.is_doubtful() {
             let doubt = reasons.join(", ");
             return format!("watertight, but the shape is doubtful: {doubt}");
         }

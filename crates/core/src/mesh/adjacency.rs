@@ -68,7 +68,7 @@ pub fn vertex_normal(mesh: &Mesh, around: &VertexFaces, vertex: u32) -> DVec3 {
 /// Faces. The normals of vertices with more are stored, since thousands of points may be nearest to the tip of a fan.
 const LARGE_FAN: usize = 100;
 
-/// Normals of vertices; those of large fans are computed once.
+/// Normals of vertices, at the tips of large fans computed once.
 pub(crate) struct VertexNormals {
     around: VertexFaces,
     of_fans: HashMap<u32, OnceLock<DVec3>>,

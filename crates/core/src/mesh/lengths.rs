@@ -32,7 +32,11 @@ pub fn significant(x: f64, digits: i32) -> String {
     if !ORDINARY.contains(&magnitude) || !x.is_finite() {
         return format!("{x:.*e}", (digits - 1).max(0) as usize);
     }
-    let text = format!("{x:.*}", (digits - 1 - magnitude).max(0) as usize);
+    without_zeros(format!("{x:.*}", (digits - 1 - magnitude).max(0) as usize))
+}
+
+/// A number without zeros at the end of its decimals.
+fn without_zeros(text: String) -> String {
     match text.contains('.') {
         true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
         false => text,
@@ -72,7 +76,7 @@ pub fn beside(x: f64, size: f64) -> f64 {
 }
 
 /// Formats a point with commas between its coordinates: with as many decimals as five significant digits of the larger of the reference size
-/// and the largest coordinate have, or in scientific notation if that is very large or small.
+/// and the largest coordinate have, without zeros at their end, or in scientific notation if that is very large or small.
 #[doc(hidden)]
 pub fn point(p: DVec3, size: f64) -> String {
     let scale = size.abs().max(p.abs().max_element());
@@ -82,8 +86,8 @@ pub fn point(p: DVec3, size: f64) -> String {
         if x.abs() <= NOTHING * scale {
             "0".to_owned()
         } else if ORDINARY.contains(&magnitude) {
-            let text = format!("{x:.decimals$}");
-            let is_zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
+            let text = without_zeros(format!("{x:.decimals$}"));
+            let is_zero = text.bytes().all(|b| matches!(b, b'-' | b'0'));
             if is_zero { "0".to_owned() } else { text }
         } else {
             format!("{x:.4e}")

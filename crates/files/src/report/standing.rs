@@ -27,11 +27,11 @@ impl Standing {
         }
     }
 
-    /// Yes, no, or in part where the mesh has no defect but its shape is doubtful.
+    /// Yes, no, or in part where only the shape is doubtful.
     pub fn of_verdict(verdict: &Verdict) -> Self {
-        match verdict.defects.is_empty() {
-            true if verdict.is_sound() => Self::Yes,
-            true => Self::InPart,
+        match verdict.is_sound() {
+            true => Self::Yes,
+            false if verdict.is_doubtful() => Self::InPart,
             false => Self::No,
         }
     }

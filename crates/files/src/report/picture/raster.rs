@@ -7,6 +7,8 @@ use super::super::scene::{Scene, Side};
 
 /// Marks a sample without a face.
 pub const NONE: u32 = u32::MAX;
+/// Samples. Rounding moves the edges of a face on the screen by less.
+const ROUNDING: f32 = 0.05;
 /// Rows of a band; bands are drawn in parallel.
 const BAND: usize = 16;
 
@@ -78,27 +80,9 @@ impl Projected {
         [first, second, 1.0 - first - second]
     }
 
-    /// The smallest and largest x of the face within one row of samples, with a margin of a sample for rounding.
-    fn span(&self, y: f32) -> [f32; 2] {
-        let (first, last) = (y - 0.5, y + 0.5);
-        let [mut low, mut high] = [f32::INFINITY, f32::NEG_INFINITY];
-        for k in 0..3 {
-            let [p, q] = [self.corners[k], self.corners[(k + 1) % 3]];
-            let (p, q) = if p.y <= q.y { (p, q) } else { (q, p) };
-            if q.y < first || p.y > last {
-                continue;
-            }
-            for row in [first, last] {
-                let along = ((row - p.y) / (q.y - p.y)).clamp(0.0, 1.0);
-                // A horizontal edge gives 0 / 0: its ends belong to other edges too.
-                let x = p.x + along * (q.x - p.x);
-                (low, high) = (low.min(x), high.max(x));
-            }
-            for end in [p, q].iter().filter(|end| (first..=last).contains(&end.y)) {
-                (low, high) = (low.min(end.x), high.max(end.x));
-            }
-        }
-        [low - 1.0, high + 1.0]
+    /// Its edges, for the rows that it covers.
+    fn sides(&self) -> [ScreenEdge; 3] {
+        std::array::from_fn(|k| ScreenEdge::new(self.corners[k], self.corners[(k + 1) % 3]))
     }
 
     /// Whether its back side is seen. Rows of the screen run downward, so this is a positive area.
@@ -114,6 +98,46 @@ impl Projected {
                 weights[k] * self.area.abs() / edge.truncate().length().max(1e-6)
             })
             .fold(f32::INFINITY, f32::min)
+    }
+}
+
+/// An edge of a face on the screen, from its upper to its lower end.
+#[derive(Clone, Copy)]
+struct ScreenEdge {
+    /// Its upper end.
+    top: Vec2,
+    /// Row of its lower end.
+    bottom: f32,
+    /// Its smallest and largest column.
+    columns: [f32; 2],
+    /// Columns for each row; not finite if it is level.
+    slope: f32,
+}
+
+impl ScreenEdge {
+    fn new(p: Vec3, q: Vec3) -> Self {
+        let (p, q) = if p.y <= q.y { (p, q) } else { (q, p) };
+        Self {
+            top: p.truncate(),
+            bottom: q.y,
+            columns: [p.x.min(q.x), p.x.max(q.x)],
+            slope: (q.x - p.x) / (q.y - p.y),
+        }
+    }
+
+    /// The smallest and largest x of the edge within [`ROUNDING`] of a row of samples; empty if it does not reach the row.
+    fn span(&self, y: f32) -> [f32; 2] {
+        if y < self.top.y - ROUNDING || y > self.bottom + ROUNDING {
+            return [f32::INFINITY, f32::NEG_INFINITY];
+        }
+        let [left, right] = self.columns;
+        let x = self.top.x + self.slope * (y - self.top.y);
+        let reach = self.slope.abs() * ROUNDING;
+        // `max` and `min` replace the NaN of a level edge by its ends.
+        [
+            (x - reach).max(left).min(right),
+            (x + reach).min(right).max(left),
+        ]
     }
 }
 
@@ -224,13 +248,18 @@ fn fill(
     let top = start(face.low.y).max(first_row);
     let bottom = end(face.high.y).min((first_row + rows) as isize - 1);
     let (left, right) = (start(face.low.x), end(face.high.x).min(width as isize - 1));
+    let sides = face.sides();
     for y in top as isize..=bottom {
         // A long, thin face covers few samples of its bounding box.
-        let [low, high] = face.span(y as f32 + 0.5);
+        let [a, b, c] = sides.map(|side| side.span(y as f32 + 0.5));
+        let (low, high) = (a[0].min(b[0]).min(c[0]), a[1].max(b[1]).max(c[1]));
         if low > high {
             continue;
         }
-        let (left, right) = (left.max(start(low)), right.min(end(high)));
+        let (left, right) = (
+            left.max(start(low - ROUNDING)),
+            right.min(end(high + ROUNDING)),
+        );
         for x in left as isize..=right {
             let weights = face.weights(x as f32 + 0.5, y as f32 + 0.5);
             if weights.iter().any(|w| *w < 0.0) {
