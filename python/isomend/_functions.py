@@ -196,6 +196,7 @@ def repair(
     faces: ArrayLike | None = None,
     *,
     weld: float | None = None,
+    drop: Iterable[int] = (),
     debris: float | None = None,
     flat_base: bool = False,
     base_offset: float | None = None,
@@ -238,6 +239,7 @@ def repair(
         faces: (m, 3), indices from 0.
         weld: Merge boundary vertices that are no farther apart than this, in the mesh's units. Vertices at exactly the same
             position are always merged; by default also vertices of edges that coincide within the precision of the coordinates.
+        drop: Numbers of components to remove, as ``isomend inspect -v`` and the page count them.
         debris: Remove components whose area is below this fraction, from 0 to 1, of the area of the largest one. By default all
             components stay.
         flat_base: Put open sheets such as terrains on a flat base, with straight walls down from their outer borders.
@@ -279,8 +281,8 @@ def repair(
     """
     model = _model_of(vertices, faces, point_data, cell_data)
     return model.repair(
-        weld=weld, debris=debris, flat_base=flat_base, base_offset=base_offset, drop_inside=drop_inside, solid=solid, skip=skip,
-        drop_unused=drop_unused, close_borders=close_borders, wall=wall, min_wall=min_wall, holes=holes,
+        weld=weld, drop=drop, debris=debris, flat_base=flat_base, base_offset=base_offset, drop_inside=drop_inside, solid=solid,
+        skip=skip, drop_unused=drop_unused, close_borders=close_borders, wall=wall, min_wall=min_wall, holes=holes,
         max_diameter=max_diameter, keep_open=keep_open, bridge=bridge, flat=flat, crease=crease, voxel=voxel, energy=energy,
         finish=finish, sharp=sharp, like=like, grain=grain, apart=apart, edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,

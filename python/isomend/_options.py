@@ -39,6 +39,7 @@ class RepairOptions(SolveOptions, total=False):
     """The keywords of :func:`isomend.repair`."""
 
     weld: float | None
+    drop: Iterable[int]
     debris: float | None
     flat_base: bool
     base_offset: float | None

@@ -25,6 +25,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
             "solid",
             "close_borders",
             "wall",
+            "drop",
             "drop_inside",
             "debris",
             "weld",

@@ -6,15 +6,15 @@ use clap::Args;
 use isomend::io::Loaded;
 use isomend::job::{Inspected, Looked, Work};
 use isomend::report::{
-    chain_lines, counted, crease_end_line, crease_end_table, defect_lines, hole_table, length,
-    point,
+    chain_lines, component_rows, counted, crease_end_line, crease_end_table, defect_lines,
+    hole_table, length, point,
 };
 use isomend::{Selection, Unit};
 
 use super::console::{self, Console};
 use super::look::{Look, LookArgs, Shown};
 use super::mask::MaskArgs;
-use super::{CommonArgs, End, Usage};
+use super::{CommonArgs, End, Usage, table};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -67,7 +67,10 @@ pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
 
 /// The inspection of a file as text, and its row.
 fn shown(inspected: &Inspected, console: &Console) -> Shown {
-    let mut text = table(inspected.loaded, inspected);
+    let mut text = summary(inspected.loaded, inspected);
+    if console.is_verbose() {
+        text += &components(inspected);
+    }
     text += &creases(inspected, console.is_verbose());
     if let Some((mask, marked)) = &inspected.marked {
         text += &mask_line(mask, &marked.missed, inspected.unit);
@@ -119,6 +122,18 @@ fn mask_line(mask: &Selection, missed: &[String], unit: Option<Unit>) -> String 
     )
 }
 
+/// A table of the components.
+fn components(inspected: &Inspected) -> String {
+    let headings = ["component", "faces", "area", "size"].map(str::to_owned);
+    let rows = component_rows(&inspected.found);
+    let more = match inspected.found.topology.component_faces.len() - rows.len() {
+        0 => String::new(),
+        more => format!("and {more} more\n"),
+    };
+    let table = table::table(&headings, &rows, console::width());
+    format!("\n{table}{more}")
+}
+
 /// The number of sharp edges that end at rims, with `-v` also a table of them.
 fn creases(inspected: &Inspected, is_verbose: bool) -> String {
     let ends = &inspected.crease_ends;
@@ -136,7 +151,7 @@ fn creases(inspected: &Inspected, is_verbose: bool) -> String {
 }
 
 /// The inspection of a single file as text.
-fn table(loaded: &Loaded, inspected: &Inspected) -> String {
+fn summary(loaded: &Loaded, inspected: &Inspected) -> String {
     let found = &inspected.found;
     let components = found.topology.component_faces.len();
     let [low, high] = loaded.mesh.bounds();

@@ -285,6 +285,9 @@ fn cli_error(error: JobError) -> anyhow::Error {
         }
         JobError::NoFormat { .. } => usage(format!("{error}; change the extension, or use --to")),
         JobError::OpenMask { .. } => anyhow!("{error} with `isomend fill`"),
+        JobError::Fill(FillError::NoSuchComponent { .. }) => {
+            anyhow!("{error} (`isomend inspect -v` lists them)")
+        }
         JobError::Fill(FillError::NoSuchHole { .. }) => {
             anyhow!("{error} (`isomend inspect` lists them)")
         }

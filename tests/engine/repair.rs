@@ -264,6 +264,29 @@ fn small_and_inner_components_are_removed_on_request() {
 }
 
 #[test]
+fn components_are_removed_by_their_numbers() {
+    let [a, b, c] = [0.0, 3.0, 6.0].map(|x| moved(&good(), 1.0, x * DVec3::X));
+    let mesh = joined(&joined(&a, &b), &c);
+    let done = repaired(&mesh, &RepairParams::new().with_drop([2]));
+    assert_eq!(done.mesh, joined(&a, &c));
+    assert_eq!(done.report.dropped, [1, b.faces.len()]);
+    assert_eq!(done.report.lost_faces, b.faces.len());
+    assert_sound(&done.mesh);
+    // What is left is repaired: a body that intersects one that goes is not cut.
+    let crossing = joined(&joined(&a, &b), &moved(&good(), 1.0, 3.9 * DVec3::X));
+    let done = repaired(&crossing, &RepairParams::new().with_drop([3, 1]));
+    assert_eq!(done.mesh, b);
+    let refused = |numbers: &[usize]| {
+        let params = RepairParams::new().with_drop(numbers.iter().copied());
+        let done = repair(&mesh, &params, &Carried::default(), &Control::new());
+        done.unwrap_err().to_string()
+    };
+    assert_eq!(refused(&[1, 4]), "there is no component 4; the mesh has 3");
+    assert_eq!(refused(&[0]), "there is no component 0; the mesh has 3");
+    assert!(refused(&[3, 2, 1]).contains("nothing would be left"));
+}
+
+#[test]
 fn cracks_narrower_than_the_weld_length_are_welded() {
     let mesh = good();
     // The upper half gets its own vertices, moved by 1e-6.

@@ -353,3 +353,49 @@ fn objects_keep_their_order_and_reports_and_errors_name_them() {
     let page = fs::read_to_string(desk.path("one.html")).unwrap();
     assert!(!page.contains(">object</th>"));
 }
+
+#[test]
+fn components_are_numbered_through_all_objects() {
+    let desk = Desk::new();
+    let whole = |x: f64| holed(x * DVec3::X, &[]);
+    let left = both(&whole(0.0), &whole(5.0));
+    let items = [
+        ("left", "", left),
+        ("right", "", both(&whole(10.0), &whole(15.0))),
+    ];
+    save(&desk, "in.3mf", &items);
+    let listed = desk.run(&["inspect", "in.3mf", "-v"]);
+    let said = text(&listed.stdout);
+    let rows: Vec<&str> = said
+        .lines()
+        .skip_while(|l| !l.starts_with("component"))
+        .collect();
+    assert_eq!(rows.len(), 5, "{said}");
+    assert!(
+        rows[4].starts_with("4 ") && rows[4].ends_with("2 x 2 x 1"),
+        "{said}"
+    );
+    let done = desk.run(&["repair", "in.3mf", "-o", "out.3mf", "--drop", "2,3"]);
+    assert_code(&done, 0);
+    let said = text(&done.stderr);
+    assert!(
+        said.contains("2 components removed by their numbers, "),
+        "{said}"
+    );
+    let names = |mesh: &Loaded| {
+        bodies(mesh)
+            .into_iter()
+            .map(|(name, _)| name)
+            .collect::<Vec<_>>()
+    };
+    let out = loaded(&desk, "out.3mf");
+    assert_eq!(names(&out), ["left", "right"]);
+    let wanted = both(&whole(0.0), &whole(15.0));
+    assert_eq!(out.mesh.positions, wanted.positions);
+    let done = desk.run(&["repair", "in.3mf", "-o", "no.3mf", "--drop", "5"]);
+    assert_code(&done, 1);
+    assert!(
+        text(&done.stderr)
+            .contains("no component 5; the mesh has 4 (`isomend inspect -v` lists them)")
+    );
+}

@@ -1,4 +1,4 @@
-// The components of the mesh: listed, seen in the view, hidden and shown; small ones are deleted by a repair that does nothing else.
+// The components of the mesh: listed, seen in the view, hidden and shown; a chosen one or small ones are deleted by a repair that does nothing else.
 
 import { HIDDEN, MARKED } from "../../report/viewer/geometry.js";
 import { digits, find, localised, newButton, numberIn } from "../../report/viewer/controls.js";
@@ -102,14 +102,20 @@ export class Components {
     find("#components-said").textContent = [counts("component", all.length), all.length > LISTED_MOST ? tr("components_listed", { count: whole(LISTED_MOST) }) : ""].filter(Boolean).join("; ");
     find("#debris").hidden = all.length < 2;
     find("#show-all").hidden = !hidden.size;
-    find("#debris-delete").disabled = !debris.size || Boolean(this.app.steps.job);
-    find("#debris-delete").textContent = tr("debris_delete", { components: counts("component", debris.size) });
+    find("#debris-delete").disabled = (this.picked === null ? !debris.size : all.length < 2) || Boolean(this.app.steps.job);
+    find("#debris-delete").textContent = this.picked === null ? tr("debris_delete", { components: counts("component", debris.size) }) : tr("component_delete", { number: this.picked + 1 });
     find("#debris-command").textContent = this.command();
     this.mark(this.picked === null ? debris : new Set([this.picked]));
   }
 
+  /** What is deleted: the chosen component, else all small ones. */
+  deleted() {
+    return this.picked === null ? { debris: this.part } : { drop: [this.picked + 1] };
+  }
+
   command() {
-    return ["isomend", "repair", "--debris", this.part, "--skip", REPAIR_STEPS.join()].join(" ");
+    const [[option, value]] = Object.entries(this.deleted());
+    return ["isomend", "repair", `--${option}`, value, "--skip", REPAIR_STEPS.join()].join(" ");
   }
 
   /** Marks the faces of components in the view. */
@@ -153,10 +159,10 @@ export class Components {
     this.show();
   }
 
-  /** Deletes the small components, as a step. */
+  /** Deletes the chosen component or the small ones, as a step. */
   async remove() {
     if (this.app.steps.job) throw new Error(tr("is_running"));
     if (!this.found) throw new Error(tr("still_preparing"));
-    await this.app.steps.request(this.command(), { kind: "repair", params: { debris: this.part, skip: REPAIR_STEPS }, mask: null, no_texture: false, preview: false });
+    await this.app.steps.request(this.command(), { kind: "repair", params: { ...this.deleted(), skip: REPAIR_STEPS }, mask: null, no_texture: false, preview: false });
   }
 }

@@ -33,5 +33,6 @@ export const PRINT_WORDS = {
   components_wait: ["Take or drop the previews to see the components.", "Um die Stücke zu sehen, die Vorschauen übernehmen oder verwerfen."],
   components_listed: ["the {count} largest are listed", "die {count} größten stehen hier"],
   debris_below: ["Smaller than", "Kleiner als"],
+  component_delete: ["Delete component {number}", "Stück {number} löschen"],
   debris_delete: ["Delete {components}", "{components} löschen"],
 };

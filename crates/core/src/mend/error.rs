@@ -23,6 +23,14 @@ pub enum FillError {
         /// Number of holes.
         count: usize,
     },
+    /// A component number that does not exist.
+    #[error("there is no component {id}; the mesh has {count}")]
+    NoSuchComponent {
+        /// The number asked for.
+        id: usize,
+        /// Number of components.
+        count: usize,
+    },
     /// A crease end that does not exist.
     #[error(
         "there is no crease end {end}; {count} sharp edges end at the rims of the mesh's holes"

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::Mesh;
+use super::{Mesh, area_vector};
 
 /// Marks a missing half-edge or component.
 pub const NONE: u32 = u32::MAX;
@@ -88,6 +88,17 @@ impl Topology {
     /// The faces that belong to a component: all but degenerate ones.
     pub fn faces(&self) -> impl Iterator<Item = u32> {
         (0..self.component.len() as u32).filter(|f| self.component[*f as usize] != NONE)
+    }
+
+    /// The area of each component.
+    #[doc(hidden)]
+    pub fn component_areas(&self, mesh: &Mesh) -> Vec<f64> {
+        let mut areas = vec![0.0; self.component_faces.len()];
+        for f in self.faces() {
+            areas[self.component[f as usize] as usize] +=
+                0.5 * area_vector(mesh.corners(f)).length();
+        }
+        areas
     }
 
     /// The bounding box of each component, as lowest and highest corner.

@@ -215,6 +215,15 @@ pub(crate) const DEBRIS: Parameter = Parameter {
     ..Parameter::PLAIN
 };
 
+/// Components that are removed.
+const DROP: Parameter = Parameter {
+    name: "drop",
+    field: "drop",
+    kind: Kind::Holes(false),
+    sentence: "Numbers of components to remove, as `isomend inspect -v` and the page count them.",
+    ..Parameter::PLAIN
+};
+
 /// Thickness of the walls that `close_borders` makes.
 pub(crate) const WALL: Parameter = Parameter {
     name: "wall",
@@ -243,6 +252,7 @@ pub const REPAIR: Table = Table {
     command: "repair",
     own: &[
         WELD,
+        DROP,
         DEBRIS,
         Parameter {
             field: "fill.flat_base",

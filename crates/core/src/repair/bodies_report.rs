@@ -67,6 +67,7 @@ impl RepairReport {
             (&mut self.lost_vertices, own.lost_vertices),
         ]);
         for k in 0..2 {
+            self.dropped[k] += own.dropped[k];
             self.debris[k] += own.debris[k];
             self.inside[k] += own.inside[k];
             self.inner_skins[k] += own.inner_skins[k];

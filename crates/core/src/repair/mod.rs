@@ -44,7 +44,7 @@ mod union;
 mod widen;
 mod witness;
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::time::Instant;
 
 use glam::DMat4;
@@ -250,6 +250,7 @@ impl Run<'_> {
             self.outer = outer.flat_map(|h| edges(&h.rim)).collect();
             self.draft.unit = weld_length(&found.mesh).max(self.draft.unit);
         }
+        self.drop_chosen()?;
         self.go_on()?;
         let given = (crosses && params.does(RepairStep::Intersections))
             .then(|| (self.draft.clone(), self.report.clone()));
@@ -265,6 +266,36 @@ impl Run<'_> {
             return Ok(None);
         }
         Ok(given)
+    }
+
+    /// Removes the components that the caller named.
+    fn drop_chosen(&mut self) -> Result<(), FillError> {
+        let chosen: BTreeSet<usize> = self.params.drop.iter().copied().collect();
+        let Some(&last) = chosen.last() else {
+            return Ok(());
+        };
+        let count = self
+            .report
+            .before
+            .as_ref()
+            .map_or(0, |v| v.components.len());
+        if last > count || chosen.contains(&0) {
+            let id = if last > count { last } else { 0 };
+            return Err(FillError::NoSuchComponent { id, count });
+        }
+        if chosen.len() == count {
+            return Err(FillError::Parameter {
+                what: "`drop` names all components of the mesh or of an object: nothing would be left of it",
+            });
+        }
+        let of_faces = self.components.iter();
+        let removed: Vec<bool> = of_faces
+            .map(|&c| c != NONE && chosen.contains(&(c as usize + 1)))
+            .collect();
+        self.asked
+            .extend((0u32..).zip(&removed).filter(|(_, r)| **r).map(|(f, _)| f));
+        self.report.dropped = [chosen.len(), self.draft.forget(&removed)];
+        Ok(())
     }
 
     /// Repairs that cut nothing out (merging, welding, duplicates), then reorients the faces.

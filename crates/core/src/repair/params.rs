@@ -37,6 +37,8 @@ pub struct RepairParams {
     pub weld: Option<f64>,
     /// Drops vertices that no face of the input uses.
     pub drop_unused: bool,
+    /// Removes these components before all else: their numbers from 1, in the order of their first faces.
+    pub drop: Vec<usize>,
     /// Removes components with less than this fraction of the largest component's area.
     pub debris: Option<f64>,
     /// Removes components that lie entirely inside another one, but no cavities of bodies.
@@ -121,6 +123,9 @@ pub struct RepairReport {
     pub split_vertices: usize,
     /// Faces cut out at edges with more than two faces.
     pub non_manifold_faces: usize,
+    /// Components removed by their numbers, and their faces.
+    #[serde(default)]
+    pub dropped: [usize; 2],
     /// Components removed as debris, and their faces.
     pub debris: [usize; 2],
     /// Components removed because they lay inside another one, and their faces.

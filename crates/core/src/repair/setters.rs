@@ -17,6 +17,8 @@ setters! { RepairParams:
     with_weld(length: f64) => weld = Some(length);
     /// Sets [`RepairParams::drop_unused`].
     with_drop_unused(drop: bool) => drop_unused = drop;
+    /// Sets [`RepairParams::drop`].
+    with_drop(numbers: impl IntoIterator<Item = usize>) => drop = numbers.into_iter().collect();
     /// Sets [`RepairParams::debris`], a fraction of an area.
     ///
     /// ```

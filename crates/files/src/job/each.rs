@@ -1,7 +1,7 @@
 //! Work on the bodies of a 3MF file: the mesh is split into one mesh for each object and part, each is mended by
 //! itself, and the results are joined ([`super::join`]).
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use super::bodies::checked;
@@ -93,6 +93,7 @@ impl Read<'_> {
                 Work::Repair(params) => {
                     let mut params = params.clone();
                     params.fill = task.local(&params.fill, &numbers, &found)?;
+                    params.drop = own_components(&params.drop, whole, &found, &bodies.faces[k])?;
                     let whole = |v: u32| bodies.vertices[k][v as usize];
                     let attributes = &self.loaded.attributes;
                     let alike = |a, b| attributes.are_alike(whole(a), whole(b));
@@ -291,6 +292,25 @@ impl Task {
         }
         Ok(params)
     }
+}
+
+/// The numbers of a body's components that are parts of the named components of the whole mesh. `faces` has the body's faces.
+fn own_components(
+    named: &[usize],
+    whole: &Inspection,
+    found: &Inspection,
+    faces: &[u32],
+) -> Result<Vec<usize>, FillError> {
+    let count = whole.topology.component_faces.len();
+    if let Some(&id) = named.iter().find(|id| **id == 0 || **id > count) {
+        return Err(FillError::NoSuchComponent { id, count });
+    }
+    let own = found.topology.component.iter().zip(faces);
+    let own = own.filter(|(own, f)| {
+        **own != u32::MAX && named.contains(&(whole.topology.component[**f as usize] as usize + 1))
+    });
+    let own: BTreeSet<usize> = own.map(|(own, _)| *own as usize + 1).collect();
+    Ok(own.into_iter().collect())
 }
 
 /// Checks that the holes that the parameters name exist.

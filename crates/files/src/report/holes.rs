@@ -1,7 +1,7 @@
 //! Text tables of holes and of the crease ends at their rims.
 
 use super::counts::counted;
-use isomend_core::mend::CreaseEnd;
+use isomend_core::mend::{CreaseEnd, Inspection};
 use isomend_core::mesh::{Hole, length, length_beside, number, point};
 
 /// Columns of a table of holes: name and least width in characters; longer cells widen a column. Negative widths: aligned to the left.
@@ -93,6 +93,24 @@ pub fn crease_end_table(ends: &[CreaseEnd], size: f64) -> Vec<String> {
     table(&END_COLUMNS, ends.iter().map(cells).collect())
 }
 
+/// Most components that are listed.
+const MOST_COMPONENTS: usize = 1000;
+
+/// For each component its number, faces, area and size; of the first ones, if there are very many.
+#[doc(hidden)]
+pub fn component_rows(found: &Inspection) -> Vec<Vec<String>> {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    let areas = topology.component_areas(mesh);
+    let bounds = topology.component_bounds(mesh);
+    let row = |i: usize| {
+        let (low, high) = bounds[i];
+        let size = (high - low).to_array().map(length).join(" x ");
+        let faces = topology.component_faces[i].to_string();
+        vec![(i + 1).to_string(), faces, length(areas[i]), size]
+    };
+    (0..areas.len().min(MOST_COMPONENTS)).map(row).collect()
+}
+
 /// The number of sharp edges that end at rims, in one line; `None` if there are none.
 #[doc(hidden)]
 pub fn crease_end_line(ends: &[CreaseEnd]) -> Option<String> {
@@ -153,7 +171,7 @@ fn hole_cells(h: &Hole, size: f64) -> [String; 10] {
         number(h.planarity),
         point(h.centre, size),
         normal.join(", "),
-        h.component.to_string(),
+        (h.component + 1).to_string(),
         kind.to_owned(),
     ]
 }

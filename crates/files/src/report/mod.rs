@@ -22,7 +22,7 @@ pub use text::{summary_lines, tally_line};
 pub use {
     check::verdict_rows,
     counts::{counted, timed},
-    holes::{crease_end_line, crease_end_table, hole_table},
+    holes::{component_rows, crease_end_line, crease_end_table, hole_table},
     isomend_core::mesh::{length, length_beside, number, point, significant},
     missed::missed_lines,
     plan::{left_holes, plan_lines},

@@ -60,6 +60,10 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
             "faces cut out at edges with more than two faces".to_owned(),
         ),
         (
+            r.dropped[0],
+            format!("components removed by their numbers, {} in all", counted(r.dropped[1], "face")),
+        ),
+        (
             r.debris[0],
             format!("small components removed as debris, {} in all", counted(r.debris[1], "face")),
         ),

@@ -12,7 +12,7 @@ use super::super::container::Container;
 use super::super::state::State as MeshState;
 use super::http::{Answer, bytes_answer, long_work, work};
 use super::mesh::state_of;
-use isomend_core::mesh::{Topology, area_vector, welded};
+use isomend_core::mesh::{Topology, welded};
 
 #[derive(Deserialize)]
 pub struct WallsQuery {
@@ -63,11 +63,7 @@ pub async fn components(State(app): State<Arc<App>>, Path((_, id)): Path<(String
 fn packed(state: &MeshState, centre: DVec3) -> Vec<u8> {
     let (mut mesh, _) = welded(&state.loaded.mesh);
     let topology = Topology::new(&mut mesh);
-    let mut areas = vec![0.0; topology.component_faces.len()];
-    for f in topology.faces() {
-        areas[topology.component[f as usize] as usize] +=
-            0.5 * area_vector(mesh.corners(f)).length();
-    }
+    let areas = topology.component_areas(&mesh);
     let boxes = topology.component_bounds(&mesh);
     let middle = |(low, high): &(DVec3, DVec3)| (0.5 * (*low + *high) - centre).as_vec3();
     let faces = topology.component_faces.iter().map(|count| *count as u32);

@@ -79,6 +79,10 @@ struct RepairStepsRow<'a> {
     split_vertices: usize,
     /// Faces cut out at edges with more than two faces.
     non_manifold_faces: usize,
+    /// Components that were removed by their numbers.
+    dropped_components: usize,
+    /// Their faces.
+    dropped_faces: usize,
     /// Small components that were removed.
     debris_components: usize,
     /// Their faces.
@@ -132,6 +136,8 @@ impl<'a> RepairRow<'a> {
                 reoriented_faces: r.reoriented_faces,
                 split_vertices: r.split_vertices,
                 non_manifold_faces: r.non_manifold_faces,
+                dropped_components: r.dropped[0],
+                dropped_faces: r.dropped[1],
                 debris_components: r.debris[0],
                 debris_faces: r.debris[1],
                 inside_components: r.inside[0],
