@@ -115,27 +115,6 @@ def components(page, program, folder, mesh):
     page.click_on("#undo")
     page.reaches(0, "the deletion is undone")
     page.until("document.querySelectorAll('#component-list li').length === 4", "the small cubes are back")
-    delete_chosen(page, program, folder, mesh)
-
-
-def delete_chosen(page, program, folder, mesh):
-    """The component that is clicked in the list is deleted alone, as `isomend repair --drop` does."""
-    page.click_on("#component-list li:nth-child(3) button")
-    number = page.run("isomend.aspects.components.picked") + 1
-    command = f"isomend repair --drop {number} --skip {SKIPPED}"
-    page.expect(page.run("document.querySelector('#debris-command').textContent") == command, "the command of a chosen component is not shown")
-    page.expect(page.run("document.querySelector('#debris-delete').textContent") == f"Delete component {number}", "the button names no component")
-    page.click_on("#debris-delete")
-    page.until_done()
-    page.reaches(1, "the chosen component is deleted")
-    page.until("document.querySelectorAll('#component-list li').length === 3", "the others are listed")
-    saved, wanted = folder / "three.ply", folder / "three_wanted.ply"
-    page.run(f"fetch('api/save', {{ method: 'POST', headers: {{ 'content-type': 'application/json' }}, body: JSON.stringify({{ kind: 'mesh', path: '{saved.name}', overwrite: false }}) }})")
-    subprocess.run([program, "repair", mesh, "-o", wanted, "--drop", str(number), "--skip", SKIPPED, "-q"], check=True)
-    page.expect(saved.exists() and saved.read_bytes() == wanted.read_bytes(), "the page deletes another component than the command")
-    page.click_on("#undo")
-    page.reaches(0, "the deletion of the chosen component is undone")
-    page.until("document.querySelectorAll('#component-list li').length === 4", "the chosen component is back")
 
 
 def components_beside_previews(page):
@@ -161,6 +140,25 @@ def components_beside_previews(page):
     page.expect(page.run("document.querySelector('#debris-delete').textContent") == "Delete 2 components", "the button has an old count")
 
 
+def delete_chosen(page, program, folder, mesh):
+    """The component that is clicked in the list is deleted alone, as `isomend repair --drop` does."""
+    page.click_on("#component-list li:nth-child(3) button")
+    number = page.run("isomend.aspects.components.picked") + 1
+    command = f"isomend repair --drop {number} --skip {SKIPPED}"
+    page.expect(page.run("document.querySelector('#debris-command').textContent") == command, "the command of a chosen component is not shown")
+    page.expect(page.run("document.querySelector('#debris-delete').textContent") == f"Delete component {number}", "the button names no component")
+    page.click_on("#debris-delete")
+    page.until_done()
+    page.until("document.querySelectorAll('#component-list li').length === 3", "the others are listed")
+    saved, wanted = folder / "three.ply", folder / "three_wanted.ply"
+    page.run(f"fetch('api/save', {{ method: 'POST', headers: {{ 'content-type': 'application/json' }}, body: JSON.stringify({{ kind: 'mesh', path: '{saved.name}', overwrite: false }}) }})")
+    subprocess.run([program, "repair", mesh, "-o", wanted, "--drop", str(number), "--skip", SKIPPED, "-q"], check=True)
+    page.expect(saved.exists() and saved.read_bytes() == wanted.read_bytes(), "the page deletes another component than the command")
+    page.click_on("#undo")
+    page.reaches(0, "the deletion of the chosen component is undone")
+    page.until("document.querySelectorAll('#component-list li').length === 4", "the chosen component is back")
+
+
 def printing(page, program, folder):
     mesh = folder / "bodies.ply"
     boxes(mesh)
@@ -173,6 +171,7 @@ def printing(page, program, folder):
         overhangs(page)
         components(page, program, folder, mesh)
         components_beside_previews(page)
+        delete_chosen(page, program, folder, mesh)
         page.tell_troubles()
     finally:
         server.stop()
