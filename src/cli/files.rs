@@ -109,6 +109,9 @@ impl FilesArgs {
     /// The batch that the options ask for.
     fn batch(&self, task: &Task) -> anyhow::Result<Batch> {
         let common = task.common;
+        for input in &self.inputs {
+            check_pattern(input)?;
+        }
         let sources = self.inputs.iter().map(|i| input::named(i, common.from));
         let mut batch = Batch::new(sources, task.work.clone());
         if let Some(path) = &self.output {
@@ -233,6 +236,15 @@ impl BatchObserver for Printer<'_> {
 
     fn words(&self, error: JobError) -> String {
         format!("{:#}", super::cli_error(error))
+    }
+}
+
+/// Refuses a pattern that no shell has replaced by names of files.
+fn check_pattern(input: &Path) -> anyhow::Result<()> {
+    let text = input.to_string_lossy();
+    match text.contains(['*', '?', '[']) && !input.exists() {
+        true => Err(Usage(format!("no file matches {text}")).into()),
+        false => Ok(()),
     }
 }
 

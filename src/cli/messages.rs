@@ -1,7 +1,7 @@
 //! Messages on jobs: the plan of a dry run, lines on regions while a job runs, and the summary after it.
 
 use isomend::io::{Format, Precision};
-use isomend::job::{JobPlan, JobResult, OperationReport, WorkPlan};
+use isomend::job::{JobPlan, JobResult, OperationReport, Work, WorkPlan};
 use isomend::report::{
     Standing, counted, left_holes, length_beside, level_lines, number, plan_lines, point,
     reason_lines, repair_lines_in, tally_line, timed,
@@ -215,6 +215,7 @@ fn lost_components([count, least, most]: [usize; 3]) -> String {
 /// Prints the report of a fairing.
 fn faired(report: &FairReport, done: &JobResult, console: &Console) {
     let unit = done.spec.deliverables.unit;
+    let marks = matches!(done.spec.work, Work::Fair(Some(_), _));
     let moved = |x: f64| {
         let text = length_beside(x, report.strength);
         unit.map_or(text.clone(), |unit| format!("{text} {unit}"))
@@ -234,11 +235,17 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
             .for_each(|(name, own)| console.say(&format!("{name}: {}", measures(own)))),
     }
     if !report.whole {
-        console.say(&format!(
-            "{} marked, {} cut out",
-            counted(report.marked_faces, "face"),
-            report.removed_faces
-        ));
+        console.say(&match marks {
+            true => format!(
+                "{} marked, {} cut out",
+                counted(report.marked_faces, "face"),
+                report.removed_faces
+            ),
+            false => format!(
+                "{} replaced; a strip along the boundary of the mesh stays, since it is open",
+                counted(report.removed_faces, "face")
+            ),
+        });
     }
     if report.components_left > 0 {
         console.warn(&format!(

@@ -105,10 +105,10 @@ Exit codes:
   0    done
   1    failed; the output file is unchanged. With several inputs: at least one failed
   2    wrong usage, or an error in an options file
-  3    done in part: the output is written, but a hole that was to be filled is still open, an experiment did
-       not reproduce a stated value, or the answer of `check` is no
-  141  the reader of standard output, such as `head`, closed it before the whole file was written
-  130  stopped by Ctrl-C, 143 by SIGTERM, 129 by SIGHUP; files that were written before are named, others are unchanged. `view`, which is ended this way, exits with 0";
+  3    done in part: the output is written, but a hole that was to be filled is open
+  3    the verdict of `check` or `repair` is no or doubtful; `study` found another value
+  130  stopped by Ctrl-C (143: SIGTERM, 129: SIGHUP); written files are named
+  141  the reader of standard output, such as `head`, closed it too early";
 
 /// Fills holes in triangle meshes by 3D level-set Willmore flow.
 ///

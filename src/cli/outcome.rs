@@ -140,7 +140,7 @@ impl Row<'_> {
         let r = self.region;
         let error = r.finish.as_ref().and_then(|f| f.largest_expected_error());
         let cells = Cells {
-            hole: &short_list(&r.holes),
+            hole: &short_list(&r.holes, r.components),
             diameter: &number(r.diameter),
             edges: &self.edges.to_string(),
             closed_by: closed_by(r.closure.as_ref(), width.is_some_and(|width| width < WIDE)),
@@ -229,10 +229,10 @@ fn closed_by(how: Option<&Closure>, is_narrow: bool) -> &'static str {
     }
 }
 
-/// Numbers of holes as `3+7`, cut off at the width of their column.
-fn short_list(holes: &[HoleId]) -> String {
+/// Numbers of holes as `3+7` if one patch joins their rims, as `3, 7` if each has its own; cut off at the width of their column.
+fn short_list(holes: &[HoleId], patches: usize) -> String {
     let all: Vec<String> = holes.iter().map(HoleId::to_string).collect();
-    let all = all.join("+");
+    let all = all.join(if patches < holes.len() { "+" } else { ", " });
     match all.len() > NUMBERS {
         true => format!("{}...", &all[..NUMBERS - 3]),
         false => all,
@@ -476,7 +476,7 @@ mod tests {
         {
             for width in [60, 80] {
                 let widest = Cells {
-                    hole: &short_list(&[1234, 2345, 3456].map(HoleId::from)),
+                    hole: &short_list(&[1234, 2345, 3456].map(HoleId::from), 1),
                     diameter: "1.234e-9",
                     edges: "12345",
                     closed_by: closed_by(way.as_ref(), width < WIDE),

@@ -7,7 +7,7 @@ use clap::Args;
 use isomend::Volume;
 use isomend::io::Precision;
 use isomend::job::{self, VolumeSeconds};
-use isomend::report::length;
+use isomend::report::{counted, length};
 use isomend::volume::VolumeParams;
 
 use super::console::Console;
@@ -88,6 +88,12 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
         writing: before_writing.elapsed().as_secs_f64(),
         total: start.elapsed().as_secs_f64(),
     };
+    if done.measured.open_edges > 0 {
+        console.note(&format!(
+            "the mesh is open at {}: what its winding number calls inside is negative; `isomend fill` closes holes",
+            counted(done.measured.open_edges, "edge")
+        ));
+    }
     console.say(&summary(volume));
     if let Some(json) = &args.common.json {
         json.write(&done.document(Some((&output, seconds))))?;

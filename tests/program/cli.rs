@@ -121,7 +121,7 @@ fn a_fill_writes_the_mesh_and_reports_on_standard_error_only() {
     assert!(output.stdout.is_empty());
     assert!(
         said.contains("expected error")
-            && said.contains("all 2 holes are closed (2 by the level set)"),
+            && said.contains("both holes are closed (2 by the level set)"),
         "{said}"
     );
     assert!(!said.contains(['\r', '\x1b']), "no progress bar: {said:?}");

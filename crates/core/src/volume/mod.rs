@@ -101,6 +101,9 @@ pub struct Measured {
     pub volume: Volume,
     /// Number of nodes whose distance was not clamped.
     pub nodes: usize,
+    /// Number of edges with one face only.
+    #[doc(hidden)]
+    pub open_edges: usize,
     /// The time taken, by step.
     pub seconds: MeasuredSeconds,
 }
@@ -194,6 +197,7 @@ pub fn measure_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Measured, Vo
     Ok(Measured {
         volume,
         nodes,
+        open_edges: topology.boundary.iter().filter(|open| **open).count(),
         seconds,
     })
 }

@@ -243,6 +243,7 @@ impl Drawn<'_> {
                 format!("all closed, {patches} intersecting")
             }
             (0, _) if all == 1 => "the hole is closed".to_owned(),
+            (0, _) if all == 2 => "both holes are closed".to_owned(),
             (0, _) => format!("all {all} holes are closed"),
             (open, 0) => format!("{open} of {} left open", counted(all, "hole")),
             (_, open) => format!("{open} of {all} holes could not be closed"),

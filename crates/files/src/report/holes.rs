@@ -168,7 +168,11 @@ fn hole_cells(h: &Hole, size: f64) -> [String; 10] {
         length(h.length),
         length(h.diameter),
         length_beside(h.height, h.diameter),
-        number(h.planarity),
+        // Three points are in one plane.
+        match h.edges {
+            3 => "0".to_owned(),
+            _ => number(h.planarity),
+        },
         point(h.centre, size),
         normal.join(", "),
         (h.component + 1).to_string(),

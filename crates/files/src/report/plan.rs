@@ -43,6 +43,7 @@ pub fn plan_lines(plan: &FillPlan, unit: Option<Unit>) -> Vec<String> {
     lines.push(match (all, open) {
         (0, _) => "no holes".to_owned(),
         (1, 0) => "the hole would be filled".to_owned(),
+        (2, 0) => "both holes would be filled".to_owned(),
         (_, 0) => format!("all {all} holes would be filled"),
         _ => format!("{} of {} would be filled", all - open, counted(all, "hole")),
     });

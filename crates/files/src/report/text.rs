@@ -390,6 +390,7 @@ pub fn tally_line(report: &FillReport) -> String {
     let mut line = match all {
         0 => "no holes".to_owned(),
         1 if closed == 1 => "the hole is closed".to_owned(),
+        2 if closed == 2 => "both holes are closed".to_owned(),
         _ if closed == all => format!("all {all} holes are closed"),
         _ => format!("{closed} of {} closed", counted(all, "hole")),
     };

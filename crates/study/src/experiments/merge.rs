@@ -207,7 +207,7 @@ fn claims(report: &mut StudyReport, record: &Record, evolution: &PlaneRun, last:
             &format!("a convex oval at step {}", settings.steps),
             "one component that fills its convex hull to 1 %".to_owned(),
             format!(
-                "{} component(s), {:.2} % of the hull",
+                "components: {}, {:.2} % of the hull",
                 last.components,
                 100.0 * last.convexity
             ),

@@ -132,7 +132,9 @@ struct Column {
     /// (h, L2 error).
     points: Vec<(f64, f64)>,
     orders: Vec<f64>,
-    /// Largest relative difference from the reference.
+    /// Number of grids that the reference has.
+    compared: usize,
+    /// Largest relative difference from it.
     off: f64,
     unconverged: usize,
 }
@@ -173,6 +175,7 @@ fn run_variant(
             .map(|&(h, e)| (e / run.error).ln() / (h * cells as f64).ln());
         let reference = REFERENCE.iter().find(|r| r.0 == cells).map(|r| r.1);
         if let Some(r) = reference {
+            column.compared += 1;
             column.off = column.off.max((run.error / r - 1.0).abs());
         }
         column.orders.extend(order);
@@ -192,23 +195,31 @@ fn run_variant(
     Ok((table, column))
 }
 
+/// What the grids that were computed can test.
 fn claims(report: &mut StudyReport, name: &str, column: &Column) {
-    report.claim(
-        StatedBy::Reference,
-        &format!("variant {name}: errors"),
-        "the same to 1 %, all runs converged".to_owned(),
-        format!(
-            "{:.2} % off at most, {} runs not converged",
-            100.0 * column.off,
-            column.unconverged
-        ),
-        column.off < 0.01 && column.unconverged == 0,
-    );
-    let finest = &column.orders[column.orders.len().saturating_sub(3)..];
+    if column.compared > 0 {
+        report.claim(
+            StatedBy::Reference,
+            &format!("variant {name}: errors"),
+            "the same to 1 %, all runs converged".to_owned(),
+            format!(
+                "{:.2} % off at most, {} runs not converged",
+                100.0 * column.off,
+                column.unconverged
+            ),
+            column.off < 0.01 && column.unconverged == 0,
+        );
+    }
+    let Some(start) = column.orders.len().checked_sub(3) else {
+        return;
+    };
+    let finest = &column.orders[start..];
     let list: Vec<String> = finest.iter().map(|o| format!("{o:.3}")).collect();
     report.claim(
         StatedBy::Theory,
-        &format!("variant {name}: order of convergence on the finest three grids"),
+        &format!(
+            "variant {name}: order of convergence from each of the finest four grids to the next"
+        ),
         "2.0, to 0.06".to_owned(),
         list.join(", "),
         finest.iter().all(|o| (o - 2.0).abs() < 0.06),
@@ -223,7 +234,7 @@ pub fn table1(
     let clock = Instant::now();
     let mut report = StudyReport::new(
         "table1",
-        "ResultTable 1: graph over (-1/2, 1/2)^2 with position and normal of the unit sphere on the boundary; steady state, epsilon = 1",
+        "Table 1: graph over (-1/2, 1/2)^2 with position and normal of the unit sphere on the boundary; steady state, epsilon = 1",
     );
     let mut curves = Vec::new();
     for &variant in &settings.variants {
