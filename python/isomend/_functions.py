@@ -370,7 +370,7 @@ def compare(a: Any, b: Any, *, samples: int = 100_000, threads: int | None = Non
     samples = _params.params("compare", {"samples": samples, **unknown})["samples"]
     workers = None if threads is None else _params.count("threads", threads)
     first, second = as_model(a), as_model(b)
-    return comparison(_isomend.compare(first._core, second._core, samples, workers))
+    return comparison(*_isomend.compare(first._core, second._core, samples, workers))
 
 
 def convert(
