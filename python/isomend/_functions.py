@@ -136,7 +136,7 @@ def fill(
         threads: Number of threads, one per core by default. The result does not depend on it.
         point_data: Named values of vertices, (n,) or (n, k), which are continued on patches; see :class:`isomend.Model`.
         cell_data: Named values of faces, (m,) or (m, k).
-        progress: Called as ``progress(part, done, all)``, at most 20 times a second, in the calling thread: the part of the work
+        progress: Called as ``progress(part, done, regions)``, at most 20 times a second, in the calling thread: the part of the work
             that is done (0 to 1), regions done, all regions. The run stops if it returns ``False`` or raises an exception.
         strict: Raise :class:`isomend.StrictError` unless the surface of every filled hole with more than four edges converged and
             intersects nothing.

@@ -48,7 +48,7 @@ def taken_apart(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, A
     """Splits options into options of the call (threads, progress, strict), validated, and parameters of the work."""
     run = {name: options[name] for name in RUN if options.get(name) is not None}
     if not callable(run.get("progress", callable)):
-        raise ParameterError(f"progress must be a function, called as progress(part, done, all), but is {run['progress']!r}")
+        raise ParameterError(f"progress must be a function, called as progress(part, done, regions), but is {run['progress']!r}")
     flag("strict", run.get("strict", False))
     return run, {name: value for name, value in options.items() if name not in RUN}
 

@@ -191,7 +191,7 @@ def test_the_path_of_a_mask_may_stand_alone(sphere, tmp_path):
         (lambda v, f: isomend.sdf(v, f, size=1), "sdf has no parameter 'size'; it has voxel, band, threads$"),
         (lambda v, f: isomend.surface("a.vti", at=1), "surface has no parameter 'at'; it has level"),
         (lambda v, f: isomend.signed_distance(v, v, f, at=1), "signed_distance has no parameter 'at'; it has threads"),
-        (lambda v, f: isomend.fill(v, f, progress=5), r"progress must be a function, called as progress\(part, done, all\), but is 5"),
+        (lambda v, f: isomend.fill(v, f, progress=5), r"progress must be a function, called as progress\(part, done, regions\), but is 5"),
         (lambda v, f: isomend.fill(v, f, strict="yes"), "strict must be True or False"),
         (lambda v, f: isomend.fill(v, f, holes=["a"]), "each number of holes must be a whole number, but is 'a'"),
         (lambda v, f: isomend.fill(v, f, bridge="1+2"), r"bridge must be a list such as \[\[1, 2\]\], but is '1\+2'"),
