@@ -7,21 +7,17 @@ import numpy as np
 from bpy.props import StringProperty
 
 from . import settings
-from .refusals import reason_against
+from .refusals import OnMesh, reason_against
 from .taken import Taken
 
 
-class ISOMEND_OT_check(bpy.types.Operator):
+class ISOMEND_OT_check(OnMesh, bpy.types.Operator):
     """Say whether the active mesh is watertight and can be printed, and list its defects"""
 
     bl_idname = "isomend.check"
     bl_label = "Check"
     bl_options = {"REGISTER"}
     __annotations__ = settings.of_check()
-
-    @classmethod
-    def poll(cls, context):
-        return context.active_object is not None and context.active_object.type == "MESH"
 
     def execute(self, context):
         import isomend
@@ -55,7 +51,7 @@ def answer(verdict):
     return f"Not watertight or printable: {'; '.join(verdict.reasons)}"
 
 
-class ISOMEND_OT_select_defects(bpy.types.Operator):
+class ISOMEND_OT_select_defects(OnMesh, bpy.types.Operator):
     """Select the faces at all defects of one kind"""
 
     bl_idname = "isomend.select_defects"
@@ -63,10 +59,6 @@ class ISOMEND_OT_select_defects(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     kind: StringProperty(name="Kind", description="Kind of the defects, as in the list of defects")
-
-    @classmethod
-    def poll(cls, context):
-        return context.active_object is not None and context.active_object.type == "MESH"
 
     def execute(self, context):
         item, shown = context.active_object, context.scene.isomend
@@ -99,12 +91,4 @@ def select_polygons(mesh, polygons):
 
 CLASSES = (ISOMEND_OT_check, ISOMEND_OT_select_defects)
 
-
-def register():
-    for one in CLASSES:
-        bpy.utils.register_class(one)
-
-
-def unregister():
-    for one in reversed(CLASSES):
-        bpy.utils.unregister_class(one)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -4,6 +4,7 @@ materials of the view layer while it is shown. The objects' own materials are no
 import bpy
 
 from . import attributes as at
+from .refusals import OnMesh
 
 NAME = "isomend expected error"
 
@@ -38,7 +39,7 @@ def material_for(largest):
     return material
 
 
-class ISOMEND_OT_show_error(bpy.types.Operator):
+class ISOMEND_OT_show_error(OnMesh, bpy.types.Operator):
     """Show the expected error of patches as colours, in the material preview and in renderings. Press again to hide it"""
 
     bl_idname = "isomend.show_error"
@@ -47,8 +48,7 @@ class ISOMEND_OT_show_error(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        item = context.active_object
-        return item is not None and item.type == "MESH" and (at.SIGMA in item.data.attributes or is_shown(context))
+        return super().poll(context) and (at.SIGMA in context.active_object.data.attributes or is_shown(context))
 
     def execute(self, context):
         if is_shown(context):
@@ -73,9 +73,4 @@ def is_shown(context):
     return override is not None and override.name == NAME
 
 
-def register():
-    bpy.utils.register_class(ISOMEND_OT_show_error)
-
-
-def unregister():
-    bpy.utils.unregister_class(ISOMEND_OT_show_error)
+register, unregister = bpy.utils.register_classes_factory((ISOMEND_OT_show_error,))

@@ -7,20 +7,16 @@ import numpy as np
 from bpy.props import BoolProperty, IntProperty
 
 from . import attributes as at
-from .refusals import reason_against
+from .refusals import OnMesh, reason_against
 from .taken import Taken
 
 
-class ISOMEND_OT_find_holes(bpy.types.Operator):
+class ISOMEND_OT_find_holes(OnMesh, bpy.types.Operator):
     """List the holes of the active mesh with their sizes"""
 
     bl_idname = "isomend.find_holes"
     bl_label = "Find holes"
     bl_options = {"REGISTER"}
-
-    @classmethod
-    def poll(cls, context):
-        return context.active_object is not None and context.active_object.type == "MESH"
 
     def execute(self, context):
         import isomend
@@ -46,7 +42,7 @@ class ISOMEND_OT_find_holes(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class ISOMEND_OT_select_hole(bpy.types.Operator):
+class ISOMEND_OT_select_hole(OnMesh, bpy.types.Operator):
     """Select the rim of a hole of the list, alone or in addition to what is selected"""
 
     bl_idname = "isomend.select_hole"
@@ -55,10 +51,6 @@ class ISOMEND_OT_select_hole(bpy.types.Operator):
 
     index: IntProperty(name="Row", description="Row of the list, from 0", min=0)
     extend: BoolProperty(name="Extend", description="Keep what is selected")
-
-    @classmethod
-    def poll(cls, context):
-        return context.active_object is not None and context.active_object.type == "MESH"
 
     def execute(self, context):
         item, settings = context.active_object, context.scene.isomend
@@ -88,12 +80,4 @@ class ISOMEND_OT_select_hole(bpy.types.Operator):
 
 CLASSES = (ISOMEND_OT_find_holes, ISOMEND_OT_select_hole)
 
-
-def register():
-    for one in CLASSES:
-        bpy.utils.register_class(one)
-
-
-def unregister():
-    for one in reversed(CLASSES):
-        bpy.utils.unregister_class(one)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

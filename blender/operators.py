@@ -7,7 +7,7 @@ import bpy
 
 from . import settings
 from .given_back import NotGivenBack, give_back
-from .refusals import reason_against
+from .refusals import OnMesh, reason_against
 from .taken import Taken
 from .work import Work
 
@@ -22,15 +22,14 @@ class NothingToDo(Exception):
     """There is no hole to fill, or no face is selected; the message says what to select."""
 
 
-class Mending:
+class Mending(OnMesh):
     """Base class of the operators that mend a mesh."""
 
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context):
-        item = context.active_object
-        return item is not None and item.type == "MESH" and item.mode in ("OBJECT", "EDIT")
+        return super().poll(context) and context.active_object.mode in ("OBJECT", "EDIT")
 
     def solving(self, taken):
         """Options of the operators that fill holes."""
@@ -281,12 +280,4 @@ def shown_length(context, length):
 
 CLASSES = (ISOMEND_OT_fill, ISOMEND_OT_restore, ISOMEND_OT_fair, ISOMEND_OT_repair)
 
-
-def register():
-    for one in CLASSES:
-        bpy.utils.register_class(one)
-
-
-def unregister():
-    for one in reversed(CLASSES):
-        bpy.utils.unregister_class(one)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -1,4 +1,4 @@
-"""Objects that are refused, with the reasons: meshes whose shape keys or modifiers would break if faces are added or removed."""
+"""Objects that are refused: other objects than meshes, and meshes whose shape keys or modifiers would break if faces are added or removed."""
 
 # Modifiers that store data for each vertex or face: if these change, the modifiers stop working, or the data is lost.
 BOUND = {
@@ -20,6 +20,14 @@ CLOSING = {
     "SKIN": "makes a surface from edges, which isomend does not see; apply it, or disable it in the viewport, first",
     "REMESH": "shows another mesh than the one that would be filled; apply it, or disable it in the viewport, first",
 }
+
+
+class OnMesh:
+    """Base class of the operators that need an active mesh."""
+
+    @classmethod
+    def poll(cls, context):
+        return context.active_object is not None and context.active_object.type == "MESH"
 
 
 def is_bound(modifier):

@@ -22,7 +22,7 @@ def following():
         return None
     bar = comfy.utils.ProgressBar(100)
 
-    def progress(part, done, all_regions):
+    def progress(part, done, regions_regions):
         bar.update_absolute(round(100 * part), 100)
         # Raises an exception if the user has stopped the run, which cancels isomend's work.
         comfy.model_management.throw_exception_if_processing_interrupted()

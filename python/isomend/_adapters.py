@@ -6,14 +6,15 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from isomend._carried import REPORT, expected_errors
-from isomend._errors import MeshError
+from isomend._errors import MeshError, ParameterError
 from isomend._mesh import Mended, Model
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
     from typing_extensions import Unpack
 
     from isomend._options import FairOptions, FillOptions, RepairOptions, RestoreOptions
@@ -45,7 +46,7 @@ def fill_mesh(mesh: Any, *, return_report: bool = False, **options: Unpack[FillO
         TypeError: The type is none of these.
         MeshError: The mesh has cells other than triangles, or is not valid.
     """
-    return mend_mesh(mesh, lambda model: model.fill(**options), return_report)
+    return mend_mesh("fill", mesh, lambda model: model.fill(**options), return_report)
 
 
 def repair_mesh(mesh: Any, *, return_report: bool = False, **options: Unpack[RepairOptions]) -> Any:
@@ -62,7 +63,7 @@ def repair_mesh(mesh: Any, *, return_report: bool = False, **options: Unpack[Rep
     Raises:
         TypeError, MeshError: As for :func:`fill_mesh`.
     """
-    return mend_mesh(mesh, lambda model: model.repair(**options), return_report)
+    return mend_mesh("repair", mesh, lambda model: model.repair(**options), return_report)
 
 
 def restore_mesh(mesh: Any, mark: Mask, *, return_report: bool = False, **options: Unpack[RestoreOptions]) -> Any:
@@ -82,7 +83,7 @@ def restore_mesh(mesh: Any, mark: Mask, *, return_report: bool = False, **option
         EmptyMaskError: No face is marked.
         TypeError, MeshError: As for :func:`fill_mesh`.
     """
-    return mend_mesh(mesh, lambda model: model.restore(mark, **options), return_report)
+    return mend_mesh("restore", mesh, lambda model: model.restore(mark, **options), return_report)
 
 
 def fair_mesh(
@@ -104,11 +105,12 @@ def fair_mesh(
     Raises:
         EmptyMaskError, TypeError, MeshError: As for :func:`restore_mesh`.
     """
-    return mend_mesh(mesh, lambda model: model.fair(mark, **options), return_report)
+    return mend_mesh("fair", mesh, lambda model: model.fair(mark, **options), return_report)
 
 
-def mend_mesh(mesh: Any, work: Work, return_report: bool = False) -> Any:
+def mend_mesh(command: str, mesh: Any, work: Work, return_report: bool = False) -> Any:
     """A mesh of the same type as `mesh` with the result of `work`; with `return_report` the mesh and the report."""
+    _refuse_own(command, mesh)
     model, back = _adapted(mesh)
     mended = work(model)
     out = back(mended)
@@ -143,7 +145,26 @@ def as_model(mesh: Any) -> Model:
         return Model._read(os.fspath(mesh))
     if isinstance(mesh, (tuple, list)) and len(mesh) == 2:
         return Model(*mesh)
+    if isinstance(mesh, (tuple, list)) or type(mesh).__module__ == "numpy":
+        raise TypeError("faces are missing: these are vertices alone; give both, as in isomend.fill(vertices, faces)")
     return _adapted(mesh)[0]
+
+
+def model_of(
+    vertices: Any,
+    faces: ArrayLike | None,
+    point_data: Mapping[str, ArrayLike] | None = None,
+    cell_data: Mapping[str, ArrayLike] | None = None,
+) -> Model:
+    """The model of vertices and faces, or of a mesh in place of the vertices."""
+    if faces is not None:
+        return Model(vertices, faces, point_data=point_data, cell_data=cell_data)
+    if point_data is not None or cell_data is not None:
+        raise ParameterError(
+            "point_data and cell_data belong to vertices and faces; a mesh or a file has values of its own: give its arrays, "
+            "as in isomend.fill(mesh.vertices, mesh.faces, point_data=...)"
+        )
+    return as_model(vertices)
 
 
 def is_mesh(value: Any) -> bool:
@@ -173,10 +194,22 @@ def _adapted(mesh: Any) -> Adapted:
         return _meshio(mesh)
     if has("vertices", "triangles", "vertex_colors", "triangle_normals"):
         return _open3d(mesh)
+    if has("geometry", "graph"):
+        raise TypeError("a scene holds several meshes; give one mesh, as scene.to_mesh() makes it, or isomend.read(path)")
     kind = f"{type(mesh).__module__}.{type(mesh).__qualname__}"
     raise TypeError(
         f"{kind} is no mesh of trimesh, pyvista, meshio or Open3D; pass its arrays to isomend.fill(vertices, faces)"
     )
+
+
+def _refuse_own(command: str, mesh: Any) -> None:
+    """A `TypeError` if a mesh is none of another package, but one that the functions on models and files take."""
+    own = "a path" if isinstance(mesh, (str, os.PathLike)) else "a model" if isinstance(mesh, (Model, Mended)) else None
+    if own is not None:
+        name = "path" if own == "a path" else "model"
+        raise TypeError(f"{command}_mesh takes meshes of other packages, but this is {own}: call isomend.{command}({name}, ...)")
+    if isinstance(mesh, (tuple, list)) or type(mesh).__module__ == "numpy":
+        raise TypeError(f"{command}_mesh takes meshes of other packages, but these are arrays: call isomend.{command}(vertices, faces, ...)")
 
 
 def _trimesh(mesh: Any) -> Adapted:

@@ -109,6 +109,8 @@ def role(name: str, components: int) -> str:
 def given(what: str, data: Mapping[str, ArrayLike] | None, count: int) -> list[Given]:
     """Named values in the library's form. A `ParameterError` if there are not `count` of them, or their type is not supported."""
     out: list[Given] = []
+    if data is not None and not isinstance(data, Mapping):
+        raise ParameterError(f"{what} must be a dictionary of names and arrays, such as {{'heat': values}}, but is {type(data).__name__}")
     for name, values in (data or {}).items():
         array = unmasked(f"{what} '{name}'", values)
         if array.dtype.kind == "b":

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from isomend import _isomend
-from isomend._reports import Drawn, report_of
+from isomend._reports import Drawn, report_of, shortened
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Defect:
     """All defects of one kind.
 
@@ -29,6 +29,21 @@ class Defect:
     count: int
     faces: NDArray[Any]
     places: NDArray[Any]
+
+    def __repr__(self) -> str:
+        return shortened(self, {"faces": "faces", "places": "places"})
+
+
+class Defects(dict[str, Defect]):
+    """The defects found, by kind. Of a kind that was not found, ``defects[kind]`` has the count 0."""
+
+    def __missing__(self, kind: str) -> Defect:
+        import numpy as np
+
+        kinds = _isomend.defect_kinds()
+        if kind not in kinds:
+            raise KeyError(f"there is no kind of defect {kind!r}; there are {', '.join(kinds)}")
+        return Defect(kind, 0, np.zeros(0, np.int64), np.zeros((0, 3)))
 
 
 class Verdict(Drawn):
@@ -62,8 +77,8 @@ class Verdict(Drawn):
         #: The walls of closed components: the ``least`` and the ``mean`` thickness in the mesh's units, the number of the ``component``
         #: with the thinnest wall, from 1 in the order of first faces, and its position (``at``). None if there are no walls.
         self.walls: dict[str, Any] | None = self.report["walls"]
-        #: The defects found, by kind, with all their faces and places.
-        self.defects: dict[str, Defect] = {row[0]: Defect(*row) for row in core.defects()}
+        #: The defects found, by kind, with all their faces and places. ``defects[kind]`` of a kind that was not found has the count 0.
+        self.defects: Defects = Defects((row[0], Defect(*row)) for row in core.defects())
 
     def __bool__(self) -> bool:
         return self.sound

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from isomend._reports import report_of
@@ -68,9 +68,9 @@ class Kept:
     faces_in_order: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
-    """The comparison of two meshes; see :func:`isomend.compare`.
+    """The comparison of two meshes; see :func:`isomend.compare`. It prints as a table.
 
     Attributes:
         a: Measurements of the first mesh.
@@ -87,11 +87,23 @@ class Comparison:
     b_to_a: Distances
     kept: Kept
     report: dict[str, Any]
+    _lines: tuple[str, ...] = field(default=(), compare=False)
+
+    def __repr__(self) -> str:
+        # Distances far below the size of the meshes are rounding errors.
+        rounding = 1e-12 * max(self.a.area, self.b.area) ** 0.5
+        a, b = (0.0 if each.max < rounding else each.max for each in (self.a_to_b, self.b_to_a))
+        kept = f"{self.kept.faces} of {self.a.faces} faces of A are in B"
+        return f"<isomend.Comparison: A to B at most {a:.4g}, B to A at most {b:.4g}; {kept}>"
+
+    def __str__(self) -> str:
+        """Sizes, distances in both directions, and what of A is kept in B, as a table."""
+        return "\n".join(self._lines)
 
 
-def comparison(document: str) -> Comparison:
-    """A comparison from its JSON document."""
+def comparison(document: str, lines: list[str]) -> Comparison:
+    """A comparison from its JSON document and its table."""
     report = report_of(document)
     a_to_b, b_to_a = (Distances(**dict(report[name], max_at=tuple(report[name]["max_at"]))) for name in ("a_to_b", "b_to_a"))
     facts = {name: SurfaceFacts(**report[name]) for name in ("a", "b")}
-    return Comparison(**facts, a_to_b=a_to_b, b_to_a=b_to_a, kept=Kept(**report["kept"]), report=report)
+    return Comparison(**facts, a_to_b=a_to_b, b_to_a=b_to_a, kept=Kept(**report["kept"]), report=report, _lines=tuple(lines))

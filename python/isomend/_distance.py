@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any, Literal, Union
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, Union, overload
 
 from isomend import _isomend, _params
+from isomend._adapters import as_model, model_of
 from isomend._errors import ParameterError
 from isomend._mesh import Model
 from isomend._volume import Volume
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     Path = Union[str, os.PathLike[str]]
 
 
+@overload
 def sdf(
     vertices: ArrayLike,
     faces: ArrayLike,
@@ -25,6 +27,23 @@ def sdf(
     voxel: Voxel = "auto",
     band: float | Literal["full"] = "full",
     threads: int | None = None,
+) -> Volume: ...
+@overload
+def sdf(
+    vertices: Any,
+    *,
+    voxel: Voxel = "auto",
+    band: float | Literal["full"] = "full",
+    threads: int | None = None,
+) -> Volume: ...
+def sdf(
+    vertices: Any,
+    faces: ArrayLike | None = None,
+    *,
+    voxel: Voxel = "auto",
+    band: float | Literal["full"] = "full",
+    threads: int | None = None,
+    **unknown: NoReturn,
 ) -> Volume:
     """Computes the signed distance of a mesh as a volume, negative inside.
 
@@ -33,7 +52,7 @@ def sdf(
     :func:`signed_distance`.
 
     Args:
-        vertices: (n, 3).
+        vertices: (n, 3). Or a mesh, without ``faces``, as for :func:`isomend.fill`.
         faces: (m, 3).
         voxel: Distance of neighbouring nodes, in the mesh's units; ``auto`` takes 1/128 of the longest side. This is the longest side
             of the bounding box.
@@ -54,7 +73,7 @@ def sdf(
     >>> volume.values.shape, volume.origin, float(volume.values[5, 5, 5])
     ((15, 15, 15), (-0.375, -0.375, -0.375), -0.14433756729740643)
     """
-    return Model(vertices, faces).sdf(voxel=voxel, band=band, threads=threads)
+    return model_of(vertices, faces).sdf(voxel=voxel, band=band, threads=threads, **unknown)
 
 
 def read_volume(source: Path | bytes, *, array: str | None = None) -> Volume:
@@ -82,6 +101,7 @@ def surface(
     close: bool = False,
     array: str | None = None,
     threads: int | None = None,
+    **unknown: NoReturn,
 ) -> Model:
     """Extracts the surface at one level of a volume by marching cubes. Values below the level are inside.
 
@@ -105,6 +125,12 @@ def surface(
     >>> bool(isomend.surface(volume, level=0.1).check())
     True
     """
+    _params.refuse_unknown("surface", unknown, ("level", "close", "array", "threads"))
+    if not isinstance(volume, (Volume, str, bytes, os.PathLike)):
+        raise TypeError(
+            f"surface takes a Volume, or the path or the bytes of a file with one, but is given {type(volume).__qualname__}; "
+            "isomend.sdf(mesh) makes a volume of a mesh"
+        )
     if not isinstance(volume, Volume):
         volume = read_volume(volume, array=array)
     elif array is not None:
@@ -114,8 +140,19 @@ def surface(
     return Model._of(volume._core.surface(at, _params.flag("close", close), workers))
 
 
+@overload
 def signed_distance(
     points: ArrayLike, vertices: ArrayLike, faces: ArrayLike, *, threads: int | None = None
+) -> NDArray[Any]: ...
+@overload
+def signed_distance(points: ArrayLike, vertices: Any, *, threads: int | None = None) -> NDArray[Any]: ...
+def signed_distance(
+    points: ArrayLike,
+    vertices: Any,
+    faces: ArrayLike | None = None,
+    *,
+    threads: int | None = None,
+    **unknown: NoReturn,
 ) -> NDArray[Any]:
     """Computes signed distances of points from a mesh, negative inside, exact up to rounding.
 
@@ -123,7 +160,7 @@ def signed_distance(
 
     Args:
         points: (k, 3), in the units of the mesh.
-        vertices: (n, 3).
+        vertices: (n, 3). Or a mesh, without ``faces``, as for :func:`isomend.fill`.
         faces: (m, 3).
         threads: Number of threads, one per core by default.
 
@@ -141,7 +178,11 @@ def signed_distance(
     """
     from isomend import _arrays
 
+    _params.refuse_unknown("signed_distance", unknown, ("threads",))
     if threads is not None:
         threads = _params.count("threads", threads)
     at = _arrays.points("points", points)
+    if faces is None:
+        model = as_model(vertices)
+        vertices, faces = model.vertices, model.faces
     return _isomend.signed_distance(at, _arrays.points("vertices", vertices), _arrays.faces(faces), threads)

@@ -6,26 +6,38 @@ from __future__ import annotations
 class IsomendError(Exception):
     """Base class of all exceptions of isomend."""
 
+    __module__ = "isomend"
+
 
 class MeshError(IsomendError, ValueError):
     """A mesh that is not valid: it has no faces, vertex indices out of range, or coordinates that are not finite."""
+
+    __module__ = "isomend"
 
 
 class HoleIdError(IsomendError, IndexError):
     """A hole number that the mesh does not have."""
 
+    __module__ = "isomend"
+
 
 class EmptyMaskError(IsomendError, ValueError):
     """A mask that marks no face."""
+
+    __module__ = "isomend"
 
 
 class ParameterError(IsomendError, ValueError):
     """A parameter that is not valid, by itself or for this mesh."""
 
+    __module__ = "isomend"
+
 
 class FileError(IsomendError, OSError):
     """A file that cannot be read or written, or has damaged content. ``filename`` names it, and ``errno`` is the
     system's number of the error; both are ``None`` where they are not known."""
+
+    __module__ = "isomend"
 
     def __str__(self) -> str:
         """The message; Python's own text of a file error would replace it."""
@@ -34,3 +46,5 @@ class FileError(IsomendError, OSError):
 
 class Cancelled(IsomendError):
     """The run was stopped: the progress function returned ``False``."""
+
+    __module__ = "isomend"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Literal, Union, overload
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, Union, overload
 
 from isomend import _isomend, _params
-from isomend._adapters import as_model, is_mesh
+from isomend._adapters import as_model, is_mesh, model_of
 from isomend._check import Verdict
 from isomend._compare import Comparison, comparison
 from isomend._errors import ParameterError
@@ -42,20 +42,6 @@ def read(source: str | os.PathLike[str] | bytes, *, format: str | None = None) -
     return Model._read(os.fspath(source), format)
 
 
-def _model_of(
-    vertices: Any,
-    faces: ArrayLike | None,
-    point_data: Mapping[str, ArrayLike] | None = None,
-    cell_data: Mapping[str, ArrayLike] | None = None,
-) -> Model:
-    """The model of vertices and faces, or of a mesh in place of the vertices."""
-    if faces is not None:
-        return Model(vertices, faces, point_data=point_data, cell_data=cell_data)
-    if point_data is not None or cell_data is not None:
-        raise ParameterError("point_data and cell_data belong to vertices and faces; a mesh or a file has values of its own")
-    return as_model(vertices)
-
-
 @overload
 def inspect(vertices: ArrayLike, faces: ArrayLike) -> Inspection: ...
 @overload
@@ -79,7 +65,7 @@ def inspect(vertices: Any, faces: ArrayLike | None = None) -> Inspection:
     >>> hole.id, hole.edges, round(hole.length, 3), hole.is_outer_boundary
     (1, 3, 4.243, True)
     """
-    return _model_of(vertices, faces).inspect()
+    return model_of(vertices, faces).inspect()
 
 
 @overload
@@ -118,6 +104,7 @@ def fill(
     cell_data: Mapping[str, ArrayLike] | None = None,
     progress: Progress | None = None,
     strict: bool = False,
+    **unknown: NoReturn,
 ) -> Mended:
     """Fills holes of a mesh. The mesh's own vertices and faces stay bit for bit and in order; patches come after them.
 
@@ -149,7 +136,7 @@ def fill(
         threads: Number of threads, one per core by default. The result does not depend on it.
         point_data: Named values of vertices, (n,) or (n, k), which are continued on patches; see :class:`isomend.Model`.
         cell_data: Named values of faces, (m,) or (m, k).
-        progress: Called as ``progress(part, done, all)``, at most 20 times a second, in the calling thread: the part of the work
+        progress: Called as ``progress(part, done, regions)``, at most 20 times a second, in the calling thread: the part of the work
             that is done (0 to 1), regions done, all regions. The run stops if it returns ``False`` or raises an exception.
         strict: Raise :class:`isomend.StrictError` unless the surface of every filled hole with more than four edges converged and
             intersects nothing.
@@ -171,12 +158,12 @@ def fill(
     >>> filled.is_patch.tolist(), filled.report["outcomes"]["rim_triangles"]
     ([False, False, False, True], 1)
     """
-    model = _model_of(vertices, faces, point_data, cell_data)
+    model = model_of(vertices, faces, point_data, cell_data)
     return model.fill(
         holes=holes, max_diameter=max_diameter, keep_open=keep_open, bridge=bridge, flat=flat, crease=crease,
         flat_base=flat_base, base_offset=base_offset, voxel=voxel, energy=energy, finish=finish, sharp=sharp, like=like,
         grain=grain, apart=apart, edge_ratio=edge_ratio,
-        threads=threads, progress=progress, strict=strict,
+        threads=threads, progress=progress, strict=strict, **unknown,
     )  # fmt: skip
 
 
@@ -226,6 +213,7 @@ def repair(
     cell_data: Mapping[str, ArrayLike] | None = None,
     progress: Progress | None = None,
     strict: bool = False,
+    **unknown: NoReturn,
 ) -> Mended:
     """Repairs a mesh: makes it closed, manifold, oriented and free of self-intersections, as far as possible.
 
@@ -279,13 +267,13 @@ def repair(
     >>> repaired.complete, repaired.faces.tolist(), repaired.report["steps"]["reoriented_faces"]
     (True, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], 1)
     """
-    model = _model_of(vertices, faces, point_data, cell_data)
+    model = model_of(vertices, faces, point_data, cell_data)
     return model.repair(
         weld=weld, drop=drop, debris=debris, flat_base=flat_base, base_offset=base_offset, drop_inside=drop_inside, solid=solid,
         skip=skip, drop_unused=drop_unused, close_borders=close_borders, wall=wall, min_wall=min_wall, holes=holes,
         max_diameter=max_diameter, keep_open=keep_open, bridge=bridge, flat=flat, crease=crease, voxel=voxel, energy=energy,
         finish=finish, sharp=sharp, like=like, grain=grain, apart=apart, edge_ratio=edge_ratio,
-        threads=threads, progress=progress, strict=strict,
+        threads=threads, progress=progress, strict=strict, **unknown,
     )  # fmt: skip
 
 
@@ -316,6 +304,7 @@ def check(
     min_wall: float | None = None,
     debris: float = 0.01,
     threads: int | None = None,
+    **unknown: NoReturn,
 ) -> Verdict:
     """Checks whether a mesh is watertight and can be printed, and finds its defects.
 
@@ -349,10 +338,10 @@ def check(
     >>> verdict.watertight, verdict.oriented, verdict.defects["misoriented"].count
     (True, False, 3)
     """
-    return _model_of(vertices, faces).check(thin=thin, min_wall=min_wall, debris=debris, threads=threads)
+    return model_of(vertices, faces).check(thin=thin, min_wall=min_wall, debris=debris, threads=threads, **unknown)
 
 
-def compare(a: Any, b: Any, *, samples: int = 100_000, threads: int | None = None) -> Comparison:
+def compare(a: Any, b: Any, *, samples: int = 100_000, threads: int | None = None, **unknown: NoReturn) -> Comparison:
     """Compares two meshes: distances in both directions, normals, bending energy, vertices and faces that both have.
 
     Args:
@@ -378,10 +367,10 @@ def compare(a: Any, b: Any, *, samples: int = 100_000, threads: int | None = Non
     >>> done.a_to_b.max, done.kept.faces, round(done.b_to_a.max, 3)
     (0.0, 3, 0.331)
     """
-    samples = _params.params("compare", {"samples": samples})["samples"]
+    samples = _params.params("compare", {"samples": samples, **unknown})["samples"]
     workers = None if threads is None else _params.count("threads", threads)
     first, second = as_model(a), as_model(b)
-    return comparison(_isomend.compare(first._core, second._core, samples, workers))
+    return comparison(*_isomend.compare(first._core, second._core, samples, workers))
 
 
 def convert(
@@ -465,7 +454,7 @@ def restore(
     >>> isomend.restore(vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], [False] * 4)
     Traceback (most recent call last):
     ...
-    isomend._errors.EmptyMaskError: no region is marked: a restoration needs a mask
+    isomend.EmptyMaskError: no region is marked: a restoration needs a mask
     """
     model, mask = _marked(vertices, faces, mark, point_data, cell_data)
     if mask is None:
@@ -518,7 +507,7 @@ def fair(
     >>> isomend.fair([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], strength=1.0, time=1.0)
     Traceback (most recent call last):
     ...
-    isomend._errors.ParameterError: strength and time exclude each other; give one of them
+    isomend.ParameterError: strength and time exclude each other; give one of them
     """
     model, mask = _marked(vertices, faces, mark, point_data, cell_data)
     return model.fair(mask, **options)
@@ -534,7 +523,7 @@ def _marked(
     """The model and the mask of vertices, faces and a mask, or of a mesh and a mask."""
     if mark is None and faces is not None and is_mesh(vertices):
         faces, mark = None, faces
-    return _model_of(vertices, faces, point_data, cell_data), mark
+    return model_of(vertices, faces, point_data, cell_data), mark
 
 
 def solve_task(task: bytes, *, threads: int | None = None) -> bytes:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from isomend._reports import shortened
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Hole:
     """A hole: one closed loop of boundary edges. Lengths are in the units of the mesh.
 
@@ -42,6 +44,9 @@ class Hole:
     component: int
     is_outer_boundary: bool
     object: str | None = None
+
+    def __repr__(self) -> str:
+        return shortened(self, {"rim": "vertices"})
 
 
 @dataclass(frozen=True)

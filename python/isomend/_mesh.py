@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 from isomend import _isomend, _params
 from isomend._check import Verdict
@@ -105,19 +105,30 @@ class Model(Shape):
         return _mended(self, self._core, "repair", None, options)
 
     def check(
-        self, *, thin: float | None = None, debris: float = 0.01, min_wall: float | None = None, threads: int | None = None
+        self,
+        *,
+        thin: float | None = None,
+        debris: float = 0.01,
+        min_wall: float | None = None,
+        threads: int | None = None,
+        **unknown: NoReturn,
     ) -> Verdict:
         """Checks whether the mesh is watertight and printable, and why not; see :func:`isomend.check`."""
         parameters = {"thin": thin, "debris": debris, "min_wall": min_wall}
         options = {**parameters, "threads": threads}
-        params = _params.as_json(_params.params("check", parameters))
+        params = _params.as_json(_params.params("check", {**parameters, **unknown}))
         return Verdict(_isomend.check(self._core, params, _threads(threads)), (self, options))
 
     def sdf(
-        self, *, voxel: Voxel = "auto", band: float | Literal["full"] = "full", threads: int | None = None
+        self,
+        *,
+        voxel: Voxel = "auto",
+        band: float | Literal["full"] = "full",
+        threads: int | None = None,
+        **unknown: NoReturn,
     ) -> Volume:
         """The signed distance of the mesh as a volume; see :func:`isomend.sdf`."""
-        params = _params.as_json(_params.params("sdf", {"voxel": voxel, "band": band}))
+        params = _params.as_json(_params.params("sdf", {"voxel": voxel, "band": band, **unknown}))
         return Volume._of(_isomend.sdf(self._core, params, _threads(threads)))
 
     def plan(self, **options: Unpack[FillOptions]) -> dict[str, Any]:
@@ -229,9 +240,12 @@ class Mended(Shape, Drawn):
 
     def __repr__(self) -> str:
         vertices, faces = self._core.size()
-        state = "complete" if self.complete else "not complete"
         new = faces - self._core.kept_size()[1]
-        return f"<isomend.Mended of {vertices} vertices and {faces} faces, {new} of them new: {state}>"
+        return f"<isomend.Mended of {vertices} vertices and {faces} faces, {new} of them new: {self._core.state()}>"
+
+    def __str__(self) -> str:
+        """What was done, in lines: regions, remarks, holes left open and why, the outcome last."""
+        return "\n".join(self._core.lines())
 
     @property
     def is_patch(self) -> NDArray[Any]:
@@ -280,7 +294,9 @@ class Mended(Shape, Drawn):
 
     @property
     def complete(self) -> bool:
-        """Whether every requested hole is closed; after a repair, whether the mesh has no defects any more."""
+        """Whether no hole that was to be filled is open. Holes left open on request (``holes``, ``max_diameter``, ``keep_open``) and
+        outer borders of open sheets do not count: ``report["outcomes"]["left"]`` is their number. After a repair, whether the mesh
+        has no defects any more."""
         return self._core.complete()
 
     @property
@@ -292,6 +308,18 @@ class Mended(Shape, Drawn):
     def model(self) -> Model:
         """The mended mesh as a new model, to be mended again."""
         return Model._of(CoreModel.of(self._core))
+
+    def check(
+        self,
+        *,
+        thin: float | None = None,
+        debris: float = 0.01,
+        min_wall: float | None = None,
+        threads: int | None = None,
+        **unknown: NoReturn,
+    ) -> Verdict:
+        """Checks whether the mended mesh is watertight and printable, and why not; see :func:`isomend.check`."""
+        return self.model().check(thin=thin, debris=debris, min_wall=min_wall, threads=threads, **unknown)
 
     def patches(self) -> Model:
         """The new faces alone, one component for each hole. ``cell_data["isomend_hole"]`` has the numbers of the holes,
@@ -394,6 +422,8 @@ class StrictError(IsomendError):
         result: The result nevertheless; its ``report`` says what is wrong.
     """
 
+    __module__ = "isomend"
+
     def __init__(self, message: str, result: Mended) -> None:
         super().__init__(message)
         self.result = result
@@ -427,13 +457,16 @@ def _threads(threads: int | None) -> int | None:
 
 
 def _judged(mended: Mended, run: Mapping[str, Any]) -> Mended:
-    """The same result. Raises :class:`StrictError` if it is not flawless and ``strict`` is set; warns if it is not complete."""
+    """The same result. Raises :class:`StrictError` if it is not flawless and ``strict`` is set; logs what needs attention."""
     open_hole = "some requested hole is still open; the report says which and why"
     after = None if mended.complete else mended.report.get("after")
     wrong = f"the result is not sound: {'; '.join(after['reasons'])}" if after else open_hole
     if run.get("strict") and not (mended.complete and mended.flawless):
         not_flawless = "some hole did not get a converged surface that intersects nothing"
         raise StrictError(f"{wrong if after else not_flawless}; the result is in `result`", mended)
-    if not mended.complete:
-        LOG.warning(wrong)
+    messages = mended._core.messages()
+    for is_warning, message in messages:
+        LOG.log(logging.WARNING if is_warning else logging.INFO, "%s", message)
+    if after or not (mended.complete or any(is_warning for is_warning, _ in messages)):
+        LOG.warning("%s", wrong)
     return mended

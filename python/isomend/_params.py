@@ -6,6 +6,7 @@ import functools
 import json
 import operator
 import os
+import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Union
 
@@ -30,6 +31,8 @@ class RunOptions(TypedDict, total=False):
 
 
 RUN = ("threads", "progress", "strict")
+# The options of calls that do not mend.
+CALL = {"check": ("threads",), "compare": ("threads",), "sdf": ("threads",)}
 
 Row: TypeAlias = "dict[str, Any]"
 
@@ -42,8 +45,11 @@ def tables() -> dict[str, dict[str, Row]]:
 
 
 def taken_apart(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Splits options into options of the call (threads, progress, strict) and parameters of the work."""
+    """Splits options into options of the call (threads, progress, strict), validated, and parameters of the work."""
     run = {name: options[name] for name in RUN if options.get(name) is not None}
+    if not callable(run.get("progress", callable)):
+        raise ParameterError(f"progress must be a function, called as progress(part, done, regions), but is {run['progress']!r}")
+    flag("strict", run.get("strict", False))
     return run, {name: value for name, value in options.items() if name not in RUN}
 
 
@@ -69,9 +75,9 @@ def count(name: str, value: Any) -> int:
 
 
 def number(name: str, value: Any) -> float:
-    """A number of Python or numpy as a float; `True` and `False` are refused."""
+    """A number of Python or numpy as a float; truth values and texts are refused."""
     try:
-        if is_bool(value):
+        if is_bool(value) or isinstance(value, (str, bytes)):
             raise TypeError
         return float(value)
     except (TypeError, ValueError):
@@ -129,7 +135,14 @@ def wholes(name: str, values: Any) -> list[int]:
     """A list of hole numbers."""
     if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
         raise ParameterError(f"{name} must be a list of hole numbers, but is {values!r}")
-    return [whole(name, value) for value in values]
+    return [whole(f"each number of {name}", value) for value in values]
+
+
+def listed(name: str, values: Any, example: str) -> list[Any]:
+    """A list of groups."""
+    if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
+        raise ParameterError(f"{name} must be a list such as {example}, but is {values!r}")
+    return list(values)
 
 
 def together(name: str, group: Any) -> list[int]:
@@ -181,11 +194,11 @@ def plain(row: Row, value: Any) -> Any:
     if kind == "holes":
         return None if isinstance(value, str) and value == "all" and row["placeholder"].startswith("all") else wholes(name, value)
     if kind == "groups":
-        return [together(name, group) for group in value]
+        return [together(name, group) for group in listed(name, value, "[[1, 2]]")]
     if kind == "like":
         return like(name, value)
     if kind == "pairs":
-        return [pair(name, ends) for ends in value]
+        return [pair(name, ends) for ends in listed(name, value, "[(1, 2)]")]
     if kind == "whole":
         return int(bounded(row, whole(name, value)))
     if kind == "voxel":
@@ -204,7 +217,7 @@ def params(command: str, given: Mapping[str, Any]) -> dict[str, Any]:
         if now := _isomend.in_place_of(command, name):
             raise ParameterError(f"{command} has no parameter {name!r} any more: use {now}")
         if name not in rows:
-            raise ParameterError(f"{command} has no parameter {name!r}; it has {', '.join(rows)}")
+            raise ParameterError(f"{command} has no parameter {name!r}; it has {', '.join((*rows, *CALL.get(command, RUN)))}")
         if value is None or not rows[name]["path"]:
             continue
         *steps, last = rows[name]["path"]
@@ -217,10 +230,21 @@ def params(command: str, given: Mapping[str, Any]) -> dict[str, Any]:
     return placed
 
 
+def refuse_unknown(function: str, unknown: Mapping[str, Any], known: tuple[str, ...]) -> None:
+    """A `ParameterError` if there are unknown keywords; it names the known ones."""
+    for name in unknown:
+        raise ParameterError(f"{function} has no parameter {name!r}; it has {', '.join(known)}")
+
+
 def mask_of(mask: Mask, faces: int) -> dict[str, Any]:
     """A mask in the library's form, from one truth value for each face, face indices, or a dictionary."""
     if isinstance(mask, Mapping):
         return {name: _part(name, value, faces) for name, value in mask.items()}
+    if isinstance(mask, (str, bytes)) or not (hasattr(mask, "dtype") or isinstance(mask, Iterable)):
+        raise ParameterError(
+            "a mask must be one bool for each face, face numbers, or a dictionary such as {'colours': ['ff0000']} or "
+            f"{{'balls': [[[0, 0, 1], 0.3]]}}, but is {mask!r}"
+        )
     return _faces(mask, faces)
 
 
@@ -236,8 +260,8 @@ def _part(name: str, value: Any, faces: int) -> Any:
 
 
 def _items(name: str, value: Any) -> list[Any]:
-    """The items of a part of a mask."""
-    value = unpacked(value)
+    """The items of a part of a mask; a path, a colour or a name alone is one item."""
+    value = [value] if name in NAMED and isinstance(value, (str, os.PathLike)) else unpacked(value)
     if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable):
         raise ParameterError(f"{name} of a mask must be a list, but is {value!r}")
     return list(value)
@@ -252,16 +276,20 @@ def _point(what: str, value: Any) -> list[float]:
 
 
 def _box(what: str, value: Any) -> list[list[float]]:
-    """A box: its smallest and its largest corner."""
+    """A box: its smallest and its largest corner, as two points or as six numbers."""
+    if isinstance(value, (list, tuple)) and len(value) == 6:
+        value = [value[:3], value[3:]]
     if not isinstance(value, (list, tuple)) or len(value) != 2:
-        raise ParameterError(f"{what} must be a pair of points, the smallest and the largest corner, but is {value!r}")
+        raise ParameterError(f"{what} must be its smallest and its largest corner, [[x, y, z], [x, y, z]], but one is {value!r}")
     return [_point(what, corner) for corner in value]
 
 
 def _ball(what: str, value: Any) -> list[Any]:
-    """A ball: its centre and its radius."""
+    """A ball: its centre and its radius, as a pair or as four numbers."""
+    if isinstance(value, (list, tuple)) and len(value) == 4:
+        value = [value[:3], value[3]]
     if not isinstance(value, (list, tuple)) or len(value) != 2:
-        raise ParameterError(f"{what} must be a pair of a centre and a radius, but is {value!r}")
+        raise ParameterError(f"{what} must be its centre and its radius, [[x, y, z], radius], but one is {value!r}")
     return [_point(what, value[0]), positive(f"the radius of {what}", value[1])]
 
 
@@ -270,15 +298,36 @@ def _file(what: str, value: Any) -> str:
     try:
         path: str = os.fspath(value)
     except TypeError:
-        raise ParameterError(f"{what} must be the path of a file, but is {value!r}") from None
+        raise ParameterError(f"{what} must be the path of a file, but one is {value!r}; write a mesh to a file first") from None
     return path
 
 
 def _painted(what: str, value: Any) -> dict[str, Any]:
-    """A colour of vertices: red, green and blue from 0 to 1, and a tolerance."""
-    if not isinstance(value, Mapping) or set(value) != {"rgb", "tolerance"}:
-        raise ParameterError(f"{what} must have 'rgb' and 'tolerance', but is {value!r}")
-    return {"rgb": _point(f"rgb of {what}", value["rgb"]), "tolerance": number(f"the tolerance of {what}", value["tolerance"])}
+    """A colour of vertices: red, green and blue from 0 to 1, and a tolerance. Or a text as on the command line, such as ``ff8000,20``."""
+    if isinstance(value, str):
+        return _hexadecimal(what, value)
+    if not isinstance(value, Mapping) or "rgb" not in value or not set(value) <= {"rgb", "tolerance"}:
+        raise ParameterError(
+            f"{what} must be a text such as 'ff8000' or 'ff8000,20', or {{'rgb': [1, 0.5, 0], 'tolerance': 0.1}}, but one is {value!r}"
+        )
+    rgb, tolerance = _point(f"rgb of {what}", value["rgb"]), finite(f"the tolerance of {what}", value.get("tolerance", 0.0))
+    if not all(0 <= part <= 1 for part in (*rgb, tolerance)):
+        raise ParameterError(f"{what} must have numbers from 0 to 1, but one is {value!r}")
+    return {"rgb": rgb, "tolerance": tolerance}
+
+
+def _hexadecimal(what: str, text: str) -> dict[str, Any]:
+    """A colour of six hexadecimal digits, optionally with a tolerance from 0 to 255."""
+    found = re.fullmatch(r"#?([0-9a-fA-F]{6})(?:,\s*([0-9.]+))?", text.strip())
+    try:
+        digits, tolerance = (found[1], float(found[2] or 0)) if found else ("", 256.0)
+    except ValueError:
+        tolerance = 256.0
+    if tolerance > 255:
+        raise ParameterError(
+            f"{what} needs six hexadecimal digits, optionally with a tolerance from 0 to 255, such as 'ff8000,20', but one is {text!r}"
+        )
+    return {"rgb": [part / 255 for part in bytes.fromhex(digits)], "tolerance": tolerance / 255}
 
 
 def _name(what: str, value: Any) -> str:
@@ -288,6 +337,8 @@ def _name(what: str, value: Any) -> str:
     return value
 
 
+# The parts of a mask whose items are paths, colours or names.
+NAMED = ("inside", "face_files", "colours", "materials")
 # The parts of a mask, with the validation of an item.
 PARTS: dict[str, Callable[[str, Any], Any]] = {
     "boxes": _box, "balls": _ball, "inside": _file, "faces": whole, "face_files": _file, "colours": _painted, "materials": _name,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import html
 import json
 from typing import Any
@@ -34,6 +35,17 @@ def report_of(document: str) -> Report:
         if isinstance(place, dict) and place["path"] == "-":
             del place["path"], place["format"]
     return report
+
+
+def shortened(record: Any, arrays: dict[str, str]) -> str:
+    """The fields of a dataclass in a line. Of each array only its length is shown, in the noun that ``arrays`` has for its name."""
+    names = [field.name for field in dataclasses.fields(record)]
+
+    def shown(name: str) -> str:
+        value = getattr(record, name)
+        return f"<{len(value)} {arrays[name]}>" if name in arrays else repr(value)
+
+    return f"{type(record).__name__}({', '.join(f'{name}={shown(name)}' for name in names)})"
 
 
 class Drawn:

@@ -58,7 +58,7 @@ class Shape:
 
     @property
     def notes(self) -> list[str]:
-        """Remarks: of the reader, and on values that could not be continued on patches."""
+        """Remarks: of the reader, on values that could not be continued on patches, and on patches that need attention."""
         return list(self._core.notes())
 
     @staticmethod

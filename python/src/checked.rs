@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use isomend::Inspection;
-use isomend::check::{CheckParams, Defect, Verdict};
+use isomend::check::{CheckParams, Defect, DefectKind, Verdict};
 use isomend::io::Loaded;
 use isomend::job::{self, Drawings, Place, Source, Unchanged};
 use isomend::report::verdict_lines;
@@ -64,6 +64,19 @@ pub fn check(
     })
 }
 
+/// The identifier of a kind of defect in documents.
+fn name(kind: DefectKind) -> String {
+    let kind = serde_json::to_value(kind).ok();
+    let name = kind.as_ref().and_then(|k| k.as_str());
+    name.unwrap_or_default().to_owned()
+}
+
+/// The identifiers of all kinds of defects.
+#[pyfunction]
+pub fn defect_kinds() -> Vec<String> {
+    DefectKind::ALL.into_iter().map(name).collect()
+}
+
 impl Inner {
     /// Draws the mesh. It is inspected again, as the check does not keep the inspection.
     fn drawn<T>(&self, draw: impl FnOnce(&Unchanged) -> Result<T, Failure>) -> Result<T, Failure> {
@@ -93,16 +106,9 @@ impl Checked {
     /// One row for each kind of defect found.
     fn defects<'py>(&self, py: Python<'py>) -> PyResult<Vec<Row<'py>>> {
         let row = |d: &Defect| {
-            let kind = serde_json::to_value(d.kind).ok();
-            let kind = kind.as_ref().and_then(|k| k.as_str()).unwrap_or_default();
             let faces = d.faces.iter().map(|f| i64::from(*f)).collect();
             let places = arrays::rows_of_f64(py, d.places.iter().map(|p| p.to_array()))?;
-            Ok((
-                kind.to_owned(),
-                d.count,
-                PyArray1::from_vec(py, faces),
-                places,
-            ))
+            Ok((name(d.kind), d.count, PyArray1::from_vec(py, faces), places))
         };
         self.0.verdict.defects.iter().map(row).collect()
     }

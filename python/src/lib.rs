@@ -12,6 +12,7 @@ mod logging;
 mod mended;
 mod model;
 mod packed;
+mod remarks;
 mod spec;
 mod volume;
 mod worker;
@@ -53,6 +54,7 @@ fn _isomend(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(parameters, module)?)?;
     module.add_function(wrap_pyfunction!(in_place_of, module)?)?;
     module.add_function(wrap_pyfunction!(checked::check, module)?)?;
+    module.add_function(wrap_pyfunction!(checked::defect_kinds, module)?)?;
     module.add_function(wrap_pyfunction!(compared::compare, module)?)?;
     module.add_function(wrap_pyfunction!(volume::sdf, module)?)?;
     module.add_function(wrap_pyfunction!(inspection::solve_task, module)?)?;

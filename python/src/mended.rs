@@ -14,6 +14,7 @@ use crate::attributes;
 use crate::drawings::{call, drawings};
 use crate::errors::Failure;
 use crate::packed::{json_of, packed, unpacked};
+use crate::remarks;
 use crate::spec::{deliverables, output};
 use crate::worker;
 
@@ -106,7 +107,8 @@ impl Mended {
 
     fn notes(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let model = self.model(py)?;
-        Ok([&self.mended.first().notes[..], &model.notes].concat())
+        let remarks = remarks::remarks(&self.mended);
+        Ok([&self.mended.first().notes[..], &model.notes, &remarks].concat())
     }
 
     /// Number of leading vertices and of leading faces that are the input's.
@@ -154,6 +156,24 @@ impl Mended {
 
     fn document(&self) -> PyResult<String> {
         Ok(json_of(&self.mended.document())?)
+    }
+
+    /// The outcome in a few words, such as `1 hole closed, 26 left open`.
+    fn state(&self) -> String {
+        remarks::state(&self.mended)
+    }
+
+    /// The text of the result, in lines.
+    fn lines(&self) -> Vec<String> {
+        remarks::lines(&self.mended)
+    }
+
+    /// What a caller is to learn, in lines: remarks on patches and open holes, and holes left open; and whether each is a warning.
+    fn messages(&self) -> Vec<(bool, String)> {
+        let remarks = remarks::remarks(&self.mended).into_iter();
+        let mut messages: Vec<_> = remarks.map(|line| (true, line)).collect();
+        messages.extend(remarks::left_open(&self.mended));
+        messages
     }
 
     fn flawless(&self) -> bool {

@@ -132,13 +132,17 @@ def test_files_are_named_as_by_errors_of_python(tmp_path, filled):
 @pytest.mark.parametrize(
     ("mask", "said"),
     [
-        ({"boxes": [[0, 0, 0], [1, 1, 1]]}, "boxes"),
+        ({"boxes": [[0, 0, 0], [1, 1, 1]]}, r"boxes must be .* \[\[x, y, z\], \[x, y, z\]\]"),
         ({"boxes": [[[0, 0], [1, 1, 1]]]}, "boxes"),
-        ({"balls": [[0, 0, 0, 1]]}, "balls"),
+        ({"balls": [0, 0, 0, 1]}, r"balls must be .* \[\[x, y, z\], radius\]"),
         ({"balls": [[[0, 0, 0], -1]]}, "balls"),
-        ({"colours": ["ff0000"]}, "colours"),
-        ({"inside": [3]}, "inside"),
-        ({"materials": "red"}, "materials"),
+        ({"colours": ["ff00"]}, "colours needs six hexadecimal digits"),
+        ({"colours": ["ff0000,256"]}, "tolerance from 0 to 255"),
+        ({"colours": ["ff0000,1.2.3"]}, "tolerance from 0 to 255"),
+        ({"colours": [{"rgb": [255, 0, 0]}]}, "colours must have numbers from 0 to 1"),
+        ({"colours": [{"red": 1}]}, "colours must be a text such as"),
+        ({"inside": [3]}, "inside must be the path of a file"),
+        ({"materials": [1]}, "materials"),
         ({"grow": "far"}, "grow"),
         ({"box": []}, "'box'.*boxes"),
     ],
@@ -147,6 +151,90 @@ def test_errors_of_masks_name_their_part(sphere, mask, said):
     with pytest.raises(isomend.ParameterError, match=said) as caught:
         isomend.restore(*sphere, mask)
     assert "f64" not in str(caught.value) and "struct" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("short", "long"),
+    [
+        ({"balls": [[0, 0, -1, 0.4]]}, {"balls": [[[0, 0, -1], 0.4]]}),
+        ({"balls": np.array([[0, 0, -1, 0.4]])}, {"balls": [[[0, 0, -1], 0.4]]}),
+        ({"boxes": [[-1, -1, -2, 1, 1, -0.9]]}, {"boxes": [[[-1, -1, -2], [1, 1, -0.9]]]}),
+        ({"colours": "ff8000"}, {"colours": [{"rgb": [1, 128 / 255, 0], "tolerance": 0}]}),
+        ({"colours": ["#FF8000,51"]}, {"colours": [{"rgb": [1, 128 / 255, 0], "tolerance": 0.2}]}),
+        ({"colours": [{"rgb": [1, 128 / 255, 0]}]}, {"colours": "ff8000"}),
+    ],
+)
+def test_masks_have_short_forms(sphere, short, long):
+    vertices, faces = sphere
+    colours = np.zeros((len(vertices), 3))
+    colours[vertices[:, 2] < -0.9] = (1, 128 / 255, 0)
+    model = isomend.Model(vertices, faces, point_data={"colors": colours})
+    done, same = model.restore(short), model.restore(long)
+    assert done.report["removed_faces"] > 0 and done.vertices.tobytes() == same.vertices.tobytes()
+
+
+def test_the_path_of_a_mask_may_stand_alone(sphere, tmp_path):
+    isomend.Model(0.4 * shapes.closed_sphere()[0] + (0, 0, -1), shapes.closed_sphere()[1]).write(tmp_path / "inside.ply")
+    alone = isomend.restore(*sphere, {"inside": tmp_path / "inside.ply"})
+    assert alone.report["removed_faces"] > 0
+    assert alone.vertices.tobytes() == isomend.restore(*sphere, {"inside": [str(tmp_path / "inside.ply")]}).vertices.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda v, f: isomend.fill(v, f, max_diam=60), "fill has no parameter 'max_diam'; it has holes, max_diameter, .*strict$"),
+        (lambda v, f: isomend.repair(v, f, hole=1), "repair has no parameter 'hole'; it has weld"),
+        (lambda v, f: isomend.restore((v, f), [0], hole=1), "restore has no parameter 'hole'; it has keep_shape"),
+        (lambda v, f: isomend.check(v, f, thinner=1), "check has no parameter 'thinner'; it has thin, min_wall, debris, threads$"),
+        (lambda v, f: isomend.compare((v, f), (v, f), sample=1), "compare has no parameter 'sample'; it has samples, threads$"),
+        (lambda v, f: isomend.sdf(v, f, size=1), "sdf has no parameter 'size'; it has voxel, band, threads$"),
+        (lambda v, f: isomend.surface("a.vti", at=1), "surface has no parameter 'at'; it has level"),
+        (lambda v, f: isomend.signed_distance(v, v, f, at=1), "signed_distance has no parameter 'at'; it has threads"),
+        (lambda v, f: isomend.fill(v, f, progress=5), r"progress must be a function, called as progress\(part, done, regions\), but is 5"),
+        (lambda v, f: isomend.fill(v, f, strict="yes"), "strict must be True or False"),
+        (lambda v, f: isomend.fill(v, f, holes=["a"]), "each number of holes must be a whole number, but is 'a'"),
+        (lambda v, f: isomend.fill(v, f, bridge="1+2"), r"bridge must be a list such as \[\[1, 2\]\], but is '1\+2'"),
+        (lambda v, f: isomend.fill(v, f, crease=3), r"crease must be a list such as \[\(1, 2\)\], but is 3"),
+        (lambda v, f: isomend.fill(v, f, max_diameter="60"), "max_diameter must be a number, but is '60'"),
+        (lambda v, f: isomend.fill(v, f, point_data=v), "point_data must be a dictionary of names and arrays"),
+        (lambda v, f: isomend.fill((v, f), point_data={"a": v}), "a mesh or a file has values of its own: give its arrays"),
+        (lambda v, f: isomend.restore((v, f), "red"), "a mask must be one bool for each face, face numbers, or a dictionary"),
+        (lambda v, f: isomend.restore((v, f), 5), "a mask must be one bool for each face"),
+    ],
+)
+def test_wrong_arguments_are_answered_with_what_is_wanted(sphere, call, said):
+    with pytest.raises(isomend.ParameterError, match=said):
+        call(*sphere)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda v, f: isomend.fill(v), r"faces are missing: .* isomend.fill\(vertices, faces\)"),
+        (lambda v, f: isomend.fill(v.tolist()), "faces are missing"),
+        (lambda v, f: isomend.fill_mesh(isomend.Model(v, f)), r"this is a model: call isomend.fill\(model, ...\)"),
+        (lambda v, f: isomend.repair_mesh("a.ply"), r"this is a path: call isomend.repair\(path, ...\)"),
+        (lambda v, f: isomend.restore_mesh((v, f), [0]), r"these are arrays: call isomend.restore\(vertices, faces, ...\)"),
+        (lambda v, f: isomend.surface(isomend.Model(v, f)), r"given Model; isomend.sdf\(mesh\) makes a volume"),
+    ],
+)
+def test_meshes_of_the_wrong_kind_are_answered_with_the_right_call(sphere, call, said):
+    with pytest.raises(TypeError, match=said):
+        call(*sphere)
+
+
+def test_a_scene_of_trimesh_is_answered_with_its_mesh(sphere):
+    trimesh = pytest.importorskip("trimesh")
+    scene = trimesh.Scene([trimesh.Trimesh(*sphere, process=False)])
+    for call in (isomend.fill, isomend.fill_mesh):
+        with pytest.raises(TypeError, match=r"scene.to_mesh\(\)"):
+            call(scene)
+
+
+def test_errors_belong_to_the_package():
+    errors = [value for value in vars(isomend).values() if isinstance(value, type) and issubclass(value, isomend.IsomendError)]
+    assert len(errors) == 8 and {error.__module__ for error in errors} == {"isomend"}
 
 
 def test_all_holes_can_be_named_and_bridges_need_two(sphere, filled):

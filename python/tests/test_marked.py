@@ -52,7 +52,7 @@ def test_what_is_missing_or_of_another_type_is_named(ball):
         isomend.restore(vertices, faces)
     with pytest.raises(isomend.ParameterError, match="needs a mask"):
         isomend.restore(isomend.Model(vertices, faces))
-    with pytest.raises(TypeError, match="no mesh of trimesh"):
+    with pytest.raises(TypeError, match="faces are missing"):
         isomend.restore(vertices, mark=mark)
     with pytest.raises(isomend.ParameterError, match="point_data"):
         isomend.restore((vertices, faces), mark, point_data={"a": vertices[:, 0]})
@@ -84,8 +84,8 @@ def test_results_and_reports_print_in_one_short_line(ball):
     filled = isomend.fill(vertices, faces[kept])
     text = repr(filled)
     assert text.startswith(f"<isomend.Mended of {len(filled.vertices)} vertices and {len(filled.faces)} faces, ")
-    assert text.endswith(f"{filled.is_patch.sum()} of them new: complete>")
-    assert repr(isomend.fill(vertices, faces[kept], keep_open=[1])).endswith("0 of them new: complete>")
+    assert text.endswith(f"{filled.is_patch.sum()} of them new: 1 hole closed>")
+    assert repr(isomend.fill(vertices, faces[kept], keep_open=[1])).endswith("0 of them new: 1 hole left open>")
     report = filled.report
     assert repr(report).startswith("<isomend report of fill: complete, 1 closed; keys: command, version")
     assert len(repr(report)) < 500 and "\n" not in repr(report)
@@ -94,4 +94,12 @@ def test_results_and_reports_print_in_one_short_line(ball):
     verdict = isomend.check(vertices, faces[kept])
     assert repr(verdict.report).startswith("<isomend report of check: not sound; keys: ")
     assert repr(isomend.inspect(vertices, faces).report).startswith("<isomend report of inspect; keys: ")
-    assert len(repr(isomend.compare((vertices, faces), filled))) < 3000
+    compared = isomend.compare((vertices, faces), filled)
+    assert repr(compared).startswith("<isomend.Comparison: A to B at most ") and len(repr(compared)) < 200
+    rows = str(compared).splitlines()
+    assert rows[0].startswith(f"A: {len(vertices)} vertices, {len(faces)} faces, area ") and rows[3].split()[:3] == ["A", "to", "B"]
+    assert rows[-1].startswith("kept in B bit for bit: ") and str(pickle.loads(pickle.dumps(compared))) == str(compared)
+    hole = isomend.inspect(vertices, faces[kept]).holes[0]
+    assert repr(hole).startswith(f"Hole(id=1, rim=<{hole.edges} vertices>, edges={hole.edges}, ") and "array" not in repr(hole)
+    defect = verdict.defects["boundary_edge"]
+    assert f"count={hole.edges}, faces=<{len(defect.faces)} faces>, places=<1 places>" in repr(defect)

@@ -10,8 +10,8 @@ import isomend
 from isomend import _isomend, _options
 
 TABLES = json.loads(_isomend.parameters())
-# Keywords that are in no table: the mesh and its data, and how a call is run.
-OTHERS = {"vertices", "faces", "mark", "a", "b", "threads", "progress", "strict", "point_data", "cell_data", "options"}
+# Keywords that are in no table: the mesh and its data, how a call is run, and the refusal of unknown ones.
+OTHERS = {"vertices", "faces", "mark", "a", "b", "threads", "progress", "strict", "point_data", "cell_data", "options", "unknown"}
 KEYWORDS = {"fill": _options.FillOptions, "repair": _options.RepairOptions, "restore": _options.RestoreOptions, "fair": _options.FairOptions}
 
 

@@ -83,9 +83,10 @@ def check(arguments: Sequence[str]) -> None:
         if option.split("=")[0] in SINGLE:
             raise ParameterError(f"{option} is for one mesh and cannot be used for a fleet; summary.csv lists all meshes")
     with tempfile.TemporaryDirectory() as folder:
-        nothing = os.path.join(folder, "none.ply")
-        words = ["fill", nothing, "-o", nothing, "--json", nothing, "-q", "--threads", "1", *arguments]
-        command = [sys.executable, "-m", "isomend.fleet._child", str(os.getpid()), "0", os.devnull, *words]
+        nothing, output, report = (os.path.join(folder, name) for name in ("none.ply", "filled.ply", "report.json"))
+        words = ["fill", nothing, "-o", output, "--json", report, "-q", "--threads", "1", *arguments]
+        start = "from isomend.fleet._child import main; main()"
+        command = [sys.executable, "-c", start, str(os.getpid()), "0", os.devnull, *words]
         done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     if done.returncode == 2:
         raise ParameterError(done.stderr.strip().removeprefix("error: "))

@@ -31,7 +31,7 @@ pub enum MeshError {
     },
     /// A face refers to a vertex that does not exist.
     #[error(
-        "face {face} refers to vertex {vertex}, but there are only {count} vertices, numbered from 0; remove the face, or add the vertex"
+        "face {face} refers to vertex {vertex}, but there {}, numbered from 0; remove the face, or add the vertex", only(*count)
     )]
     Index {
         /// The face, from 0.
@@ -119,9 +119,36 @@ impl Mesh {
     }
 }
 
+/// The number of vertices in words, to follow `there`.
+fn only(count: usize) -> String {
+    match count {
+        1 => "is only 1 vertex".to_owned(),
+        n => format!("are only {n} vertices"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_missing_vertex_is_named_beside_their_number() {
+        let said = |count| {
+            MeshError::Index {
+                face: 0,
+                vertex: 3,
+                count,
+            }
+            .to_string()
+        };
+        assert!(
+            said(3)
+                .starts_with("face 0 refers to vertex 3, but there are only 3 vertices, numbered")
+        );
+        assert!(
+            said(1).starts_with("face 0 refers to vertex 3, but there is only 1 vertex, numbered")
+        );
+    }
 
     #[test]
     fn more_half_edges_than_32_bits_number_are_refused() {

@@ -1,0 +1,287 @@
+//! A result in words: its outcome, remarks on patches that need attention, and holes that stay open. Advice names Python's keywords.
+
+use std::collections::{BTreeMap, HashMap};
+
+use isomend::job::{Mended, OperationReport};
+use isomend::report::{
+    counted, left_holes, lost_creases, number, ranges, repair_lines, significant, summary_lines,
+    tally_line,
+};
+use isomend::{
+    Closure, FairReport, FillReport, HoleId, HoleOutcome, LeftReason, NotSmooth, RegionReport,
+};
+
+/// Most regions that get a line each in the text of a result.
+const MOST_REGIONS: usize = 30;
+
+/// What needs attention at a patch, the most important first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Concern {
+    Intersects,
+    NoSurface,
+    RimTriangles,
+    NoCap,
+    NotConverged,
+    LostCreases,
+    Bulges,
+    SeparateCaps,
+    OtherEnergy,
+}
+
+impl Concern {
+    const ALL: [Self; 9] = [
+        Self::Intersects,
+        Self::NoSurface,
+        Self::RimTriangles,
+        Self::NoCap,
+        Self::NotConverged,
+        Self::LostCreases,
+        Self::Bulges,
+        Self::SeparateCaps,
+        Self::OtherEnergy,
+    ];
+
+    /// The most important concern of a region; `closure` is how its first hole was closed.
+    fn of(region: &RegionReport, closure: Option<&Closure>) -> Option<Self> {
+        let closure = region.closure.as_ref().map(|own| closure.unwrap_or(own))?;
+        let unconverged = !region.levels.is_empty() && !region.converged;
+        Some(match closure {
+            _ if region.intersecting_faces > 0 => Self::Intersects,
+            Closure::Faired(Some(_)) => Self::NoSurface,
+            Closure::RimTriangles(NotSmooth::NoSurface(_)) => Self::RimTriangles,
+            Closure::RimTriangles(NotSmooth::Flat) => Self::NoCap,
+            Closure::LevelSet if unconverged => Self::NotConverged,
+            _ if region.not_continued.is_some() => Self::LostCreases,
+            _ if region.balloons() => Self::Bulges,
+            _ if region.bridge && region.components > 1 => Self::SeparateCaps,
+            _ if region.other_energy => Self::OtherEnergy,
+            _ => return None,
+        })
+    }
+
+    /// What it means and what to do. `flat` is advice for a flat cap; it is empty where no keyword names the holes.
+    fn text(self, flat: &str) -> String {
+        match self {
+            Self::Intersects => {
+                "faces of the patch intersect other faces; isomend.repair cuts these faces out, a smaller voxel may avoid them".to_owned()
+            }
+            Self::NoSurface => {
+                format!("the level set found no surface, so the rim was triangulated and smoothed{flat}")
+            }
+            Self::RimTriangles => format!(
+                "closed by triangles between the vertices of the rim, since no smooth surface was found{flat}"
+            ),
+            Self::NoCap => {
+                "the requested flat cap could not be made, so the hole was closed by triangles between the vertices of the rim".to_owned()
+            }
+            Self::NotConverged => {
+                "the surface was still moving after the last step; try a smaller voxel".to_owned()
+            }
+            Self::LostCreases => "sharp edges end at their rims and were not continued".to_owned(),
+            Self::Bulges => format!("the patch rises far above the rim; check its shape{flat}"),
+            Self::SeparateCaps => "the rims were closed by separate caps instead of a bridge".to_owned(),
+            Self::OtherEnergy => {
+                "the variation of curvature found no surface, so the Willmore energy was used".to_owned()
+            }
+        }
+    }
+}
+
+/// The numbers of holes that keywords can name: those up to the last hole of the input. Holes of a marked region have numbers that no
+/// keyword takes; a repair opens holes with higher numbers.
+fn last_named(mended: &Mended) -> usize {
+    match &mended.extent {
+        OperationReport::Holes => usize::MAX,
+        OperationReport::Repaired(report) => report.before.as_ref().map_or(0, |v| v.holes),
+        _ => 0,
+    }
+}
+
+/// `hole 3`, or `holes 3, 5-7`.
+fn holes(ids: &[HoleId]) -> String {
+    let noun = if ids.len() == 1 { "hole" } else { "holes" };
+    format!("{noun} {}", ranges(ids))
+}
+
+/// Remarks on patches that need attention, one line for each concern with the numbers of its holes, and a line for each reason why
+/// holes could not be closed.
+pub fn remarks(mended: &Mended) -> Vec<String> {
+    if let OperationReport::Faired(report) = &mended.extent {
+        return of_fairing(report, &mended.report);
+    }
+    let (concerns, last) = (concerns(&mended.report), last_named(mended));
+    let lines = Concern::ALL.into_iter().filter_map(|concern| {
+        let own = concerns.iter().filter(|(_, own)| *own == concern);
+        let own: Vec<&RegionReport> = own.map(|(region, _)| *region).collect();
+        of_concern(concern, &own, last)
+    });
+    let mut lines: Vec<String> = lines.collect();
+    let mut open: BTreeMap<String, Vec<HoleId>> = BTreeMap::new();
+    for hole in &mended.report.holes {
+        if let HoleOutcome::Open(why) = &hole.outcome {
+            open.entry(why.to_string()).or_default().push(hole.hole.id);
+        }
+    }
+    let still = |(why, ids): (&String, &Vec<HoleId>)| format!("{} still open: {why}", holes(ids));
+    lines.extend(open.iter().map(still));
+    lines
+}
+
+/// The regions that need attention, with their most important concerns.
+fn concerns(report: &FillReport) -> Vec<(&RegionReport, Concern)> {
+    let outcomes = report.holes.iter().map(|h| (h.hole.id, &h.outcome));
+    let outcomes: HashMap<HoleId, &HoleOutcome> = outcomes.collect();
+    let concern = |region: &RegionReport| {
+        let first = region.holes.first().and_then(|id| outcomes.get(id));
+        Concern::of(region, first.and_then(|outcome| outcome.closure()))
+    };
+    let regions = report.regions.iter();
+    regions
+        .filter_map(|region| Some((region, concern(region)?)))
+        .collect()
+}
+
+/// The line of a concern with the numbers of the holes of its regions; `None` if there are none.
+fn of_concern(concern: Concern, own: &[&RegionReport], last: usize) -> Option<String> {
+    let mut ids: Vec<HoleId> = own.iter().flat_map(|r| r.holes.clone()).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    let flat = match &ids[..] {
+        [] => return None,
+        ids if ids.iter().any(|id| id.get() > last) => String::new(),
+        [one] => format!("; flat=[{one}] makes a flat cap instead"),
+        _ => "; flat with their numbers makes flat caps instead".to_owned(),
+    };
+    let text = match (concern, own) {
+        (Concern::LostCreases, [one]) => lost_creases(one)?,
+        _ => concern.text(&flat),
+    };
+    Some(format!("{}: {text}", holes(&ids)))
+}
+
+/// Remarks on a fairing: faces that intersect others, and components that stayed as they were.
+fn of_fairing(report: &FairReport, fill: &FillReport) -> Vec<String> {
+    let regions = fill.regions.iter();
+    let intersecting: usize = regions.map(|r| r.intersecting_faces).sum();
+    let crossing = format!(
+        "{} intersecting other faces; isomend.repair cuts these faces out",
+        counted(intersecting, "new face")
+    );
+    let left = format!(
+        "{} left unchanged, because the mesh also has open ones; mark to fair too",
+        counted(report.components_left, "closed component")
+    );
+    let lines = [(intersecting, crossing), (report.components_left, left)];
+    let wanted = lines.into_iter().filter(|(count, _)| *count > 0);
+    wanted.map(|(_, line)| line).collect()
+}
+
+/// The holes that were left open, one line for each reason, with the keyword that changes it; and whether the caller may not expect
+/// it: outer borders are left open although no keyword says so.
+pub fn left_open(mended: &Mended) -> Vec<(bool, String)> {
+    let repairs = matches!(mended.extent, OperationReport::Repaired(_));
+    let line = |(why, ids): &(LeftReason, Vec<HoleId>)| {
+        let shown: Vec<String> = ids.iter().take(3).map(HoleId::to_string).collect();
+        let more = if ids.len() > 3 { ", ..." } else { "" };
+        let named = format!("[{}{more}]", shown.join(", "));
+        let advice = match why {
+            LeftReason::OuterBoundary if repairs => "; close_borders=True closes it".to_owned(),
+            LeftReason::OuterBoundary => format!(": holes={named}"),
+            LeftReason::TooWide => "; a larger max_diameter fills it".to_owned(),
+            _ => String::new(),
+        };
+        let is_unasked = *why == LeftReason::OuterBoundary;
+        let text = format!("{} left open: {why}{advice}", holes(ids));
+        (is_unasked, text)
+    };
+    left_holes(&mended.report).iter().map(line).collect()
+}
+
+/// The outcome in a few words: counts of holes, and after a repair whether the mesh is sound.
+pub fn state(mended: &Mended) -> String {
+    let tally = mended.report.tally();
+    let counts = [
+        (tally.closed, "closed"),
+        (tally.left, "left open"),
+        (tally.open, "could not be closed"),
+    ];
+    let mut parts: Vec<String> = Vec::new();
+    for (count, what) in counts.into_iter().filter(|(count, _)| *count > 0) {
+        parts.push(match parts.is_empty() {
+            true => format!("{} {what}", counted(count, "hole")),
+            false => format!("{count} {what}"),
+        });
+    }
+    if parts.is_empty() {
+        parts.push("no holes".to_owned());
+    }
+    if tally.open_chains > 0 {
+        parts.push(counted(tally.open_chains, "open boundary chain"));
+    }
+    let holes = parts.join(", ");
+    match &mended.extent {
+        OperationReport::Faired(_) => "faired".to_owned(),
+        OperationReport::Repaired(_) if mended.complete() => format!("{holes}; sound"),
+        OperationReport::Repaired(_) => format!("{holes}; not sound"),
+        _ => holes,
+    }
+}
+
+/// The lines that the text of a result has: steps, regions, remarks, holes left open, and the outcome last.
+pub fn lines(mended: &Mended) -> Vec<String> {
+    let report = &mended.report;
+    let mut lines = Vec::new();
+    match &mended.extent {
+        OperationReport::Faired(report) => return fairing_lines(mended, report),
+        OperationReport::Region(cut) => lines.push(format!(
+            "{} marked, {} cut out",
+            counted(cut.marked_faces, "face"),
+            cut.removed_faces
+        )),
+        _ => {}
+    }
+    let summary = summary_lines(report, report.regions.len() <= MOST_REGIONS);
+    // Holes left open are listed below, with the keyword that changes it.
+    let is_said = |line: &String| line.contains(" left open: ") || line.contains(" still open: ");
+    let kept = summary[..summary.len() - 1]
+        .iter()
+        .filter(|line| !is_said(line));
+    lines.extend(kept.cloned());
+    lines.extend(remarks(mended));
+    lines.extend(left_open(mended).into_iter().map(|(_, line)| line));
+    lines.push(tally_line(report));
+    if let OperationReport::Repaired(report) = &mended.extent {
+        lines.extend(repair_lines(report));
+        lines.push(match report.lost_faces {
+            0 => "no face of the input was removed".to_owned(),
+            1 => "1 face of the input was removed".to_owned(),
+            n => format!("{n} faces of the input were removed"),
+        });
+        lines.extend(report.after.as_ref().map(|verdict| verdict.line()));
+    }
+    lines
+}
+
+/// The lines of a fairing: its measures, remarks, and how far the surface moved.
+fn fairing_lines(mended: &Mended, report: &FairReport) -> Vec<String> {
+    let mut lines = vec![format!(
+        "features narrower than {} were removed, time {}, voxel {}",
+        number(report.strength),
+        number(report.time),
+        number(report.voxel)
+    )];
+    if !report.whole {
+        lines.push(format!(
+            "{} marked, {} cut out",
+            counted(report.marked_faces, "face"),
+            report.removed_faces
+        ));
+    }
+    lines.extend(remarks(mended));
+    lines.push(format!(
+        "moved by at most {}, root mean square {}",
+        significant(report.moved_max, 3),
+        significant(report.moved_rms, 3)
+    ));
+    lines
+}
