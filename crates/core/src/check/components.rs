@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, Topology, area_vector};
 use crate::spatial::{Bounds, BoxTree, Bvh, WindingTree};
+use crate::threads::{CollectFiltered, CollectIndexed};
 use crate::tuning::{Tunable, tunable};
 
 /// Winding number of a component above which a point is inside it: 1 inside a closed one, less near its holes. All sampled points of
@@ -60,7 +61,10 @@ pub(crate) fn components(mesh: &Mesh, topology: &Topology, debris: f64) -> Vec<C
     for f in topology.faces() {
         faces[topology.component[f as usize] as usize].push(f);
     }
-    let boxes: Vec<Bounds> = faces.par_iter().map(|own| bounds(mesh, own)).collect();
+    let boxes: Vec<Bounds> = faces
+        .par_iter()
+        .map(|own| bounds(mesh, own))
+        .collect_indexed();
     let mut open = vec![false; count];
     for h in (0..topology.opposite.len()).filter(|h| topology.opposite[*h] == NONE) {
         let component = topology.component[h / 3];
@@ -71,7 +75,7 @@ pub(crate) fn components(mesh: &Mesh, topology: &Topology, debris: f64) -> Vec<C
     let mut found: Vec<Component> = (0..count)
         .into_par_iter()
         .map(|i| measured(mesh, topology, &faces[i], &boxes[i], !open[i]))
-        .collect();
+        .collect_indexed();
     let largest = found.iter().map(|c| c.area).fold(0.0, f64::max);
     for c in &mut found {
         c.debris = c.area < debris * largest;
@@ -171,7 +175,7 @@ fn nest(mesh: &Mesh, faces: &[Vec<u32>], boxes: &[Bounds], found: &mut [Componen
             let inner = group.iter().filter(|(_, inner)| wholly(*inner));
             inner.copied().collect::<Vec<_>>()
         })
-        .collect();
+        .collect_filtered();
     // Count the enclosing components and keep the smallest.
     for (outer, inner) in inside {
         let area = |i: usize| found[i].area;
