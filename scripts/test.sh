@@ -190,16 +190,22 @@ site() {
     "$python" scripts/site.py target/ci/book --mdbook "$program"
 }
 
+# Packages are fetched while the compiler works.
+if [ -n "$all" ]; then
+    beside 'environment of other programs' peers
+else
+    beside 'Python environment' environment scripts/requirements.txt
+fi
 stage 'build' build
-[ "$failed" = 0 ] || exit 1
+not_built=$failed
+join
+[ "$not_built" = 0 ] || exit 1
 stage 'tests of the library and the program' rust_tests
 stage 'examples in the documentation' documented_examples
 stage 'commands of the pages' python3 scripts/check_docs.py --isomend "$ISOMEND"
 stage 'C interface' scripts/c_test.sh target/ci
-[ -n "$all" ] || stage 'Python environment' environment scripts/requirements.txt
 [ -n "$all" ] || stage 'tests of the Python package' python_tests
 if [ -n "$all" ]; then
-    stage 'environment of other programs' peers
     # The browser waits much, and its measurements of time come last, when the others have ended.
     beside 'pages in a browser' browser
     stage 'Python wheel and its tests' wheel

@@ -59,16 +59,16 @@ fn opened(mesh: &Mesh, at: DVec3) -> Mesh {
 /// Root mean square distance of the new vertices from another mesh: from its vertices and the planes of nearby faces.
 fn error(filled: &Filled, open: &Mesh, truth: &Mesh) -> f64 {
     let new = &filled.mesh.positions[open.positions.len()..];
+    // Of each face a corner, the middle and the normal.
+    let plane = |f: &[u32; 3]| {
+        let [a, b, c] = f.map(|v| truth.positions[v as usize]);
+        [a, (a + b + c) / 3.0, (b - a).cross(c - a).normalize()]
+    };
+    let planes: Vec<[DVec3; 3]> = truth.faces.iter().map(plane).collect();
     let nearest = |p: &DVec3| {
-        let all = truth.faces.iter().map(|f| {
-            let [a, b, c] = f.map(|v| truth.positions[v as usize]);
-            let normal = (b - a).cross(c - a).normalize();
-            // Distance from the plane of a nearby face.
-            match p.distance((a + b + c) / 3.0) < 0.04 {
-                true => (*p - a).dot(normal).abs(),
-                false => f64::INFINITY,
-            }
-        });
+        // The distance from the planes of nearby faces.
+        let nearby = planes.iter().filter(|f| p.distance_squared(f[1]) < 0.0016);
+        let all = nearby.map(|[a, _, normal]| (*p - *a).dot(*normal).abs());
         let near = all.fold(f64::INFINITY, f64::min);
         let corners = truth.positions.iter().map(|q| p.distance(*q));
         corners.fold(near, f64::min)

@@ -141,7 +141,8 @@ fn vessels_and_gears_become_the_body_that_was_meant() {
         assert_eq!(components(&truth), 1, "{name}");
         let alone = assert_meant(&truth, volume(&truth), name);
         assert_eq!(alone.faces, truth.faces, "{name}");
-        for count in 0..=5 {
+        // Random unions have the numbers between.
+        for count in [0, 1, 5] {
             let places = places(&body, count, &mut noise);
             let mesh = double_skin(&body, &places);
             let what = format!("{name} with {count} pinholes");

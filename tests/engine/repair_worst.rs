@@ -378,8 +378,8 @@ fn squares(count: usize) -> Mesh {
     all
 }
 
-/// Measured: 13 to 14 times the time for eight times the sheets. A part of it is quadratic by design: up to thirty sheets are cut out one
-/// by one. Quadratic growth of the whole, as in an earlier version, would be 64 times.
+/// Measured: 3.9 times the time for four times the sheets. A part of it is quadratic by design: up to thirty sheets are cut out one by one.
+/// Quadratic growth of the whole, as in an earlier version, would be 16 times.
 #[test]
 #[cfg(target_os = "linux")]
 fn the_repair_of_many_small_sheets_takes_less_than_quadratic_time() {
@@ -395,6 +395,6 @@ fn the_repair_of_many_small_sheets_takes_less_than_quadratic_time() {
         pool.install(|| drop(repaired(&bad, &params)));
         cpu(&own) - begun
     };
-    let [few, many] = [500, 4000].map(time);
-    assert!(many < 24.0 * few, "{few} s, {many} s");
+    let [few, many] = [500, 2000].map(time);
+    assert!(many < 8.0 * few, "{few} s, {many} s");
 }

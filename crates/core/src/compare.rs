@@ -11,6 +11,7 @@ use thiserror::Error;
 use crate::elementary::angle_between;
 use crate::mesh::{Mesh, area_vector, face_normal, half_cotangents};
 use crate::spatial::Bvh;
+use crate::threads::CollectIndexed;
 
 /// Upper bound of the number of samples on a mesh.
 pub const MOST_SAMPLES: usize = crate::parameters::tables::MOST_SAMPLES;
@@ -253,7 +254,7 @@ impl Sums {
         samples: &mut Vec<Sample>,
         measure: impl Fn(&Sample) -> (f64, f64) + Send + Sync,
     ) {
-        let measured: Vec<(f64, f64)> = samples.par_iter().map(measure).collect();
+        let measured: Vec<(f64, f64)> = samples.par_iter().map(measure).collect_indexed();
         for (sample, (distance, angle)) in samples.drain(..).zip(measured) {
             self.samples += 1;
             self.distance += distance;
@@ -297,7 +298,7 @@ fn distances(from: &Mesh, to: &Mesh, count: usize) -> Distances {
             let foot = bvh.closest(from.positions[v as usize], f64::INFINITY);
             foot.map_or(f64::NAN, |f| f.distance)
         })
-        .collect();
+        .collect_indexed();
     for (v, distance) in corners.into_iter().zip(at_corners) {
         sums.update_max(from.positions[v as usize], distance);
     }

@@ -1,6 +1,7 @@
 //! Pools of threads. WebAssembly has one thread, on which all work runs.
 
 use rayon::ThreadPoolBuildError;
+use rayon::prelude::*;
 
 /// A pool of threads for parallel work.
 pub struct Threads {
@@ -51,4 +52,42 @@ impl Threads {
     pub fn install<R: Send>(&self, run: impl FnOnce() -> R + Send) -> R {
         run()
     }
+}
+
+/// Collects a parallel iterator whose number of items is known.
+pub(crate) trait CollectIndexed: IndexedParallelIterator {
+    /// The items in their order. `collect` compiles the loop for an unknown number of items too, which doubles its code.
+    fn collect_indexed(self) -> Vec<Self::Item> {
+        let mut items = Vec::new();
+        self.collect_into_vec(&mut items);
+        items
+    }
+}
+
+impl<I: IndexedParallelIterator> CollectIndexed for I {}
+
+/// Collects a parallel iterator whose number of items is unknown, such as a filtered one.
+pub(crate) trait CollectFiltered: ParallelIterator {
+    /// The items in their order. `collect` compiles the loop for a known number of items too, which doubles its code.
+    fn collect_filtered(self) -> Vec<Self::Item> {
+        let lists = self.collect_vec_list();
+        let mut items = Vec::with_capacity(lists.iter().map(Vec::len).sum());
+        for mut list in lists {
+            items.append(&mut list);
+        }
+        items
+    }
+}
+
+impl<I: ParallelIterator> CollectFiltered for I {}
+
+/// Runs over the chunks of `values` in parallel: `run(c, chunk)` gets the c-th chunk of `size` values. The parallel loop is compiled once
+/// for each type of values.
+pub(crate) fn for_each_chunk<T: Send>(
+    values: &mut [T],
+    size: usize,
+    run: &(dyn Fn(usize, &mut [T]) + Sync),
+) {
+    let chunks = values.par_chunks_mut(size).enumerate();
+    chunks.for_each(|(c, chunk)| run(c, chunk));
 }

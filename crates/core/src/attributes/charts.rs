@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::FieldSource;
 use crate::mesh::attributes::{Labels, same_value};
 use crate::mesh::{DisjointSets, Mesh};
+use crate::threads::CollectIndexed;
 
 /// The chart of each face. Two faces are in the same chart if they share an edge, with the same texture coordinates at
 /// its ends, and have the same material. `weld` maps each vertex to the first one at the same position.
@@ -20,7 +21,7 @@ pub(super) fn charts(
             let [a, b] = ends(half).map(|(f, k)| weld[mesh.faces[f][k] as usize]);
             ((u64::from(a.min(b)) << 32) | u64::from(a.max(b)), half)
         })
-        .collect();
+        .collect_indexed();
     edges.par_sort_unstable();
     let mut charts = DisjointSets::new(mesh.faces.len());
     let material = |half: u32| materials.map(|m| m.of_face[half as usize / 3]);

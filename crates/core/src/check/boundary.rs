@@ -13,6 +13,7 @@ use crate::elementary::{log10, powf};
 use crate::mesh::topology::{Topology, end, start};
 use crate::mesh::{DisjointSets, Hole, Mesh, VertexFaces};
 use crate::spatial::{Bounds, BoxTree};
+use crate::threads::{CollectFiltered, CollectIndexed};
 use crate::tuning::{Tunable, tunable};
 
 /// Edge lengths. A boundary vertex within this distance of an edge lies on it (T-junction). In CAD files with 64-bit
@@ -257,7 +258,7 @@ impl<'a> Boundary<'a> {
             best
         };
         let edges = 0..self.ends.len() as u32;
-        edges.into_par_iter().map(nearest).collect()
+        edges.into_par_iter().map(nearest).collect_indexed()
     }
 
     /// Whether two different vertices share a face.
@@ -298,7 +299,7 @@ impl<'a> Boundary<'a> {
             best
         };
         let edges = 0..self.ends.len() as u32;
-        edges.into_par_iter().filter_map(nearest).collect()
+        edges.into_par_iter().filter_map(nearest).collect_filtered()
     }
 
     /// The diagonal of the bounding box of the mesh's faces, in mesh units.

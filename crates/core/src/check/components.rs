@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{DisjointSets, Mesh, Topology, area_vector};
 use crate::spatial::{Bounds, BoxTree, Bvh, WindingTree, solid_angle};
+use crate::threads::{CollectFiltered, CollectIndexed};
 use crate::tuning::{Tunable, tunable};
 
 /// Winding number of a component above which a point is inside it: 1 inside a closed one, less near its holes. All sampled points of
@@ -63,7 +64,10 @@ pub(crate) fn components(mesh: &Mesh, topology: &Topology, debris: f64) -> Vec<C
     for f in topology.faces() {
         faces[topology.component[f as usize] as usize].push(f);
     }
-    let boxes: Vec<Bounds> = faces.par_iter().map(|own| bounds(mesh, own)).collect();
+    let boxes: Vec<Bounds> = faces
+        .par_iter()
+        .map(|own| bounds(mesh, own))
+        .collect_indexed();
     let mut open: Vec<Vec<u32>> = vec![Vec::new(); count];
     for h in (0..topology.opposite.len()).filter(|h| topology.opposite[*h] == NONE) {
         let component = topology.component[h / 3];
@@ -74,7 +78,7 @@ pub(crate) fn components(mesh: &Mesh, topology: &Topology, debris: f64) -> Vec<C
     let mut found: Vec<Component> = (0..count)
         .into_par_iter()
         .map(|i| measured(mesh, topology, &faces[i], &boxes[i], open[i].is_empty()))
-        .collect();
+        .collect_indexed();
     let largest = found.iter().map(|c| c.area).fold(0.0, f64::max);
     for c in &mut found {
         c.debris = c.area < debris * largest;
@@ -246,7 +250,7 @@ fn nest(
             let inner = inner.filter(|(_, inner)| shell.holds(mesh, &faces[*inner as usize]));
             inner.copied().collect::<Vec<_>>()
         })
-        .collect();
+        .collect_filtered();
     // Count the enclosing components and keep the smallest.
     for (outer, inner) in inside {
         let area = |i: usize| found[i].area;

@@ -8,6 +8,7 @@ use super::{Component, Defect, DefectKind, Subject};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{DisjointSets, Mesh, Topology, VertexFaces, has_several_fans};
 use crate::spatial::{intersecting, partners};
+use crate::threads::CollectFiltered;
 
 impl Defect {
     /// A defect without a list of its faces.
@@ -137,7 +138,7 @@ fn pinched(
     (0..mesh.positions.len() as u32)
         .into_par_iter()
         .filter(|&v| !on_crowded[v as usize] && has_several_fans(mesh, topology, around, v))
-        .collect()
+        .collect_filtered()
 }
 
 /// Closed components with negative volume, except cavities, which lie inside an odd number of others.
@@ -163,7 +164,7 @@ pub(super) fn of_faces(subject: &Subject) -> [Defect; 3] {
     let degenerate: Vec<u32> = (0..mesh.faces.len() as u32)
         .into_par_iter()
         .filter(|&f| topology.component[f as usize] == NONE || is_flat(mesh.corners(f)))
-        .collect();
+        .collect_filtered();
     let twice = duplicates(mesh, topology);
     let crossing = self_intersections(mesh, topology);
     let crossing: Vec<u32> = crossing.iter().map(|pair| pair.0).collect();

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::{Defect, DefectKind, Subject};
 use crate::mesh::{Mesh, Topology, face_normal};
 use crate::spatial::{Bvh, meets};
+use crate::threads::CollectFiltered;
 use crate::tuning::{Tunable, tunable};
 
 /// Cosine of 60 degrees. A ray ends on a face whose normal is within this angle of the ray. At larger angles the two faces are
@@ -34,7 +35,7 @@ pub(super) fn thin(subject: &Subject, length: f64) -> Defect {
         found
     };
     let all: Vec<u32> = topology.faces().collect();
-    let faces: Vec<u32> = all.into_par_iter().filter(is_thin).collect();
+    let faces: Vec<u32> = all.into_par_iter().filter(is_thin).collect_filtered();
     Defect::new(DefectKind::Thin, faces.len(), faces, mesh)
 }
 

@@ -10,6 +10,7 @@ use super::{Component, Defect, DefectKind, Subject, Verdict};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, Topology, area_vector, length, point, welded};
 use crate::spatial::Bvh;
+use crate::threads::{CollectFiltered, CollectIndexed};
 use crate::tuning::{Tunable, tunable};
 
 /// Cosine. The two sides of a wall count as parallel within this angle (15°). Beyond it they form a wedge, whose
@@ -120,7 +121,7 @@ impl WallMap {
             Some(wall) => -wall.thickness as f32,
             None => f32::NAN,
         };
-        faces.into_par_iter().map(signed).collect()
+        faces.into_par_iter().map(signed).collect_indexed()
     }
 }
 
@@ -219,7 +220,7 @@ fn samples(subject: &Subject, components: &[Component], all: bool) -> Vec<Sample
             wall: walls.at(f, false)?,
         })
     };
-    asked.into_par_iter().filter_map(sample).collect()
+    asked.into_par_iter().filter_map(sample).collect_filtered()
 }
 
 impl Verdict {

@@ -10,6 +10,7 @@ use super::patch::{Patch, test_rings};
 use super::report::{Candidate, Refusal};
 use super::willmore::minimise;
 use crate::elementary::powf;
+use crate::threads::CollectFiltered;
 use crate::tuning::{Tunable, tunable};
 
 /// Diameters. Lower bound of an error on the rings.
@@ -68,7 +69,7 @@ pub(super) fn blend(
         all
     };
     let (mut surfaces, refilled) = rayon::join(own, || {
-        rings.par_iter().filter_map(refill).collect::<Vec<_>>()
+        rings.par_iter().filter_map(refill).collect_filtered()
     });
     if patch.cancel.is_cancelled() {
         return (surfaces, Err(Refusal::Stopped));

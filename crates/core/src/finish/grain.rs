@@ -16,6 +16,7 @@ use super::patch::{Located, Patch};
 use super::surroundings::Surroundings;
 use crate::elementary::{cos, ln};
 use crate::linalg::solve_spd;
+use crate::threads::{CollectFiltered, CollectIndexed};
 use crate::tuning::{Tunable, tunable};
 
 /// Mean edges. Radii of the quadrics. Shape of longer wavelengths is continued by the patch itself.
@@ -94,7 +95,7 @@ pub(crate) fn grain(around: &Surroundings<'_>, vertices: &[u32]) -> Option<Grain
     let draws: Vec<_> = (0..DRAWS)
         .into_par_iter()
         .filter_map(|number| task.draw(number, &measured))
-        .collect();
+        .collect_filtered();
     let score = |draw: &([f64; RADII.len()], Vec<f64>)| -> f64 {
         let (roughness, heights) = draw;
         let ratios = roughness.iter().zip(target);
@@ -268,7 +269,7 @@ fn roughness(
         let normal: DVec3 = near.iter().map(|&w| normals[w as usize]).sum();
         height(points, &near, v, normal.try_normalize()?)
     };
-    let values: Vec<Option<f64>> = vertices.par_iter().map(value).collect();
+    let values: Vec<Option<f64>> = vertices.par_iter().map(value).collect_indexed();
     root_mean_square(values.into_iter().flatten())
 }
 
@@ -365,7 +366,7 @@ fn drawn(points: &[DVec3], length: f64, seed: u64) -> Vec<f64> {
         let all = waves.iter().map(|(k, phase)| cos(k.dot(*p) + phase));
         height * all.sum::<f64>()
     };
-    points.par_iter().map(at).collect()
+    points.par_iter().map(at).collect_indexed()
 }
 
 /// The pseudorandom number generator SplitMix64 (G. L. Steele et al., "Fast splittable pseudorandom number generators", 2014).

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::layout::Layout;
 use crate::cancel::Cancel;
 use crate::grid::{ABSENT, NodeIndex, SparseGrid, add, dilate};
+use crate::threads::CollectFiltered;
 
 /// b, the half width of the weight χ, in voxels.
 pub const WIDTH: f64 = 2.5;
@@ -89,7 +90,7 @@ impl Band {
                 let touches = || c.iter().any(|&v| residual[slots[v as usize] as usize]);
                 (whole && touches()).then(|| [c[0], c[2], c[4], c[6]])
             })
-            .collect();
+            .collect_filtered();
         // The cells around each node: sums over cells are gathered row by row in a fixed order, so results do not depend on
         // threads.
         let mut node_cells = vec![[0; 4]; slots.len()];

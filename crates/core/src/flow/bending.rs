@@ -15,6 +15,7 @@ use super::settings::{Energy, Variant};
 use super::system::System;
 use super::willmore::{gradient, system, weights};
 use crate::grid::{Lattice, SparseGrid, as_point};
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Least second derivative of an energy density in the matrix of a step, relative to the second derivative of ½h². With 0
@@ -133,7 +134,7 @@ impl<'a> BendingBand<'a> {
             true => self.density(i, at.r[i]),
             false => Density::new(0.0, 0.0, 0.0),
         };
-        (0..at.r.len()).into_par_iter().map(of).collect()
+        (0..at.r.len()).into_par_iter().map(of).collect_indexed()
     }
 }
 

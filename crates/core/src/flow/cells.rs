@@ -10,6 +10,7 @@ use super::element::{ELEMENT, Gradients, against_gradients, dot, gauss_gradients
 use super::settings::Variant;
 use super::stencil::Stencil;
 use crate::elementary::{cos, sin};
+use crate::threads::CollectIndexed;
 
 /// Items per partial sum.
 const CHUNK: usize = 1024;
@@ -47,14 +48,16 @@ pub fn norm(g: [f64; 3]) -> f64 {
 
 /// Sums in chunks of fixed size, so that rounding does not depend on the number of threads.
 pub fn chunked_sum<T: Sync>(items: &[T], f: impl Fn(usize, &T) -> f64 + Sync) -> f64 {
-    let partial: Vec<f64> = items
-        .par_chunks(CHUNK)
-        .enumerate()
-        .map(|(c, chunk)| {
-            let first = c * CHUNK;
-            chunk.iter().enumerate().map(|(i, x)| f(first + i, x)).sum()
-        })
-        .collect();
+    sum_of_parts(items.len().div_ceil(CHUNK), &|c| {
+        let first = c * CHUNK;
+        let chunk = &items[first..items.len().min(first + CHUNK)];
+        chunk.iter().enumerate().map(|(i, x)| f(first + i, x)).sum()
+    })
+}
+
+/// Sums `part(0)` to `part(count - 1)` in this order. The parallel loop is compiled once for all sums.
+fn sum_of_parts(count: usize, part: &(dyn Fn(usize) -> f64 + Sync)) -> f64 {
+    let partial = (0..count).into_par_iter().map(part).collect_indexed();
     partial.iter().sum()
 }
 

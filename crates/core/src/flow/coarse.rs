@@ -13,6 +13,7 @@ use super::system::System;
 use crate::cancel::Cancel;
 use crate::grid::{BLOCK, NodeIndex, SparseGrid, add};
 use crate::linalg::{Csr, Multigrid};
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Unknowns. Coarse levels are added until at most this many unknowns remain, which are solved directly.
@@ -158,7 +159,7 @@ pub fn feet(band: &Band, grid: &SparseGrid, phi: &[f64]) -> Vec<[f32; 3]> {
         let gg = (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]).max(0.25);
         g.map(|g| (-own / gg * g) as f32)
     };
-    band.layout.rows.par_iter().map(foot).collect()
+    band.layout.rows.par_iter().map(foot).collect_indexed()
 }
 
 /// The closest points of the unknowns in coordinates of a lattice of twice the voxel size, by layout position; `None` for other

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::cancel::Cancel;
 use crate::grid::{NodeIndex, SparseGrid, as_point, linear, value_and_gradient};
 use crate::linalg::{CgOutcome, Jacobi, LinearOperator, conjugate_gradient};
+use crate::threads::{CollectIndexed, for_each_chunk};
 use crate::tuning::{Tunable, tunable};
 
 /// Free nodes. A lattice with fewer is not coarsened further: its solve starts from the values that it has.
@@ -42,7 +43,7 @@ struct Bilaplacian {
 impl Bilaplacian {
     /// The Laplacian of `x` at the nodes marked in `wanted`, zero elsewhere.
     fn laplacian(&self, x: &[f64], wanted: &[bool], y: &mut [f64]) {
-        y.par_chunks_mut(CHUNK).enumerate().for_each(|(c, out)| {
+        for_each_chunk(y, CHUNK, &|c, out| {
             for (i, o) in (c * CHUNK..).zip(out.iter_mut()) {
                 *o = if wanted[i] {
                     let sum: f64 = self.near[i].iter().map(|&j| x[j as usize]).sum();
@@ -223,5 +224,5 @@ fn from_every_other(
             0.0
         }
     };
-    Some((0..grid.len()).into_par_iter().map(guess).collect())
+    Some((0..grid.len()).into_par_iter().map(guess).collect_indexed())
 }

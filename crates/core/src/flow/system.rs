@@ -7,14 +7,13 @@
 use std::ops::Range;
 use std::sync::{Arc, LazyLock, Mutex};
 
-use rayon::prelude::*;
-
 use super::band::{Band, NONE};
 use super::layout::{CHUNK, Layout};
 use super::pull::BandPull;
 use super::stencil::Stencil;
 use crate::cancel::Cancel;
 use crate::linalg::{Accumulator, Csr, LinearOperator, Real};
+use crate::threads::for_each_chunk;
 
 /// Rows multiplied with a prolongation at a time.
 const SLAB: usize = 16_384;
@@ -101,7 +100,7 @@ impl System {
             }
         }
         let mut out = vec![0.0; layout.len];
-        out.par_chunks_mut(CHUNK).enumerate().for_each(|(c, out)| {
+        for_each_chunk(&mut out, CHUNK, &|c, out| {
             for (r, place) in layout.rows_of(c) {
                 if self.cancel.is_cancelled() {
                     return;
@@ -354,7 +353,7 @@ fn each_chunk<T: Real>(vector: &mut [T], run: impl Fn((usize, &mut [T])) + Sync 
     if vector.len() <= 2 * CHUNK {
         vector.chunks_mut(CHUNK).enumerate().for_each(run);
     } else {
-        vector.par_chunks_mut(CHUNK).enumerate().for_each(run);
+        for_each_chunk(vector, CHUNK, &|c, out| run((c, out)));
     }
 }
 

@@ -16,6 +16,7 @@ use super::element::{ELEMENT, dot, gauss_gradients};
 use super::energy::{BandEnergy, Evaluation, Needs};
 use super::settings::{Energy, Variant};
 use super::system::{Factors, RowWeights, System};
+use crate::threads::CollectIndexed;
 
 /// A band with the energy of curvature variation.
 pub struct VariationBand {
@@ -61,7 +62,7 @@ impl BandEnergy for VariationBand {
         let force: Vec<f64> = (0..phi.len())
             .into_par_iter()
             .map(|i| gathered(band, i, |c, a| variation[c].by_curvature[a]))
-            .collect();
+            .collect_indexed();
         let fields = Fields {
             phi,
             weighted: &vec![0.0; phi.len()],
@@ -77,7 +78,7 @@ impl BandEnergy for VariationBand {
                 0.0
             }
         };
-        (0..phi.len()).into_par_iter().map(entry).collect()
+        (0..phi.len()).into_par_iter().map(entry).collect_indexed()
     }
 
     /// The matrix is `BPᵀ K BP + κ L[n⊗n]` for every variant.

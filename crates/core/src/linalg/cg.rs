@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use crate::threads::CollectIndexed;
+
 /// Entries per partial sum of a scalar product, so that rounding is the same for every number of threads.
 const CHUNK: usize = 2048;
 
@@ -64,7 +66,7 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
         .par_chunks(CHUNK)
         .zip(b.par_chunks(CHUNK))
         .map(|(a, b)| a.iter().zip(b).map(|(x, y)| x * y).sum())
-        .collect();
+        .collect_indexed();
     partial.iter().sum()
 }
 

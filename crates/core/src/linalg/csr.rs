@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use sprs::CsMatI;
 
 use super::real::Real;
+use crate::threads::{CollectIndexed, for_each_chunk};
 
 /// Rows per unit of work of a thread when a matrix is assembled.
 const CHUNK: usize = 64;
@@ -71,6 +72,30 @@ impl Accumulator {
     }
 }
 
+/// The rows of [`Csr::from_rows`] in chunks, each with an accumulator of its thread. Compiled once for all matrices.
+fn rows_in_chunks(
+    rows: usize,
+    columns: usize,
+    emit: &(dyn Fn(usize, &mut Accumulator) + Sync),
+) -> Vec<Rows> {
+    (0..rows.div_ceil(CHUNK))
+        .into_par_iter()
+        .map_init(
+            || Accumulator::new(columns),
+            |accumulator, c| {
+                let (mut lengths, mut entries) = (Vec::new(), Vec::new());
+                for i in c * CHUNK..rows.min((c + 1) * CHUNK) {
+                    emit(i, accumulator);
+                    let before = entries.len();
+                    accumulator.take(&mut entries);
+                    lengths.push(entries.len() - before);
+                }
+                (lengths, entries)
+            },
+        )
+        .collect_indexed()
+}
+
 impl Csr {
     /// Builds a matrix: `emit(i, sink)` adds the entries of row `i` to the sink.
     pub fn from_rows(
@@ -78,23 +103,7 @@ impl Csr {
         columns: usize,
         emit: impl Fn(usize, &mut Accumulator) + Sync,
     ) -> Self {
-        // Rows in chunks, each with an accumulator of its thread.
-        let chunks: Vec<Rows> = (0..rows.div_ceil(CHUNK))
-            .into_par_iter()
-            .map_init(
-                || Accumulator::new(columns),
-                |accumulator, c| {
-                    let (mut lengths, mut entries) = (Vec::new(), Vec::new());
-                    for i in c * CHUNK..rows.min((c + 1) * CHUNK) {
-                        emit(i, accumulator);
-                        let before = entries.len();
-                        accumulator.take(&mut entries);
-                        lengths.push(entries.len() - before);
-                    }
-                    (lengths, entries)
-                },
-            )
-            .collect();
+        let chunks = rows_in_chunks(rows, columns, &emit);
         // Concatenates the chunks.
         let total = chunks.iter().map(|c| c.1.len()).sum();
         let mut out = Self {
@@ -259,7 +268,7 @@ impl<T: Real> Csr<T> {
         if self.values.len() < SERIAL {
             y.chunks_mut(APPLY_CHUNK).enumerate().for_each(run);
         } else {
-            y.par_chunks_mut(APPLY_CHUNK).enumerate().for_each(run);
+            for_each_chunk(y, APPLY_CHUNK, &|c, out| run((c, out)));
         }
     }
 

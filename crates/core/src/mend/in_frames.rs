@@ -14,6 +14,7 @@ use crate::fill::widest_growth;
 use crate::fill::{PlacedPart, RegionPatch};
 use crate::sdf::faces_at;
 use crate::spatial::Bounds;
+use crate::threads::CollectIndexed;
 
 /// Regions whose faces are found in one pass over the mesh.
 const FRAMED_AT_A_TIME: usize = 256;
@@ -52,7 +53,7 @@ impl<'a> Regions<'a> {
                 .par_iter()
                 .zip(queries.par_iter().zip(faces))
                 .map(solve)
-                .collect();
+                .collect_indexed();
             for (&at, patch) in some.iter().zip(some_patches) {
                 patches[at] = patch;
             }
@@ -72,6 +73,6 @@ impl<'a> Regions<'a> {
             true => faces_of(found, degenerate, slice::from_ref(query), voxel).concat(),
             false => near.iter().chain(degenerate).copied().collect(),
         };
-        queries.par_iter().zip(&faces).map(needed).collect()
+        queries.par_iter().zip(&faces).map(needed).collect_indexed()
     }
 }

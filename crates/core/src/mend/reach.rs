@@ -14,6 +14,7 @@ use crate::mesh::{Hole, Mesh, bounds};
 use crate::region::VoxelSize;
 use crate::sdf::faces_at;
 use crate::spatial::{Bounds, BoxTree};
+use crate::threads::CollectIndexed;
 
 /// Cells along each axis of the box in which a region samples distances. For each cell an upper bound of the distance to the
 /// known surface is computed.
@@ -58,13 +59,17 @@ pub(super) fn faces_of(
         .par_iter()
         .zip(boxes.par_iter().zip(&at(&patched)))
         .map(|(region, (boxes, faces))| Reach::new(found, region, *boxes, faces))
-        .collect();
+        .collect_indexed();
     let outer: Vec<Bounds> = reaches.iter().map(|r| r.whole).collect();
     let of = |(reach, faces): (&Reach, &Arc<[u32]>)| {
         let all: Vec<u32> = faces.iter().chain(degenerate).copied().collect();
         reach.held(&found.mesh, &all)
     };
-    reaches.par_iter().zip(&at(&outer)).map(of).collect()
+    reaches
+        .par_iter()
+        .zip(&at(&outer))
+        .map(of)
+        .collect_indexed()
 }
 
 /// The box in which a region samples distances.

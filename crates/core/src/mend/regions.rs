@@ -30,6 +30,7 @@ use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, HoleId, Mesh};
 use crate::region::{Region, VoxelSize};
 use crate::stitch::count_intersecting_faces;
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Unknowns times steps. Budget of the retries at a region: about six seconds of one core.
@@ -295,7 +296,7 @@ impl<'a> Regions<'a> {
             .zip(&counterparts)
             .zip(framed)
             .map(fill)
-            .collect()
+            .collect_indexed()
     }
 
     /// The query for the faces of a region whose box's margin may grow by a factor.

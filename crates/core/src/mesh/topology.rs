@@ -6,6 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Mesh, area_vector};
+use crate::threads::CollectIndexed;
 
 /// Marks a missing half-edge or component.
 pub const NONE: u32 = u32::MAX;
@@ -66,7 +67,7 @@ impl Topology {
 
     /// Computes the topology of a welded mesh without reversing faces.
     pub fn without_orienting(mesh: &Mesh) -> Self {
-        let degenerate: Vec<bool> = mesh.faces.par_iter().map(is_degenerate).collect();
+        let degenerate: Vec<bool> = mesh.faces.par_iter().map(is_degenerate).collect_indexed();
         let mut defects = Defects {
             degenerate_faces: degenerate.iter().filter(|&&d| d).count(),
             ..Defects::default()

@@ -11,6 +11,7 @@ use crate::grid::{
     value_and_gradient,
 };
 use crate::sdf::project_on_zero_set;
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Finer voxels. Blocks farther than this from the coarse surface are not stored.
@@ -80,7 +81,7 @@ impl Level {
                 let x = self.lattice.to_world(as_point(self.grid.node(s)));
                 distance(x).map(|d| d / self.lattice.voxel)
             })
-            .collect();
+            .collect_indexed();
         match guesses.into_iter().collect() {
             Some(phi) => {
                 self.phi = phi;
@@ -103,7 +104,7 @@ impl Level {
                 let x = other.lattice.to_lattice(x);
                 linear(&other.grid, &other.phi, x).map(|v| scale * v)
             })
-            .collect();
+            .collect_indexed();
         let open = (0..values.len()).filter(|&s| values[s].is_none());
         let open: Vec<usize> = open.collect();
         self.phi = values.into_iter().map(|v| v.unwrap_or(0.0)).collect();

@@ -8,6 +8,7 @@ use crate::extract::marching_cubes;
 use crate::flow::{BAND_MARGIN, HALF_WIDTH};
 use crate::grid::{NodeIndex, add, dilate, offset};
 use crate::mesh::Mesh;
+use crate::threads::{CollectFiltered, CollectIndexed};
 use crate::tuning::{Tunable, tunable};
 
 /// Nodes along each axis. The zero set that meets a rim is searched within this distance of the rim's vertices.
@@ -127,7 +128,7 @@ impl Level {
                 }
                 (signs[0] && signs[1]).then_some(n)
             })
-            .collect();
+            .collect_filtered();
         // After a cancellation the remaining cells contain no surface.
         let value = |n: NodeIndex| grid.slot(n).map_or(f64::MAX, |s| level.phi[s]);
         let iso = marching_cubes(&cells, |n| match grid.is_cancelled() {
@@ -146,7 +147,7 @@ impl Level {
                     _ => linear,
                 }
             })
-            .collect();
+            .collect_indexed();
         Mesh::new(positions, iso.faces)
     }
 }

@@ -15,6 +15,7 @@ use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, Mesh, area_vector};
 use crate::spatial::solid_angle;
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Faces of a component that are tested to decide whether it lies inside another.
@@ -40,7 +41,7 @@ pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), F
             let mut points = sampled.flat_map(|f| sides(&draft.mesh, *f));
             !own.is_empty() && points.all(|p| is_inside_without(&solid, &draft.mesh, own, p))
         };
-        let inner: Vec<bool> = faces.par_iter().map(is_inner).collect();
+        let inner: Vec<bool> = faces.par_iter().map(is_inner).collect_indexed();
         for (own, _) in faces.iter().zip(&inner).filter(|(_, inner)| **inner) {
             report.inside = [report.inside[0] + 1, report.inside[1] + own.len()];
         }

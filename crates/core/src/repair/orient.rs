@@ -14,6 +14,7 @@ use crate::mend::{FillError, Inspection};
 use crate::mesh::DisjointSets;
 use crate::mesh::topology::{NONE, end, start};
 use crate::spatial::{Bvh, WindingTree};
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Square roots of the component's area. An open component with shorter boundary loops counts as closed if it encloses
@@ -131,7 +132,7 @@ fn cavities(found: &Inspection, groups: &[Group]) -> Vec<bool> {
         });
         2 * inside > all
     };
-    groups.par_iter().map(is_cavity).collect()
+    groups.par_iter().map(is_cavity).collect_indexed()
 }
 
 /// Components that are closed together: along each edge as many of their faces run one way as the other.

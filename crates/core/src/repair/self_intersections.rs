@@ -17,6 +17,7 @@ use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Mesh, Topology, area_vector, face_normal};
 use crate::spatial::meets;
 use crate::spatial::{Bvh, WindingTree};
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Winding number of the other component. A sample point in front of a face lies inside the other component above this;
@@ -310,7 +311,7 @@ impl<'a> Parts<'a> {
             let under: Vec<[bool; 2]> = parts
                 .par_iter()
                 .map(|&part| self.is_covered(part, &bvh, &tree))
-                .collect();
+                .collect_indexed();
             covered.extend(self.to_go(&parts, &under));
         }
         covered

@@ -17,6 +17,7 @@ use crate::mend::FillError;
 use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, area_vector};
 use crate::spatial::{Bvh, WindingTree, closest_on_triangle};
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Square roots of the face's area. Distance of the sample points from the face.
@@ -152,11 +153,11 @@ impl Witness {
         let balls: Vec<(DVec3, f64)> = (found.holes.iter())
             .map(|h| (h.centre, NEAR_HOLE.get() * h.diameter))
             .collect();
-        let sampled: Vec<(DVec3, f64)> = (1..=WITNESS_POINTS.get() as u32)
+        let sampled: Vec<(DVec3, f64)> = (0..WITNESS_POINTS.get() as u32)
             .into_par_iter()
-            .map(|i| from + halton(i) * size)
+            .map(|i| from + halton(i + 1) * size)
             .map(|p| (p, solid.winding(p)))
-            .collect();
+            .collect_indexed();
         let (points, inside) = deciding(&solid, &sampled, &balls);
         let mut faces: Vec<[DVec3; 3]> = (0..input.faces.len() as u32)
             .map(|f| input.corners(f))
@@ -222,7 +223,7 @@ impl Witness {
         let of: Vec<(f64, bool)> = (0..self.faces.len() as u32)
             .into_par_iter()
             .map(outer)
-            .collect();
+            .collect_indexed();
         let all: f64 = of.iter().map(|(area, _)| area).sum();
         let (mut lost, mut moment) = (0.0, DVec3::ZERO);
         for (corners, (area, _)) in self.faces.iter().zip(&of).filter(|(_, (_, lost))| *lost) {

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use crate::grid::{
     ABSENT, BLOCK_NODES, NodeIndex, SparseGrid, Tricubic, add, as_point, value_and_gradient,
 };
+use crate::threads::CollectFiltered;
 
 /// Maximum number of steps of a projection.
 const ITERATIONS: usize = 16;
@@ -180,7 +181,7 @@ impl Front<'_> {
                 };
                 foot.flatten().map(|p| (slot, p))
             })
-            .collect();
+            .collect_filtered();
         for &(slot, p) in &found {
             self.foot[slot] = p;
             self.state[slot] = State::Done;
@@ -310,7 +311,7 @@ impl Front<'_> {
                 let (p, d) = self.improved(slot, start, d);
                 Some((slot, p, d.copysign(sign)))
             })
-            .collect();
+            .collect_filtered();
         for &(slot, p, d) in &found {
             self.foot[slot] = p;
             self.out[slot] = d;
@@ -343,7 +344,7 @@ impl Front<'_> {
                 let (p, d) = self.improved(slot, start, d);
                 Some((slot, p, d.copysign(self.phi[slot])))
             })
-            .collect();
+            .collect_filtered();
         for &(slot, p, d) in &found {
             self.foot[slot] = p;
             self.out[slot] = d;

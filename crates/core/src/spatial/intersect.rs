@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::predicates::{at, faces_intersect};
 use super::slender::have_partners;
 use super::{Bounds, BoxTree};
+use crate::threads::CollectIndexed;
 
 /// With at most this many query faces all boxes are compared one by one, without a tree. With a tree, making the offset shells of
 /// 8000 sheets of two triangles took a tenth longer.
@@ -31,7 +32,7 @@ pub fn intersecting(positions: &[DVec3], faces: &[[u32; 3]], count: usize) -> Ve
     let boxes: Vec<Bounds> = faces
         .par_iter()
         .map(|f| Bounds::of(at(positions, *f)))
-        .collect();
+        .collect_indexed();
     let hit =
         |i: u32, j: u32| j != i && faces_intersect(positions, faces[i as usize], faces[j as usize]);
     if count <= MAX_WITHOUT_TREE {
@@ -66,7 +67,7 @@ pub(crate) fn partners(positions: &[DVec3], faces: &[[u32; 3]], asked: &[u32]) -
     let boxes: Vec<Bounds> = faces
         .par_iter()
         .map(|f| Bounds::of(at(positions, *f)))
-        .collect();
+        .collect_indexed();
     let soup = Soup {
         positions,
         faces,
@@ -155,7 +156,7 @@ pub(crate) fn intersecting_pairs(
     let boxes: Vec<Bounds> = faces
         .par_iter()
         .map(|f| Bounds::of(at(positions, *f)))
-        .collect();
+        .collect_indexed();
     // The tree is built over the few asked faces and queried with all faces.
     let own: Vec<Bounds> = asked.iter().map(|i| boxes[*i as usize]).collect();
     let tree = BoxTree::new(&own);

@@ -11,6 +11,7 @@ use super::oriented::{Oriented, OrientedTree, ROUNDING, Triangles};
 use super::predicates::faces_intersect;
 use super::{Bounds, BoxTree};
 use crate::mesh::topology::NONE;
+use crate::threads::CollectIndexed;
 
 /// Faces. A vertex with at least this many is a hub: its faces are compared by their directions.
 const HUB_FACES: u32 = 64;
@@ -52,7 +53,7 @@ pub(super) fn have_partners(
         (fan != NONE && fans[fan as usize].has_partner(&mesh, place))
             || has_partner(&mesh, &tree, &corners, f)
     };
-    Some(asked.par_iter().map(has).collect())
+    Some(asked.par_iter().map(has).collect_indexed())
 }
 
 /// Faces with their hubs.

@@ -14,6 +14,7 @@ use super::rim::Rims;
 use super::{Patch, StitchError, StitchInput, StitchReport};
 use crate::elementary::acos;
 use crate::mesh::{DisjointSets, area_vector, bounds};
+use crate::threads::CollectIndexed;
 
 /// A patch during stitching, with its connection to the mesh.
 pub(super) struct Assembled {
@@ -63,7 +64,7 @@ pub(super) fn closed(input: &StitchInput, edge: f64) -> Result<Assembled, Stitch
             Some((q, n)) if q.distance(p) < input.voxel => (q - centre, n),
             _ => (p - centre, DVec3::ZERO),
         })
-        .collect();
+        .collect_indexed();
     let mut mesh = PatchMesh::default();
     (mesh.position, mesh.normal) = projected.into_iter().unzip();
     mesh.size = vec![edge; extracted.positions.len()];
@@ -129,7 +130,7 @@ fn add_kept(
             Some((q, m)) if q.distance(p) < input.voxel && m.dot(*n) > 0.0 => (q - centre, m),
             _ => (p - centre, *n),
         })
-        .collect();
+        .collect_indexed();
     for (p, n) in projected {
         mesh.position.push(p);
         mesh.normal.push(n);

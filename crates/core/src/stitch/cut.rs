@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::StitchInput;
 use crate::mesh::area_vector;
+use crate::threads::CollectIndexed;
 
 /// The kept part: vertices, faces, and boundary loops in the direction of its faces.
 #[derive(Default)]
@@ -33,7 +34,7 @@ pub(super) fn cut(input: &StitchInput) -> Kept {
         .positions
         .par_iter()
         .map(|&p| p.is_finite() && input.surface.depth(p) > least)
-        .collect();
+        .collect_indexed();
     let mut faces: Vec<[u32; 3]> = source.faces.clone();
     faces.retain(|f| {
         f.iter().all(|&v| deep[v as usize]) && f[0] != f[1] && f[1] != f[2] && f[2] != f[0]

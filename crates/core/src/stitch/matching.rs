@@ -10,6 +10,7 @@ use super::cut::Kept;
 use super::rim::Rims;
 use super::sector::{Outline, nearest_pair};
 use super::{StitchError, StitchInput};
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Voxels. A boundary of the kept part whose mean distance from the rim is larger does not belong to the rim.
@@ -90,7 +91,7 @@ fn vote(
         let found: Vec<(f64, usize)> = (0..lp.len())
             .into_par_iter()
             .map(|i| nearest_rim(&outline, i, &segments))
-            .collect();
+            .collect_indexed();
         // A boundary loop as a whole is near a rim or not; a component is near if one of its boundary loops is.
         let mean = found.iter().map(|f| f.0).sum::<f64>() / found.len() as f64;
         if mean <= limit {

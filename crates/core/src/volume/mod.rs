@@ -15,6 +15,7 @@ use crate::mesh::{Mesh, MeshError, Topology, at_least, bounds, length, welded};
 use crate::parameters::{OutOfBounds, solve, tables};
 use crate::region::VoxelSize;
 use crate::spatial::Bvh;
+use crate::threads::{CollectIndexed, for_each_chunk};
 pub use points::signed_distances;
 use signs::Signs;
 
@@ -179,14 +180,11 @@ pub fn measure_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Measured, Vo
     seconds.distances = lap();
     // Signs from the winding number, along rows of nodes.
     let signs = Signs::new(&mesh, &topology, &bvh, voxel);
-    values
-        .par_chunks_mut(dims[0])
-        .enumerate()
-        .for_each(|(row, out)| {
-            let (j, k) = (row % dims[1], row / dims[1]);
-            let start = origin + DVec3::new(0.0, j as f64, k as f64) * voxel;
-            signs.row(start, out);
-        });
+    for_each_chunk(&mut values, dims[0], &|row, out| {
+        let (j, k) = (row % dims[1], row / dims[1]);
+        let start = origin + DVec3::new(0.0, j as f64, k as f64) * voxel;
+        signs.row(start, out);
+    });
     seconds.signs = lap();
     let volume = Volume {
         dims,
@@ -360,7 +358,7 @@ impl Blocks {
                 closest.map_or(f64::INFINITY, |c| c.distance)
             };
             let count = dims.iter().product::<usize>();
-            let middles = (0..count).into_par_iter().map(distance).collect();
+            let middles = (0..count).into_par_iter().map(distance).collect_indexed();
             blocks = Self {
                 side,
                 dims,

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::VolumeError;
 use crate::mesh::{Mesh, Topology, welded};
 use crate::spatial::{Bvh, WindingTree};
+use crate::threads::CollectIndexed;
 
 /// The signed distances of points from a mesh, in the mesh's units and in the order of the points; negative inside,
 /// with the same sign rule as [`super::signed_distance_volume`]. A point with a coordinate that is not finite gets NaN.
@@ -33,7 +34,7 @@ pub fn signed_distances(mesh: &Mesh, points: &[DVec3]) -> Result<Vec<f64>, Volum
             false => closest.distance,
         }
     };
-    Ok(points.par_iter().map(distance).collect())
+    Ok(points.par_iter().map(distance).collect_indexed())
 }
 
 #[cfg(test)]

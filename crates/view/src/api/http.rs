@@ -132,13 +132,26 @@ pub async fn work<T: Send + Sync + 'static, R: Send + 'static>(
     done.map_err(Refused::failed)?
 }
 
-/// Runs work on a blocking thread.
+/// Runs work on a blocking thread. The work is boxed and sends its result through a channel, so that Tokio's task is compiled once for all
+/// kinds of work.
 #[cfg(not(target_family = "wasm"))]
 async fn blocking<R: Send + 'static>(
     work: impl FnOnce() -> R + Send + 'static,
 ) -> Result<R, Refused> {
-    let done = tokio::task::spawn_blocking(work).await;
-    done.map_err(|error| Refused::failed(error.to_string()))
+    let (sender, receiver) = tokio::sync::oneshot::channel();
+    let run: Box<dyn FnOnce() + Send> = Box::new(move || {
+        // The receiver is gone if the request was given up; then nobody needs the result.
+        let _ = sender.send(work());
+    });
+    let task = tokio::task::spawn_blocking(run);
+    match receiver.await {
+        Ok(result) => Ok(result),
+        // The work panicked, or the runtime shuts down: the task has the reason.
+        Err(closed) => Err(Refused::failed(match task.await {
+            Err(error) => error.to_string(),
+            Ok(()) => closed.to_string(),
+        })),
+    }
 }
 
 /// Runs work at once: there are no other threads.

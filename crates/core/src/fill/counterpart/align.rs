@@ -9,6 +9,7 @@ use crate::elementary;
 use crate::linalg::solve_spd;
 use crate::mesh::{Mesh, area_vector, face_normal};
 use crate::spatial::{Bvh, Closest};
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Lower bound of the cosine between the normals of a sample and its partner: 60°.
@@ -87,7 +88,7 @@ impl Target<'_> {
                 normal,
             })
         };
-        samples.par_iter().map(pair).collect()
+        samples.par_iter().map(pair).collect_indexed()
     }
 
     /// The nearest pairs, up to the fraction `kept` of all samples; `None` if there are fewer than half of that number or fewer than 7, the

@@ -11,6 +11,7 @@ use crate::cancel::Cancel;
 use crate::elementary::{cos, sin, sin_cos};
 use crate::linalg::{second_moments, symmetric_eigen};
 use crate::mesh::Mesh;
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Number of samples of the coarse alignments and of the fine ones.
@@ -175,7 +176,7 @@ fn best(
         );
         ranked(coarse, target, end)
     };
-    let mut ends: Vec<Aligned> = starts.par_iter().map(from).collect();
+    let mut ends: Vec<Aligned> = starts.par_iter().map(from).collect_indexed();
     ends.sort_by(|a, b| a.rms.total_cmp(&b.rms));
     let ends = distinct(ends, coarse, span, REFINED.get());
     // Fine alignment of the best ones.
@@ -199,7 +200,7 @@ fn best(
         }
         ranked(&fine, target, end)
     };
-    let mut ends: Vec<Aligned> = ends.par_iter().map(from).collect();
+    let mut ends: Vec<Aligned> = ends.par_iter().map(from).collect_indexed();
     ends.sort_by(|a, b| a.rms.total_cmp(&b.rms));
     // Keep the different ones that are close enough.
     let least = ends.first().map_or(0.0, own_distance);

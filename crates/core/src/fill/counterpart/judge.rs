@@ -13,6 +13,7 @@ use crate::fill::invented::NotLike;
 use crate::finish::{OffsetDatum, OffsetField};
 use crate::mesh::{Mesh, VertexFaces, vertex_normal};
 use crate::spatial::Bvh;
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Diameters. Width of the collar of known vertices to which a counterpart is fitted, as for kriging.
@@ -198,7 +199,7 @@ impl Collar {
             .par_iter()
             .zip(&self.depth)
             .map(datum)
-            .collect();
+            .collect_indexed();
         let data: Vec<OffsetDatum> = all.into_iter().flatten().collect();
         if (data.len() as f64) < LEAST_PARTNERS.get() * self.samples.len() as f64 {
             return Err(self.why_apart(part, &bvh));

@@ -19,6 +19,7 @@ use crate::mesh::cut::Remainder;
 use crate::mesh::{Mesh, at_least, bounds, length};
 use crate::spatial::Bvh;
 use crate::stitch::StitchError;
+use crate::threads::CollectIndexed;
 use plan::Plan;
 
 /// Cubes of the bounding box's diagonal. A closed mesh that encloses less has no volume beside rounding errors.
@@ -342,7 +343,7 @@ fn moved(
         points
             .into_par_iter()
             .map(|p| distance(surface, p))
-            .collect()
+            .collect_indexed()
     };
     let first_new = kept.map_or(0, |k| k.mesh.positions.len());
     let new = after.input.positions[first_new..].to_vec();

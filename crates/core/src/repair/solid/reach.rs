@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::spatial::Bvh;
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Nodes of the lattice in a radius of this ball. With two, an opening must be wider by a thickness to let the ball in.
@@ -152,5 +153,5 @@ pub(super) fn reached(
     // The centre of a ball that touches may lie half a cell's diagonal from a node.
     let distance = radius + 0.5 * 3f64.sqrt() * spacing;
     let near = |p: &DVec3| lattice.is_near(&outside, *p, distance);
-    Some(points.par_iter().map(near).collect())
+    Some(points.par_iter().map(near).collect_indexed())
 }

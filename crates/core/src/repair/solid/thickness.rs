@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, area_vector};
 use crate::spatial::Bvh;
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Cosine. A face is the other side of another if their normals are opposite within this angle (60°).
@@ -55,7 +56,7 @@ pub(super) fn sides(mesh: &Mesh, bvh: &Bvh, faces: &[u32]) -> Vec<SkinSide> {
             is_faced,
         }
     };
-    faces.par_iter().map(side).collect()
+    faces.par_iter().map(side).collect_indexed()
 }
 
 /// The area-weighted median of the distances of some faces to their other sides, and the fraction of their area that has one; none

@@ -13,6 +13,7 @@ use super::planar::{ArrangementError, Planar};
 use crate::mesh::DisjointSets;
 use crate::mesh::topology::NONE;
 use crate::spatial::{Bounds, BoxTree};
+use crate::threads::CollectIndexed;
 
 /// A triangle of the arrangement.
 #[derive(Clone, Debug)]
@@ -65,7 +66,7 @@ pub(super) fn arrange(
     let meetings: Vec<Meeting> = pairs
         .par_iter()
         .map(|&[f, g]| meeting(unit, &all[f as usize], &all[g as usize]))
-        .collect();
+        .collect_indexed();
     let mut points = Points::new(unit);
     for (face, v) in all.iter().flat_map(|f| f.vertices.iter().zip(f.corners)) {
         points.add_vertex(*face, v);

@@ -16,6 +16,7 @@ use super::planar::ArrangementError;
 use crate::mesh::DisjointSets;
 use crate::repair::witness::DOUBTFUL_DIFFERENCE;
 use crate::spatial::{Bounds, BoxTree};
+use crate::threads::{CollectFiltered, CollectIndexed};
 
 /// Barycentric weights of a ray's origin in a triangle; the next ones are used if the ray passes through an edge.
 const WEIGHTS: [[u32; 3]; 8] = [
@@ -78,7 +79,10 @@ impl ClosedSurface<'_> {
                 _ => Fate::Goes,
             }
         };
-        Ok((0..windings.len()).into_par_iter().map(fate).collect())
+        Ok((0..windings.len())
+            .into_par_iter()
+            .map(fate)
+            .collect_indexed())
     }
 
     /// The clusters in which the volume with negative winding numbers is too large for the pockets of a surface that intersects
@@ -119,7 +123,11 @@ impl ClosedSurface<'_> {
                 *best = Some(own);
             }
         }
-        let boxes: Vec<Bounds> = self.faces.par_iter().map(|f| Bounds::of(f.0)).collect();
+        let boxes: Vec<Bounds> = self
+            .faces
+            .par_iter()
+            .map(|f| Bounds::of(f.0))
+            .collect_indexed();
         let tree = BoxTree::new(&boxes);
         // The winding number in front of each sample, by ray casting.
         let fronts: Result<Vec<Option<i32>>, ArrangementError> = sample
@@ -142,7 +150,7 @@ impl ClosedSurface<'_> {
             };
             Some([front, front + own])
         };
-        Ok((0..label.len()).into_par_iter().map(of).collect())
+        Ok((0..label.len()).into_par_iter().map(of).collect_indexed())
     }
 
     /// Twice the area of a triangle, in floating-point arithmetic.
@@ -174,7 +182,7 @@ impl ClosedSurface<'_> {
                     (key, t, a < b)
                 })
             })
-            .collect();
+            .collect_filtered();
         edges.par_sort_unstable();
         // Check each edge's balance; edges with two triangles link them.
         let mut links: Vec<(u32, u32, bool)> = Vec::new();

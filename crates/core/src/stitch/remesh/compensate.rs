@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::{LEAST_COSINE, Remesher};
 use crate::stitch::half_edge::NONE;
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Rings of free vertices over which the compensation for chords grows to its full size.
@@ -24,7 +25,7 @@ impl Remesher<'_> {
             .faces
             .par_iter()
             .map(|&f| this.facet_offset(f))
-            .collect();
+            .collect_indexed();
         if self.is_cancelled() {
             return;
         }

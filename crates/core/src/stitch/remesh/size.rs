@@ -8,6 +8,7 @@ use super::Remesher;
 use crate::elementary::powi;
 use crate::stitch::StitchParams;
 use crate::stitch::half_edge::NONE;
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Growth of the target length per unit of length, at most.
@@ -75,7 +76,7 @@ impl Remesher<'_> {
                     size.min(by_curvature.max(SIZE_LEAST.get() * size))
                 }
             })
-            .collect();
+            .collect_indexed();
         let floor = self.floor(voxel);
         self.mesh.size = wanted
             .into_iter()
@@ -181,7 +182,10 @@ impl Remesher<'_> {
             let all = (0..rim).map(distance);
             all.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
         };
-        let near: Vec<(f64, f64)> = mesh.position[rim..].par_iter().map(nearest).collect();
+        let near: Vec<(f64, f64)> = mesh.position[rim..]
+            .par_iter()
+            .map(nearest)
+            .collect_indexed();
         let grown = |growth: f64| -> Vec<f64> {
             let inner = mesh.size[rim..].iter().zip(&near);
             let inner = inner.map(|(size, (d, at_rim))| size.max(at_rim + growth * d));
@@ -214,7 +218,7 @@ impl Remesher<'_> {
                 }
                 sum / weight
             })
-            .collect();
+            .collect_indexed();
         let rim_len = self.mesh.rim_len();
         self.mesh.size[rim_len..].copy_from_slice(&from_rim);
     }
@@ -292,7 +296,7 @@ impl Remesher<'_> {
                     };
                     mesh.neighbours(v).map(reach).fold(size, f64::min)
                 })
-                .collect();
+                .collect_indexed();
             self.mesh.size = limited;
         }
     }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::{LEAST_COSINE, Remesher};
 use crate::stitch::half_edge::prev;
+use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Fraction of the way to its goal that a vertex moves in smoothing.
@@ -83,7 +84,7 @@ impl Remesher<'_> {
                 }
                 this.project(p + step, this.mesh.size[v as usize])
             })
-            .collect();
+            .collect_indexed();
         let mut squares = 0.0;
         for (&v, moved) in free.iter().zip(moved) {
             if self.is_cancelled() {
