@@ -13,7 +13,7 @@ use isomend::volume::VolumeParams;
 use super::console::Console;
 use super::input::is_stream;
 use super::parameters::{ParameterArgs, Sdf};
-use super::{CommonArgs, End, console, input};
+use super::{CommonArgs, End, Usage, console, input};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -55,10 +55,12 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("vti"));
     if !is_vti {
-        anyhow::bail!(
+        let name = args.output.with_extension("vti");
+        let what = format!(
             "volumes are written as VTI: name the output {}",
-            args.output.with_extension("vti").display()
+            name.display()
         );
+        return Err(Usage(what).into());
     }
     let (place, output) = (input::place(&args.input), input::place(&args.output));
     output.check_writable()?;

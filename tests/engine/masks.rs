@@ -135,7 +135,7 @@ fn invalid_masks_are_refused() {
     desk.refused(&["--colour", "red"], 2, "hexadecimal");
     desk.refused(&["--colour", "ff0000,999"], 2, "tolerance");
     desk.refused(&["--colour", "ff0000"], 1, "colour");
-    desk.refused(&["--grow", "1"], 1, "--ball");
+    desk.refused(&["--grow", "1"], 2, "--ball");
     desk.refused(&["--faces", "gone.txt"], 1, "gone.txt");
     desk.write("bad.txt", "1\nx\n");
     desk.refused(&["--faces", "bad.txt"], 1, "line 2");

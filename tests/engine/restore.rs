@@ -449,7 +449,7 @@ fn wrong_usage_is_refused() {
         assert!(said.contains(word), "'{word}' is not in: {said}");
         assert!(!desk.0.path().join("out.ply").exists());
     };
-    refused(&[], 1, "--ball");
+    refused(&[], 2, "--ball");
     refused(&["--ball", "9,9,9,1"], 1, "marks no face");
     refused(&["--ball", "0,0,0,2"], 1, "a whole component");
     refused(&["--ball", "0,0,1,0.5", "--keep-shape", "2"], 2, "0 to 1");

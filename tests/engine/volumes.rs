@@ -165,7 +165,7 @@ fn a_surface_is_closed_at_the_boundary_of_the_volume_on_request() {
 #[test]
 fn wrong_input_is_refused() {
     let desk = Desk::new();
-    desk.refused(&["sdf", "ball.ply", "-o", "ball.ply"], 1, &["ball.vti"]);
+    desk.refused(&["sdf", "ball.ply", "-o", "ball.ply"], 2, &["ball.vti"]);
     desk.refused(
         &["sdf", "ball.ply", "-o", "a.vti", "--voxel", "1e-7"],
         1,
@@ -198,7 +198,7 @@ fn wrong_input_is_refused() {
         1,
         &["'x'", "distance"],
     );
-    desk.refused(&["surface", "ball.vti", "-o", "a.xyz"], 1, &["--to"]);
+    desk.refused(&["surface", "ball.vti", "-o", "a.xyz"], 2, &["--to"]);
     desk.refused(&["inspect", "ball.vti"], 1, &["isomend surface"]);
     let bytes = fs::read(desk.path("ball.vti")).unwrap();
     fs::write(desk.path("cut.vti"), &bytes[..bytes.len() / 2]).unwrap();
