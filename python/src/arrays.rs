@@ -61,8 +61,12 @@ pub fn mesh(vertices: &ArrayView2<'_, f64>, faces: &ArrayView2<'_, i64>) -> Resu
                 .ok()
                 .filter(|v| (*v as usize) < count)
                 .ok_or_else(|| {
+                    let there = match count {
+                        1 => "is only 1 vertex".to_owned(),
+                        n => format!("are only {n} vertices"),
+                    };
                     let what = format!(
-                        "face {number} refers to vertex {vertex}, but there are only {count} vertices, numbered from 0"
+                        "face {number} refers to vertex {vertex}, but there {there}, numbered from 0"
                     );
                     Failure::new("MeshError", what)
                 })?;

@@ -23,6 +23,7 @@ TRIANGLE = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     [
         (TRIANGLE[0], np.zeros((0, 3), int), "no faces"),
         (TRIANGLE[0], [[0, 1, 3]], "face 0 refers to vertex 3, but there are only 3"),
+        ([[0, 0, 0]], TRIANGLE[1], "face 0 refers to vertex 1, but there is only 1 vertex, numbered"),
         (TRIANGLE[0], [[0, 1, -1]], "vertex -1"),
         (TRIANGLE[0], [[0, 1, 2.5]], "whole numbers"),
         (TRIANGLE[0], [[0, 1, np.nan]], "whole numbers"),
