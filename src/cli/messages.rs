@@ -212,10 +212,24 @@ fn lost_components([count, least, most]: [usize; 3]) -> String {
     }
 }
 
+/// The part of the surface that was faired: marked by the caller, or all but the surroundings of the boundary.
+fn faired_part(report: &FairReport, is_marked: bool) -> String {
+    let removed = report.removed_faces;
+    match is_marked {
+        true => {
+            let marked = counted(report.marked_faces, "face");
+            format!("{marked} marked, {removed} cut out")
+        }
+        false => format!(
+            "{} replaced; a strip along the boundary of the mesh stays, since it is open",
+            counted(removed, "face")
+        ),
+    }
+}
+
 /// Prints the report of a fairing.
 fn faired(report: &FairReport, done: &JobResult, console: &Console) {
     let unit = done.spec.deliverables.unit;
-    let marks = matches!(done.spec.work, Work::Fair(Some(_), _));
     let moved = |x: f64| {
         let text = length_beside(x, report.strength);
         unit.map_or(text.clone(), |unit| format!("{text} {unit}"))
@@ -235,17 +249,8 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
             .for_each(|(name, own)| console.say(&format!("{name}: {}", measures(own)))),
     }
     if !report.whole {
-        console.say(&match marks {
-            true => format!(
-                "{} marked, {} cut out",
-                counted(report.marked_faces, "face"),
-                report.removed_faces
-            ),
-            false => format!(
-                "{} replaced; a strip along the boundary of the mesh stays, since it is open",
-                counted(report.removed_faces, "face")
-            ),
-        });
+        let marks = matches!(done.spec.work, Work::Fair(Some(_), _));
+        console.say(&faired_part(report, marks));
     }
     if report.components_left > 0 {
         console.warn(&format!(

@@ -59,18 +59,9 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
             r.non_manifold_faces,
             "faces cut out at edges with more than two faces".to_owned(),
         ),
-        (
-            r.dropped[0],
-            format!("components removed by their numbers, {} in all", counted(r.dropped[1], "face")),
-        ),
-        (
-            r.debris[0],
-            format!("small components removed as debris, {} in all", counted(r.debris[1], "face")),
-        ),
-        (
-            r.inside[0],
-            format!("components inside others removed, {} in all", counted(r.inside[1], "face")),
-        ),
+        removed(r.dropped, "components removed by their numbers"),
+        removed(r.debris, "small components removed as debris"),
+        removed(r.inside, "components inside others removed"),
         (r.inner_skins[0], inner_skins(r, unit)),
         (
             r.united_bodies,
@@ -92,6 +83,12 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
     let mut lines: Vec<String> = some.map(|(count, what)| counted_as(count, &what)).collect();
     lines.extend(shell_lines(r, unit));
     lines
+}
+
+/// Components that were removed, with the number of their faces.
+fn removed([components, faces]: [usize; 2], what: &str) -> (usize, String) {
+    let faces = counted(faces, "face");
+    (components, format!("{what}, {faces} in all"))
 }
 
 fn inner_skins(r: &RepairReport, unit: Option<Unit>) -> String {
