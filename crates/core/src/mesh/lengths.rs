@@ -135,10 +135,10 @@ mod tests {
     #[test]
     fn coordinates_that_are_rounding_are_nothing() {
         let p = DVec3::new(1e-17, -3e-5, 0.25);
-        assert_eq!(point(p, 1.0), "0, 0, 0.2500");
+        assert_eq!(point(p, 1.0), "0, 0, 0.25");
         assert_eq!(
             point(DVec3::new(-103.0206, 0.5, 7.0), 345.0),
-            "-103.02, 0.50, 7.00"
+            "-103.02, 0.5, 7"
         );
         assert_eq!(point(1e30 * p, 1e30), "0, -3.0000e25, 2.5000e29");
         assert_eq!(point(1e-20 * p, 1e-20), "0, -3.0000e-25, 2.5000e-21");

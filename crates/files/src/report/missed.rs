@@ -222,7 +222,7 @@ mod tests {
         };
         let far = lines(far);
         assert!(
-            far.contains("reaches from -1.0") && far.contains("nearest to the box"),
+            far.contains("reaches from -1, -1, -1 to") && far.contains("nearest to the box"),
             "{far}"
         );
     }
