@@ -214,7 +214,8 @@ impl Run<'_> {
         let Some((_, state, plan)) = best.filter(|(q, ..)| q.destroys) else {
             return Ok(());
         };
-        let has_many = self.solved.nodes() > MUCH_SOLVED.get();
+        // Regions of many rims, which no level set closes, count no nodes, but apart each of their holes is solved.
+        let has_many = 2 * self.solved.nodes() > MUCH_SOLVED.get();
         if self.apart || has_many || !state.report.fill.joins_rims() {
             return Ok(());
         }
