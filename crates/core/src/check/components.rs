@@ -1,5 +1,6 @@
 //! The connected components of a mesh: area, volume, and which component encloses which.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -176,13 +177,19 @@ struct Shell<'a> {
     tree: WindingTree,
     /// Its open half-edges.
     open: &'a [u32],
+    lids: OnceCell<Lids>,
 }
 
 impl<'a> Shell<'a> {
     fn new(mesh: &Mesh, faces: &[u32], open: &'a [u32]) -> Self {
         let bvh = Bvh::new(mesh, faces.iter().copied());
         let tree = WindingTree::new(&bvh);
-        Self { bvh, tree, open }
+        Self {
+            bvh,
+            tree,
+            open,
+            lids: OnceCell::new(),
+        }
     }
 
     /// Whether all sampled vertices of another component are inside it.
@@ -205,7 +212,7 @@ impl<'a> Shell<'a> {
         if sum > INSIDE.get() * samples.len() as f64 {
             return true;
         }
-        let lids = Lids::new(mesh, self.open);
+        let lids = self.lids.get_or_init(|| Lids::new(mesh, self.open));
         let is_under =
             |(p, winding): &(DVec3, f64)| (winding + lids.winding(*p)).abs() > INSIDE.get();
         samples.iter().all(is_under)

@@ -181,15 +181,6 @@ impl Draft {
         before - self.mesh.faces.len()
     }
 
-    /// Removes faces of components that are not wanted, which then count as lost no more.
-    pub(super) fn forget(&mut self, removed: &[bool]) -> usize {
-        for (origin, _) in self.origins.faces.iter().zip(removed).filter(|(_, r)| **r) {
-            self.component[origin.face as usize] = NONE;
-        }
-        self.judged = None;
-        self.remove(removed)
-    }
-
     /// The input component of a face; `u32::MAX` if the face is new or was degenerate.
     pub(super) fn component(&self, face: usize) -> u32 {
         match self.origins.faces[face].face {

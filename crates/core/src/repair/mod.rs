@@ -10,6 +10,7 @@ mod chains;
 mod choice;
 mod clean;
 mod clear;
+mod components;
 mod cracks;
 mod dangling;
 mod displaced;
@@ -44,12 +45,12 @@ mod union;
 mod widen;
 mod witness;
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::HashSet;
 use std::time::Instant;
 
 use glam::DMat4;
 
-use crate::check::{DefectKind, components, weld_length};
+use crate::check::{DefectKind, weld_length};
 use crate::mend::{Control, FillError, FillReport, HoleReport, Inspection, SolvedPatches, Watch};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, Mesh, Origins};
@@ -230,7 +231,12 @@ impl Run<'_> {
         self.report.fill = FillReport::of(&found);
         let rounding = self.draft.rounding;
         self.components.clone_from(&found.topology.component);
-        self.draft = Draft::new(self.input, self.components.clone());
+        let dropped = self.chosen()?;
+        // What is dropped on request does not count as lost.
+        let mut wanted = self.components.clone();
+        let unwanted = wanted.iter_mut().zip(&dropped).filter(|(_, gone)| **gone);
+        unwanted.for_each(|(component, _)| *component = NONE);
+        self.draft = Draft::new(self.input, wanted);
         self.draft.rounding = rounding;
         // Determined before rounding, which hides the number of digits of the coordinates.
         self.draft.unit = weld_length(&found.mesh);
@@ -250,7 +256,9 @@ impl Run<'_> {
             self.outer = outer.flat_map(|h| edges(&h.rim)).collect();
             self.draft.unit = weld_length(&found.mesh).max(self.draft.unit);
         }
-        self.drop_chosen()?;
+        if !dropped.is_empty() {
+            self.report.dropped[1] = self.take_out(&dropped);
+        }
         self.go_on()?;
         let given = (crosses && params.does(RepairStep::Intersections))
             .then(|| (self.draft.clone(), self.report.clone()));
@@ -268,36 +276,6 @@ impl Run<'_> {
         Ok(given)
     }
 
-    /// Removes the components that the caller named.
-    fn drop_chosen(&mut self) -> Result<(), FillError> {
-        let chosen: BTreeSet<usize> = self.params.drop.iter().copied().collect();
-        let Some(&last) = chosen.last() else {
-            return Ok(());
-        };
-        let count = self
-            .report
-            .before
-            .as_ref()
-            .map_or(0, |v| v.components.len());
-        if last > count || chosen.contains(&0) {
-            let id = if last > count { last } else { 0 };
-            return Err(FillError::NoSuchComponent { id, count });
-        }
-        if chosen.len() == count {
-            return Err(FillError::Parameter {
-                what: "`drop` names all components of the mesh or of an object: nothing would be left of it",
-            });
-        }
-        let of_faces = self.components.iter();
-        let removed: Vec<bool> = of_faces
-            .map(|&c| c != NONE && chosen.contains(&(c as usize + 1)))
-            .collect();
-        self.asked
-            .extend((0u32..).zip(&removed).filter(|(_, r)| **r).map(|(f, _)| f));
-        self.report.dropped = [chosen.len(), self.draft.forget(&removed)];
-        Ok(())
-    }
-
     /// Repairs that cut nothing out (merging, welding, duplicates), then reorients the faces.
     fn clean(&mut self, carried: &Carried) -> Result<(), FillError> {
         clean::clean(
@@ -310,40 +288,6 @@ impl Run<'_> {
         if self.params.does(RepairStep::Orientation) {
             self.report.reoriented_faces += orient::orient(&mut self.draft)?;
         }
-        Ok(())
-    }
-
-    /// Removes debris and components that lie inside others.
-    fn drop_components(&mut self) -> Result<(), FillError> {
-        let (debris, inside) = (self.params.debris.unwrap_or(0.0), self.params.drop_inside);
-        // Generated parts inside a body that became solid are in its matter.
-        let buried = self.report.inner_skins[0] > 0;
-        if debris <= 0.0 && !inside && !buried {
-            return Ok(());
-        }
-        let removed: Vec<bool> = {
-            let found = self.draft.inspect()?;
-            let all = components(&found.mesh, &found.topology, debris);
-            let mut goes = vec![false; all.len()];
-            for (i, c) in all.iter().enumerate() {
-                let is_cavity = c.closed && c.volume < 0.0 && !c.depth.is_multiple_of(2);
-                let goes_inside = inside && c.inside.is_some() && !is_cavity
-                    || buried && solid::is_buried(&all, i);
-                let count = match (c.debris, goes_inside) {
-                    (true, _) => &mut self.report.debris,
-                    (_, true) => &mut self.report.inside,
-                    _ => continue,
-                };
-                goes[i] = true;
-                *count = [count[0] + 1, count[1] + c.faces];
-            }
-            let component = found.topology.component.iter();
-            component.map(|&p| p != NONE && goes[p as usize]).collect()
-        };
-        let origins = self.draft.origins.faces.iter().zip(&removed);
-        self.asked
-            .extend(origins.filter(|(_, gone)| **gone).map(|(o, _)| o.face));
-        self.draft.remove(&removed);
         Ok(())
     }
 

@@ -37,8 +37,9 @@ const LITTLE_LOST: Tunable<f64> = tunable("repair.little_lost", 2e-3);
 const SETTLED_FACES: Tunable<usize> = tunable("repair.settled_faces", 5000);
 
 /// Nodes of level sets, as [`SolvedPatches`](crate::mend::SolvedPatches) counts them. Once as many were solved and a plan left no
-/// fault, only the plan that cuts nothing out is tried; once twice as many were, only it and the one that cuts first: on parts with
-/// hundreds of holes and thousands of intersections six more plans took up to a minute, and none had the shape.
+/// fault, only the plan that cuts nothing out is tried; once twice as many were, only it and the one that cuts first; once half as many
+/// were, no plan with each hole by itself: on parts with hundreds of holes and thousands of intersections six more plans took up to a
+/// minute, and none had the shape.
 const MUCH_SOLVED: Tunable<usize> = tunable("repair.much_solved", 2_000_000);
 
 /// An order of steps after the mesh is cleaned.
