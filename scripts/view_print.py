@@ -86,6 +86,14 @@ def overhangs(page):
     page.until("isomend.display.coloured === 'plain'", "the map goes with the check")
 
 
+def expect_same(page, folder, name, command):
+    """The page saves the bytes that a command writes."""
+    saved, wanted = folder / name, folder / f"wanted_{name}"
+    page.run(f"fetch('api/save', {{ method: 'POST', headers: {{ 'content-type': 'application/json' }}, body: JSON.stringify({{ kind: 'mesh', path: '{name}', overwrite: false }}) }})")
+    subprocess.run([*command, "-o", wanted, "-q"], check=True)
+    page.expect(saved.exists() and saved.read_bytes() == wanted.read_bytes(), "the page writes another mesh than the command")
+
+
 def components(page, program, folder, mesh):
     page.tab("check")
     page.click_on("[name=aspect][value=components] + span")
@@ -108,10 +116,7 @@ def components(page, program, folder, mesh):
     page.until_done()
     page.reaches(1, "the small cubes are deleted")
     page.until("document.querySelectorAll('#component-list li').length === 2", "the rest is listed")
-    saved, wanted = folder / "without.ply", folder / "wanted.ply"
-    page.run(f"fetch('api/save', {{ method: 'POST', headers: {{ 'content-type': 'application/json' }}, body: JSON.stringify({{ kind: 'mesh', path: '{saved.name}', overwrite: false }}) }})")
-    subprocess.run([program, "repair", mesh, "-o", wanted, "--debris", "0.01", "--skip", SKIPPED, "-q"], check=True)
-    page.expect(saved.exists() and saved.read_bytes() == wanted.read_bytes(), "the page writes another mesh than the command")
+    expect_same(page, folder, "without.ply", [program, "repair", mesh, "--debris", "0.01", "--skip", SKIPPED])
     page.click_on("#undo")
     page.reaches(0, "the deletion is undone")
     page.until("document.querySelectorAll('#component-list li').length === 4", "the small cubes are back")
@@ -150,10 +155,7 @@ def delete_chosen(page, program, folder, mesh):
     page.click_on("#debris-delete")
     page.until_done()
     page.until("document.querySelectorAll('#component-list li').length === 3", "the others are listed")
-    saved, wanted = folder / "three.ply", folder / "three_wanted.ply"
-    page.run(f"fetch('api/save', {{ method: 'POST', headers: {{ 'content-type': 'application/json' }}, body: JSON.stringify({{ kind: 'mesh', path: '{saved.name}', overwrite: false }}) }})")
-    subprocess.run([program, "repair", mesh, "-o", wanted, "--drop", str(number), "--skip", SKIPPED, "-q"], check=True)
-    page.expect(saved.exists() and saved.read_bytes() == wanted.read_bytes(), "the page deletes another component than the command")
+    expect_same(page, folder, "three.ply", [program, "repair", mesh, "--drop", str(number), "--skip", SKIPPED])
     page.click_on("#undo")
     page.reaches(0, "the deletion of the chosen component is undone")
     page.until("document.querySelectorAll('#component-list li').length === 4", "the chosen component is back")
