@@ -2,87 +2,40 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use isomend::job::{Mended, OperationReport};
+use isomend::job::{Mended, OperationReport, Work};
 use isomend::report::{
-    counted, left_holes, lost_creases, number, ranges, repair_lines, significant, summary_lines,
-    tally_line,
+    Remark, closing_lines, counted, faired_measures, faired_part, left_holes, lost_creases,
+    named_holes, repair_lines, significant, tally_line,
 };
-use isomend::{
-    Closure, FairReport, FillReport, HoleId, HoleOutcome, LeftReason, NotSmooth, RegionReport,
-};
+use isomend::{FairReport, FillReport, HoleId, HoleOutcome, LeftReason, RegionReport};
 
 /// Most regions that get a line each in the text of a result.
 const MOST_REGIONS: usize = 30;
 
-/// What needs attention at a patch, the most important first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Concern {
-    Intersects,
-    NoSurface,
-    RimTriangles,
-    NoCap,
-    NotConverged,
-    LostCreases,
-    Bulges,
-    SeparateCaps,
-    OtherEnergy,
-}
-
-impl Concern {
-    const ALL: [Self; 9] = [
-        Self::Intersects,
-        Self::NoSurface,
-        Self::RimTriangles,
-        Self::NoCap,
-        Self::NotConverged,
-        Self::LostCreases,
-        Self::Bulges,
-        Self::SeparateCaps,
-        Self::OtherEnergy,
-    ];
-
-    /// The most important concern of a region; `closure` is how its first hole was closed.
-    fn of(region: &RegionReport, closure: Option<&Closure>) -> Option<Self> {
-        let closure = region.closure.as_ref().map(|own| closure.unwrap_or(own))?;
-        let unconverged = !region.levels.is_empty() && !region.converged;
-        Some(match closure {
-            _ if region.intersecting_faces > 0 => Self::Intersects,
-            Closure::Faired(Some(_)) => Self::NoSurface,
-            Closure::RimTriangles(NotSmooth::NoSurface(_)) => Self::RimTriangles,
-            Closure::RimTriangles(NotSmooth::Flat) => Self::NoCap,
-            Closure::LevelSet if unconverged => Self::NotConverged,
-            _ if region.not_continued.is_some() => Self::LostCreases,
-            _ if region.balloons() => Self::Bulges,
-            _ if region.bridge && region.components > 1 => Self::SeparateCaps,
-            _ if region.other_energy => Self::OtherEnergy,
-            _ => return None,
-        })
-    }
-
-    /// What it means and what to do. `flat` is advice for a flat cap; it is empty where no keyword names the holes.
-    fn text(self, flat: &str) -> String {
-        match self {
-            Self::Intersects => {
-                "faces of the patch intersect other faces; isomend.repair cuts these faces out, a smaller voxel may avoid them".to_owned()
-            }
-            Self::NoSurface => {
-                format!("the level set found no surface, so the rim was triangulated and smoothed{flat}")
-            }
-            Self::RimTriangles => format!(
-                "closed by triangles between the vertices of the rim, since no smooth surface was found{flat}"
-            ),
-            Self::NoCap => {
-                "the requested flat cap could not be made, so the hole was closed by triangles between the vertices of the rim".to_owned()
-            }
-            Self::NotConverged => {
-                "the surface was still moving after the last step; try a smaller voxel".to_owned()
-            }
-            Self::LostCreases => "sharp edges end at their rims and were not continued".to_owned(),
-            Self::Bulges => format!("the patch rises far above the rim; check its shape{flat}"),
-            Self::SeparateCaps => "the rims were closed by separate caps instead of a bridge".to_owned(),
-            Self::OtherEnergy => {
-                "the variation of curvature found no surface, so the Willmore energy was used".to_owned()
-            }
+/// What a remark means and what to do. `flat` is advice for a flat cap; it is empty where no keyword names the holes.
+fn text(remark: Remark, flat: &str) -> String {
+    match remark {
+        Remark::Open => "still open".to_owned(),
+        Remark::Intersects => {
+            "faces of the patch intersect other faces; isomend.repair cuts these faces out, a smaller voxel may avoid them".to_owned()
+        }
+        Remark::NoSurface => {
+            format!("the level set found no surface, so the rim was triangulated and smoothed{flat}")
+        }
+        Remark::RimTriangles => format!(
+            "closed by triangles between the vertices of the rim, since no smooth surface was found{flat}"
+        ),
+        Remark::NoCap => {
+            "the requested flat cap could not be made, so the hole was closed by triangles between the vertices of the rim".to_owned()
+        }
+        Remark::NotConverged => {
+            "the surface was still moving after the last step; try a smaller voxel".to_owned()
+        }
+        Remark::LostCreases => "sharp edges end at their rims and were not continued".to_owned(),
+        Remark::Bulges => format!("the patch rises far above the rim; check its shape{flat}"),
+        Remark::SeparateCaps => "the rims were closed by separate caps instead of a bridge".to_owned(),
+        Remark::OtherEnergy => {
+            "the variation of curvature found no surface, so the Willmore energy was used".to_owned()
         }
     }
 }
@@ -97,23 +50,19 @@ fn last_named(mended: &Mended) -> usize {
     }
 }
 
-/// `hole 3`, or `holes 3, 5-7`.
-fn holes(ids: &[HoleId]) -> String {
-    let noun = if ids.len() == 1 { "hole" } else { "holes" };
-    format!("{noun} {}", ranges(ids))
-}
-
-/// Remarks on patches that need attention, one line for each concern with the numbers of its holes, and a line for each reason why
+/// Remarks on patches that need attention, one line for each remark with the numbers of its holes, and a line for each reason why
 /// holes could not be closed.
 pub fn remarks(mended: &Mended) -> Vec<String> {
     if let OperationReport::Faired(report) = &mended.extent {
         return of_fairing(report, &mended.report);
     }
-    let (concerns, last) = (concerns(&mended.report), last_named(mended));
-    let lines = Concern::ALL.into_iter().filter_map(|concern| {
-        let own = concerns.iter().filter(|(_, own)| *own == concern);
+    let (remarked, last) = (remarked(&mended.report), last_named(mended));
+    // Why holes are open is said below.
+    let wanted = Remark::ALL.into_iter().filter(|r| *r != Remark::Open);
+    let lines = wanted.filter_map(|remark| {
+        let own = remarked.iter().filter(|(_, own)| *own == remark);
         let own: Vec<&RegionReport> = own.map(|(region, _)| *region).collect();
-        of_concern(concern, &own, last)
+        of_remark(remark, &own, last)
     });
     let mut lines: Vec<String> = lines.collect();
     let mut open: BTreeMap<String, Vec<HoleId>> = BTreeMap::new();
@@ -122,27 +71,28 @@ pub fn remarks(mended: &Mended) -> Vec<String> {
             open.entry(why.to_string()).or_default().push(hole.hole.id);
         }
     }
-    let still = |(why, ids): (&String, &Vec<HoleId>)| format!("{} still open: {why}", holes(ids));
+    let still =
+        |(why, ids): (&String, &Vec<HoleId>)| format!("{} still open: {why}", named_holes(ids));
     lines.extend(open.iter().map(still));
     lines
 }
 
-/// The regions that need attention, with their most important concerns.
-fn concerns(report: &FillReport) -> Vec<(&RegionReport, Concern)> {
+/// The regions that need attention, with their most important remarks.
+fn remarked(report: &FillReport) -> Vec<(&RegionReport, Remark)> {
     let outcomes = report.holes.iter().map(|h| (h.hole.id, &h.outcome));
     let outcomes: HashMap<HoleId, &HoleOutcome> = outcomes.collect();
-    let concern = |region: &RegionReport| {
+    let remark = |region: &RegionReport| {
         let first = region.holes.first().and_then(|id| outcomes.get(id));
-        Concern::of(region, first.and_then(|outcome| outcome.closure()))
+        Remark::of(region, first.copied())
     };
     let regions = report.regions.iter();
     regions
-        .filter_map(|region| Some((region, concern(region)?)))
+        .filter_map(|region| Some((region, remark(region)?)))
         .collect()
 }
 
-/// The line of a concern with the numbers of the holes of its regions; `None` if there are none.
-fn of_concern(concern: Concern, own: &[&RegionReport], last: usize) -> Option<String> {
+/// The line of a remark with the numbers of the holes of its regions; `None` if there are none.
+fn of_remark(remark: Remark, own: &[&RegionReport], last: usize) -> Option<String> {
     let mut ids: Vec<HoleId> = own.iter().flat_map(|r| r.holes.clone()).collect();
     ids.sort_unstable();
     ids.dedup();
@@ -152,11 +102,11 @@ fn of_concern(concern: Concern, own: &[&RegionReport], last: usize) -> Option<St
         [one] => format!("; flat=[{one}] makes a flat cap instead"),
         _ => "; flat with their numbers makes flat caps instead".to_owned(),
     };
-    let text = match (concern, own) {
-        (Concern::LostCreases, [one]) => lost_creases(one)?,
-        _ => concern.text(&flat),
+    let text = match (remark, own) {
+        (Remark::LostCreases, [one]) => lost_creases(one)?,
+        _ => text(remark, &flat),
     };
-    Some(format!("{}: {text}", holes(&ids)))
+    Some(format!("{}: {text}", named_holes(&ids)))
 }
 
 /// Remarks on a fairing: faces that intersect others, and components that stayed as they were.
@@ -191,7 +141,7 @@ pub fn left_open(mended: &Mended) -> Vec<(bool, String)> {
             _ => String::new(),
         };
         let is_unasked = *why == LeftReason::OuterBoundary;
-        let text = format!("{} left open: {why}{advice}", holes(ids));
+        let text = format!("{} left open: {why}{advice}", named_holes(ids));
         (is_unasked, text)
     };
     left_holes(&mended.report).iter().map(line).collect()
@@ -240,13 +190,10 @@ pub fn lines(mended: &Mended) -> Vec<String> {
         )),
         _ => {}
     }
-    let summary = summary_lines(report, report.regions.len() <= MOST_REGIONS);
     // Holes left open are listed below, with the keyword that changes it.
-    let is_said = |line: &String| line.contains(" left open: ") || line.contains(" still open: ");
-    let kept = summary[..summary.len() - 1]
-        .iter()
-        .filter(|line| !is_said(line));
-    lines.extend(kept.cloned());
+    let is_closed = |outcome: &HoleOutcome| matches!(outcome, HoleOutcome::Closed(_));
+    let with_regions = report.regions.len() <= MOST_REGIONS;
+    lines.extend(closing_lines(report, with_regions, is_closed));
     lines.extend(remarks(mended));
     lines.extend(left_open(mended).into_iter().map(|(_, line)| line));
     lines.push(tally_line(report));
@@ -264,18 +211,10 @@ pub fn lines(mended: &Mended) -> Vec<String> {
 
 /// The lines of a fairing: its measures, remarks, and how far the surface moved.
 fn fairing_lines(mended: &Mended, report: &FairReport) -> Vec<String> {
-    let mut lines = vec![format!(
-        "features narrower than {} were removed, time {}, voxel {}",
-        number(report.strength),
-        number(report.time),
-        number(report.voxel)
-    )];
+    let mut lines = vec![faired_measures(report, None)];
     if !report.whole {
-        lines.push(format!(
-            "{} marked, {} cut out",
-            counted(report.marked_faces, "face"),
-            report.removed_faces
-        ));
+        let is_marked = matches!(mended.work(), Work::Fair(Some(_), _));
+        lines.push(faired_part(report, is_marked));
     }
     lines.extend(remarks(mended));
     lines.push(format!(

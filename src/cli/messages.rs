@@ -3,8 +3,8 @@
 use isomend::io::{Format, Precision};
 use isomend::job::{JobPlan, JobResult, OperationReport, Work, WorkPlan};
 use isomend::report::{
-    Standing, counted, left_holes, length_beside, level_lines, number, plan_lines, point,
-    reason_lines, repair_lines_in, tally_line, timed,
+    Standing, counted, faired_measures, faired_part, left_holes, length_beside, level_lines,
+    number, plan_lines, point, reason_lines, repair_lines_in, tally_line, timed,
 };
 use isomend::{
     FairPlan, FairReport, FillReport, HoleOutcome, RegionReport, RepairReport, RestorePlan, Unit,
@@ -212,21 +212,6 @@ fn lost_components([count, least, most]: [usize; 3]) -> String {
     }
 }
 
-/// The part of the surface that was faired: marked by the caller, or all but the surroundings of the boundary.
-fn faired_part(report: &FairReport, is_marked: bool) -> String {
-    let removed = report.removed_faces;
-    match is_marked {
-        true => {
-            let marked = counted(report.marked_faces, "face");
-            format!("{marked} marked, {removed} cut out")
-        }
-        false => format!(
-            "{} replaced; a strip along the boundary of the mesh stays, since it is open",
-            counted(removed, "face")
-        ),
-    }
-}
-
 /// Prints the report of a fairing.
 fn faired(report: &FairReport, done: &JobResult, console: &Console) {
     let unit = done.spec.deliverables.unit;
@@ -234,19 +219,11 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
         let text = length_beside(x, report.strength);
         unit.map_or(text.clone(), |unit| format!("{text} {unit}"))
     };
-    let measures = |own: &FairReport| {
-        format!(
-            "features narrower than {} were removed, time {}, voxel {}",
-            Unit::text(unit, own.strength),
-            number(own.time),
-            Unit::text(unit, own.voxel)
-        )
-    };
     match &report.objects[..] {
-        [] => console.say(&measures(report)),
-        objects => objects
-            .iter()
-            .for_each(|(name, own)| console.say(&format!("{name}: {}", measures(own)))),
+        [] => console.say(&faired_measures(report, unit)),
+        objects => objects.iter().for_each(|(name, own)| {
+            console.say(&format!("{name}: {}", faired_measures(own, unit)));
+        }),
     }
     if !report.whole {
         let marks = matches!(done.spec.work, Work::Fair(Some(_), _));

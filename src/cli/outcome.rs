@@ -4,11 +4,10 @@ use std::collections::{BTreeSet, HashMap};
 
 use isomend::job::{JobResult, OperationReport, Work};
 use isomend::report::{
-    chain_lines, counted, defect_lines, left_holes, lost_creases, number, ranges, significant,
+    Remark, chain_lines, counted, defect_lines, left_holes, lost_creases, named_holes, number,
+    significant,
 };
-use isomend::{
-    Closure, FillReport, HoleId, HoleOutcome, HoleReport, LeftReason, NotSmooth, RegionReport, Unit,
-};
+use isomend::{Closure, FillReport, HoleId, HoleReport, LeftReason, RegionReport, Unit};
 
 /// Number of widest holes that the table always shows.
 const LARGEST: usize = 10;
@@ -17,115 +16,64 @@ const MOST_PROBLEMS: usize = 30;
 /// Width of the column of hole numbers, in characters; longer lists are cut off.
 const NUMBERS: usize = 9;
 
-/// A remark on a patch that needs attention, in the order of importance of the advice below the table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Remark {
-    Open,
-    Intersects,
-    NoSurface,
-    Triangles,
-    NoCap,
-    NotConverged,
-    LostCreases,
-    Bulges,
-    Apart,
-    OtherEnergy,
+/// A remark as the table shows it, at most 18 characters.
+fn short(remark: Remark) -> &'static str {
+    match remark {
+        Remark::Open => "still open",
+        Remark::Intersects => "intersects others",
+        Remark::NoSurface => "no level set",
+        Remark::RimTriangles => "no new vertices",
+        Remark::NoCap => "no flat cap",
+        Remark::NotConverged => "not converged",
+        Remark::LostCreases => "edge not continued",
+        Remark::Bulges => "bulges",
+        Remark::SeparateCaps => "separate caps",
+        Remark::OtherEnergy => "Willmore energy",
+    }
 }
 
-impl Remark {
-    const ALL: [Self; 10] = [
-        Self::Open,
-        Self::Intersects,
-        Self::NoSurface,
-        Self::Triangles,
-        Self::NoCap,
-        Self::NotConverged,
-        Self::LostCreases,
-        Self::Bulges,
-        Self::Apart,
-        Self::OtherEnergy,
-    ];
-
-    /// The most important remark on a region; `outcome` is the outcome of its first hole.
-    fn of(region: &RegionReport, outcome: Option<&HoleOutcome>) -> Option<Self> {
-        let unconverged = !region.levels.is_empty() && !region.converged;
-        let of_hole = outcome.and_then(HoleOutcome::closure);
-        let how = region.closure.as_ref().map(|how| of_hole.unwrap_or(how));
-        Some(match how {
-            None => Self::Open,
-            _ if region.intersecting_faces > 0 => Self::Intersects,
-            Some(Closure::Faired(Some(_))) => Self::NoSurface,
-            Some(Closure::RimTriangles(NotSmooth::NoSurface(_))) => Self::Triangles,
-            Some(Closure::RimTriangles(NotSmooth::Flat)) => Self::NoCap,
-            Some(Closure::LevelSet) if unconverged => Self::NotConverged,
-            _ if region.not_continued.is_some() => Self::LostCreases,
-            _ if region.balloons() => Self::Bulges,
-            _ if region.bridge && region.components > 1 => Self::Apart,
-            _ if region.other_energy => Self::OtherEnergy,
-            _ => return None,
-        })
-    }
-
-    /// The remark as the table shows it, at most 18 characters.
-    fn short(self) -> &'static str {
-        match self {
-            Self::Open => "still open",
-            Self::Intersects => "intersects others",
-            Self::NoSurface => "no level set",
-            Self::Triangles => "no new vertices",
-            Self::NoCap => "no flat cap",
-            Self::NotConverged => "not converged",
-            Self::LostCreases => "edge not continued",
-            Self::Bulges => "bulges",
-            Self::Apart => "separate caps",
-            Self::OtherEnergy => "Willmore energy",
-        }
-    }
-
-    /// What the remark means and what to do, to follow `hole 3:` or `holes 3, 5:`. Options can name holes with numbers up to `last`.
-    fn advice(self, ids: &[HoleId], work: &Work, last: usize) -> String {
-        let can_name = matches!(work, Work::Fill(_) | Work::Repair(_))
-            && ids.iter().all(|id| id.get() <= last);
-        let flat = match (can_name, ids) {
-            (true, [one]) => format!("; --flat {one} makes a flat cap instead"),
-            (true, _) => "; --flat with their numbers makes flat caps instead".to_owned(),
-            _ => String::new(),
-        };
-        match self {
-            Self::Open => "could not be closed; the reasons are below".to_owned(),
-            Self::Intersects => {
+/// What a remark means and what to do, to follow `hole 3:` or `holes 3, 5:`. Options can name holes with numbers up to `last`.
+fn meaning(remark: Remark, ids: &[HoleId], work: &Work, last: usize) -> String {
+    let can_name =
+        matches!(work, Work::Fill(_) | Work::Repair(_)) && ids.iter().all(|id| id.get() <= last);
+    let flat = match (can_name, ids) {
+        (true, [one]) => format!("; --flat {one} makes a flat cap instead"),
+        (true, _) => "; --flat with their numbers makes flat caps instead".to_owned(),
+        _ => String::new(),
+    };
+    match remark {
+            Remark::Open => "could not be closed; the reasons are below".to_owned(),
+            Remark::Intersects => {
                 let cuts = match work {
                     Work::Repair(_) => "",
                     _ => "`isomend repair` cuts these faces out, ",
                 };
                 format!("faces of the patch intersect other faces; {cuts}a finer --voxel may avoid them")
             }
-            Self::NoCap => "the requested flat cap could not be made, so the hole was closed by triangles between the vertices of the rim"
+            Remark::NoCap => "the requested flat cap could not be made, so the hole was closed by triangles between the vertices of the rim"
                 .to_owned(),
-            Self::NoSurface => format!(
+            Remark::NoSurface => format!(
                 "the level set found no surface, so the rim was triangulated and smoothed (-v says why){flat}"
             ),
-            Self::Triangles => format!(
+            Remark::RimTriangles => format!(
                 "closed by triangles between the vertices of the rim, since no smooth surface was found (-v says why){flat}"
             ),
-            Self::NotConverged => {
+            Remark::NotConverged => {
                 "the surface was still moving after the last step; try a finer --voxel".to_owned()
             }
-            Self::LostCreases => {
+            Remark::LostCreases => {
                 "sharp edges end at their rims and were not continued (-v says why)".to_owned()
             }
-            Self::Bulges => format!("the patch rises far above the rim; check its shape{flat}"),
-            Self::Apart => "the rims were closed by separate caps instead of a bridge, because their surroundings do not lead from one \
+            Remark::Bulges => format!("the patch rises far above the rim; check its shape{flat}"),
+            Remark::SeparateCaps => "the rims were closed by separate caps instead of a bridge, because their surroundings do not lead from one \
                             rim to the other"
                 .to_owned(),
-            Self::OtherEnergy => {
+            Remark::OtherEnergy => {
                 "the variation of curvature found no surface, so the Willmore energy was used"
                     .to_owned()
             }
         }
-    }
 }
-
 /// A row of the table.
 struct Row<'a> {
     region: &'a RegionReport,
@@ -145,7 +93,7 @@ impl Row<'_> {
             edges: &self.edges.to_string(),
             closed_by: closed_by(r.closure.as_ref(), width.is_some_and(|width| width < WIDE)),
             error: &error.map_or("-".to_owned(), |e| significant(e, 2)),
-            remark: self.remark.map(Remark::short).unwrap_or_default(),
+            remark: self.remark.map(short).unwrap_or_default(),
         };
         let line = cells.line(width);
         match self.object {
@@ -237,12 +185,6 @@ fn short_list(holes: &[HoleId], patches: usize) -> String {
         true => format!("{}...", &all[..NUMBERS - 3]),
         false => all,
     }
-}
-
-/// `hole 3`, or `holes 3, 5-7`.
-fn holes(ids: &[HoleId]) -> String {
-    let noun = if ids.len() == 1 { "hole" } else { "holes" };
-    format!("{noun} {}", ranges(ids))
 }
 
 /// Remarks on the mesh that was read: its defects, and boundary chains that do not close.
@@ -384,7 +326,7 @@ fn advice(rows: &[Row], work: &Work, last: usize) -> Vec<String> {
         let text = match (remark, &own[..]) {
             (_, []) => return None,
             (Remark::LostCreases, [one]) => lost_creases(one.region)?,
-            _ => remark.advice(&ids, work, last),
+            _ => meaning(*remark, &ids, work, last),
         };
         let has_pair = own.iter().any(|row| row.region.crease_ends > 1);
         let more = match (remark, work) {
@@ -393,7 +335,7 @@ fn advice(rows: &[Row], work: &Work, last: usize) -> Vec<String> {
             }
             _ => "",
         };
-        Some(format!("{}: {text}{more}", holes(&ids)))
+        Some(format!("{}: {text}{more}", named_holes(&ids)))
     };
     Remark::ALL.iter().filter_map(line).collect()
 }
@@ -424,13 +366,15 @@ fn left(report: &FillReport, work: &Work) -> Vec<String> {
             LeftReason::KeptOpen => format!("{why} (--keep-open)"),
             _ => why.to_string(),
         };
-        format!("{} left open: {text}", holes(ids))
+        format!("{} left open: {text}", named_holes(ids))
     };
     left_holes(report).iter().map(line).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use isomend::NotSmooth;
+
     use super::*;
 
     #[test]
@@ -481,7 +425,7 @@ mod tests {
                     edges: "12345",
                     closed_by: closed_by(way.as_ref(), width < WIDE),
                     error: "1.2e-9",
-                    remark: remark.short(),
+                    remark: short(*remark),
                 };
                 let line = widest.line(Some(width));
                 assert!(line.len() <= width, "{line}");

@@ -12,7 +12,7 @@ use crate::io::Loaded;
 use crate::report::html::{Badge, HtmlPage, page};
 use crate::report::picture::{PictureError, picture};
 use crate::report::scene::{Scene, SceneChange};
-use crate::report::{Standing, counted, defect_lines, open_chains};
+use crate::report::{Standing, counted, defect_lines, every_hole, open_chains};
 use isomend_core::cancel::Cancel;
 use isomend_core::check::Verdict;
 use isomend_core::mend::FillReport;
@@ -242,9 +242,7 @@ impl Drawn<'_> {
                 let patches = counted(tally.intersecting_patches, "patch");
                 format!("all closed, {patches} intersecting")
             }
-            (0, _) if all == 1 => "the hole is closed".to_owned(),
-            (0, _) if all == 2 => "both holes are closed".to_owned(),
-            (0, _) => format!("all {all} holes are closed"),
+            (0, _) => every_hole(all, ["is", "are"], "closed"),
             (open, 0) => format!("{open} of {} left open", counted(all, "hole")),
             (_, open) => format!("{open} of {all} holes could not be closed"),
         };

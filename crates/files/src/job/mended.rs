@@ -65,6 +65,12 @@ pub struct Mended<'s> {
 }
 
 impl<'s> Mended<'s> {
+    /// The work that was asked for.
+    #[doc(hidden)]
+    pub fn work(&self) -> &Work {
+        &self.spec.work
+    }
+
     /// The mesh, in full precision.
     pub fn mesh(&self) -> &Mesh {
         match self.extent {

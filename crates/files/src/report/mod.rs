@@ -3,11 +3,13 @@
 mod check;
 mod counterpart;
 mod counts;
+mod fair;
 mod holes;
 pub mod html;
 mod missed;
 pub mod picture;
 mod plan;
+mod remark;
 mod repair;
 pub mod scene;
 #[doc(hidden)]
@@ -17,19 +19,22 @@ mod text;
 
 pub use check::verdict_lines;
 pub(crate) use counts::{error_text, open_chains, percent};
+pub(crate) use text::every_hole;
 pub use text::{summary_lines, tally_line};
 
 pub use {
     check::verdict_rows,
     counts::{counted, timed},
+    fair::{faired_measures, faired_part},
     holes::{component_rows, crease_end_line, crease_end_table, hole_table},
     isomend_core::mesh::{length, length_beside, number, point, significant},
     missed::missed_lines,
     plan::{left_holes, plan_lines},
+    remark::Remark,
     repair::{repair_lines, repair_lines_in},
     standing::Standing,
     text::{
-        chain_lines, defect_lines, level_lines, lost_creases, ranges, reason_lines, region_lines,
-        region_lines_in,
+        chain_lines, closing_lines, defect_lines, level_lines, lost_creases, named_holes, ranges,
+        reason_lines, region_lines, region_lines_in,
     },
 };

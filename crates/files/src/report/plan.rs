@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::text::{chain_lines, joined, ranges, with_article};
+use super::text::{chain_lines, every_hole, joined, named_holes, with_article};
 use super::{counted, defect_lines};
 use isomend_core::fill::{Closure, HoleOutcome, LeftReason};
 use isomend_core::mend::{FillPlan, FillReport};
@@ -26,8 +26,7 @@ pub fn plan_lines(plan: &FillPlan, unit: Option<Unit>) -> Vec<String> {
         }
     }
     for (how, ids) in ways(plan) {
-        let noun = if ids.len() == 1 { "hole" } else { "holes" };
-        lines.push(format!("{noun} {}: would be closed by {how}", ranges(&ids)));
+        lines.push(format!("{}: would be closed by {how}", named_holes(&ids)));
     }
     let left = plan.holes.iter().filter_map(|h| match h.outcome {
         Some(HoleOutcome::Left(why)) => Some((h.hole.id, why)),
@@ -35,16 +34,13 @@ pub fn plan_lines(plan: &FillPlan, unit: Option<Unit>) -> Vec<String> {
     });
     let left = by_reason(left);
     for (why, ids) in &left {
-        let noun = if ids.len() == 1 { "hole" } else { "holes" };
-        lines.push(format!("{noun} {}: would be left open: {why}", ranges(ids)));
+        lines.push(format!("{}: would be left open: {why}", named_holes(ids)));
     }
     let open: usize = left.iter().map(|(_, ids)| ids.len()).sum();
     let all = plan.holes.len();
     lines.push(match (all, open) {
         (0, _) => "no holes".to_owned(),
-        (1, 0) => "the hole would be filled".to_owned(),
-        (2, 0) => "both holes would be filled".to_owned(),
-        (_, 0) => format!("all {all} holes would be filled"),
+        (_, 0) => every_hole(all, ["would"; 2], "be filled"),
         _ => format!("{} of {} would be filled", all - open, counted(all, "hole")),
     });
     lines

@@ -276,6 +276,22 @@ pub(super) fn joined(holes: &[HoleId]) -> String {
     }
 }
 
+/// `hole 3`, or `holes 3, 5-7`.
+#[doc(hidden)]
+pub fn named_holes(ids: &[HoleId]) -> String {
+    let noun = if ids.len() == 1 { "hole" } else { "holes" };
+    format!("{noun} {}", ranges(ids))
+}
+
+/// Says something of all of at least one hole, with a verb for one and for several.
+pub(crate) fn every_hole(count: usize, [one, several]: [&str; 2], what: &str) -> String {
+    match count {
+        1 => format!("the hole {one} {what}"),
+        2 => format!("both holes {several} {what}"),
+        all => format!("all {all} holes {several} {what}"),
+    }
+}
+
 /// Numbers as a list of ranges, such as `1, 4-9, 12`; of many ranges only the first.
 #[doc(hidden)]
 pub fn ranges<N: Copy + Into<usize>>(numbers: &[N]) -> String {
@@ -326,6 +342,18 @@ pub fn chain_lines(chains: &[OpenChain]) -> Vec<String> {
 /// The summary of a fill: defects, a line for each region if `with_regions`, the holes that were not closed by a level set, and numbers of
 /// holes by outcome.
 pub fn summary_lines(report: &FillReport, with_regions: bool) -> Vec<String> {
+    let mut lines = closing_lines(report, with_regions, |_| true);
+    lines.push(tally_line(report));
+    lines
+}
+
+/// The same without the numbers, and with the reasons of only some outcomes.
+#[doc(hidden)]
+pub fn closing_lines(
+    report: &FillReport,
+    with_regions: bool,
+    is_wanted: impl Fn(&HoleOutcome) -> bool,
+) -> Vec<String> {
     let mut lines = defect_lines(&report.defects);
     lines.extend(chain_lines(&report.open_chains));
     let (small, solved): (Vec<_>, Vec<_>) = report.regions.iter().partition(|r| !r.has_surface());
@@ -339,18 +367,22 @@ pub fn summary_lines(report: &FillReport, with_regions: bool) -> Vec<String> {
             "{holes} small holes and sides of seams: closed with {faces} faces between rim vertices"
         ));
     }
-    lines.extend(reason_lines(report));
-    lines.push(tally_line(report));
+    lines.extend(reasons(report, is_wanted));
     lines
 }
 
 /// The holes that were not closed by a level set, grouped by outcome and reason.
 #[doc(hidden)]
 pub fn reason_lines(report: &FillReport) -> Vec<String> {
+    reasons(report, |_| true)
+}
+
+fn reasons(report: &FillReport, is_wanted: impl Fn(&HoleOutcome) -> bool) -> Vec<String> {
     let mut reasons: Vec<(String, String, Vec<HoleId>)> = Vec::new();
     let mut places: HashMap<(String, String), usize> = HashMap::new();
     let few_edges = HoleOutcome::Closed(Closure::RimTriangles(NotSmooth::FewEdges));
-    for h in report.holes.iter().filter(|h| h.outcome != few_edges) {
+    let wanted = report.holes.iter().filter(|h| h.outcome != few_edges);
+    for h in wanted.filter(|h| is_wanted(&h.outcome)) {
         let Some(why) = h.outcome.reason() else {
             continue;
         };
@@ -369,10 +401,7 @@ pub fn reason_lines(report: &FillReport) -> Vec<String> {
     let mut lines: Vec<String> = reasons
         .iter()
         .take(MOST_REASONS)
-        .map(|(what, why, ids)| {
-            let noun = if ids.len() == 1 { "hole" } else { "holes" };
-            format!("{noun} {} {what}: {why}", ranges(ids))
-        })
+        .map(|(what, why, ids)| format!("{} {what}: {why}", named_holes(ids)))
         .collect();
     if reasons.len() > MOST_REASONS {
         let more: usize = reasons[MOST_REASONS..].iter().map(|r| r.2.len()).sum();
@@ -389,9 +418,7 @@ pub fn tally_line(report: &FillReport) -> String {
     let (all, closed) = (report.holes.len(), tally.closed);
     let mut line = match all {
         0 => "no holes".to_owned(),
-        1 if closed == 1 => "the hole is closed".to_owned(),
-        2 if closed == 2 => "both holes are closed".to_owned(),
-        _ if closed == all => format!("all {all} holes are closed"),
+        _ if closed == all => every_hole(all, ["is", "are"], "closed"),
         _ => format!("{closed} of {} closed", counted(all, "hole")),
     };
     let ways = tally.ways();

@@ -142,7 +142,7 @@ fn expected(all: &Expected, unit: Option<Unit>, tolerance: Option<f64>) -> Strin
     };
     if all.mean.is_some() && all.unknown_percent >= 0.05 {
         line += &format!(
-            ", not known on {} of their area",
+            ", not known on {} of the new surface",
             percent(all.unknown_percent)
         );
     }
