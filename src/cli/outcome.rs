@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use isomend::job::{JobResult, OperationReport, Work};
 use isomend::report::{
     Remark, chain_lines, counted, defect_lines, left_holes, lost_creases, named_holes, number,
-    significant,
+    significant, weighed_lines,
 };
 use isomend::{Closure, FillReport, HoleId, HoleReport, LeftReason, RegionReport, Unit};
 
@@ -233,6 +233,7 @@ pub fn lines(done: &JobResult, last: usize, verbose: bool, width: Option<usize>)
     lines.extend(report.joined_walls().into_iter().map(|[a, b]| {
         format!("holes {a} and {b} are the two sides of a wall: joined by the edge of an opening; --apart closes each side")
     }));
+    lines.extend(weighed_lines(report, done.spec.deliverables.unit));
     lines.extend(left(report, work));
     if let (Work::Repair(params), OperationReport::Repaired(repair)) = (work, &done.extent)
         && params.solid

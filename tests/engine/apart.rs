@@ -4,9 +4,12 @@ use std::collections::HashSet;
 
 use isomend::check::CheckParams;
 use isomend::glam::DVec3;
-use isomend::{Control, FillParams, HoleOutcome, LeftReason, Mesh, RestoreParams, fill, inspect};
+use isomend::{
+    Control, CounterpartKind, FillParams, Finish, HoleOutcome, LeftReason, Mesh, RestoreParams,
+    fill, inspect,
+};
 
-use crate::shapes::{HALF, cut, joined, moved, sheet, slab, topology, volume};
+use crate::shapes::{HALF, cut, joined, moved, sheet, slab, sphere, topology, volume};
 
 /// A plate with a hole through it, and the whole plate; bent into a bowl.
 fn plate(bend: f64) -> [Mesh; 2] {
@@ -232,4 +235,70 @@ fn the_edge_of_a_wide_window_is_made_again() {
     assert_eq!(topology(&restored.mesh), topology(&window));
     let relative = volume(&restored.mesh) / before;
     assert!((relative - 1.0).abs() < 0.05, "{relative}");
+}
+
+/// A point of a head-like surface in a direction: an egg with ridges and hollows, the same on both sides of x = 0.
+fn on_head(direction: DVec3) -> DVec3 {
+    let d = direction.normalize();
+    let relief = 0.05 * (5.0 * d.y + 1.0).sin() * (6.0 * d.x.abs()).cos()
+        + 0.03 * (7.0 * d.z).sin() * (4.0 * d.x * d.x + 3.0 * d.y).cos();
+    d * DVec3::new(0.8, 1.0, 0.9) * (1.0 + 0.15 * d.y * d.z + relief)
+}
+
+#[test]
+fn a_wide_patch_is_weighed_with_the_mirror_image() {
+    let mut whole = sphere(40);
+    for p in &mut whole.positions {
+        *p = on_head(*p);
+    }
+    let open = cut(&whole, |c| c.distance(DVec3::new(0.75, 0.1, 0.2)) < 0.5);
+    // Root mean square distance of the new vertices from the head, along the rays from its middle.
+    let filled = |params: &FillParams| {
+        let filled = fill(&open, params).unwrap();
+        let new = &filled.mesh.positions[open.positions.len()..];
+        let off = new.iter().map(|p| p.distance_squared(on_head_at(*p)));
+        let rms = (off.sum::<f64>() / new.len() as f64).sqrt();
+        (rms, filled.report)
+    };
+    let (smooth, report) = filled(&FillParams::new());
+    assert!(
+        report.holes[0].hole.edges >= 100,
+        "{}",
+        report.holes[0].hole.edges
+    );
+    assert_eq!(report.regions[0].counterpart, None);
+    let (rms, report) = filled(&FillParams::new().with_apart(true));
+    let image = report.regions[0].counterpart.clone().unwrap();
+    let Some(CounterpartKind::Mirror([_, normal])) = image.kind else {
+        panic!("{image:?}");
+    };
+    assert!(normal.x.abs() > 0.999, "{normal}");
+    assert!(image.weight.is_some_and(|w| w > 0.5), "{image:?}");
+    assert!(rms < 0.5 * smooth, "{rms} {smooth}");
+    // Expected errors are the combined ones, not far from the real ones.
+    let largest = report.regions[0]
+        .finish
+        .as_ref()
+        .unwrap()
+        .largest_expected_error()
+        .unwrap();
+    assert!(
+        largest > 0.5 * rms && largest < 20.0 * rms,
+        "{largest} {rms}"
+    );
+    // Without the blend with what the surroundings predict there is no image either.
+    let alone = FillParams::new()
+        .with_apart(true)
+        .with_finish(Finish::Willmore);
+    assert_eq!(filled(&alone).1.regions[0].counterpart, None);
+}
+
+/// The point of the head on the ray through a point.
+fn on_head_at(p: DVec3) -> DVec3 {
+    // The direction whose point lies on the ray: the stretch of the axes is undone by fixed-point steps.
+    let mut direction = p;
+    for _ in 0..60 {
+        direction += p.normalize() - on_head(direction).normalize();
+    }
+    on_head(direction)
 }

@@ -9,7 +9,7 @@ use super::problem::RegionProblem;
 use super::so_far::{Made, SoFar};
 use crate::cancel::Cancel;
 use crate::finish::{FinishMethod, FinishParams, FinishRecord, Surroundings, finish};
-use crate::mesh::{Mesh, Part, bounds};
+use crate::mesh::{Mesh, Part, VertexFaces, bounds, vertex_normal};
 use crate::stitch::{Patch, count_intersecting};
 use crate::tuning::{Tunable, tunable};
 
@@ -70,6 +70,13 @@ impl Local {
     /// The numbers of the patch's own vertices.
     pub(super) fn new_vertices(&self) -> Vec<u32> {
         (self.part.mesh.positions.len() as u32..self.joined.positions.len() as u32).collect()
+    }
+
+    /// The patch's vertices and their normals.
+    pub(super) fn vertices(&self) -> Vec<(DVec3, DVec3)> {
+        let around = VertexFaces::new(&self.joined);
+        let vertex = |v: u32| (self.at(v), vertex_normal(&self.joined, &around, v));
+        self.new_vertices().into_iter().map(vertex).collect()
     }
 
     /// New positions of the patch's vertices: each at the mean of its neighbours.

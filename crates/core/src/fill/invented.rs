@@ -83,6 +83,8 @@ pub struct CounterpartReport {
     pub smooth_ring_error: Option<f64>,
     /// Root mean square distance between a smooth patch of the hole and the counterpart: the size of a feature that the patch lacks.
     pub feature: Option<f64>,
+    /// Its weight beside the smooth continuation, from 0 to 1, where both were used; `None` where only one was.
+    pub weight: Option<f64>,
     /// Why the counterpart was refused; `None` if it was used.
     pub refused: Option<NotLike>,
 }

@@ -37,6 +37,7 @@ mod strategy;
 pub(crate) use base_plane::BasePlane;
 pub use candidate::{FinishReport, PatchInitialisation};
 pub use closure::{Closure, HoleOutcome, Tally};
+pub(crate) use counterpart::weighed::is_weighed;
 pub(crate) use counterpart::{Counterpart, PlacedPart};
 pub(crate) use grids::widest_growth;
 pub use invented::{CounterpartKind, CounterpartReport, GrainReport, NotLike};

@@ -58,7 +58,7 @@ pub struct FillParams {
     /// mouths of vessels.
     pub flat: Vec<HoleId>,
     /// Whether only rims that `bridge` names are joined, so that each side of a wall gets a patch of its own instead of the edge of an
-    /// opening. Borders of islands stay open.
+    /// opening. Borders of islands stay open. Wide patches are weighed with the mirror image of the mesh, if it has a plane of symmetry.
     pub apart: bool,
     /// Pairs of crease ends, by the numbers of [`Inspection::crease_ends`](crate::mend::Inspection::crease_ends). A sharp edge is
     /// continued between the two ends across their hole, whatever the surrounding faces predict.

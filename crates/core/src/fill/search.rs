@@ -90,7 +90,7 @@ fn search(problem: &RegionProblem<'_>) -> RegionPatch {
                 let (ends, why) = (so_far.crease_ends, so_far.not_continued.clone());
                 let counterpart = so_far.counterpart.take();
                 let mut patch = taken(problem, so_far, place);
-                patch.report.counterpart = counterpart;
+                patch.report.counterpart = patch.report.counterpart.or(counterpart);
                 patch
                     .report
                     .set_creases_seen(ends, why, !problem.joined.is_empty());
@@ -209,10 +209,17 @@ fn taken(problem: &RegionProblem<'_>, mut so_far: SoFar<'_>, place: usize) -> Re
     let beside = so_far.best_joined().map(|(_, report)| report.clone());
     match (so_far.tried.swap_remove(place).made, beside) {
         (Made::Region(region), _) => region,
-        (Made::Finished(patch), Some(report)) => problem.accept(patch, report),
-        (Made::Finished(patch), None) => {
-            let (why, report) = so_far.without_level_set();
-            problem.closed_by_fairing(patch, why, report)
+        (Made::Finished(patch), beside) => {
+            let (patch, image) = problem.weighed(patch);
+            let mut region = match beside {
+                Some(report) => problem.accept(patch, report),
+                None => {
+                    let (why, report) = so_far.without_level_set();
+                    problem.closed_by_fairing(patch, why, report)
+                }
+            };
+            region.report.counterpart = image;
+            region
         }
         // The strategy never takes a candidate without a patch, or an unfinished one.
         (Made::Nothing | Made::Joined(..), _) => problem.stopped(so_far.last),

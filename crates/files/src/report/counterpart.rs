@@ -7,6 +7,13 @@ use isomend_core::mesh::{Unit, number};
 pub(crate) fn counterpart_text(r: &RegionReport, unit: Option<Unit>) -> Option<String> {
     let found = r.counterpart.as_ref()?;
     let what = found.kind.map_or("the counterpart".to_owned(), kind_text);
+    if let Some(weight) = found.weight {
+        let percent = 100.0 * weight;
+        return Some(format!(
+            "weighed with {what}, {percent:.0} %{}",
+            fit(found, unit)
+        ));
+    }
     Some(match &found.refused {
         Some(why) => format!("not filled with {what}: {why}{}", fit(found, unit)),
         None => format!("filled with {what}{}", fit(found, unit)),

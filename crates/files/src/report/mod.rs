@@ -35,6 +35,6 @@ pub use {
     standing::Standing,
     text::{
         chain_lines, closing_lines, defect_lines, level_lines, lost_creases, named_holes, ranges,
-        reason_lines, region_lines, region_lines_in,
+        reason_lines, region_lines, region_lines_in, weighed_lines,
     },
 };

@@ -368,6 +368,9 @@ pub fn closing_lines(
         ));
     }
     lines.extend(reasons(report, is_wanted));
+    if !with_regions {
+        lines.extend(weighed_lines(report, None));
+    }
     lines
 }
 
@@ -410,6 +413,18 @@ fn reasons(report: &FillReport, is_wanted: impl Fn(&HoleOutcome) -> bool) -> Vec
         ));
     }
     lines
+}
+
+/// The patches that were weighed with the mirror image of the mesh, one line for each.
+#[doc(hidden)]
+pub fn weighed_lines(report: &FillReport, unit: Option<Unit>) -> Vec<String> {
+    let is_weighed = |r: &&RegionReport| r.counterpart.as_ref().is_some_and(|c| c.weight.is_some());
+    let regions = report.regions.iter().filter(is_weighed);
+    let line = |r: &RegionReport| {
+        let text = counterpart_text(r, unit)?;
+        Some(format!("{} {text}", named_holes(&r.holes)))
+    };
+    regions.filter_map(line).collect()
 }
 
 /// Numbers of holes by outcome, in one line.

@@ -16,6 +16,8 @@ use crate::tuning::{Tunable, tunable};
 const PARTNER_COSINE: Tunable<f64> = tunable("fill.align.partner_cosine", 0.5);
 /// Converged if the step is below this, dimensionless: rotation in radians plus translation in spans plus change of scale.
 const SHORTEST_STEP: f64 = 1e-7;
+/// Relative margin for the rounding of a distance that bounds a search.
+const NEARLY: f64 = 1e-9;
 
 /// A point of a surface and the unit normal there.
 #[derive(Clone, Copy, Debug)]
@@ -64,9 +66,13 @@ struct Pair {
 impl Target<'_> {
     /// The closest point and its face's normal; `None` if the point is on a boundary or the normals differ too much.
     pub(super) fn partner(&self, at: DVec3, normal: DVec3) -> Option<(DVec3, DVec3)> {
-        let closest = self.bvh.closest(at, f64::INFINITY)?;
+        self.accepted(&self.bvh.closest(at, f64::INFINITY)?, normal)
+    }
+
+    /// The closest point and its face's normal, unless it is on a boundary or the normals differ too much.
+    fn accepted(&self, closest: &Closest, normal: DVec3) -> Option<(DVec3, DVec3)> {
         let own = face_normal(self.mesh, closest.face);
-        let is_partner = own.dot(normal) > PARTNER_COSINE.get() && !self.is_on_border(&closest);
+        let is_partner = own.dot(normal) > PARTNER_COSINE.get() && !self.is_on_border(closest);
         is_partner.then_some((closest.point, own))
     }
 
@@ -78,23 +84,44 @@ impl Target<'_> {
         own().count() < 3 && own().all(|k| self.border[face[k] as usize])
     }
 
-    fn pairs(&self, samples: &[Sample], motion: &Motion) -> Vec<Option<Pair>> {
-        let pair = |s: &Sample| {
+    /// The pairs of samples after a motion. `last` has the closest points of an earlier motion, none at first: their distances bound the
+    /// search, and the new ones replace them.
+    fn pairs(
+        &self,
+        samples: &[Sample],
+        motion: &Motion,
+        last: &mut Vec<Option<DVec3>>,
+    ) -> Vec<Pair> {
+        last.resize(samples.len(), None);
+        let pair = |(s, last): (&Sample, &Option<DVec3>)| {
             let at = motion.at(s.point);
-            let (partner, normal) = self.partner(at, motion.direction(s.normal))?;
-            Some(Pair {
+            let limit = last.map_or(f64::INFINITY, |p| p.distance(at) * (1.0 + NEARLY));
+            let within = |limit| self.bvh.closest(at, limit);
+            let closest = within(limit).or_else(|| within(f64::INFINITY))?;
+            let pair = self.accepted(&closest, motion.direction(s.normal));
+            let pair = pair.map(|(partner, normal)| Pair {
                 at,
                 partner,
                 normal,
-            })
+            });
+            Some((closest.point, pair))
         };
-        samples.par_iter().map(pair).collect_indexed()
+        let found = samples.par_iter().zip(last.par_iter()).map(pair);
+        let found: Vec<_> = found.collect_indexed();
+        *last = found.iter().map(|f| f.as_ref().map(|f| f.0)).collect();
+        found.into_iter().flatten().filter_map(|f| f.1).collect()
     }
 
     /// The nearest pairs, up to the fraction `kept` of all samples; `None` if there are fewer than half of that number or fewer than 7, the
-    /// number of unknowns.
-    fn nearest(&self, samples: &[Sample], motion: &Motion, kept: f64) -> Option<Vec<Pair>> {
-        let mut pairs: Vec<Pair> = self.pairs(samples, motion).into_iter().flatten().collect();
+    /// number of unknowns. `last` is as for [`Self::pairs`].
+    fn nearest(
+        &self,
+        samples: &[Sample],
+        motion: &Motion,
+        kept: f64,
+        last: &mut Vec<Option<DVec3>>,
+    ) -> Option<Vec<Pair>> {
+        let mut pairs = self.pairs(samples, motion, last);
         let most = (kept * samples.len() as f64).ceil() as usize;
         if 2 * pairs.len() < most || pairs.len() < 7 {
             return None;
@@ -116,12 +143,12 @@ pub(super) fn aligned(
     settings: &Settings,
     cancel: &Cancel,
 ) -> Aligned {
-    let mut motion = start;
+    let (mut motion, mut last) = (start, Vec::new());
     for _ in 0..settings.rounds {
         if cancel.is_cancelled() {
             break;
         }
-        let Some(pairs) = target.nearest(samples, &motion, settings.kept) else {
+        let Some(pairs) = target.nearest(samples, &motion, settings.kept, &mut last) else {
             break;
         };
         let Some((step, size)) = step(&pairs, settings) else {
@@ -140,7 +167,7 @@ pub(super) fn aligned(
 
 /// Root mean square point-to-plane distance of the fraction `kept` of the samples, the nearest ones; infinite if too few have partners.
 pub(super) fn distance(samples: &[Sample], target: &Target, motion: &Motion, kept: f64) -> f64 {
-    match target.nearest(samples, motion, kept) {
+    match target.nearest(samples, motion, kept, &mut Vec::new()) {
         Some(pairs) if motion.is_finite() => {
             let square = |p: &Pair| (p.at - p.partner).dot(p.normal).powi(2);
             // If fewer samples have partners, each missing one counts with the distance of the farthest pair.

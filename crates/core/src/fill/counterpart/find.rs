@@ -49,6 +49,31 @@ const SAME: Tunable<f64> = tunable("fill.find.same", 0.02);
 /// Spans. Upper bound of the mean distance between the samples and the same samples reflected twice.
 const INVOLUTION: Tunable<f64> = tunable("fill.find.involution", 0.05);
 
+/// How thoroughly a motion is searched.
+pub(super) struct Effort {
+    /// Number of samples of the coarse alignments.
+    few: usize,
+    /// Number of samples of the fine alignments.
+    many: usize,
+    /// Upper bound of the number of coarse results that are refined.
+    refined: usize,
+}
+
+impl Effort {
+    /// A counterpart that the caller asked for.
+    pub(super) const FULL: Self = Self {
+        few: FEW_SAMPLES.chosen(),
+        many: MANY_SAMPLES.chosen(),
+        refined: REFINED.chosen(),
+    };
+    /// A mirror image that is tried without being asked for: of a fourth of the time.
+    pub(super) const QUICK: Self = Self {
+        few: 150,
+        many: 600,
+        refined: 3,
+    };
+}
+
 /// Centre, principal axes and span (root mean square distance from the centre) of points.
 struct Moments {
     centre: DVec3,
@@ -72,15 +97,27 @@ impl Moments {
 }
 
 /// The reflections that map a mesh approximately onto itself, the best first; empty without a symmetry.
-pub(super) fn mirrors(mesh: &Mesh, target: &Target, cancel: &Cancel) -> Vec<Motion> {
-    let coarse = samples(mesh, FEW_SAMPLES.get());
+pub(super) fn mirrors(
+    mesh: &Mesh,
+    target: &Target,
+    effort: &Effort,
+    cancel: &Cancel,
+) -> Vec<Motion> {
+    let coarse = samples(mesh, effort.few);
     let moments = Moments::new(&coarse);
     let around = (0..DIRECTIONS.get()).map(half_sphere);
     let normals: Vec<DVec3> = moments.axes.into_iter().chain(around).collect();
     let starts = normals
         .iter()
         .map(|n| Motion::reflection(moments.centre, *n));
-    let ends = best(mesh, &coarse, target, starts.collect(), false, cancel);
+    let ends = best(
+        mesh,
+        &coarse,
+        target,
+        starts.collect(),
+        (false, effort),
+        cancel,
+    );
     let ends = ends.into_iter().map(|end| end.motion);
     let is_symmetry = |m: &Motion| {
         let back = |s: &Sample| m.at(m.at(s.point)).distance(s.point);
@@ -111,7 +148,14 @@ pub(super) fn poses(mesh: &Mesh, template: &Mesh, target: &Target, cancel: &Canc
         for turn in frames(own.axes, other.axes) {
             starts.push(Motion::about(turn * factor, own.centre, other.centre));
         }
-        best(mesh, &coarse, target, starts, scale, cancel)
+        best(
+            mesh,
+            &coarse,
+            target,
+            starts,
+            (scale, &Effort::FULL),
+            cancel,
+        )
     };
     let least = |ends: &[Aligned]| ends.first().map_or(f64::INFINITY, own_distance);
     let mut ends = found(false);
@@ -155,7 +199,7 @@ fn best(
     coarse: &[Sample],
     target: &Target,
     starts: Vec<Motion>,
-    scale: bool,
+    (scale, effort): (bool, &Effort),
     cancel: &Cancel,
 ) -> Vec<Aligned> {
     let with = |rounds, kept| Settings {
@@ -178,9 +222,9 @@ fn best(
     };
     let mut ends: Vec<Aligned> = starts.par_iter().map(from).collect_indexed();
     ends.sort_by(|a, b| a.rms.total_cmp(&b.rms));
-    let ends = distinct(ends, coarse, span, REFINED.get());
+    let ends = distinct(ends, coarse, span, effort.refined);
     // Fine alignment of the best ones.
-    let fine = samples(mesh, MANY_SAMPLES.get());
+    let fine = samples(mesh, effort.many);
     let from = |end: &Aligned| {
         let first = aligned(
             &fine,

@@ -116,6 +116,11 @@ impl Collar {
 
     /// Fits a part of a counterpart to the hole.
     pub(super) fn fitted(&self, part: &PlacedPart, cancel: &Cancel) -> Result<Fitted, NotLike> {
+        self.joined(self.aligned(part, cancel)?, part, cancel)
+    }
+
+    /// A part of a counterpart, aligned rigidly with the collar.
+    pub(super) fn aligned(&self, part: &PlacedPart, cancel: &Cancel) -> Result<Mesh, NotLike> {
         let bvh = Bvh::new(&part.mesh, 0..part.mesh.faces.len() as u32);
         let target = Target {
             mesh: &part.mesh,
@@ -140,9 +145,7 @@ impl Collar {
         {
             return Err(NotLike::Apart);
         }
-        let mesh = end.motion.inverse().moved(&part.mesh);
-        drop(bvh);
-        self.joined(mesh, part, cancel)
+        Ok(end.motion.inverse().moved(&part.mesh))
     }
 
     /// The reason for which the collar has too few partners on a part of a counterpart.
@@ -178,35 +181,8 @@ impl Collar {
         cancel: &Cancel,
     ) -> Result<Fitted, NotLike> {
         let bvh = Bvh::new(&mesh, 0..mesh.faces.len() as u32);
-        let target = Target {
-            mesh: &mesh,
-            bvh: &bvh,
-            border: &part.border,
-        };
-        // The offset of each collar vertex from its partner.
-        let datum = |(s, depth): (&Sample, &f64)| {
-            let (partner, _) = target.partner(s.point, s.normal)?;
-            let offset = s.point - partner;
-            let is_near = offset.length() < FAR.get() * self.diameter;
-            is_near.then_some(OffsetDatum {
-                point: s.point,
-                offset,
-                depth: *depth,
-            })
-        };
-        let all: Vec<Option<OffsetDatum>> = self
-            .samples
-            .par_iter()
-            .zip(&self.depth)
-            .map(datum)
-            .collect_indexed();
-        let data: Vec<OffsetDatum> = all.into_iter().flatten().collect();
-        if (data.len() as f64) < LEAST_PARTNERS.get() * self.samples.len() as f64 {
-            return Err(self.why_apart(part, &bvh));
-        }
-        // The smooth field, and the root mean squares of offsets and field.
-        let field = OffsetField::fit(&data, self.normal, self.diameter, self.edge, cancel);
-        let field = field.ok_or(NotLike::Apart)?;
+        let (data, field) = self.offsets((&mesh, &bvh), part, 1, cancel)?;
+        // The root mean squares of offsets and field.
         let mean = |square: &dyn Fn(&OffsetDatum) -> f64| {
             (data.iter().map(square).sum::<f64>() / data.len() as f64).sqrt()
         };
@@ -225,6 +201,45 @@ impl Collar {
             misfit,
             smooth_misfit,
         })
+    }
+
+    /// The offsets of every `step`-th vertex of the collar from its partner on an aligned counterpart, and their smooth field.
+    pub(super) fn offsets(
+        &self,
+        (mesh, bvh): (&Mesh, &Bvh),
+        part: &PlacedPart,
+        step: usize,
+        cancel: &Cancel,
+    ) -> Result<(Vec<OffsetDatum>, OffsetField), NotLike> {
+        let target = Target {
+            mesh,
+            bvh,
+            border: &part.border,
+        };
+        let datum = |(s, depth): (&Sample, &f64)| {
+            let (partner, _) = target.partner(s.point, s.normal)?;
+            let offset = s.point - partner;
+            let is_near = offset.length() < FAR.get() * self.diameter;
+            is_near.then_some(OffsetDatum {
+                point: s.point,
+                offset,
+                depth: *depth,
+            })
+        };
+        let samples = self.samples.par_iter().zip(&self.depth).step_by(step);
+        let all: Vec<Option<OffsetDatum>> = samples.map(datum).collect_indexed();
+        let count = all.len();
+        let data: Vec<OffsetDatum> = all.into_iter().flatten().collect();
+        if (data.len() as f64) < LEAST_PARTNERS.get() * count as f64 {
+            return Err(self.why_apart(part, bvh));
+        }
+        let field = OffsetField::fit(&data, self.normal, self.diameter, self.edge, cancel);
+        Ok((data, field.ok_or(NotLike::Apart)?))
+    }
+
+    /// Number of vertices.
+    pub(super) fn len(&self) -> usize {
+        self.samples.len()
     }
 }
 

@@ -7,6 +7,7 @@ mod judge;
 mod motion;
 pub(super) mod placed;
 mod surface;
+pub(super) mod weighed;
 
 use glam::DVec3;
 
@@ -68,10 +69,10 @@ struct Tested {
 }
 
 impl RegionProblem<'_> {
-    /// Whether a counterpart is a candidate.
+    /// Whether a counterpart that the caller asked for is a candidate.
     pub(super) fn has_counterpart(&self) -> bool {
         let is_surface = self.decided.is_none() && self.is_finished();
-        is_surface && self.counterparts.is_some()
+        is_surface && self.params.like.is_some() && self.counterparts.is_some()
     }
 
     /// The region closed by the counterpart that predicts the rings round the hole best, and the report of its test.

@@ -6,7 +6,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::align::Target;
-use super::find::{mirrors, poses};
+use super::find::{Effort, mirrors, poses};
 use super::motion::Motion;
 use crate::cancel::Cancel;
 use crate::fill::invented::CounterpartKind;
@@ -61,18 +61,24 @@ impl PlacedPart {
 }
 
 impl<'a> Counterpart<'a> {
-    /// The mesh itself, mirrored in the given plane (a point and a unit normal), or in its planes of symmetry.
+    /// The mesh itself, mirrored in the given plane (a point and a unit normal), or in its planes of symmetry, searched with less
+    /// effort if `is_quick`.
     pub(crate) fn mirror(
         mesh: &'a Mesh,
         topology: &Topology,
         plane: Option<[DVec3; 2]>,
+        is_quick: bool,
         cancel: &Cancel,
     ) -> Self {
+        let effort = match is_quick {
+            true => Effort::QUICK,
+            false => Effort::FULL,
+        };
         let mut new = Self::new(Cow::Borrowed(mesh), topology);
         new.is_mirror = true;
         new.motions = match plane {
             Some([point, normal]) => vec![Motion::reflection(point, normal)],
-            None => mirrors(mesh, &new.target(), cancel),
+            None => mirrors(mesh, &new.target(), &effort, cancel),
         };
         new
     }

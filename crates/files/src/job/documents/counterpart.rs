@@ -24,6 +24,8 @@ pub(super) struct CounterpartRow {
     smooth_ring_error: Option<f64>,
     /// Distance between a smooth patch of the hole and the counterpart.
     feature: Option<f64>,
+    /// Weight beside the smooth continuation, from 0 to 1, where both were used.
+    weight: Option<f64>,
     /// Why it was refused, as an identifier.
     cause: Option<&'static str>,
     /// Why it was refused, as a sentence.
@@ -46,6 +48,7 @@ impl CounterpartRow {
             ring_error: r.ring_error,
             smooth_ring_error: r.smooth_ring_error,
             feature: r.feature,
+            weight: r.weight,
             cause: r.refused.as_ref().map(NotLike::key),
             reason: r.refused.as_ref().map(ToString::to_string),
         }
