@@ -53,8 +53,8 @@ fn apply(mask: &Mask, mesh: &Mesh, attributes: &Attributes) {
     assert!(shrunk, "shrinking marks a face");
     let found = isomend::inspect(mesh).expect("it has faces, and their vertices are finite");
     if let Ok(plan) = found.plan_restore(&marked, &RestoreParams::default()) {
-        assert_eq!(plan.marked_faces, count);
-        assert!((count..=mesh.faces.len()).contains(&plan.removed_faces));
+        assert_eq!(plan.cut.marked_faces, count);
+        assert!((count..=mesh.faces.len()).contains(&plan.cut.removed_faces));
     }
 }
 

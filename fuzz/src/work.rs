@@ -78,7 +78,7 @@ fn restore(found: &Inspection, input: &mut Unstructured) -> Result<()> {
     params.fill.voxel = voxel(&found.input, input)?;
     params.keep_shape = *input.choose(&[0.0, 0.0, 0.5])?;
     if let Ok(done) = found.restore(&marked, &params, &Control::new()) {
-        let is_whole = !done.report.fill.incomplete();
+        let is_whole = !done.fill.incomplete();
         assert!(!is_whole || torn(&found.input, &done.mesh) == 0);
         check_numbers(&done.mesh);
     }

@@ -7,7 +7,8 @@ use isomend::report::{
     number, plan_lines, point, reason_lines, repair_lines_in, tally_line, timed,
 };
 use isomend::{
-    FairPlan, FairReport, FillReport, HoleOutcome, RegionReport, RepairReport, RestorePlan, Unit,
+    FairPlan, FairReport, FillReport, HoleOutcome, LostComponents, RegionReport, RepairReport,
+    RestoreReport, Unit,
 };
 
 use super::console::{self, Console};
@@ -28,7 +29,7 @@ pub fn plan(plan: &JobPlan) -> String {
             counted(plan.size[0], "vertex"),
             counted(plan.size[1], "face")
         ),
-        WorkPlan::Restore(plan) => cut_plan(plan) + &lines(plan_lines(&plan.fill, unit)),
+        WorkPlan::Restore(plan) => cut_plan(&plan.cut) + &lines(plan_lines(&plan.fill, unit)),
         WorkPlan::Repair { before, fill } => before.line() + "\n" + &lines(plan_lines(fill, unit)),
         WorkPlan::Fill(fill) => lines(plan_lines(fill, unit)),
     }
@@ -38,7 +39,7 @@ fn lines(lines: Vec<String>) -> String {
     lines.join("\n") + "\n"
 }
 
-fn cut_plan(cut: &RestorePlan) -> String {
+fn cut_plan(cut: &RestoreReport) -> String {
     format!(
         "{} marked, {} would be cut out\n",
         counted(cut.marked_faces, "face"),
@@ -116,7 +117,9 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
             console.say(&verdict);
             repaired(report, &file, unit, console);
         }
-        OperationReport::Holes if report.holes.is_empty() && report.open_chains.is_empty() => {
+        OperationReport::Holes
+            if report.holes.is_empty() && report.input.open_chains.is_empty() =>
+        {
             let what = match is_rounded(done) {
                 true => "no holes: only the positions are rounded",
                 false => "no holes: vertices and faces are copied unchanged",
@@ -200,7 +203,8 @@ fn repaired(report: &RepairReport, file: &str, unit: Option<Unit>, console: &Con
 }
 
 /// The components of the input that were removed completely: their number and the range of their sizes.
-fn lost_components([count, least, most]: [usize; 3]) -> String {
+fn lost_components(lost: LostComponents) -> String {
+    let (count, least, most) = (lost.count, lost.fewest_faces, lost.most_faces);
     match count {
         0 => String::new(),
         _ if least == most => format!(
@@ -221,8 +225,9 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
     };
     match &report.objects[..] {
         [] => console.say(&faired_measures(report, unit)),
-        objects => objects.iter().for_each(|(name, own)| {
-            console.say(&format!("{name}: {}", faired_measures(own, unit)));
+        objects => objects.iter().for_each(|object| {
+            let measures = faired_measures(&object.report, unit);
+            console.say(&format!("{}: {measures}", object.name));
         }),
     }
     if !report.whole {

@@ -189,8 +189,8 @@ fn short_list(holes: &[HoleId], patches: usize) -> String {
 
 /// Remarks on the mesh that was read: its defects, and boundary chains that do not close.
 pub fn remarks(report: &FillReport) -> Vec<String> {
-    let mut lines = defect_lines(&report.defects);
-    lines.extend(chain_lines(&report.open_chains));
+    let mut lines = defect_lines(&report.input.defects);
+    lines.extend(chain_lines(&report.input.open_chains));
     lines
 }
 
@@ -237,7 +237,7 @@ pub fn lines(done: &JobResult, last: usize, verbose: bool, width: Option<usize>)
     lines.extend(left(report, work));
     if let (Work::Repair(params), OperationReport::Repaired(repair)) = (work, &done.extent)
         && params.solid
-        && repair.inner_skins[0] == 0
+        && repair.steps.inner_skins == 0
     {
         lines.push(NO_INNER_SKIN.to_owned());
     }

@@ -80,12 +80,12 @@ fn each_side_of_a_wall_gets_a_patch_of_its_own() {
             found.restore(&marked, &params, &Control::new()).unwrap()
         };
         let again = restored(false);
-        assert_eq!(again.report.fill.regions.len(), 1, "{bend}");
-        assert_eq!(again.report.fill.joined_walls(), [[1.into(), 2.into()]]);
+        assert_eq!(again.fill.regions.len(), 1, "{bend}");
+        assert_eq!(again.fill.joined_walls(), [[1.into(), 2.into()]]);
         assert!(volume(&again.mesh) < 0.9 * volume(&whole));
         let closed = restored(true);
-        assert_eq!(closed.report.fill.regions.len(), 2, "{bend}");
-        assert!(closed.report.fill.joined_walls().is_empty());
+        assert_eq!(closed.fill.regions.len(), 2, "{bend}");
+        assert!(closed.fill.joined_walls().is_empty());
         let verdict = inspect(&closed.mesh)
             .unwrap()
             .check(&CheckParams::default());

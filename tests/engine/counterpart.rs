@@ -259,7 +259,7 @@ fn worn_parts_are_restored_from_the_other_side() {
     let mut params = RestoreParams::default();
     params.fill = mirror();
     let done = restore(&worn, &marked, &params).unwrap();
-    let region = &done.report.fill.regions[0];
+    let region = &done.fill.regions[0];
     assert_eq!(region.closure, Some(Closure::Counterpart));
     let top = at + place() * 0.15;
     let near = |mesh: &Mesh| {

@@ -155,7 +155,7 @@ fn tasks_and_repairs_continue_the_given_pairs() {
     let (hole, pair) = across_edge(&before);
     let params = RepairParams::new().with_fill(asked(&[pair]).with_holes([hole]));
     let repaired = repair(&dirty, &params, &Carried::default(), &Control::new()).unwrap();
-    let region = &repaired.report.fill.regions[0];
+    let region = &repaired.fill.regions[0];
     assert_eq!(region.closure, Some(Closure::Sides));
     assert_eq!((region.crease_ends, region.creases.len()), (2, 1));
 }
@@ -192,7 +192,7 @@ fn restoring_a_dent_restores_the_sharp_edge() {
     let restored = restore(&mesh, &marked, &RestoreParams::default()).unwrap();
     assert!((volume(&mesh) - 1728.0).abs() > 1.0);
     assert!((volume(&restored.mesh) - 1728.0).abs() < 1e-6);
-    assert_eq!(restored.report.fill.regions[0].creases.len(), 1);
+    assert_eq!(restored.fill.regions[0].creases.len(), 1);
 }
 
 #[test]
@@ -208,7 +208,7 @@ fn repairs_continue_sharp_edges_after_removing_faces() {
         &Control::new(),
     )
     .unwrap();
-    assert_eq!(whole.report.duplicate_faces, 2);
+    assert_eq!(whole.report.steps.duplicate_faces, 2);
     assert!((volume(&whole.mesh) - 1728.0).abs() < 1e-6);
     assert_eq!(topology(&whole.mesh), (0, 2));
 }

@@ -7,7 +7,7 @@ use assert_cmd::Command;
 use glam::{DVec2, DVec3};
 use isomend::Attributes;
 use isomend::io::{WriteOptions, read_path, write_path};
-use isomend::{FairError, FairExtent, FairParams, FairReport, Mesh, RestoreError, fair, inspect};
+use isomend::{FairError, FairExtent, FairParams, Faired, Mesh, RestoreError, fair, inspect};
 use isomend::{Mask, Selector};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -60,8 +60,8 @@ fn assert_closed(mesh: &Mesh, euler: i64) {
     );
 }
 
-fn assert_sound(report: &FairReport) {
-    for region in &report.fill.regions {
+fn assert_sound(faired: &Faired) {
+    for region in &faired.fill.regions {
         assert!(region.converged && region.intersecting_faces == 0);
         let flow = &region.levels.last().expect("a level").flow;
         assert!(flow.energy_after < flow.energy_before, "{flow:?}");
@@ -89,7 +89,7 @@ fn noise_on_a_sphere_and_a_clifford_torus_falls_to_less_than_half() {
         let after = rms(&faired.mesh, distance);
         assert!(after < 0.5 * before, "{before} -> {after}");
         assert_closed(&faired.mesh, euler);
-        assert_sound(&faired.report);
+        assert_sound(&faired);
         let report = &faired.report;
         assert!(report.whole && faired.kept.is_none());
         let drift = report.volume_drift().expect("a volume");
@@ -110,8 +110,8 @@ fn a_sphere_keeps_its_shape_and_strength_converts_to_time() {
     by_time.extent = FairExtent::Time(time);
     let by_time = fair(&mesh, None, &by_time).expect("a faired mesh");
     assert!((by_time.report.strength / length - 1.0).abs() < 1e-12);
-    let steps = |r: &FairReport| r.fill.regions[0].levels[0].flow.steps.len();
-    assert!(steps(&by_time.report) > steps(&by_strength.report));
+    let steps = |faired: &Faired| faired.fill.regions[0].levels[0].flow.steps.len();
+    assert!(steps(&by_time) > steps(&by_strength));
 }
 
 fn ball(mesh: &Mesh, centre: DVec3, radius: f64) -> Vec<bool> {
@@ -134,7 +134,7 @@ fn fairing_a_marked_region_halves_its_noise_and_keeps_the_rest() {
     }
     let marked = ball(&mesh, centre, 0.7);
     let faired = fair(&mesh, Some(&marked), &strength(0.8)).expect("a faired mesh");
-    assert_sound(&faired.report);
+    assert_sound(&faired);
     let kept = faired.kept.expect("a part that is kept");
     let (vertices, faces) = (kept.mesh.positions.len(), kept.mesh.faces.len());
     assert_eq!(faired.mesh.positions[..vertices], kept.mesh.positions[..]);
@@ -166,8 +166,8 @@ fn a_faired_band_round_a_tube_keeps_its_topology() {
         .collect();
     let faired = fair(&mesh, Some(&marked), &FairParams::default()).expect("a faired mesh");
     assert_closed(&faired.mesh, 0);
-    assert_sound(&faired.report);
-    assert_eq!(faired.report.fill.regions.len(), 1);
+    assert_sound(&faired);
+    assert_eq!(faired.fill.regions.len(), 1);
 }
 
 #[test]
@@ -175,7 +175,7 @@ fn fairing_an_open_mesh_keeps_its_boundary_loop() {
     let mesh = noisy(&shapes::sphere(16), 0.01, DVec3::normalize);
     let mesh = shapes::cut(&mesh, |p| p.z < -0.75);
     let faired = fair(&mesh, None, &strength(0.5)).expect("a faired mesh");
-    assert_sound(&faired.report);
+    assert_sound(&faired);
     let (before, after) = (inspect(&mesh), inspect(&faired.mesh));
     let (before, after) = (before.expect("a mesh"), after.expect("a mesh"));
     assert_eq!((before.holes.len(), after.holes.len()), (1, 1));
@@ -196,7 +196,7 @@ fn a_thin_wall_opposite_a_boundary_loop_is_faired() {
     lens.positions.iter_mut().for_each(|p| p.z *= 0.25);
     let mesh = shapes::cut(&lens, |p| p.z < 0.0 && DVec2::new(p.x, p.y).length() < 0.25);
     let faired = fair(&mesh, None, &strength(0.5)).expect("a faired mesh");
-    assert_sound(&faired.report);
+    assert_sound(&faired);
     let found = inspect(&faired.mesh).expect("a sound mesh");
     assert_eq!(
         (found.holes.len(), found.topology.component_faces.len()),

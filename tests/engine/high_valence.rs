@@ -211,7 +211,7 @@ fn many_sheets_of_one_body_through_one_place_are_moved_before_the_body_is_united
     let (done, time) = seconds(|| repair(&mesh, &params, &Carried::default(), &Control::new()));
     let done = done.unwrap();
     assert!(verdict(&done.mesh).is_sound());
-    assert!(done.report.relaxed_vertices > 0 && done.report.doubt.is_none());
+    assert!(done.report.steps.relaxed_vertices > 0 && done.report.doubt.is_none());
     assert_eq!(done.mesh.faces, mesh.faces);
     assert!(time < 4.0, "repaired in {time} s");
 }

@@ -76,7 +76,7 @@ fn a_cut_beside_a_face_that_is_given_twice_leaves_no_torn_hole() {
                 let Ok(done) = done else { continue };
                 let found = inspect(&done.mesh).unwrap();
                 let is_whole = found.holes.is_empty() && found.open_chains.is_empty();
-                let is_reported = done.report.fill.incomplete();
+                let is_reported = done.fill.incomplete();
                 assert!(is_whole || is_reported, "face {twice}, radius {radius}");
             }
         }

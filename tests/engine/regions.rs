@@ -215,7 +215,7 @@ fn octants_and_half_caps_of_a_sphere_are_restored() {
         let found = Inspection::new(&mesh).unwrap();
         let params = RestoreParams::default();
         let restored = found.restore(&marked, &params, &Control::new()).unwrap();
-        let region = &restored.report.fill.regions[0];
+        let region = &restored.fill.regions[0];
         assert_eq!(region.intersecting_faces, 0, "mask {i}");
         assert_eq!(topology(&restored.mesh), (0, 2), "mask {i}");
         let kept = restored.kept.mesh.positions.len();

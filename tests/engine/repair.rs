@@ -120,7 +120,7 @@ fn an_inside_out_mesh_is_turned_with_or_without_a_hole() {
         let done = repaired(&bad, &RepairParams::default());
         assert_sound(&done.mesh);
         assert_kept(&mesh, &done.mesh, |_| true);
-        assert_eq!(done.report.reoriented_faces, mesh.faces.len());
+        assert_eq!(done.report.steps.reoriented_faces, mesh.faces.len());
     }
 }
 
@@ -169,7 +169,7 @@ fn a_face_on_a_non_manifold_edge_is_removed_and_the_rest_stays() {
     fin.faces.push([a, b, mesh.positions.len() as u32]);
     let done = repaired(&fin, &RepairParams::default());
     assert_eq!(done.mesh, mesh);
-    assert!(done.report.non_manifold_faces > 0);
+    assert!(done.report.steps.non_manifold_faces > 0);
 }
 
 #[test]
@@ -213,7 +213,7 @@ fn holes_and_intersecting_faces_can_be_kept() {
     let params = RepairParams::new().with_skip([RepairStep::Intersections]);
     let done = repaired(&pierced, &params);
     assert_eq!(done.mesh, pierced);
-    assert!(done.report.passes.is_empty());
+    assert!(done.report.steps.intersection_passes.is_empty());
 }
 
 #[test]
@@ -236,13 +236,17 @@ fn each_repair_step_can_be_switched_off() {
     let done = repaired(&bad, &clean);
     let r = &done.report;
     assert_eq!(
-        (r.duplicate_faces, r.degenerate_faces, r.reoriented_faces),
+        (
+            r.steps.duplicate_faces,
+            r.steps.degenerate_faces,
+            r.steps.reoriented_faces
+        ),
         (1, 1, 0)
     );
     assert_eq!(done.mesh.faces, bad.faces[..bad.faces.len() - 2]);
     let orient = from(2);
     assert_eq!(repaired(&bad, &orient).mesh.faces.len(), good().faces.len());
-    assert_eq!(repaired(&bad, &orient).report.reoriented_faces, 1);
+    assert_eq!(repaired(&bad, &orient).report.steps.reoriented_faces, 1);
 }
 
 #[test]
@@ -256,11 +260,19 @@ fn small_and_inner_components_are_removed_on_request() {
     params.debris = Some(0.01);
     let done = repaired(&bad, &params);
     assert_eq!(done.mesh, joined(&ball, &inner));
-    assert_eq!(done.report.debris, [1, small.faces.len()]);
+    let steps = &done.report.steps;
+    assert_eq!(
+        [steps.debris_components, steps.debris_faces],
+        [1, small.faces.len()]
+    );
     params.drop_inside = true;
     let done = repaired(&bad, &params);
     assert_eq!(done.mesh, ball);
-    assert_eq!(done.report.inside, [1, inner.faces.len()]);
+    let steps = &done.report.steps;
+    assert_eq!(
+        [steps.inside_components, steps.inside_faces],
+        [1, inner.faces.len()]
+    );
 }
 
 #[test]
@@ -269,7 +281,11 @@ fn components_are_removed_by_their_numbers() {
     let mesh = joined(&joined(&a, &b), &c);
     let done = repaired(&mesh, &RepairParams::new().with_drop([2]));
     assert_eq!(done.mesh, joined(&a, &c));
-    assert_eq!(done.report.dropped, [1, b.faces.len()]);
+    let steps = &done.report.steps;
+    assert_eq!(
+        [steps.dropped_components, steps.dropped_faces],
+        [1, b.faces.len()]
+    );
     assert_eq!(done.report.lost_faces, b.faces.len());
     assert_sound(&done.mesh);
     // What is left is repaired: a body that intersects one that goes is not cut.
@@ -310,7 +326,7 @@ fn cracks_narrower_than_the_weld_length_are_welded() {
         (done.mesh.faces.len(), done.report.lost_faces),
         (mesh.faces.len(), 0)
     );
-    assert!(done.report.welded_vertices > 20);
+    assert!(done.report.steps.welded_vertices > 20);
 }
 
 #[test]
@@ -338,7 +354,7 @@ fn a_face_without_area_is_removed_by_flipping_an_edge() {
     assert_eq!(verdict(&mesh).count(DefectKind::Degenerate), 1);
     let done = repaired(&mesh, &RepairParams::default());
     assert_sound(&done.mesh);
-    assert_eq!(done.report.flipped_edges, 1);
+    assert_eq!(done.report.steps.flipped_edges, 1);
     assert_eq!(done.mesh.positions, mesh.positions);
 }
 

@@ -42,10 +42,10 @@ fn assert_moved_near(mesh: &Mesh, done: &Repaired, at: DVec3, reach: f64) {
     let moved: Vec<usize> = (0..before.len())
         .filter(|v| before[*v] != after[*v])
         .collect();
-    assert_eq!(moved.len(), done.report.relaxed_vertices);
+    assert_eq!(moved.len(), done.report.steps.relaxed_vertices);
     let by = |v: &usize| mesh.positions[*v].distance(done.mesh.positions[*v]);
     let largest = moved.iter().map(by).fold(0.0, f64::max);
-    assert_eq!(largest, done.report.largest_relaxation);
+    assert_eq!(largest, done.report.steps.largest_relaxation);
     assert!(
         moved
             .iter()
@@ -61,12 +61,12 @@ fn a_fold_of_a_sheet_is_mended_by_moving_its_vertices() {
         let done = repaired(&mesh);
         assert_eq!(intersecting(&done.mesh), 0);
         assert_eq!(done.report.lost_faces, 0);
-        assert!(done.report.passes.is_empty());
+        assert!(done.report.steps.intersection_passes.is_empty());
         assert_moved_near(&mesh, &done, at, 0.5);
         assert!(
-            done.report.largest_relaxation < 0.1,
+            done.report.steps.largest_relaxation < 0.1,
             "{}",
-            done.report.largest_relaxation
+            done.report.steps.largest_relaxation
         );
     }
 }
@@ -135,7 +135,7 @@ fn sheets_that_pass_through_each_other_are_not_moved() {
     mesh.faces
         .extend(faces.iter().map(|f| f.map(|v| v + count)));
     assert!(intersecting(&mesh) > 0);
-    assert_eq!(repaired(&mesh).report.relaxed_vertices, 0);
+    assert_eq!(repaired(&mesh).report.steps.relaxed_vertices, 0);
 }
 
 /// A triangle below a line of `n` edges, triangles above it, and on the line faces without area that join the two.
@@ -197,7 +197,7 @@ fn an_open_sheet_whose_border_is_inside_a_body_is_united_with_it() {
     let done = repaired(&mesh);
     assert_eq!(intersecting(&done.mesh), 0);
     assert_eq!(topology(&done.mesh), (0, 2));
-    assert!(done.report.doubt.is_none() && done.report.passes.is_empty());
+    assert!(done.report.doubt.is_none() && done.report.steps.intersection_passes.is_empty());
     // The faces of the ball away from the eye are there.
     let far = |p: DVec3| p.z < 0.5;
     let count = |mesh: &Mesh| {

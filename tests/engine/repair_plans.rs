@@ -136,13 +136,7 @@ fn cracked_solids_are_joined_without_new_surface() {
             let error = volume(&done.mesh) / truth - 1.0;
             assert!(error.abs() < 1e-3, "{seed} {width:e}: {error:e}");
             assert!(is_sound(&done.mesh), "{seed} {width:e}");
-            let patches: usize = done
-                .report
-                .fill
-                .regions
-                .iter()
-                .map(|r| r.new_vertices)
-                .sum();
+            let patches: usize = done.fill.regions.iter().map(|r| r.new_vertices).sum();
             assert_eq!(patches, 0, "{seed} {width:e}");
         }
     }
@@ -191,7 +185,7 @@ fn bodies_that_share_sides_are_one_body() {
         );
         assert_eq!(done.report.doubt, None, "{name}");
         assert_eq!(
-            done.report.closing_faces,
+            done.report.steps.closing_faces,
             usize::from(name == "lacking"),
             "{name}"
         );
@@ -215,7 +209,7 @@ fn bodies_with_wide_holes_are_united_before_these_are_filled() {
         volume(&done.mesh)
     );
     assert_eq!(done.report.doubt, None);
-    assert!(done.report.passes.is_empty());
+    assert!(done.report.steps.intersection_passes.is_empty());
 }
 
 #[test]

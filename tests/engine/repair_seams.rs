@@ -76,7 +76,7 @@ fn vertices_that_differ_by_rounding_are_welded_by_default() {
         assert!(after.is_sound(), "{}", after.line());
         assert_eq!(after.components.len(), 1);
         assert_eq!(done.report.lost_faces, 0);
-        assert!(done.report.welded_vertices > 0);
+        assert!(done.report.steps.welded_vertices > 0);
         assert_eq!(done.mesh.faces.len(), bad.faces.len());
     }
 }
@@ -89,8 +89,8 @@ fn sheets_and_vertices_at_a_small_distance_are_not_welded() {
     let squares = moved(&cut(&cube(3), |p| p.x > 2.5), 1e-4, DVec3::ONE);
     for mesh in [pair, squares] {
         let done = repaired(&mesh);
-        assert_eq!(done.report.welded_vertices, 0);
-        assert_eq!(done.report.stitched_junctions, 0);
+        assert_eq!(done.report.steps.welded_vertices, 0);
+        assert_eq!(done.report.steps.stitched_junctions, 0);
     }
 }
 
@@ -149,12 +149,12 @@ fn t_junctions_are_counted_and_stitched_and_no_face_is_lost() {
         let after = verdict(&done.mesh);
         assert!(after.is_sound(), "{}", after.line());
         let r = &done.report;
-        assert_eq!((r.lost_faces, r.stitched_junctions), (0, 16));
+        assert_eq!((r.lost_faces, r.steps.stitched_junctions), (0, 16));
         // Sixteen edges are split, and nothing else is added.
         assert_eq!(done.mesh.faces.len(), bad.faces.len() + 16);
-        let left = bad.positions.len() - r.merged_vertices;
+        let left = bad.positions.len() - r.steps.merged_vertices;
         assert_eq!(done.mesh.positions.len(), left);
-        assert!(r.fill.regions.is_empty());
+        assert!(done.fill.regions.is_empty());
     }
 }
 

@@ -137,8 +137,8 @@ fn double_skins_with_pinholes_become_solid() {
             let after = done.report.after.clone();
             assert!(after.is_none_or(|v| v.is_sound()), "{name} {count}");
             assert_eq!(isomend::inspect(&done.mesh).unwrap().holes.len(), 0);
-            assert_eq!(done.report.pinholes, count, "{name}");
-            assert_eq!(done.report.inner_skins[0], 1, "{name} {count}");
+            assert_eq!(done.report.steps.pinholes, count, "{name}");
+            assert_eq!(done.report.steps.inner_skins, 1, "{name} {count}");
             assert!(done.report.doubt.is_none(), "{name} {count}");
             let error = volume(&done.mesh) / volume(&truth) - 1.0;
             assert!(error.abs() < 0.01, "{name} {count}: {error}");
@@ -198,7 +198,12 @@ fn sound_bodies_cavities_and_vessels_stay() {
     for (name, field) in kinds {
         let mesh = surface(0.001, field);
         let done = made_solid(&mesh);
-        assert_eq!(done.report.inner_skins, [0, 0], "{name}");
+        let steps = &done.report.steps;
+        assert_eq!(
+            [steps.inner_skins, steps.inner_skin_faces],
+            [0, 0],
+            "{name}"
+        );
         assert_eq!(done.mesh.faces.len(), mesh.faces.len(), "{name}");
         let error = volume(&done.mesh) / volume(&mesh) - 1.0;
         assert!(error.abs() < 1e-9, "{name}: {error}");
@@ -222,15 +227,9 @@ fn pinholes_are_numbered_after_the_holes_of_the_input_and_any_number_of_threads_
     };
     let [one, two] = [1, 2].map(with_threads);
     assert_eq!(one.mesh, two.mesh);
-    let numbers: HashSet<usize> = one
-        .report
-        .fill
-        .holes
-        .iter()
-        .map(|h| h.hole.id.get())
-        .collect();
+    let numbers: HashSet<usize> = one.fill.holes.iter().map(|h| h.hole.id.get()).collect();
     assert_eq!(numbers, HashSet::from([1, 2]));
-    assert_eq!(one.report.pinholes, 1);
+    assert_eq!(one.report.steps.pinholes, 1);
     assert_eq!(isomend::inspect(&one.mesh).unwrap().holes.len(), 0);
 }
 

@@ -108,13 +108,16 @@ fn assert_united(name: &str, bodies: &[Mesh], wanted: f64) -> Repaired {
     // Separated vertices move by a thousandth of an edge.
     let own = volume(&done.mesh);
     assert!((own - wanted).abs() < 2e-3 * wanted, "{name}: {own}");
-    assert_eq!(done.report.united_bodies, bodies.len(), "{name}");
+    assert_eq!(done.report.steps.united_bodies, bodies.len(), "{name}");
     assert_eq!(
         done.origins.faces.len(),
         done.mesh.faces.len(),
         "{name}: patches"
     );
-    assert!(done.report.passes.is_empty(), "{name}: cut out");
+    assert!(
+        done.report.steps.intersection_passes.is_empty(),
+        "{name}: cut out"
+    );
     done
 }
 
@@ -247,8 +250,8 @@ fn faces_that_intersect_no_other_body_stay_bit_for_bit_and_in_order() {
         volume_of_two(),
     );
     let report = &done.report;
-    assert_eq!(report.split_faces, crossing.len());
-    assert_eq!(report.inner_faces, report.lost_faces);
+    assert_eq!(report.steps.split_faces, crossing.len());
+    assert_eq!(report.steps.inner_faces, report.lost_faces);
     // Faces that are not split and outside the other ball.
     let outside = |(i, f): (usize, &[u32; 3])| {
         let centre = f.iter().map(|v| bad.positions[*v as usize]).sum::<DVec3>() / 3.0;
@@ -268,7 +271,7 @@ fn faces_that_intersect_no_other_body_stay_bit_for_bit_and_in_order() {
     let kept = Mesh::new(bad.positions.clone(), kept);
     assert!(keys(&done.mesh).starts_with(&keys(&kept)));
     assert_eq!(
-        kept.faces.len() + report.inner_faces + crossing.len(),
+        kept.faces.len() + report.steps.inner_faces + crossing.len(),
         bad.faces.len()
     );
     // All vertices of a face are in the plane of its original face.
@@ -322,8 +325,8 @@ fn a_self_intersecting_body_is_united_with_itself_and_cavities_stay() {
     assert!(verdict(&dented).count(DefectKind::SelfIntersection) > 0);
     let done = repaired(&dented);
     assert!(verdict(&done.mesh).is_sound());
-    assert_eq!(done.report.united_bodies, 1);
-    assert!(done.report.passes.is_empty());
+    assert_eq!(done.report.steps.united_bodies, 1);
+    assert!(done.report.steps.intersection_passes.is_empty());
 }
 
 #[test]
@@ -334,8 +337,8 @@ fn duplicate_bodies_become_one_and_open_ones_are_closed_and_united() {
     let open = cut(&ball, |p| p.z < -0.9);
     let bad = joined(&open, &moved(&ball, 0.5, DVec3::new(0.9, 0.1, 0.3)));
     let done = repaired(&bad);
-    assert_eq!(done.report.united_bodies, 2);
-    assert!(done.report.passes.is_empty());
+    assert_eq!(done.report.steps.united_bodies, 2);
+    assert!(done.report.steps.intersection_passes.is_empty());
     assert!(verdict(&done.mesh).is_sound());
 }
 
@@ -375,7 +378,7 @@ fn the_union_is_the_same_for_any_number_of_threads() {
         repair(&bad, &params, &Carried::default(), &control).unwrap()
     };
     let (one, many) = (run(1), run(5));
-    assert!(one.report.united_bodies > 0);
+    assert!(one.report.steps.united_bodies > 0);
     assert_eq!(bits(&one.mesh.positions), bits(&many.mesh.positions));
     assert_eq!(one.mesh.faces, many.mesh.faces);
     assert_eq!(one.origins, many.origins);
@@ -486,10 +489,13 @@ fn turned_blocks_with_faces_that_coincide_up_to_rounding_keep_their_volume() {
             (own - wanted).abs() < 1e-4 * wanted,
             "{name}: {own} for {wanted}"
         );
-        assert!(done.report.passes.is_empty(), "{name}: cut out");
-        let largest = done.report.largest_move;
         assert!(
-            done.report.moved_vertices > 0 && largest > 0.0 && largest < 1e-4,
+            done.report.steps.intersection_passes.is_empty(),
+            "{name}: cut out"
+        );
+        let largest = done.report.steps.largest_move;
+        assert!(
+            done.report.steps.moved_vertices > 0 && largest > 0.0 && largest < 1e-4,
             "{name}: {largest}"
         );
     }

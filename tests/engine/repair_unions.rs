@@ -240,7 +240,7 @@ fn a_body_whose_hole_stays_open_is_united_with_what_it_crosses() {
     let mesh = cubes_with_a_hole();
     let keep = RepairParams::new().with_skip([RepairStep::Holes]);
     let done = repair(&mesh, &keep, &Carried::default(), &Control::new()).unwrap();
-    assert_eq!(done.report.united_bodies, 2);
+    assert_eq!(done.report.steps.united_bodies, 2);
     let found = inspect(&done.mesh).unwrap();
     assert_eq!(found.holes.len(), 1);
     let after = found.check(&CheckParams::default());
@@ -284,7 +284,7 @@ fn faces_that_a_union_keeps_stay_in_their_order() {
     let mesh = joined(&ball, &band_of(&ball));
     let params = RepairParams::new();
     let done = repair(&mesh, &params, &Carried::default(), &Control::new()).unwrap();
-    assert!(done.report.united_bodies > 1);
+    assert!(done.report.steps.united_bodies > 1);
     let faces = done.mesh.faces.iter().zip(&done.origins.faces);
     let kept = faces.filter(|(face, origin)| {
         let old = mesh.faces[origin.face as usize];

@@ -111,7 +111,7 @@ fn bowls_and_vases_get_flat_caps() {
     for (mesh, top) in [(bowl(90.0), 0.0), (bowl(60.0), -0.5), (vase(), 3.0)] {
         let done = closed(&mesh, RepairParams::new());
         assert_whole(&mesh, &done);
-        assert_eq!(done.report.fill.tally().flat, 1);
+        assert_eq!(done.fill.tally().flat, 1);
         assert!(done.report.offset_shells.is_empty());
         let new = &done.mesh.positions[mesh.positions.len()..];
         assert!(!new.is_empty());
@@ -129,13 +129,13 @@ fn a_terrain_gets_walls_of_the_given_thickness() {
         params.wall = wall;
         let done = closed(&mesh, params);
         assert_whole(&mesh, &done);
-        let regions = done.report.fill.regions.iter();
+        let regions = done.fill.regions.iter();
         assert!(
             regions
                 .filter_map(|r| r.closure.as_ref())
                 .any(|how| *how == Closure::Walls)
         );
-        let outcomes = done.report.fill.holes.iter().map(|h| &h.outcome);
+        let outcomes = done.fill.holes.iter().map(|h| &h.outcome);
         assert_eq!(
             outcomes.collect::<Vec<_>>(),
             [&HoleOutcome::Closed(Closure::Walls)]
@@ -189,7 +189,7 @@ fn sheets_with_borders_near_each_other_get_separate_walls() {
     let done = closed(&mesh, RepairParams::new());
     assert_whole(&mesh, &done);
     assert_eq!(verdict(&done.mesh, None).components.len(), 2);
-    let holes = &done.report.fill.holes;
+    let holes = &done.fill.holes;
     assert!(
         holes
             .iter()

@@ -30,17 +30,17 @@ fn assert_not_worse(bad: &Mesh, done: &Repaired) {
         .map(|o| found.topology.component[o.face as usize])
         .collect();
     // Open sheets inside a solid are removed.
-    let left = there.len() + done.report.inside[0];
+    let left = there.len() + done.report.steps.inside_components;
     assert_eq!(left, before.components.len(), "components are lost");
     let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Left(_) | HoleOutcome::Open(_));
-    let listed = done.report.fill.holes.iter();
+    let listed = done.fill.holes.iter();
     let listed = listed.filter(|h| is_open(&h.outcome)).count();
     assert!(
         listed >= after.holes,
         "{listed} of {} are listed",
         after.holes
     );
-    let intersecting_patches = done.report.fill.regions.iter();
+    let intersecting_patches = done.fill.regions.iter();
     assert!(
         intersecting_patches
             .map(|r| r.intersecting_faces)
@@ -93,7 +93,6 @@ fn a_hole_that_something_sticks_through_is_closed_by_an_offset_shell_round_it() 
     // No face of the input is lost.
     assert_eq!(done.mesh.faces[..bad.faces.len()], bad.faces);
     let by: Vec<_> = done
-        .report
         .fill
         .regions
         .iter()
@@ -102,7 +101,7 @@ fn a_hole_that_something_sticks_through_is_closed_by_an_offset_shell_round_it() 
     let is_shell = |how: &&Closure| matches!(how, Closure::OffsetShell(_));
     assert!(by.iter().any(is_shell), "{by:?}");
     let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Left(_) | HoleOutcome::Open(_));
-    let mut holes = done.report.fill.holes.iter();
+    let mut holes = done.fill.holes.iter();
     assert!(!holes.any(|h| is_open(&h.outcome)));
 }
 
@@ -218,7 +217,7 @@ fn a_spike_is_united_with_a_ball_whether_or_not_its_hole_stays_open() {
         assert_eq!(after.holes, holes);
         assert_eq!(after.count(DefectKind::SelfIntersection), 0);
         assert_eq!(after.components.len(), 1);
-        assert_eq!(united.report.united_bodies, 2);
+        assert_eq!(united.report.steps.united_bodies, 2);
     }
 }
 
@@ -286,7 +285,7 @@ fn dangling_strips_that_intersect_their_surface_are_removed() {
         let done = repaired(&bad, &RepairParams::default());
         let after = verdict(&done.mesh);
         assert!(after.is_sound(), "{}", after.line());
-        assert_eq!(done.report.left_self_intersecting, 0);
+        assert_eq!(done.report.steps.components_left_intersecting, 0);
         assert!(done.report.lost_faces < 100, "{}", done.report.lost_faces);
     }
 }
@@ -302,8 +301,8 @@ fn a_dangling_face_is_separated_from_a_sheet_that_is_closed() {
     assert!(after.is_sound(), "{}", after.line());
     assert_eq!(done.mesh.faces[..mesh.faces.len()], mesh.faces);
     let r = &done.report;
-    assert_eq!((r.lost_faces, r.non_manifold_faces), (0, 0));
-    assert_eq!((r.fill.holes.len(), after.components.len()), (2, 2));
+    assert_eq!((r.lost_faces, r.steps.non_manifold_faces), (0, 0));
+    assert_eq!((done.fill.holes.len(), after.components.len()), (2, 2));
 }
 
 #[test]
@@ -319,7 +318,7 @@ fn borders_of_small_sheets_are_closed_without_level_sets() {
     let after = verdict(&done.mesh);
     assert!(after.is_sound(), "{}", after.line());
     assert_eq!(done.report.lost_faces, 0);
-    let regions = &done.report.fill.regions;
+    let regions = &done.fill.regions;
     assert!(regions.len() >= 6 && regions.iter().all(|r| r.levels.is_empty()));
 }
 

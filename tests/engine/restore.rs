@@ -162,10 +162,10 @@ fn a_restored_region_is_as_accurate_as_a_filled_hole() {
             let mesh = damaged(&case, kind);
             let restored = restore(&mesh, &marked, &RestoreParams::default()).unwrap();
             let report = &restored.report;
-            assert!(!report.fill.incomplete() && report.removed_faces >= report.marked_faces);
+            assert!(!restored.fill.incomplete() && report.removed_faces >= report.marked_faces);
             assert_kept(&mesh, &restored);
             let error = rms(&case, &restored.mesh, restored.kept.mesh.positions.len());
-            let region = &report.fill.regions[0];
+            let region = &restored.fill.regions[0];
             println!(
                 "{} {kind}: {error:.3e} against {floor:.3e} of fill, seam {:.2?}",
                 case.name, region.seam_angle_mean
@@ -173,7 +173,7 @@ fn a_restored_region_is_as_accurate_as_a_filled_hole() {
             // A restoration also removes single faces that stick into the cut, so that the holes differ slightly; and a finish ends
             // when its steps are shorter than 3e-4 diameters.
             assert!(error <= 1.2 * floor + 1e-4, "{} {kind}", case.name);
-            assert_eq!(report.fill.regions.len(), 1);
+            assert_eq!(restored.fill.regions.len(), 1);
             let (lone, _) = shapes::topology(&restored.mesh);
             assert_eq!(lone, shapes::topology(&mesh).0);
             let pinched = shapes::pinched_vertices(&restored.mesh);
@@ -236,9 +236,9 @@ fn results_of_ragged_masks_are_closed_and_manifold() {
             "{} marked, {} cut out, {} holes",
             report.marked_faces,
             report.removed_faces,
-            report.fill.holes.len()
+            restored.fill.holes.len()
         );
-        assert!(!report.fill.incomplete());
+        assert!(!restored.fill.incomplete());
         assert!(
             marked
                 .iter()
@@ -260,7 +260,7 @@ fn holes_in_the_marked_region_are_closed_and_others_stay_open() {
     let marked = ball(DVec3::new(0.0, 0.1, 1.0), 0.45, &mesh);
     let restored = restore(&mesh, &marked, &RestoreParams::default()).unwrap();
     assert_kept(&mesh, &restored);
-    let report = &restored.report.fill;
+    let report = &restored.fill;
     assert_eq!((report.holes.len(), report.regions.len()), (2, 1));
     let after = isomend::inspect(&restored.mesh).unwrap();
     assert_eq!(after.holes.len(), 1);

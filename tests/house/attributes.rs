@@ -46,6 +46,18 @@ impl Serde {
 
 /// The documentation of an item as text in one line, without links, in the words of JSON.
 pub fn about(attributes: &[Attribute]) -> String {
+    in_json(&lines(attributes))
+}
+
+/// The same of its first paragraph only.
+pub fn in_short(attributes: &[Attribute]) -> String {
+    let lines = lines(attributes);
+    let first = lines.split(String::is_empty).next();
+    in_json(first.unwrap_or_default())
+}
+
+/// The lines of an item's documentation.
+fn lines(attributes: &[Attribute]) -> Vec<String> {
     let line = |attribute: &Attribute| match &attribute.meta {
         Meta::NameValue(pair) if pair.path.is_ident("doc") => match &pair.value {
             Expr::Lit(text) => match &text.lit {
@@ -56,7 +68,10 @@ pub fn about(attributes: &[Attribute]) -> String {
         },
         _ => None,
     };
-    let lines: Vec<String> = attributes.iter().filter_map(line).collect();
+    attributes.iter().filter_map(line).collect()
+}
+
+fn in_json(lines: &[String]) -> String {
     let text = unlinked(lines.join(" ").trim());
     text.replace("`None`", "null")
         .replace("; none ", "; null ")

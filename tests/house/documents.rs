@@ -9,7 +9,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 use syn::{Expr, Field, Fields, Item, ItemEnum, ItemStruct, Lit, Meta, Type, Variant};
 
-use super::attributes::{Serde, about, renamed};
+use super::attributes::{Serde, about, in_short, renamed};
 use super::files_below;
 use super::identifiers::{self, IDENTIFIERS};
 
@@ -291,7 +291,7 @@ impl Types {
 
     fn property(&mut self, field: &Field, serde: &Serde, owner: &str) -> Property {
         let name = field.ident.as_ref().unwrap().to_string();
-        let about = about(&field.attrs);
+        let about = in_short(&field.attrs);
         assert!(!about.is_empty(), "{owner}::{name} has no documentation");
         // A value that may be left out is not null.
         let kind = argument(&field.ty, "Option").filter(|_| serde.may_be_left_out);

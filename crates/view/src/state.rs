@@ -170,13 +170,8 @@ impl State {
         report: &FillReport,
         source: &Source,
     ) -> Result<Self, JobError> {
-        let loaded = source.read()?;
-        let Seen {
-            holes,
-            plan,
-            crease_ends,
-            inspected,
-        } = Seen::new(source, &loaded)?;
+        let found = Self::first(source, source.read()?)?;
+        let loaded = &found.loaded;
         // Find the vertices and faces that the step kept in order.
         let [_, first] = step.mended.kept_size();
         let kept = step.mended.kept();
@@ -189,7 +184,7 @@ impl State {
         // If a repair renumbered vertices, the kept faces do not match by number. They are then found by position.
         let delta = delta.filter(|delta| delta.faces.count() == first.min(faces));
         let origin = origins(parent, &loaded.mesh, delta.as_ref(), &step.mended);
-        let errors = Errors::next(&parent.errors, &step.mended, &parent.loaded, &loaded);
+        let errors = Errors::next(&parent.errors, &step.mended, &parent.loaded, loaded);
         // The new faces follow the kept ones, region by region.
         let mut region = vec![0; faces];
         let mut at = first.min(faces);
@@ -205,26 +200,15 @@ impl State {
             _ => Vec::new(),
         };
         Ok(Self {
-            id: 0,
             parent: Some(parent.clone()),
             depth: parent.depth + 1,
             step: Some(step),
-            bounds: loaded.mesh.bounds(),
-            loaded,
-            holes,
-            plan,
-            crease_ends,
-            inspected,
             origin,
             region,
             errors,
             delta,
             replaced,
-            textures: OnceLock::new(),
-            up: OnceLock::new(),
-            checked: Mutex::default(),
-            thickness: Mutex::default(),
-            piece: Mutex::default(),
+            ..found
         })
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::report::{FairReport, FillReport, RestoreReport};
+use super::report::{FairObject, FairReport, FillReport, InputReport, RestoreReport};
 use super::{FairPlan, FillPlan, Inspection, RestorePlan};
 use crate::mesh::{Defects, Hole, HoleId};
 
@@ -119,6 +119,17 @@ impl Joining {
     }
 }
 
+impl InputReport {
+    /// Adds the report on another body.
+    fn add(&mut self, own: Self) {
+        self.vertices += own.vertices;
+        self.faces += own.faces;
+        self.components += own.components;
+        add_defects(&mut self.defects, &own.defects);
+        self.open_chains.extend(own.open_chains);
+    }
+}
+
 fn add_defects(sum: &mut Defects, own: &Defects) {
     sum.degenerate_faces += own.degenerate_faces;
     sum.non_manifold_edges += own.non_manifold_edges;
@@ -140,14 +151,10 @@ impl FillReport {
         for (mut own, numbers) in parts {
             let holes = own.holes.iter_mut().map(|h| (&mut h.hole, &mut h.region));
             let regions = own.regions.iter_mut().map(|r| (&mut r.id, &mut r.holes));
-            joining.body(numbers, own.components, holes, regions);
+            joining.body(numbers, own.input.components, holes, regions);
             all.holes.extend(own.holes);
             all.regions.extend(own.regions);
-            all.vertices += own.vertices;
-            all.faces += own.faces;
-            all.components += own.components;
-            add_defects(&mut all.defects, &own.defects);
-            all.open_chains.extend(own.open_chains);
+            all.input.add(own.input);
             all.seconds += own.seconds;
         }
         all.holes.sort_by_key(|h| h.hole.id);
@@ -156,7 +163,7 @@ impl FillReport {
 }
 
 impl RestoreReport {
-    /// Joins the reports of bodies, without the reports of the fills.
+    /// Joins the reports of bodies.
     pub fn of_bodies(reports: Vec<Self>) -> Self {
         let mut all = Self::default();
         for own in reports {
@@ -170,17 +177,17 @@ impl RestoreReport {
 }
 
 impl FairReport {
-    /// Joins the reports of bodies, which have names, without the reports of their regions.
-    pub fn of_bodies(objects: Vec<(String, Self)>) -> Self {
+    /// Joins the reports of bodies, which have names.
+    pub fn of_bodies(bodies: Vec<(String, Self)>) -> Self {
         let mut all = Self {
-            whole: objects.iter().all(|(_, own)| own.whole),
+            whole: bodies.iter().all(|(_, own)| own.whole),
             volume_before: Some(0.0),
             volume_after: Some(0.0),
             ..Self::default()
         };
         let sum = |a: Option<f64>, b: Option<f64>| Some(a? + b?);
         let (mut squares, mut points) = (0.0, 0);
-        for (_, own) in &objects {
+        for (_, own) in &bodies {
             // Strength, time and voxel are the largest of a body.
             all.strength = all.strength.max(own.strength);
             all.time = all.time.max(own.time);
@@ -197,7 +204,9 @@ impl FairReport {
         }
         all.moved_rms = (squares / points.max(1) as f64).sqrt();
         all.moved_points = points;
-        all.objects = objects;
+        let objects = bodies.into_iter();
+        let objects = objects.map(|(name, report)| FairObject { name, report });
+        all.objects = objects.collect();
         all
     }
 }
@@ -224,11 +233,7 @@ impl FillPlan {
     /// The plan for a mesh that is left as it is.
     pub fn nothing(found: &Inspection) -> Self {
         Self {
-            vertices: found.input.positions.len(),
-            faces: found.input.faces.len(),
-            components: found.topology.component_faces.len(),
-            defects: found.topology.defects,
-            open_chains: found.open_chains.clone(),
+            input: InputReport::of(found),
             ..Self::default()
         }
     }
@@ -240,14 +245,10 @@ impl FillPlan {
         for (mut own, numbers) in parts {
             let holes = own.holes.iter_mut().map(|h| (&mut h.hole, &mut h.region));
             let regions = own.regions.iter_mut().map(|r| (&mut r.id, &mut r.holes));
-            joining.body(numbers, own.components, holes, regions);
+            joining.body(numbers, own.input.components, holes, regions);
             all.holes.extend(own.holes);
             all.regions.extend(own.regions);
-            all.vertices += own.vertices;
-            all.faces += own.faces;
-            all.components += own.components;
-            add_defects(&mut all.defects, &own.defects);
-            all.open_chains.extend(own.open_chains);
+            all.input.add(own.input);
         }
         all.holes.sort_by_key(|h| h.hole.id);
         all
@@ -255,14 +256,10 @@ impl FillPlan {
 }
 
 impl RestorePlan {
-    /// Joins the plans for bodies, with the joined plan of the fill.
-    pub fn of_bodies(plans: &[Self], fill: FillPlan) -> Self {
-        let sum = |count: fn(&Self) -> usize| plans.iter().map(count).sum();
+    /// Joins the cuts of bodies, with the joined plan of the fill.
+    pub fn of_bodies(cuts: Vec<RestoreReport>, fill: FillPlan) -> Self {
         Self {
-            marked_faces: sum(|p| p.marked_faces),
-            removed_faces: sum(|p| p.removed_faces),
-            removed_vertices: sum(|p| p.removed_vertices),
-            keep_shape: plans.first().map_or(0.0, |p| p.keep_shape),
+            cut: RestoreReport::of_bodies(cuts),
             fill,
         }
     }

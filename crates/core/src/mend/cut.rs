@@ -130,11 +130,7 @@ impl<'a> CutResult<'a> {
 
     /// Converts the plan of a fill after the cut to one that describes the mesh before it.
     pub(super) fn adapt_plan(&self, plan: &mut FillPlan) {
-        let before = self.before;
-        plan.vertices = before.input.positions.len();
-        plan.faces = before.input.faces.len();
-        plan.components = before.topology.component_faces.len();
-        plan.defects = before.topology.defects;
+        plan.input.describe(self.before);
         for hole in &mut plan.holes {
             if let Some(HoleOutcome::Left(why)) = &mut hole.outcome {
                 *why = LeftReason::NotMarked;
@@ -147,11 +143,7 @@ impl<'a> CutResult<'a> {
 
     /// Converts the report of a fill after the cut to one that describes the mesh before it.
     pub(super) fn adapt_report(&self, report: &mut FillReport) {
-        let before = self.before;
-        report.vertices = before.input.positions.len();
-        report.faces = before.input.faces.len();
-        report.components = before.topology.component_faces.len();
-        report.defects = before.topology.defects;
+        report.input.describe(self.before);
         for hole in &mut report.holes {
             if let HoleOutcome::Left(why) = &mut hole.outcome {
                 *why = LeftReason::NotMarked;

@@ -2,24 +2,17 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::report::{InputReport, RestoreReport};
 use crate::fill::HoleOutcome;
-use crate::mesh::{Defects, Hole, HoleId, OpenChain};
+use crate::mesh::{Hole, HoleId};
 
 /// Plan of a fill. The result may differ: a hole with inconsistent surroundings may end with triangles between its own vertices,
 /// and some holes need several grids.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FillPlan {
-    /// Vertices of the input.
-    pub vertices: usize,
-    /// Faces of the input.
-    pub faces: usize,
-    /// Connected components of the input.
-    pub components: usize,
-    /// Defects of the input.
-    pub defects: Defects,
-    /// Boundary chains that do not close.
-    pub open_chains: Vec<OpenChain>,
+    /// Size and defects of the input.
+    pub input: InputReport,
     /// The holes.
     pub holes: Vec<PlannedHole>,
     /// The regions: holes that would be filled together.
@@ -60,14 +53,8 @@ pub struct PlannedRegion {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RestorePlan {
-    /// Faces that are marked.
-    pub marked_faces: usize,
-    /// Faces that would be removed: the marked faces, and those without which there would be no clean rim.
-    pub removed_faces: usize,
-    /// Vertices that would be removed with them.
-    pub removed_vertices: usize,
-    /// Fraction of the shape that is to be kept.
-    pub keep_shape: f64,
+    /// What would be cut out.
+    pub cut: RestoreReport,
     /// The plan of the fill. Holes are numbered as after the cut.
     pub fill: FillPlan,
 }

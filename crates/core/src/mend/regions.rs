@@ -15,6 +15,7 @@ use super::hole_group::{HoleGroup, hole_groups};
 use super::plan::{FillPlan, PlannedHole, PlannedRegion};
 use super::planar_rims::planar_rims;
 use super::reach::{ReachQuery, faces_of};
+use super::report::InputReport;
 use super::report::{FillReport, HoleReport};
 use super::solved_patches::SolvedPatches;
 use super::sources::RegionSources;
@@ -209,11 +210,7 @@ impl<'a> Regions<'a> {
             }
         }
         FillPlan {
-            vertices: found.input.positions.len(),
-            faces: found.input.faces.len(),
-            components: found.topology.component_faces.len(),
-            defects: found.topology.defects,
-            open_chains: found.open_chains.clone(),
+            input: InputReport::of(found),
             holes,
             regions: (0..self.len()).map(|i| self.planned(i)).collect(),
         }

@@ -29,20 +29,50 @@ impl HoleReport {
     }
 }
 
+/// Size and defects of the input.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct InputReport {
+    /// Number of vertices of the input.
+    pub vertices: usize,
+    /// Number of faces of the input.
+    pub faces: usize,
+    /// Number of components of the input.
+    pub components: usize,
+    /// Numbers of defects of the input.
+    pub defects: Defects,
+    /// Boundary chains that do not close.
+    pub open_chains: Vec<OpenChain>,
+}
+
+impl InputReport {
+    /// The report on an inspected mesh.
+    pub(crate) fn of(found: &Inspection) -> Self {
+        Self {
+            vertices: found.input.positions.len(),
+            faces: found.input.faces.len(),
+            components: found.topology.component_faces.len(),
+            defects: found.topology.defects,
+            open_chains: found.open_chains.clone(),
+        }
+    }
+
+    /// Describes the mesh before a cut, but for the boundary chains, which are found after it.
+    pub(super) fn describe(&mut self, before: &Inspection) {
+        let open_chains = std::mem::take(&mut self.open_chains);
+        *self = Self {
+            open_chains,
+            ..Self::of(before)
+        };
+    }
+}
+
 /// Report of a fill.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FillReport {
-    /// Vertices of the input.
-    pub vertices: usize,
-    /// Faces of the input.
-    pub faces: usize,
-    /// Connected components of the input.
-    pub components: usize,
-    /// Defects of the input.
-    pub defects: Defects,
-    /// Boundary chains that do not close.
-    pub open_chains: Vec<OpenChain>,
+    /// Size and defects of the input.
+    pub input: InputReport,
     /// Whether all holes were to be filled; then a boundary chain that does not close counts as still open.
     pub all_holes: bool,
     /// The holes.
@@ -57,8 +87,11 @@ impl FillReport {
     /// The report of a run that changes nothing.
     pub fn unchanged(mesh: &Mesh) -> Self {
         Self {
-            vertices: mesh.positions.len(),
-            faces: mesh.faces.len(),
+            input: InputReport {
+                vertices: mesh.positions.len(),
+                faces: mesh.faces.len(),
+                ..InputReport::default()
+            },
             ..Self::default()
         }
     }
@@ -66,11 +99,7 @@ impl FillReport {
     /// The report of a mesh before anything is done.
     pub fn of(found: &Inspection) -> Self {
         Self {
-            vertices: found.input.positions.len(),
-            faces: found.input.faces.len(),
-            components: found.topology.component_faces.len(),
-            defects: found.topology.defects,
-            open_chains: found.open_chains.clone(),
+            input: InputReport::of(found),
             ..Self::default()
         }
     }
@@ -99,7 +128,7 @@ impl FillReport {
 
     /// Whether something that was to be filled is still open: a hole, or a boundary chain that does not close.
     pub fn incomplete(&self) -> bool {
-        self.tally().open > 0 || (self.all_holes && !self.open_chains.is_empty())
+        self.tally().open > 0 || (self.all_holes && !self.input.open_chains.is_empty())
     }
 
     /// Whether every hole of more than four edges that was to be filled got a converged surface, flat cap, base, seam or
@@ -124,7 +153,7 @@ impl FillReport {
     /// Number of holes with each outcome.
     pub fn tally(&self) -> Tally {
         let mut tally = Tally {
-            open_chains: self.open_chains.len(),
+            open_chains: self.input.open_chains.len(),
             ..Tally::default()
         };
         for hole in &self.holes {
@@ -138,60 +167,77 @@ impl FillReport {
     }
 }
 
-/// Report of a restoration.
+/// Report of a restoration: the faces and vertices that were cut out, in a plan those that would be.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RestoreReport {
     /// Number of marked faces.
     pub marked_faces: usize,
-    /// Number of removed faces: the marked faces, and those without which there would be no clean rim.
+    /// Number of removed faces.
+    ///
+    /// These are the marked faces, and those without which there would be no clean rim.
     pub removed_faces: usize,
     /// Number of vertices removed with them.
     pub removed_vertices: usize,
-    /// Fraction of the shape that was to be kept.
+    /// Fraction of the shape kept.
     pub keep_shape: f64,
-    /// The report of the fill. Holes are numbered as after the cut.
-    pub fill: FillReport,
 }
 
-/// Report of a fairing.
+/// Report of a fairing. Of several objects in a 3MF file, strength, time and voxel are the largest of an object.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FairReport {
-    /// Width below which features were removed, in the mesh's units.
+    /// Width below which features are removed.
+    ///
+    /// In the mesh's units.
     pub strength: f64,
     /// Time of the flow, in length⁴.
     pub time: f64,
-    /// Voxel size, in the mesh's units.
+    /// Voxel size.
+    ///
+    /// In the mesh's units.
     pub voxel: f64,
-    /// Whether the whole surface was replaced: nothing of the input is in the output.
+    /// Whether the whole surface was replaced.
+    ///
+    /// Nothing of the input is in the output then.
     pub whole: bool,
     /// Number of faces that were to be faired.
     pub marked_faces: usize,
     /// Number of removed faces.
     pub removed_faces: usize,
+    /// Closed components that stayed unchanged. Of an open mesh only the open components are faired.
+    pub components_left: usize,
     /// Number of vertices removed with them.
     pub removed_vertices: usize,
-    /// Closed components that stayed unchanged: of an open mesh only the open components are faired, between their borders.
-    pub components_left: usize,
-    /// Volume of the input, if it is closed.
+    /// Volume of the input. None if it is open.
     pub volume_before: Option<f64>,
-    /// Volume of the output, if it is closed.
+    /// Volume of the result. None if it is open.
     pub volume_after: Option<f64>,
-    /// Largest distance between the surfaces before and after: of a new vertex from the input surface, or of a removed vertex from
-    /// the result.
+    /// Largest distance between the surfaces before and after.
+    ///
+    /// Of a new vertex from the input surface, or of a removed vertex from the result.
     pub moved_max: f64,
     /// Root mean square of these distances.
     pub moved_rms: f64,
     /// Number of these distances.
-    #[serde(default)]
+    #[serde(skip)]
     pub(crate) moved_points: usize,
-    /// The reports of the objects of a 3MF file with their names, if there are several: each is faired by itself. Strength, time and
-    /// voxel are then the largest of an object.
-    #[serde(default)]
-    pub objects: Vec<(String, FairReport)>,
-    /// The report of the regions. Holes are numbered as after the cut.
-    pub fill: FillReport,
+    /// The same for each of several objects of a 3MF file.
+    ///
+    /// Each is faired by itself.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub objects: Vec<FairObject>,
+}
+
+/// An object of a 3MF file that was faired by itself.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct FairObject {
+    /// Name of the object.
+    pub name: String,
+    /// Report on the object.
+    #[serde(flatten)]
+    pub report: FairReport,
 }
 
 impl FairReport {

@@ -7,7 +7,7 @@ use super::cut::{CutResult, count};
 use super::params::RestoreParams;
 use super::plan::RestorePlan;
 use super::regions::Regions;
-use super::report::RestoreReport;
+use super::report::{FillReport, RestoreReport};
 use super::{FillError, Filled, Inspection, RestoreError};
 use crate::fill::{FillParams, ReferenceSurface};
 use crate::mesh::Mesh;
@@ -26,6 +26,8 @@ pub struct Restored {
     pub expected_error: Vec<Option<f64>>,
     /// Report of the restoration.
     pub report: RestoreReport,
+    /// Report of the fill. Holes are numbered as after the cut.
+    pub fill: FillReport,
 }
 
 impl Inspection<'_> {
@@ -50,14 +52,16 @@ impl Inspection<'_> {
             let reference = (params.keep_shape > 0.0).then(|| cut.reference(params.keep_shape));
             let filled = cut.fill(&params.fill, reference.as_ref(), control)?;
             drop(reference);
-            let mut report = restore_report(&cut, marked, params);
-            report.fill = filled.report;
-            report.fill.seconds = clock.elapsed().as_secs_f64();
+            let fill = FillReport {
+                seconds: clock.elapsed().as_secs_f64(),
+                ..filled.report
+            };
             Ok(Restored {
                 mesh: filled.mesh,
                 expected_error: filled.expected_error,
+                report: restore_report(&cut, marked, params),
                 kept: cut.into_kept(),
-                report,
+                fill,
             })
         })
     }
@@ -75,12 +79,8 @@ impl Inspection<'_> {
         let fill = cut.params(&params.fill);
         let mut fill = Regions::new(&cut.found, fill, None)?.plan();
         cut.adapt_plan(&mut fill);
-        let [removed_faces, removed_vertices] = cut.removed_counts();
         Ok(RestorePlan {
-            marked_faces: count(marked),
-            removed_faces,
-            removed_vertices,
-            keep_shape: params.keep_shape,
+            cut: restore_report(&cut, marked, params),
             fill,
         })
     }
@@ -111,7 +111,6 @@ fn restore_report(cut: &CutResult, marked: &[bool], params: &RestoreParams) -> R
         removed_faces,
         removed_vertices,
         keep_shape: params.keep_shape,
-        ..RestoreReport::default()
     }
 }
 

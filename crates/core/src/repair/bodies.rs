@@ -32,7 +32,7 @@ impl Run<'_> {
         }
         let plain = (self.draft.clone(), self.report.clone());
         let closing = chains::close(&mut self.draft)?;
-        self.report.closing_faces += closing;
+        self.report.steps.closing_faces += closing;
         let crossing = self.draft.self_intersections()?;
         let before = (self.draft.clone(), self.report.clone());
         let (count, turns) = (crossing.len(), self.params.does(RepairStep::Orientation));
@@ -53,7 +53,7 @@ impl Run<'_> {
             }
         }
         self.left = Some(self.left.map_or(left, |known| known.min(left)));
-        if closing > 0 && self.report.united_bodies == plain.1.united_bodies {
+        if closing > 0 && self.report.steps.united_bodies == plain.1.steps.united_bodies {
             (self.draft, self.report) = plain;
         }
         if self.params.does(RepairStep::Duplicates) {
@@ -65,9 +65,9 @@ impl Run<'_> {
     /// Unites the bodies of the mesh before it is cleaned, since cleaning may take a face from one of two bodies that
     /// share it; then cleans it. Returns whether most intersections are gone.
     pub(super) fn unite_given(&mut self, carried: &Carried) -> Result<bool, FillError> {
-        self.report.closing_faces += chains::close(&mut self.draft)?;
+        self.report.steps.closing_faces += chains::close(&mut self.draft)?;
         if self.params.does(RepairStep::Orientation) {
-            self.report.reoriented_faces += orient::orient(&mut self.draft)?;
+            self.report.steps.reoriented_faces += orient::orient(&mut self.draft)?;
         }
         let succeeds = self.are_closed()? && self.unite_closed(carried)?;
         if succeeds {
@@ -90,7 +90,7 @@ impl Run<'_> {
         }
         let open = self.open_edges()?;
         self.cap()?;
-        self.report.closing_faces += chains::close(&mut self.draft)?;
+        self.report.steps.closing_faces += chains::close(&mut self.draft)?;
         if !self.are_closed()? {
             return Ok(false);
         }
@@ -179,8 +179,8 @@ impl Run<'_> {
         );
         match left.filter(|left| *left < most) {
             Some(left) => {
-                self.report.moved_vertices = moved.vertices;
-                self.report.largest_move = moved.largest;
+                self.report.steps.moved_vertices = moved.vertices;
+                self.report.steps.largest_move = moved.largest;
                 Ok(left)
             }
             None => {

@@ -10,22 +10,10 @@ impl RepairReport {
         let mut all = Self::default();
         let mut first = 0;
         for ((_, own), count) in objects.iter().zip(components) {
-            all.add_counts(own);
-            all.crack_width = all.crack_width.max(own.crack_width);
-            all.skin_thickness = all.skin_thickness.max(own.skin_thickness);
-            all.largest_move = all.largest_move.max(own.largest_move);
-            all.largest_relaxation = all.largest_relaxation.max(own.largest_relaxation);
-            all.add_lost_components(own.lost_components);
-            for (k, pass) in own.passes.iter().enumerate() {
-                match all.passes.get_mut(k) {
-                    None => all.passes.push(*pass),
-                    Some(sum) => {
-                        sum.intersecting_faces += pass.intersecting_faces;
-                        sum.cut_faces += pass.cut_faces;
-                        sum.rings = sum.rings.max(pass.rings);
-                    }
-                }
-            }
+            all.steps.add(&own.steps);
+            all.lost_faces += own.lost_faces;
+            all.lost_vertices += own.lost_vertices;
+            all.lost_components = all.lost_components.and(own.lost_components);
             let shells = own.offset_shells.iter().cloned();
             all.offset_shells
                 .extend(shells.map(|(n, shell)| (first + n, shell)));
@@ -41,47 +29,6 @@ impl RepairReport {
         all.doubt = objects.iter().find_map(|(_, own)| own.doubt);
         all.objects = objects;
         all
-    }
-
-    fn add_counts(&mut self, own: &Self) {
-        let add = |sums: [(&mut usize, usize); 19]| sums.into_iter().for_each(|(sum, n)| *sum += n);
-        add([
-            (&mut self.merged_vertices, own.merged_vertices),
-            (&mut self.welded_vertices, own.welded_vertices),
-            (&mut self.stitched_junctions, own.stitched_junctions),
-            (&mut self.degenerate_faces, own.degenerate_faces),
-            (&mut self.flipped_edges, own.flipped_edges),
-            (&mut self.duplicate_faces, own.duplicate_faces),
-            (&mut self.reoriented_faces, own.reoriented_faces),
-            (&mut self.split_vertices, own.split_vertices),
-            (&mut self.non_manifold_faces, own.non_manifold_faces),
-            (&mut self.united_bodies, own.united_bodies),
-            (&mut self.moved_vertices, own.moved_vertices),
-            (&mut self.relaxed_vertices, own.relaxed_vertices),
-            (&mut self.split_faces, own.split_faces),
-            (&mut self.inner_faces, own.inner_faces),
-            (&mut self.pinholes, own.pinholes),
-            (&mut self.covered_faces, own.covered_faces),
-            (&mut self.left_self_intersecting, own.left_self_intersecting),
-            (&mut self.lost_faces, own.lost_faces),
-            (&mut self.lost_vertices, own.lost_vertices),
-        ]);
-        for k in 0..2 {
-            self.dropped[k] += own.dropped[k];
-            self.debris[k] += own.debris[k];
-            self.inside[k] += own.inside[k];
-            self.inner_skins[k] += own.inner_skins[k];
-        }
-    }
-
-    fn add_lost_components(&mut self, [count, fewest, most]: [usize; 3]) {
-        let [all, least, largest] = self.lost_components;
-        let fewest = match [all, count] {
-            [0, _] => fewest,
-            [_, 0] => least,
-            _ => least.min(fewest),
-        };
-        self.lost_components = [all + count, fewest, most.max(largest)];
     }
 
     /// Stores the verdict on each body in the body's report, and their sum. Bodies are found by their names.

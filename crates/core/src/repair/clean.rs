@@ -27,10 +27,10 @@ pub(super) fn clean(
     report: &mut RepairReport,
 ) -> Result<(), FillError> {
     if params.does(RepairStep::Duplicates) {
-        report.merged_vertices += merge_coinciding(draft, alike);
-        report.degenerate_faces += drop_points(draft)?;
+        report.steps.merged_vertices += merge_coinciding(draft, alike);
+        report.steps.degenerate_faces += drop_points(draft)?;
     }
-    report.welded_vertices += match params.weld {
+    report.steps.welded_vertices += match params.weld {
         Some(length) if length > 0.0 => weld_border(draft, length)?,
         None if params.does(RepairStep::Duplicates) => cracks::weld(draft)?,
         _ => 0,
@@ -55,17 +55,17 @@ pub(super) fn clean(
         for f in &twice {
             removed[*f as usize] = true;
         }
-        report.duplicate_faces += twice.len();
+        report.steps.duplicate_faces += twice.len();
         (removed, twice.len())
     };
     if removed.iter().all(|r| *r) {
         return Err(MeshError::Empty.into());
     }
-    report.degenerate_faces += draft.remove(&removed) - doubled;
+    report.steps.degenerate_faces += draft.remove(&removed) - doubled;
     for _ in 0..CLEAN_ROUNDS.get() {
         match flip_flat(draft, false)? {
             0 => break,
-            flipped => report.flipped_edges += flipped,
+            flipped => report.steps.flipped_edges += flipped,
         }
     }
     let most = match params.weld {
@@ -95,7 +95,7 @@ pub(super) fn drop_duplicates(
             removed[f as usize] = true;
         }
     }
-    report.duplicate_faces += draft.remove(&removed);
+    report.steps.duplicate_faces += draft.remove(&removed);
     Ok(())
 }
 

@@ -25,7 +25,7 @@ impl Run<'_> {
                 what: "`drop` names all components of the mesh or of an object: nothing would be left of it",
             });
         }
-        self.report.dropped[0] = chosen.len();
+        self.report.steps.dropped_components = chosen.len();
         let is_chosen = |c: &u32| *c != NONE && chosen.contains(&(*c as usize + 1));
         Ok(self.components.iter().map(is_chosen).collect())
     }
@@ -34,7 +34,7 @@ impl Run<'_> {
     pub(super) fn drop_components(&mut self) -> Result<(), FillError> {
         let (debris, inside) = (self.params.debris.unwrap_or(0.0), self.params.drop_inside);
         // Generated parts inside a body that became solid are in its matter.
-        let buried = self.report.inner_skins[0] > 0;
+        let buried = self.report.steps.inner_skins > 0;
         if debris <= 0.0 && !inside && !buried {
             return Ok(());
         }
@@ -46,13 +46,15 @@ impl Run<'_> {
                 let is_cavity = c.closed && c.volume < 0.0 && !c.depth.is_multiple_of(2);
                 let goes_inside = inside && c.inside.is_some() && !is_cavity
                     || buried && solid::is_buried(&all, i);
-                let count = match (c.debris, goes_inside) {
-                    (true, _) => &mut self.report.debris,
-                    (_, true) => &mut self.report.inside,
+                let steps = &mut self.report.steps;
+                let (count, faces) = match (c.debris, goes_inside) {
+                    (true, _) => (&mut steps.debris_components, &mut steps.debris_faces),
+                    (_, true) => (&mut steps.inside_components, &mut steps.inside_faces),
                     _ => continue,
                 };
                 goes[i] = true;
-                *count = [count[0] + 1, count[1] + c.faces];
+                *count += 1;
+                *faces += c.faces;
             }
             let component = found.topology.component.iter();
             component.map(|&p| p != NONE && goes[p as usize]).collect()

@@ -49,7 +49,7 @@ pub(super) fn close(
         let reach = (unit, WELD_EDGE.get());
         let joined = attempt(draft, reach, Kind::Cracks)?;
         if let Some(joined) = &joined {
-            report.crack_width = unit;
+            report.steps.crack_width = unit;
             log::debug!("cracks of {unit:e}: {joined:?}");
         }
         record(joined, report);
@@ -85,9 +85,9 @@ fn record(joined: Option<Joined>, report: &mut RepairReport) {
     let Some(joined) = joined else {
         return;
     };
-    report.welded_vertices += joined.merged;
-    report.stitched_junctions += joined.split;
-    report.degenerate_faces += joined.collapsed;
+    report.steps.welded_vertices += joined.merged;
+    report.steps.stitched_junctions += joined.split;
+    report.steps.degenerate_faces += joined.collapsed;
 }
 
 /// Joins what is within `unit` (mesh units) and `part` of the edge lengths there, except where this makes faces intersect or edges

@@ -178,7 +178,7 @@ pub(super) fn drop(
         let rims: HashSet<Edge> = gone.flat_map(|h| edges(&h.rim)).collect();
         (removed, rims)
     };
-    report.non_manifold_faces += draft.remove(&removed);
+    report.steps.non_manifold_faces += draft.remove(&removed);
     let holes = &mut report.fill.holes;
     holes.retain(|h| {
         h.outcome.closure().is_some() || !edges(&h.hole.rim).any(|e| rims.contains(&e))

@@ -163,7 +163,7 @@ impl Run<'_> {
         if which == Filling::Chosen {
             all.holes.clone_from(&self.early);
             all.all_holes = new.all_holes;
-            all.open_chains = new.open_chains;
+            all.input.open_chains = new.input.open_chains;
         }
         for mut hole in new.holes.drain(..) {
             if which != Filling::Chosen && hole.region == 0 {

@@ -45,6 +45,7 @@ impl Run<'_> {
             mesh: done.mesh,
             origins: done.origins,
             expected_error: done.expected_error,
+            fill: std::mem::take(&mut report.fill),
             report,
         })
     }

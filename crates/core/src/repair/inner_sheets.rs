@@ -43,7 +43,8 @@ pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), F
         };
         let inner: Vec<bool> = faces.par_iter().map(is_inner).collect_indexed();
         for (own, _) in faces.iter().zip(&inner).filter(|(_, inner)| **inner) {
-            report.inside = [report.inside[0] + 1, report.inside[1] + own.len()];
+            report.steps.inside_components += 1;
+            report.steps.inside_faces += own.len();
         }
         let component = topology.component.iter();
         component.map(|&p| p != NONE && inner[p as usize]).collect()

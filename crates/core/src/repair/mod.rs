@@ -40,6 +40,7 @@ mod shell_search;
 mod shell_vertex;
 mod shell_walls;
 mod solid;
+mod steps;
 mod twins;
 mod union;
 mod widen;
@@ -64,7 +65,8 @@ use plans::State;
 use rounding::Rounding;
 use witness::Witness;
 
-pub use params::{RepairParams, RepairReport, RepairStep, SelfIntersectionPass};
+pub use params::{LostComponents, RepairParams, RepairReport, RepairStep};
+pub use steps::{RepairSteps, SelfIntersectionPass};
 
 /// Passes, at most. Each cuts intersecting faces out and fills the holes; each later pass cuts one more ring of faces.
 const PASSES: Tunable<usize> = tunable("repair.passes", 2);
@@ -95,6 +97,8 @@ pub struct Repaired {
     pub expected_error: Vec<Option<f64>>,
     /// What the repair found and did.
     pub report: RepairReport,
+    /// Report of the fills. Holes are numbered as they were when they were filled.
+    pub fill: FillReport,
 }
 
 /// Properties of the input and the output format that constrain a repair.
@@ -164,7 +168,7 @@ pub fn repair(
         let given = run.prepare(carried)?;
         run.search(given, carried)?;
         let mut done = run.finish(carried)?;
-        done.report.fill.seconds = clock.elapsed().as_secs_f64();
+        done.fill.seconds = clock.elapsed().as_secs_f64();
         Ok(done)
     })
 }
@@ -257,7 +261,7 @@ impl Run<'_> {
             self.draft.unit = weld_length(&found.mesh).max(self.draft.unit);
         }
         if !dropped.is_empty() {
-            self.report.dropped[1] = self.take_out(&dropped);
+            self.report.steps.dropped_faces = self.take_out(&dropped);
         }
         self.go_on()?;
         let given = (crosses && params.does(RepairStep::Intersections))
@@ -286,7 +290,7 @@ impl Run<'_> {
         )?;
         self.go_on()?;
         if self.params.does(RepairStep::Orientation) {
-            self.report.reoriented_faces += orient::orient(&mut self.draft)?;
+            self.report.steps.reoriented_faces += orient::orient(&mut self.draft)?;
         }
         Ok(())
     }
@@ -310,9 +314,9 @@ impl Run<'_> {
             self.fill(&old, which)?;
             reopened = false;
             if self.splits {
-                let before = self.report.non_manifold_faces;
+                let before = self.report.steps.non_manifold_faces;
                 sheets::separate(&mut self.draft, &mut self.report)?;
-                reopened = self.report.non_manifold_faces > before;
+                reopened = self.report.steps.non_manifold_faces > before;
             }
             if let Some(before) = before {
                 self.keep_better(before)?;
@@ -342,7 +346,7 @@ impl Run<'_> {
         }
         // Open sheets may have become closed components.
         if self.params.does(RepairStep::Orientation) {
-            self.report.reoriented_faces += orient::orient(&mut self.draft)?;
+            self.report.steps.reoriented_faces += orient::orient(&mut self.draft)?;
         }
         Ok(true)
     }
@@ -377,7 +381,7 @@ impl Run<'_> {
         let crossing = self.draft.self_intersections()?;
         let left = crossing.iter().map(|f| self.draft.component(*f as usize));
         let left: HashSet<u32> = left.filter(|c| *c != NONE).collect();
-        self.report.left_self_intersecting = left.len();
+        self.report.steps.components_left_intersecting = left.len();
         report::count_intersecting_faces(&mut self.draft, &mut self.report.fill)
     }
 
@@ -426,8 +430,8 @@ impl Run<'_> {
         if pass > 0 {
             self.lost += cut.own;
         }
-        self.report.passes.push(cut.pass);
-        self.report.covered_faces += cut.covered;
+        self.report.steps.intersection_passes.push(cut.pass);
+        self.report.steps.covered_faces += cut.covered;
         Ok(true)
     }
 }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::offset_shells::ShellWall;
+use super::steps::RepairSteps;
 use crate::check::{CheckParams, Component, Defect, DefectKind, ShapeDoubt, Verdict};
 use crate::fill::FillParams;
 use crate::mend::{FillError, FillReport};
@@ -98,79 +99,15 @@ impl RepairParams {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RepairReport {
-    /// Coinciding vertices merged into another one.
-    pub merged_vertices: usize,
-    /// Boundary vertices merged into a nearby one.
-    pub welded_vertices: usize,
-    /// Boundary vertices at which the edge they lay on was split (T-junctions).
-    #[serde(default)]
-    pub stitched_junctions: usize,
-    /// The width of the widest cracks that were closed beyond the precision of the coordinates, in mesh units; 0 if there were none.
-    #[serde(default)]
-    pub crack_width: f64,
-    /// Faces added along loops of edges at which bodies that share edges lacked one.
-    #[serde(default)]
-    pub closing_faces: usize,
-    /// Degenerate faces removed.
-    pub degenerate_faces: usize,
-    /// Faces without area that were merged into a neighbour by flipping the common edge.
-    pub flipped_edges: usize,
-    /// Duplicate faces removed.
-    pub duplicate_faces: usize,
-    /// Faces whose orientation was reversed.
-    pub reoriented_faces: usize,
-    /// Vertex copies made to separate surfaces that met there.
-    pub split_vertices: usize,
-    /// Faces cut out at edges with more than two faces.
-    pub non_manifold_faces: usize,
-    /// Components removed by their numbers, and their faces.
-    #[serde(default)]
-    pub dropped: [usize; 2],
-    /// Components removed as debris, and their faces.
-    pub debris: [usize; 2],
-    /// Components removed because they lay inside another one, and their faces.
-    pub inside: [usize; 2],
-    /// Inner skins of double-skinned bodies that were removed, and the faces removed with the necks of their pinholes.
-    #[serde(default)]
-    pub inner_skins: [usize; 2],
-    /// The pinholes that led into these, each closed by a patch.
-    #[serde(default)]
-    pub pinholes: usize,
-    /// The largest distance between an outer skin and its inner one, in mesh units.
-    #[serde(default)]
-    pub skin_thickness: f64,
-    /// Input components with no face left in the result, for whatever reason: their number, and the smallest and largest number
-    /// of faces of one.
-    #[serde(default)]
-    pub lost_components: [usize; 3],
-    /// Closed bodies that touched or intersected another, or themselves, and were united.
-    pub united_bodies: usize,
-    /// Vertices moved before a union, because faces of two bodies coincided there except for rounding.
-    #[serde(default)]
-    pub moved_vertices: usize,
-    /// The largest displacement of one of these, in mesh units.
-    #[serde(default)]
-    pub largest_move: f64,
-    /// Vertices moved where faces of a fold or of noise intersected, so that none had to be cut out there.
-    #[serde(default)]
-    pub relaxed_vertices: usize,
-    /// The largest displacement of one of these, in mesh units.
-    #[serde(default)]
-    pub largest_relaxation: f64,
-    /// Faces split where they intersected another body, with a part kept.
-    pub split_faces: usize,
-    /// Faces of united bodies removed entirely, because they lay inside other bodies or on their faces.
-    pub inner_faces: usize,
-    /// The passes in which intersecting faces were cut out.
-    pub passes: Vec<SelfIntersectionPass>,
-    /// Input faces removed because they lay inside a surface that intersected theirs, or were covered by it.
-    pub covered_faces: usize,
-    /// Components left with self-intersections, because cutting would have removed them entirely.
-    pub left_self_intersecting: usize,
+    /// What the steps changed; lengths are in mesh units.
+    pub steps: RepairSteps,
     /// Input faces that are not in the result.
     pub lost_faces: usize,
     /// Input vertices that are not in the result.
     pub lost_vertices: usize,
+    /// Input components with no face left in the result, for whatever reason.
+    #[serde(default)]
+    pub lost_components: LostComponents,
     /// Components of the result with an offset shell, partial or whole: the component's number, from 1 in the order of first
     /// faces, and its data. The wall fields describe the walls between the surface and the shell.
     #[serde(default, alias = "linings")]
@@ -192,8 +129,9 @@ pub struct RepairReport {
     /// The report on each object of a 3MF file, with its name, if the file has several: each is repaired by itself. Else empty.
     #[serde(default)]
     pub objects: Vec<(String, RepairReport)>,
-    /// The report of the fills. Holes are numbered as they were when they were filled.
-    pub fill: FillReport,
+    /// The report of the fills, collected during the repair.
+    #[serde(skip)]
+    pub(super) fill: FillReport,
 }
 
 impl RepairReport {
@@ -228,14 +166,29 @@ impl RepairReport {
     }
 }
 
-/// One pass in which intersecting faces were cut out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// Input components without a face in the result.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct SelfIntersectionPass {
-    /// Faces that intersected others.
-    pub intersecting_faces: usize,
-    /// Faces cut out.
-    pub cut_faces: usize,
-    /// Rings of faces round the intersecting ones that were cut out too.
-    pub rings: usize,
+pub struct LostComponents {
+    /// Number of components.
+    pub count: usize,
+    /// Faces of the smallest.
+    pub fewest_faces: usize,
+    /// Faces of the largest.
+    pub most_faces: usize,
+}
+
+impl LostComponents {
+    /// The components of two bodies together.
+    pub(super) fn and(self, other: Self) -> Self {
+        match [self.count, other.count] {
+            [0, _] => other,
+            [_, 0] => self,
+            _ => Self {
+                count: self.count + other.count,
+                fewest_faces: self.fewest_faces.min(other.fewest_faces),
+                most_faces: self.most_faces.max(other.most_faces),
+            },
+        }
+    }
 }

@@ -148,7 +148,7 @@ impl Run<'_> {
         given: Option<Given>,
         carried: &Carried,
     ) -> Result<(), FillError> {
-        self.joins = self.report.welded_vertices + self.report.stitched_junctions > 0;
+        self.joins = self.report.steps.welded_vertices + self.report.steps.stitched_junctions > 0;
         let intersects = self.params.does(RepairStep::Intersections)
             && !self.draft.self_intersections()?.is_empty();
         self.cleaned_border = border(&*self.draft.inspect()?).len();
@@ -338,7 +338,7 @@ impl Run<'_> {
             self.unite(given, carried)?;
         }
         relax::relax(&mut self.draft, &mut self.report)?;
-        if self.report.relaxed_vertices == 0 {
+        if self.report.steps.relaxed_vertices == 0 {
             return Ok(false);
         }
         self.separate()?;
@@ -402,9 +402,9 @@ impl Run<'_> {
         sheets::separate(&mut self.draft, &mut self.report)?;
         // A separated component may be a closed body now, whose outside is known.
         if self.params.does(RepairStep::Orientation)
-            && self.report.split_vertices + self.report.non_manifold_faces > 0
+            && self.report.steps.split_vertices + self.report.steps.non_manifold_faces > 0
         {
-            self.report.reoriented_faces += orient::orient(&mut self.draft)?;
+            self.report.steps.reoriented_faces += orient::orient(&mut self.draft)?;
         }
         self.go_on()
     }

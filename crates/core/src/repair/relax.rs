@@ -84,8 +84,8 @@ pub(super) fn relax(draft: &mut Draft, report: &mut RepairReport) -> Result<(), 
         return Ok(());
     }
     let by = |(v, from): (&u32, &DVec3)| from.distance(draft.mesh.positions[*v as usize]);
-    report.relaxed_vertices = draft.displaced.vertices.len();
-    report.largest_relaxation = draft.displaced.vertices.iter().map(by).fold(0.0, f64::max);
+    report.steps.relaxed_vertices = draft.displaced.vertices.len();
+    report.steps.largest_relaxation = draft.displaced.vertices.iter().map(by).fold(0.0, f64::max);
     Ok(())
 }
 

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::draft::Draft;
-use super::{Edge, edges};
+use super::{Edge, LostComponents, edges};
 use crate::fill::{HoleOutcome, LeftReason, OpenReason};
 use crate::mend::{FillError, FillReport, HoleReport};
 use crate::mesh::topology::NONE;
@@ -76,8 +76,8 @@ pub(super) fn count_intersecting_faces(
     Ok(())
 }
 
-/// The number of input components with no face left, and the smallest and largest number of faces of one.
-pub(super) fn lost_components(component: &[u32], living: &[bool]) -> [usize; 3] {
+/// The input components with no face left.
+pub(super) fn lost_components(component: &[u32], living: &[bool]) -> LostComponents {
     let mut faces: BTreeMap<u32, (usize, bool)> = BTreeMap::new();
     for (component, lives) in component.iter().zip(living).filter(|(c, _)| **c != NONE) {
         let (count, any) = faces.entry(*component).or_default();
@@ -86,9 +86,11 @@ pub(super) fn lost_components(component: &[u32], living: &[bool]) -> [usize; 3] 
     }
     let gone = faces.values().filter(|(_, any)| !any);
     let sizes: Vec<usize> = gone.map(|(count, _)| *count).collect();
-    let least = sizes.iter().min().copied().unwrap_or(0);
-    let most = sizes.iter().max().copied().unwrap_or(0);
-    [sizes.len(), least, most]
+    LostComponents {
+        count: sizes.len(),
+        fewest_faces: sizes.iter().min().copied().unwrap_or(0),
+        most_faces: sizes.iter().max().copied().unwrap_or(0),
+    }
 }
 
 /// Renumbers the holes of a report.

@@ -9,7 +9,7 @@ use super::choice::SMALL_FACES;
 use super::dangling;
 use super::draft::Draft;
 use super::inner_sheets::SAMPLES;
-use super::params::SelfIntersectionPass;
+use super::steps::SelfIntersectionPass;
 use super::witness::BEFORE;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::cut::settled;

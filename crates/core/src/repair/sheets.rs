@@ -55,10 +55,10 @@ pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(
         if cuts.is_empty() && copies.is_empty() {
             return Ok(());
         }
-        report.split_vertices += copies.len();
+        report.steps.split_vertices += copies.len();
         copies.into_iter().for_each(|copy| copy.make(draft));
         if !cuts.is_empty() {
-            report.non_manifold_faces += cut(draft, &cuts)?;
+            report.steps.non_manifold_faces += cut(draft, &cuts)?;
             continue;
         }
         // Surfaces that still meet in an edge are connected at both of its ends; a new vertex in its middle can be separated.
@@ -73,7 +73,7 @@ pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(
         if left.is_empty() || round + 1 == SHEET_ROUNDS.get() {
             return Ok(());
         }
-        report.non_manifold_faces += cut(draft, &left)?;
+        report.steps.non_manifold_faces += cut(draft, &left)?;
     }
     Ok(())
 }

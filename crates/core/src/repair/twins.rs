@@ -22,7 +22,7 @@ pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), F
         let component = found.topology.component.iter();
         component.map(|p| *p != NONE && twins.contains(p)).collect()
     };
-    report.duplicate_faces += draft.remove(&removed);
+    report.steps.duplicate_faces += draft.remove(&removed);
     Ok(())
 }
 

@@ -189,18 +189,18 @@ impl Drawn<'_> {
 
     fn page_of(&self, scene: &Scene, command_line: &str) -> String {
         let report = self.report;
-        let defects = defect_lines(&report.defects);
+        let defects = defect_lines(&report.input.defects);
         let [input, output] = self.places;
         let mut facts = vec![
             ("input", input.name()),
             ("output", output.name()),
-            ("faces before", report.faces.to_string()),
+            ("faces before", report.input.faces.to_string()),
             ("faces after", self.after.faces.len().to_string()),
             (
                 "new faces",
                 (self.after.faces.len() - self.kept).to_string(),
             ),
-            ("components", report.components.to_string()),
+            ("components", report.input.components.to_string()),
         ];
         if report.seconds > 0.0 {
             facts.push(("seconds", format!("{:.2}", report.seconds)));

@@ -115,7 +115,7 @@ impl Read<'_> {
     ) -> Result<WorkPlan, JobError> {
         let task = Task::new(&self.spec.work, &self.loaded, whole, &Control::new())?;
         let known = HolesByRim::new(whole);
-        let (mut fills, mut restores, mut fairs) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut fills, mut cuts, mut fairs) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..bodies.count() {
             let mesh = bodies.mesh(&self.loaded.mesh, k);
             let marked = marks_of(task.marked.as_deref(), &bodies.faces[k]);
@@ -128,12 +128,11 @@ impl Read<'_> {
                     found.plan(&task.local(&params.fill, &numbers, &found)?)?
                 }
                 Work::Restore(_, params) if marked.contains(&true) => {
-                    let mut plan = found.plan_restore(&marked, params)?;
+                    let plan = found.plan_restore(&marked, params)?;
                     // Holes are numbered as after the cut, which only the run makes.
                     numbers.holes.clear();
-                    let fill = std::mem::take(&mut plan.fill);
-                    restores.push(plan);
-                    fill
+                    cuts.push(plan.cut);
+                    plan.fill
                 }
                 Work::Fair(_, params) if task.takes(&marked) => {
                     let marked = task.marked.is_some().then_some(&marked[..]);
@@ -157,7 +156,7 @@ impl Read<'_> {
                 before: Box::new(checked(whole, Some(bodies), &params.checked())?),
                 fill,
             },
-            Work::Restore(..) => WorkPlan::Restore(RestorePlan::of_bodies(&restores, fill)),
+            Work::Restore(..) => WorkPlan::Restore(RestorePlan::of_bodies(cuts, fill)),
             Work::Fair(..) => WorkPlan::Fair(FairPlan::of_bodies(&fairs)),
             _ => WorkPlan::Fill(fill),
         })

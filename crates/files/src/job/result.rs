@@ -141,12 +141,12 @@ impl From<Filled> for Made {
 }
 
 impl From<Restored> for Made {
-    fn from(mut restored: Restored) -> Self {
+    fn from(restored: Restored) -> Self {
         Self {
             mesh: restored.mesh,
             expected_error: restored.expected_error,
             kept_input: KeptInput::Cut(restored.kept),
-            report: std::mem::take(&mut restored.report.fill),
+            report: restored.fill,
             replaced: Vec::new(),
             extent: OperationReport::Region(restored.report),
         }
@@ -154,12 +154,12 @@ impl From<Restored> for Made {
 }
 
 impl From<Faired> for Made {
-    fn from(mut faired: Faired) -> Self {
+    fn from(faired: Faired) -> Self {
         Self {
             mesh: faired.mesh,
             expected_error: Vec::new(),
             kept_input: faired.kept.map_or(KeptInput::Nothing, KeptInput::Cut),
-            report: std::mem::take(&mut faired.report.fill),
+            report: faired.fill,
             replaced: Vec::new(),
             extent: OperationReport::Faired(faired.report),
         }
@@ -257,7 +257,7 @@ pub(super) fn repaired(
         in_place,
         stored,
     };
-    let mut done = repair(mesh, params, &carried, control)?;
+    let done = repair(mesh, params, &carried, control)?;
     let (vertices, faces) = (done.origins.vertices.len(), done.origins.faces.len());
     let kept_mesh = Mesh::new(
         done.mesh.positions[..vertices].to_vec(),
@@ -270,7 +270,7 @@ pub(super) fn repaired(
             mesh: kept_mesh,
             origins: done.origins,
         },
-        report: std::mem::take(&mut done.report.fill),
+        report: done.fill,
         replaced: Vec::new(),
         extent: OperationReport::Repaired(Box::new(done.report)),
     })

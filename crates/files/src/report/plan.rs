@@ -11,8 +11,8 @@ use isomend_core::mesh::{HoleId, Unit};
 /// A plan in lines: defects, then the regions, then the holes that would stay open.
 #[doc(hidden)]
 pub fn plan_lines(plan: &FillPlan, unit: Option<Unit>) -> Vec<String> {
-    let notes = defect_lines(&plan.defects).into_iter();
-    let notes = notes.chain(chain_lines(&plan.open_chains));
+    let notes = defect_lines(&plan.input.defects).into_iter();
+    let notes = notes.chain(chain_lines(&plan.input.open_chains));
     let mut lines: Vec<String> = notes.map(|line| format!("note: {line}")).collect();
     for r in &plan.regions {
         if let (Some(voxel), Some([x, y, z])) = (r.voxel, r.dims) {

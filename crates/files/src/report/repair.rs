@@ -3,7 +3,7 @@
 use super::counts::{counted, counted_as};
 use isomend_core::check::Component;
 use isomend_core::mesh::Unit;
-use isomend_core::repair::RepairReport;
+use isomend_core::repair::{RepairReport, RepairSteps};
 
 /// Maximum number of offset shells with a line of their own.
 const MAX_SHELL_LINES: usize = 5;
@@ -29,53 +29,57 @@ pub fn repair_lines(r: &RepairReport) -> Vec<String> {
 /// The same, with a unit for lengths.
 #[doc(hidden)]
 pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
-    let crossing: usize = r.passes.first().map_or(0, |p| p.intersecting_faces);
+    let steps = &r.steps;
+    let crossing: usize = steps
+        .intersection_passes
+        .first()
+        .map_or(0, |p| p.intersecting_faces);
     let all = [
-        (r.merged_vertices, "coinciding vertices merged".to_owned()),
+        (steps.merged_vertices, "coinciding vertices merged".to_owned()),
         (
-            r.welded_vertices,
+            steps.welded_vertices,
             "boundary vertices merged into a nearby one".to_owned(),
         ),
         (
-            r.stitched_junctions,
-            junctions(r.crack_width, unit),
+            steps.stitched_junctions,
+            junctions(steps.crack_width, unit),
         ),
         (
-            r.closing_faces,
+            steps.closing_faces,
             "faces added where bodies that share edges lacked one".to_owned(),
         ),
-        (r.degenerate_faces, "degenerate faces removed".to_owned()),
+        (steps.degenerate_faces, "degenerate faces removed".to_owned()),
         (
-            r.flipped_edges,
+            steps.flipped_edges,
             "faces without area merged into a neighbour".to_owned(),
         ),
-        (r.duplicate_faces, "duplicate faces removed".to_owned()),
-        (r.reoriented_faces, "faces reversed".to_owned()),
+        (steps.duplicate_faces, "duplicate faces removed".to_owned()),
+        (steps.reoriented_faces, "faces reversed".to_owned()),
         (
-            r.split_vertices,
+            steps.split_vertices,
             "vertices split where surfaces met in an edge or a point".to_owned(),
         ),
         (
-            r.non_manifold_faces,
+            steps.non_manifold_faces,
             "faces cut out at edges with more than two faces".to_owned(),
         ),
-        removed(r.dropped, "components removed by their numbers"),
-        removed(r.debris, "small components removed as debris"),
-        removed(r.inside, "components inside others removed"),
-        (r.inner_skins[0], inner_skins(r, unit)),
+        removed(steps.dropped_components, steps.dropped_faces, "components removed by their numbers"),
+        removed(steps.debris_components, steps.debris_faces, "small components removed as debris"),
+        removed(steps.inside_components, steps.inside_faces, "components inside others removed"),
+        (steps.inner_skins, inner_skins(steps, unit)),
         (
-            r.united_bodies,
+            steps.united_bodies,
             format!(
                 "touching or intersecting bodies united: {} split, {} removed",
-                counted(r.split_faces, "face"),
-                counted(r.inner_faces, "inner face")
+                counted(steps.split_faces, "face"),
+                counted(steps.inner_faces, "inner face")
             ),
         ),
-        (r.moved_vertices, moves(r, unit)),
-        (r.relaxed_vertices, relaxed(r, unit)),
-        (crossing, cut_out(r)),
+        (steps.moved_vertices, moves(steps, unit)),
+        (steps.relaxed_vertices, relaxed(steps, unit)),
+        (crossing, cut_out(steps)),
         (
-            r.left_self_intersecting,
+            steps.components_left_intersecting,
             "components left with self-intersections, because cutting them would remove the whole component".to_owned(),
         ),
     ];
@@ -86,27 +90,27 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
 }
 
 /// Components that were removed, with the number of their faces.
-fn removed([components, faces]: [usize; 2], what: &str) -> (usize, String) {
+fn removed(components: usize, faces: usize, what: &str) -> (usize, String) {
     let faces = counted(faces, "face");
     (components, format!("{what}, {faces} in all"))
 }
 
-fn inner_skins(r: &RepairReport, unit: Option<Unit>) -> String {
-    let thickness = Unit::text(unit, r.skin_thickness);
+fn inner_skins(steps: &RepairSteps, unit: Option<Unit>) -> String {
+    let thickness = Unit::text(unit, steps.skin_thickness);
     format!(
         "inner skins removed, {} in all, {thickness} behind the outer skin: {} closed",
-        counted(r.inner_skins[1], "face"),
-        counted(r.pinholes, "pinhole")
+        counted(steps.inner_skin_faces, "face"),
+        counted(steps.pinholes, "pinhole")
     )
 }
 
-fn moves(r: &RepairReport, unit: Option<Unit>) -> String {
-    let most = Unit::text(unit, r.largest_move);
+fn moves(steps: &RepairSteps, unit: Option<Unit>) -> String {
+    let most = Unit::text(unit, steps.largest_move);
     format!("vertices of touching faces moved by up to {most}, so that the bodies could be united")
 }
 
-fn relaxed(r: &RepairReport, unit: Option<Unit>) -> String {
-    let most = Unit::text(unit, r.largest_relaxation);
+fn relaxed(steps: &RepairSteps, unit: Option<Unit>) -> String {
+    let most = Unit::text(unit, steps.largest_relaxation);
     format!(
         "vertices of folded or noisy faces moved by up to {most}, so that these faces no longer intersect"
     )
@@ -145,14 +149,14 @@ fn shell_line((number, component): &(usize, Component), unit: Option<Unit>) -> S
 }
 
 /// The text on cut self-intersections, after the number of faces.
-fn cut_out(r: &RepairReport) -> String {
-    let cut: usize = r.passes.iter().map(|p| p.cut_faces).sum();
-    let passes = match r.passes.len() {
+fn cut_out(steps: &RepairSteps) -> String {
+    let cut: usize = steps.intersection_passes.iter().map(|p| p.cut_faces).sum();
+    let passes = match steps.intersection_passes.len() {
         1 => "1 pass".to_owned(),
         count => format!("{count} passes"),
     };
     format!(
         "faces intersected others: {cut} cut out in {passes}, {} more removed inside or under other surfaces",
-        r.covered_faces
+        steps.covered_faces
     )
 }

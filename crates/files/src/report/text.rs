@@ -354,8 +354,8 @@ pub fn closing_lines(
     with_regions: bool,
     is_wanted: impl Fn(&HoleOutcome) -> bool,
 ) -> Vec<String> {
-    let mut lines = defect_lines(&report.defects);
-    lines.extend(chain_lines(&report.open_chains));
+    let mut lines = defect_lines(&report.input.defects);
+    lines.extend(chain_lines(&report.input.open_chains));
     let (small, solved): (Vec<_>, Vec<_>) = report.regions.iter().partition(|r| !r.has_surface());
     if with_regions {
         lines.extend(solved.into_iter().map(region_lines));

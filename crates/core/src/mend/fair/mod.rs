@@ -12,7 +12,7 @@ use super::control::Control;
 use super::cut::{CutResult, count};
 use super::params::FairParams;
 use super::plan::FairPlan;
-use super::report::FairReport;
+use super::report::{FairReport, FillReport};
 use super::{FillError, Inspection, RestoreError, inspect};
 use crate::fill::NotSmooth;
 use crate::mesh::cut::Remainder;
@@ -186,6 +186,8 @@ pub struct Faired {
     pub kept: Option<Remainder>,
     /// Report of the fairing.
     pub report: FairReport,
+    /// Report of the regions. Holes are numbered as after the cut.
+    pub fill: FillReport,
 }
 
 impl Inspection<'_> {
@@ -227,7 +229,7 @@ impl Inspection<'_> {
             report.moved_max = distances.iter().copied().fold(within, f64::max);
             let square: f64 = distances.iter().map(|d| d * d).sum();
             report.moved_rms = (square / distances.len().max(1) as f64).sqrt();
-            report.fill.seconds = clock.elapsed().as_secs_f64();
+            faired.fill.seconds = clock.elapsed().as_secs_f64();
             Ok(faired)
         })
     }

@@ -139,9 +139,9 @@ impl Plan {
                 marked_faces: count(marked),
                 removed_faces,
                 removed_vertices,
-                fill: filled.report,
                 ..FairReport::default()
             },
+            fill: filled.report,
             kept: Some(cut.into_kept()),
         })
     }
@@ -190,18 +190,16 @@ impl Plan {
             ..extracted_report(&solved, &patch)
         };
         watch.end(0, &region);
-        let mut report = FairReport {
-            fill: FillReport {
-                regions: vec![region],
-                ..FillReport::of(found)
-            },
-            ..FairReport::default()
-        };
+        let mut report = FairReport::default();
         report.take_all(found);
         Ok(Faired {
             mesh: Mesh::new(patch.positions, patch.faces),
             kept: None,
             report,
+            fill: FillReport {
+                regions: vec![region],
+                ..FillReport::of(found)
+            },
         })
     }
 

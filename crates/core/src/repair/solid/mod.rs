@@ -72,9 +72,10 @@ impl Run<'_> {
         let gone = origins.iter().map(|o| o.face);
         self.asked
             .extend(gone.filter(|f| *f != NONE && !living[*f as usize]));
-        self.report.inner_skins = [skins.skins, count];
-        self.report.pinholes = skins.pinholes;
-        self.report.skin_thickness = skins.thickness;
+        self.report.steps.inner_skins = skins.skins;
+        self.report.steps.inner_skin_faces = count;
+        self.report.steps.pinholes = skins.pinholes;
+        self.report.steps.skin_thickness = skins.thickness;
         self.fill(&old, Filling::Made)?;
         // Holes that a repair makes are numbered after the input's own.
         report::raise_numbers(&mut self.report.fill, self.choice.last_hole());

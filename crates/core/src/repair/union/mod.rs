@@ -137,9 +137,9 @@ pub(super) fn unite(
         *draft = best;
     }
     tidy::collapse(draft, known, reach)?;
-    report.united_bodies += done.bodies;
-    report.split_faces += done.split;
-    report.inner_faces += done.removed;
+    report.steps.united_bodies += done.bodies;
+    report.steps.split_faces += done.split;
+    report.steps.inner_faces += done.removed;
     Ok(Some(draft.self_intersections()?.len()))
 }
 

@@ -24,7 +24,7 @@ pub(super) struct Arrays {
     pub(super) names: [HashSet<String>; 2],
 }
 
-/// A data array as read from a file.
+/// A data array of a file that is read or written.
 pub(super) struct Array {
     pub(super) name: String,
     pub(super) scalar: Scalar,

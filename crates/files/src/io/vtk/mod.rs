@@ -1,8 +1,8 @@
 //! Reads and writes VTK files: surfaces as legacy and XML poly data (VTP), volumes as XML image data (VTI); reads
 //! legacy volumes.
 //!
-//! Surfaces are written with vtkio. Files are not read with it, because vtkio trusts the counts of a file and does not
-//! read raw appended data, which is VTK's default.
+//! Legacy surfaces are written with vtkio. Files are not read with it, because vtkio trusts the counts of a file and does
+//! not read raw appended data, which is VTK's default; XML is written without it, because vtkio brings an older quick-xml for it.
 
 mod arrays;
 mod cells;
@@ -17,13 +17,15 @@ mod scalar;
 mod write;
 mod write_data;
 mod xml;
+mod xml_write;
 
 pub(super) use image::read as read_image_xml;
 pub(super) use image_legacy::read as read_image_legacy;
 pub(super) use image_write::write as write_image;
 pub(super) use legacy::read as read_legacy;
-pub(super) use write::{write_legacy, write_xml};
+pub(super) use write::write_legacy;
 pub(super) use xml::read as read_xml;
+pub(super) use xml_write::write_xml;
 
 #[cfg(test)]
 mod bomb_tests;

@@ -4,10 +4,26 @@ use super::super::binary::BinaryNumber;
 use super::super::text;
 pub(super) use isomend_core::mesh::attributes::Scalar;
 
+/// The names of the types in XML files.
+const XML_NAMES: [(Scalar, &str); 10] = [
+    (Scalar::I8, "Int8"),
+    (Scalar::U8, "UInt8"),
+    (Scalar::I16, "Int16"),
+    (Scalar::U16, "UInt16"),
+    (Scalar::I32, "Int32"),
+    (Scalar::U32, "UInt32"),
+    (Scalar::I64, "Int64"),
+    (Scalar::U64, "UInt64"),
+    (Scalar::F32, "Float32"),
+    (Scalar::F64, "Float64"),
+];
+
 /// What VTK files need of a scalar type.
 pub(super) trait VtkScalar: Sized {
     /// The type of a name in XML files.
     fn from_xml(name: &[u8]) -> Option<Self>;
+    /// Its name in XML files.
+    fn xml_name(self) -> &'static str;
     /// The type of a name in legacy files.
     fn from_legacy(name: &[u8]) -> Option<Self>;
     /// Decodes all complete numbers in the bytes.
@@ -20,19 +36,17 @@ pub(super) trait VtkScalar: Sized {
 
 impl VtkScalar for Scalar {
     fn from_xml(name: &[u8]) -> Option<Self> {
-        Some(match name {
-            b"Int8" => Scalar::I8,
-            b"UInt8" => Scalar::U8,
-            b"Int16" => Scalar::I16,
-            b"UInt16" => Scalar::U16,
-            b"Int32" => Scalar::I32,
-            b"UInt32" => Scalar::U32,
-            b"Int64" => Scalar::I64,
-            b"UInt64" => Scalar::U64,
-            b"Float32" => Scalar::F32,
-            b"Float64" => Scalar::F64,
-            _ => return None,
-        })
+        let mut names = XML_NAMES.iter();
+        names
+            .find(|(_, own)| own.as_bytes() == name)
+            .map(|(scalar, _)| *scalar)
+    }
+
+    fn xml_name(self) -> &'static str {
+        let mut names = XML_NAMES.iter();
+        names
+            .find(|(scalar, _)| *scalar == self)
+            .map_or("", |(_, name)| name)
     }
 
     fn from_legacy(name: &[u8]) -> Option<Self> {

@@ -77,7 +77,7 @@ pub(in crate::job) fn piece(
             "holes in the faces that were cut out were filled for the piece: {open}"
         ));
     }
-    if repaired.report.united_bodies > 0 {
+    if repaired.report.steps.united_bodies > 0 {
         notes.push(
             "in places the patch is below the faces that were cut out; the piece contains only the volume where it is above them"
                 .to_owned(),

@@ -16,8 +16,8 @@ use super::{JobResult, JobSpec, Mended, Place};
 use crate::io::Format;
 use filed::FiledRow;
 use isomend_core::fill::Tally;
-use isomend_core::mend::{FairReport, FillReport, RestoreReport};
-use isomend_core::mesh::{Defects, Mesh, OpenChain};
+use isomend_core::mend::{FairReport, FillReport, InputReport, RestoreReport};
+use isomend_core::mesh::Mesh;
 use repair::RepairRow;
 use rows::{OutcomeRow, RegionRow, some_time};
 
@@ -167,7 +167,7 @@ impl<'a> Files<'a> {
                 files: self,
                 complete: true,
                 volume_drift: faired.volume_drift(),
-                fair: FairRow::new(faired),
+                fair: faired,
                 fill,
             }),
             OperationReport::Repaired(repair) => Body::Repair(Box::new(RepairBody {
@@ -182,7 +182,7 @@ impl<'a> Files<'a> {
                 outcomes: report.tally(),
                 complete: extent.is_complete(report),
                 cut: match extent {
-                    OperationReport::Region(report) => Some(CutRow::new(report)),
+                    OperationReport::Region(report) => Some(report),
                     _ => None,
                 },
                 fill,
@@ -276,7 +276,7 @@ struct FillBody<'a> {
     complete: bool,
     /// The faces that a restoration cut out.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
-    cut: Option<CutRow>,
+    cut: Option<&'a RestoreReport>,
     #[serde(flatten)]
     fill: FillRow<'a>,
 }
@@ -291,137 +291,16 @@ struct FairBody<'a> {
     /// Relative change of the volume. Null if the mesh is open.
     volume_drift: Option<f64>,
     #[serde(flatten)]
-    fair: FairRow,
+    fair: &'a FairReport,
     #[serde(flatten)]
     fill: FillRow<'a>,
-}
-
-/// The faces and vertices that `isomend restore` cuts out.
-#[derive(Serialize)]
-struct CutRow {
-    /// Number of marked faces.
-    marked_faces: usize,
-    /// Number of removed faces.
-    removed_faces: usize,
-    /// Number of vertices removed with them.
-    removed_vertices: usize,
-    /// Fraction of the shape kept.
-    keep_shape: f64,
-}
-
-impl CutRow {
-    fn new(report: &RestoreReport) -> Self {
-        Self {
-            marked_faces: report.marked_faces,
-            removed_faces: report.removed_faces,
-            removed_vertices: report.removed_vertices,
-            keep_shape: report.keep_shape,
-        }
-    }
-}
-
-/// What was faired. Of several objects in a 3MF file, strength, time and voxel are the largest of an object.
-#[derive(Serialize)]
-struct FairRow {
-    /// Width below which features are removed.
-    strength: f64,
-    /// Time of the flow, in length⁴.
-    time: f64,
-    /// Voxel size.
-    voxel: f64,
-    /// Whether the whole surface was replaced.
-    whole: bool,
-    /// Number of faces that were to be faired.
-    marked_faces: usize,
-    /// Number of removed faces.
-    removed_faces: usize,
-    /// Closed components that stayed unchanged. Of an open mesh only the open components are faired.
-    components_left: usize,
-    /// Number of vertices removed with them.
-    removed_vertices: usize,
-    /// Volume of the input. Null if it is open.
-    volume_before: Option<f64>,
-    /// Volume of the result. Null if it is open.
-    volume_after: Option<f64>,
-    /// Largest distance between the surfaces before and after.
-    moved_max: f64,
-    /// Root mean square of these distances.
-    moved_rms: f64,
-    /// The same for each of several objects of a 3MF file.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    objects: Vec<FairObjectRow>,
-}
-
-/// An object of a 3MF file that was faired by itself.
-#[derive(Serialize)]
-struct FairObjectRow {
-    /// Name of the object.
-    name: String,
-    #[serde(flatten)]
-    row: FairRow,
-}
-
-impl FairRow {
-    fn new(report: &FairReport) -> Self {
-        Self {
-            strength: report.strength,
-            time: report.time,
-            voxel: report.voxel,
-            whole: report.whole,
-            marked_faces: report.marked_faces,
-            removed_faces: report.removed_faces,
-            components_left: report.components_left,
-            removed_vertices: report.removed_vertices,
-            volume_before: report.volume_before,
-            volume_after: report.volume_after,
-            moved_max: report.moved_max,
-            moved_rms: report.moved_rms,
-            objects: report.objects.iter().map(FairObjectRow::new).collect(),
-        }
-    }
-}
-
-impl FairObjectRow {
-    fn new((name, report): &(String, FairReport)) -> Self {
-        Self {
-            name: name.clone(),
-            row: FairRow::new(report),
-        }
-    }
-}
-
-/// Size and defects of the input.
-#[derive(Serialize)]
-struct FoundRow<'a> {
-    /// Number of vertices of the input.
-    vertices: usize,
-    /// Number of faces of the input.
-    faces: usize,
-    /// Number of components of the input.
-    components: usize,
-    /// Numbers of defects of the input.
-    defects: Defects,
-    /// Boundary chains that do not close.
-    open_chains: &'a [OpenChain],
-}
-
-impl<'a> FoundRow<'a> {
-    fn new(report: &'a FillReport) -> Self {
-        Self {
-            vertices: report.vertices,
-            faces: report.faces,
-            components: report.components,
-            defects: report.defects,
-            open_chains: &report.open_chains,
-        }
-    }
 }
 
 /// The holes and regions.
 #[derive(Serialize)]
 struct FillRow<'a> {
     #[serde(flatten)]
-    found: FoundRow<'a>,
+    input: &'a InputReport,
     /// Whether no holes were chosen.
     all_holes: bool,
     /// The holes.
@@ -438,7 +317,7 @@ impl<'a> FillRow<'a> {
         let walls = report.joined_walls().concat();
         let region = |r| RegionRow::new(r, &walls, each_step);
         Self {
-            found: FoundRow::new(report),
+            input: &report.input,
             all_holes: report.all_holes,
             holes: report.holes.iter().map(OutcomeRow::new).collect(),
             regions: report.regions.iter().map(region).collect(),

@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use super::rows::OutcomeRow;
-use super::{CutRow, Document, FileInfo, FoundRow, VerdictRow};
+use super::{Document, FileInfo, VerdictRow};
 use crate::job::{JobPlan, WorkPlan};
-use isomend_core::mend::{FairPlan, FillPlan, PlannedRegion};
+use isomend_core::mend::{FairPlan, FillPlan, InputReport, PlannedRegion, RestoreReport};
 
 impl JobPlan<'_> {
     /// The JSON document of the plan.
@@ -13,12 +13,7 @@ impl JobPlan<'_> {
         let body = match &self.plan {
             WorkPlan::Fill(fill) => PlannedWork::Fill(PlannedFillRow::new(fill)),
             WorkPlan::Restore(restore) => PlannedWork::Restore {
-                cut: CutRow {
-                    marked_faces: restore.marked_faces,
-                    removed_faces: restore.removed_faces,
-                    removed_vertices: restore.removed_vertices,
-                    keep_shape: restore.keep_shape,
-                },
+                cut: &restore.cut,
                 fill: PlannedFillRow::new(&restore.fill),
             },
             WorkPlan::Fair(fair) => PlannedWork::Fair(fair),
@@ -57,7 +52,7 @@ enum PlannedWork<'a> {
     Fill(PlannedFillRow<'a>),
     Restore {
         #[serde(flatten)]
-        cut: CutRow,
+        cut: &'a RestoreReport,
         #[serde(flatten)]
         fill: PlannedFillRow<'a>,
     },
@@ -75,7 +70,7 @@ enum PlannedWork<'a> {
 #[derive(Serialize)]
 struct PlannedFillRow<'a> {
     #[serde(flatten)]
-    found: FoundRow<'a>,
+    input: &'a InputReport,
     /// The holes.
     holes: Vec<OutcomeRow>,
     /// Holes that would be filled together.
@@ -85,13 +80,7 @@ struct PlannedFillRow<'a> {
 impl<'a> PlannedFillRow<'a> {
     fn new(plan: &'a FillPlan) -> Self {
         Self {
-            found: FoundRow {
-                vertices: plan.vertices,
-                faces: plan.faces,
-                components: plan.components,
-                defects: plan.defects,
-                open_chains: &plan.open_chains,
-            },
+            input: &plan.input,
             holes: plan.holes.iter().map(OutcomeRow::planned).collect(),
             regions: &plan.regions,
         }
