@@ -58,6 +58,16 @@ def overlapping(boxes):
     return wrong
 
 
+def check_place(page, where, width, height):
+    """In the window as it is now: only lists scroll, nothing overlaps, all is in the window and readable."""
+    boxes = page.run(SEEN)
+    page.expect(not (found := page.run(SCROLLS)), f"{where}: scrolls: {found}")
+    page.expect(not (found := overlapping(boxes)), f"{where}: over each other: {found[:4]}")
+    out = [b[0] for b in boxes if b[1] < -1 or b[2] < -1 or b[3] > width + 1 or b[4] > height + 1]
+    page.expect(not out, f"{where}: outside of the window: {out}")
+    page.expect(not (found := page.run(FAINT)), f"{where}: too faint: {found[:5]}")
+
+
 def check_layout(page):
     """At three sizes, light and dark, with each tab open: only lists scroll, nothing overlaps, all is in the window and readable."""
     for width, height in SIZES:
@@ -66,13 +76,7 @@ def check_layout(page):
             dark(page, is_dark)
             for tab in TABS:
                 page.tab(tab)
-                where = f"{width} x {height}, {'dark' if is_dark else 'light'}, tab {tab}"
-                boxes = page.run(SEEN)
-                page.expect(not (found := page.run(SCROLLS)), f"{where}: scrolls: {found}")
-                page.expect(not (found := overlapping(boxes)), f"{where}: over each other: {found[:4]}")
-                out = [b[0] for b in boxes if b[1] < -1 or b[2] < -1 or b[3] > width + 1 or b[4] > height + 1]
-                page.expect(not out, f"{where}: outside of the window: {out}")
-                page.expect(not (found := page.run(FAINT)), f"{where}: too faint: {found[:5]}")
+                check_place(page, f"{width} x {height}, {'dark' if is_dark else 'light'}, tab {tab}", width, height)
                 page.shot(f"{width}_{'dark' if is_dark else 'light'}_{tab}")
             view = page.view()
             page.expect(view[3] > height - 60, f"the view is {view[3]} high of {height}")
