@@ -160,7 +160,7 @@ def summary(mended, taken, context, vertices, faces):
     failed = [hole for hole in holes if hole["outcome"] == "open"]
     if holes:
         parts.insert(0, f"{len(holes) - len(failed)} of {len(holes)} holes closed")
-    if any("counterpart" in region for region in report.get("regions", [])):
+    if any(region.get("counterpart") for region in report.get("regions", [])):
         parts.append(f"{sum(hole.get('closed_by') == 'counterpart' for hole in holes)} with the mirrored shape")
     errors = mended.sigma[mended.sigma > 0]
     if len(errors):
