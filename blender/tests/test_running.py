@@ -80,7 +80,7 @@ def test_escape_cancels_and_nothing_is_changed(bpy, scene, extension):
     assert np.array_equal(shapes.positions(item.data), before) and "Cancelled" in operator.said[0][1]
 
 
-@pytest.mark.parametrize(("name", "said"), [("check", "Not watertight or printable"), ("find_holes", "9 holes")])
+@pytest.mark.parametrize(("name", "said"), [("check", "Not watertight or printable"), ("find_holes", "10 holes")])
 def test_checks_and_lists_leave_the_window_usable(bpy, scene, extension, name, said):
     item = shapes.plane_with_holes(bpy, 120, 3)
     texts, context = context_of(bpy, item)
@@ -90,7 +90,7 @@ def test_checks_and_lists_leave_the_window_usable(bpy, scene, extension, name, s
     while (answer := operator.modal(context, event("TIMER"))) == {"RUNNING_MODAL"}:
         time.sleep(0.01)
     assert answer == {"FINISHED"} and operator.said[0][1].startswith(said) and texts[-1] is None
-    assert len(scene.isomend.holes) == (9 if name == "find_holes" else 0)
+    assert len(scene.isomend.holes) == (10 if name == "find_holes" else 0)
     operator = Operator(extension, **{name: True})
     operator.invoke(context, event("LEFTMOUSE"))
     assert operator.modal(context, event("ESC", "PRESS")) == {"CANCELLED"} and operator.said == [({"WARNING"}, "Cancelled")]
