@@ -7,31 +7,32 @@ import numpy as np
 from bpy.props import StringProperty
 
 from . import settings
-from .refusals import OnMesh, reason_against
-from .taken import Taken
+from .refusals import OnMesh
+from .running import Running
 
 
-class ISOMEND_OT_check(OnMesh, bpy.types.Operator):
+class ISOMEND_OT_check(Running, bpy.types.Operator):
     """Say whether the active mesh is watertight and can be printed, and list its defects"""
 
     bl_idname = "isomend.check"
     bl_label = "Check"
     bl_options = {"REGISTER"}
     __annotations__ = settings.of_check()
+    doing = "isomend: checking the mesh"
 
-    def execute(self, context):
+    def work(self, taken):
+        wall = taken.length(self.min_wall)
+        return lambda progress: taken.model().check(min_wall=wall)
+
+    def finish(self, context, item, taken, result):
+        """Lists the defects, and reports the answer."""
         import isomend
 
-        item, shown = context.active_object, context.scene.isomend
+        shown = context.scene.isomend
         shown.checked = ""
         shown.defects.clear()
-        reason = reason_against(item)
-        if reason:
-            self.report({"ERROR"}, reason)
-            return {"CANCELLED"}
         try:
-            taken = Taken(item)
-            verdict = taken.model().check(min_wall=taken.length(self.min_wall))
+            verdict = result()
         except (isomend.IsomendError, ValueError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

@@ -7,29 +7,29 @@ import numpy as np
 from bpy.props import BoolProperty, IntProperty
 
 from . import attributes as at
-from .refusals import OnMesh, reason_against
-from .taken import Taken
+from .refusals import OnMesh
+from .running import Running
 
 
-class ISOMEND_OT_find_holes(OnMesh, bpy.types.Operator):
+class ISOMEND_OT_find_holes(Running, bpy.types.Operator):
     """List the holes of the active mesh with their sizes"""
 
     bl_idname = "isomend.find_holes"
     bl_label = "Find holes"
     bl_options = {"REGISTER"}
+    doing = "isomend: finding holes"
 
-    def execute(self, context):
+    def work(self, taken):
+        return lambda progress: taken.model().inspect().holes
+
+    def finish(self, context, item, taken, result):
+        """Lists the holes, and reports their number."""
         import isomend
 
-        item, settings = context.active_object, context.scene.isomend
+        settings = context.scene.isomend
         settings.holes.clear()
-        reason = reason_against(item)
-        if reason:
-            self.report({"ERROR"}, reason)
-            return {"CANCELLED"}
         try:
-            taken = Taken(item)
-            found = taken.model().inspect().holes
+            found = result()
         except (isomend.IsomendError, ValueError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

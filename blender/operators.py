@@ -1,28 +1,17 @@
-"""The operators: fill holes, restore and fair selected faces, repair. From the panel they run in a thread, show progress, and can be
-cancelled with Escape; from a script they return when the work is done."""
-
-import time
+"""The operators that mend the active mesh: fill holes, restore and fair selected faces, repair."""
 
 import bpy
 
 from . import settings
 from .given_back import NotGivenBack, give_back
-from .refusals import OnMesh, reason_against
-from .taken import Taken
-from .work import Work
-
-# Seconds between two updates of the progress during a run.
-PAUSE = 0.1
-
-# Events that change the view, which are passed on to Blender during a run.
-OF_VIEW = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "MOUSEMOVE"}
+from .running import Running
 
 
 class NothingToDo(Exception):
     """There is no hole to fill, or no face is selected; the message says what to select."""
 
 
-class Mending(OnMesh):
+class Mending(Running):
     """Base class of the operators that mend a mesh."""
 
     bl_options = {"REGISTER", "UNDO"}
@@ -36,19 +25,6 @@ class Mending(OnMesh):
         return {
             "energy": self.energy, "sharp": self.sharp, "voxel": taken.length(self.voxel) or "auto", "like": taken.like(self.mirror)
         }  # fmt: skip
-
-    def prepare(self, context):
-        """The mesh as arrays, and the work on it; none, with a message to the user, if the object is refused."""
-        reason = reason_against(context.active_object)
-        if reason:
-            self.report({"ERROR"}, reason)
-            return None
-        try:
-            taken = Taken(context.active_object)
-        except ValueError as error:
-            self.report({"ERROR"}, str(error))
-            return None
-        return taken, Work(self.work(taken))
 
     def finish(self, context, item, taken, result):
         """Writes the result into the mesh, and reports to the user. `result()` returns the result, or raises the work's exception."""
@@ -78,69 +54,6 @@ class Mending(OnMesh):
         shown.checked = ""
         self.report({"INFO" if mended.complete else "WARNING"}, summary(mended, taken, context, vertices, faces))
         return {"FINISHED"}
-
-    def execute(self, context):
-        """Does the work and returns when it is done."""
-        prepared = self.prepare(context)
-        if prepared is None:
-            return {"CANCELLED"}
-        taken, work = prepared
-        manager = context.window_manager
-        manager.progress_begin(0, 100)
-        try:
-            return self.finish(context, context.active_object, taken, lambda: work.run(lambda p: manager.progress_update(100 * p)))
-        finally:
-            manager.progress_end()
-
-    def invoke(self, context, event):
-        """Starts the work in a thread."""
-        prepared = self.prepare(context)
-        if prepared is None:
-            return {"CANCELLED"}
-        self._taken, work = prepared
-        self._item = context.active_object
-        self._work = work.start()
-        self._since = time.monotonic()
-        self._timer = context.window_manager.event_timer_add(PAUSE, window=context.window)
-        context.window_manager.modal_handler_add(self)
-        self.show_progress(context, 0, work.text())
-        return {"RUNNING_MODAL"}
-
-    def modal(self, context, event):
-        """Shows the progress of the work, and ends the run when the work is done. Until then only the view can be changed."""
-        if event.type == "ESC" and event.value == "PRESS":
-            self._work.cancel()
-            self.show_progress(context, self._work.part, "isomend: being cancelled")
-        if event.type in OF_VIEW:
-            return {"PASS_THROUGH"}
-        if event.type != "TIMER":
-            return {"RUNNING_MODAL"}
-        if self._work.is_running():
-            self.show_progress(context, self._work.part, f"{self._work.text()} (Esc cancels)")
-            return {"RUNNING_MODAL"}
-        self.clear_progress(context)
-        return self.finish(context, self._item, self._taken, self._work.result)
-
-    def cancel(self, context):
-        """Called when Blender ends the run, for example to open another file."""
-        self._work.cancel()
-        self.clear_progress(context)
-
-    def clear_progress(self, context):
-        """Removes the timer and the display of the progress."""
-        context.window_manager.event_timer_remove(self._timer)
-        self.show_progress(context, -1, None)
-
-    def show_progress(self, context, part, text):
-        """Shows progress (`part` from 0 to 1, negative for none) in the panel and in the status bar."""
-        shown = context.scene.isomend
-        shown.progress, shown.progress_text = part, text or ""
-        if context.workspace is not None:
-            context.workspace.status_text_set(text)
-        if context.screen is not None:
-            for area in context.screen.areas:
-                if area.type == "VIEW_3D":
-                    area.tag_redraw()
 
 
 class ISOMEND_OT_fill(Mending, bpy.types.Operator):
@@ -247,7 +160,7 @@ def summary(mended, taken, context, vertices, faces):
     failed = [hole for hole in holes if hole["outcome"] == "open"]
     if holes:
         parts.insert(0, f"{len(holes) - len(failed)} of {len(holes)} holes closed")
-    if any("counterpart" in region for region in report.get("regions", [])):
+    if any(region.get("counterpart") for region in report.get("regions", [])):
         parts.append(f"{sum(hole.get('closed_by') == 'counterpart' for hole in holes)} with the mirrored shape")
     errors = mended.sigma[mended.sigma > 0]
     if len(errors):

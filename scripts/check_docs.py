@@ -95,7 +95,7 @@ def check_commands(text, program):
 
 def check_fills(text, program):
     """Checks that each table of holes on a page is printed by a fill of data/scan.ply on that page, save for run times."""
-    shown = [block.splitlines() for block in blocks(text, "text") if block.lstrip().startswith("hole  diameter")]
+    shown = [block.splitlines() for block in blocks(text, "text") if "hole  diameter" in block]
     fills = [line.split("#")[0] for block in blocks(text, "sh") for line in block.splitlines() if line.startswith("isomend fill data/scan.ply")]
 
     def timeless(lines):

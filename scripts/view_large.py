@@ -1,4 +1,5 @@
-"""Times of the page of `isomend view` with a mesh of a million triangles: the first picture, and strokes of the brush. For view_test.py."""
+"""Times of the page of `isomend view` with a mesh of a million triangles: the first picture, clicks until they are seen, and strokes of the brush.
+For view_test.py."""
 
 import numpy as np
 
@@ -7,7 +8,7 @@ from view_meshes import bumpy_ball
 from view_page import Server
 
 # Seconds: upper bounds of the times, on a machine that needs REFERENCE for the work below; on a slower one they grow in proportion.
-FIRST_PICTURE, STROKE = 3.0, 0.1
+FIRST_PICTURE, STROKE, CLICK = 3.0, 0.1, 0.1
 # Seconds of the page's two kinds of work on the machine of these bounds, two quiet cores of 2023: computing, drawing.
 REFERENCE = 0.030, 0.150
 # Measurements of each time until it is within its bound: other programs slow single ones.
@@ -30,6 +31,9 @@ FRAMES = """(() => { const v = isomend.viewer, gl = v.gl, frame = (fewer) => { c
     v.draw(fewer); gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); return performance.now() - t; };
   for (let i = 0; i < 3; i++) frame(true); const moving = [1, 2, 3, 4, 5].map(() => frame(true)).sort((a, b) => a - b)[2];
   return { moving, thin: v.drewThin, coarse: v.coarse, whole: frame(false) }; })()"""
+# Collects the milliseconds from each event of a mouse button until the page is painted after it, by the browser's own measure.
+WATCH = """void (window.painted ??= (new PerformanceObserver((list) => { for (const { interactionId, duration } of list.getEntries()) if (interactionId) painted.push(duration); })
+  .observe({ type: "event", durationThreshold: 16 }), []))"""
 # Milliseconds of 15 strokes, each from the press of the button until it is drawn.
 DRAWN_STROKES = """(() => { const p = isomend.paint, gl = isomend.viewer.gl, b = isomend.viewer.canvas, times = [];
   for (let i = 0; i < 15; i++) { const t = performance.now(); p.begin({ button: 0 }, [b.clientWidth * (0.4 + 0.01 * i), b.clientHeight * 0.72]).end({}, false);
@@ -53,6 +57,36 @@ def soon_enough(page, measured, bound, what):
     else:
         page.expect(False, f"{what} takes too long: {', '.join(seen)}")
     print(f"  {what}: {', '.join(seen)}", flush=True)
+
+
+def seen(page, *places):
+    """The longest time, in seconds, until a click is seen, of clicks at these points of the window. The first is made while nothing is drawn, each
+    further one while the full picture is drawn."""
+    page.run(WATCH)
+    page.calm()
+    for number, (x, y) in enumerate(places):
+        if number:
+            page.until("isomend.viewer.still.end !== null", "the full picture is being drawn")
+        page.run("painted.length = 0")
+        page.click(x, y)
+    page.calm()
+    # The browser tells a time once the frame is shown, and none below 16 ms.
+    return page.run("new Promise((tell) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(() => tell(Math.max(16, ...painted))))))") / 1000
+
+
+def check_clicks(page):
+    """A click is seen soon, also one while the full picture is being drawn: in a coarse picture first."""
+    page.tab("holes")
+    rows = [page.run(f"(() => {{ const b = document.querySelector('#holes li:nth-child({n}) .hole').getBoundingClientRect(); return [b.x + 20, b.y + b.height / 2]; }})()") for n in (1, 2)]
+    soon_enough(page, lambda: seen(page, rows[0]), CLICK, "a click on a hole's row until it is seen")
+    soon_enough(page, lambda: seen(page, rows[1], rows[0]), CLICK, "a click while the full picture is drawn")
+    page.run("isomend.viewer.fly(isomend.home())")
+    page.settled()
+    x, y, width, height = page.view()
+    soon_enough(page, lambda: seen(page, (x + 0.3 * width, y + 0.3 * height)), CLICK, "a click on the surface")
+    for name, tab in (("the tab Make printable", "#tab-print"), ("the tab Fill holes", "#tab-holes")):
+        at = page.run(f"(() => {{ const b = document.querySelector('{tab}').getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; }})()")
+        soon_enough(page, lambda at=at: seen(page, at), CLICK, f"a click on {name}")
 
 
 def colour_at(page, x, y):
@@ -94,6 +128,7 @@ def large(page, program, folder):
         frames = page.run(FRAMES)
         what = ("fewer faces" if frames["thin"] else "all faces") + (" at half the resolution" if frames["coarse"] else "")
         print(f"  moving {frames['moving']:.0f} ms a frame ({what}), still {frames['whole']:.0f} ms")
+        check_clicks(page)
         page.tab("paint")
         page.click_on("[name=tool][value=brush] + span")
         page.settled()

@@ -12,6 +12,15 @@ SEEN = """(() => { const seen = (e) => e.checkVisibility({ visibilityProperty: t
 # Elements other than lists whose content does not fit, so that they scroll.
 SCROLLS = """[...document.querySelectorAll("html, body, #rail, #panel, [role=tabpanel]")].filter((e) => e.checkVisibility() && !e.querySelector("details[open]") &&
   (e.scrollHeight > e.clientHeight + 1 || e.scrollWidth > e.clientWidth + 1)).map((e) => [e.id || e.tagName, e.scrollWidth, e.clientWidth, e.scrollHeight, e.clientHeight])"""
+# Controls whose words do not fit.
+CUT = """[...document.querySelectorAll("header button, #panel :is(button, label, select, summary, dd)")].filter((e) => {
+  if (!e.checkVisibility({ visibilityProperty: true }) || e.closest(".hidden, #history, #recipe, .files, #presets input")) return false;
+  if (e.tagName !== "SELECT") return e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).textOverflow !== "ellipsis" && getComputedStyle(e).display !== "inline";
+  const style = getComputedStyle(e), pen = document.createElement("canvas").getContext("2d");
+  pen.font = `${style.fontWeight} ${style.fontSize} ${style.fontFamily}`;
+  // The arrow takes about 16 pixels.
+  return pen.measureText(e.selectedOptions[0]?.text ?? "").width + 16 > e.clientWidth - parseFloat(style.paddingLeft) - parseFloat(style.paddingRight) + 4;
+  }).map((e) => [e.id || e.className || e.tagName, (e.selectedOptions?.[0]?.text ?? e.textContent).trim().slice(0, 30)])"""
 # Texts with less contrast to their background than WCAG's level AA requires.
 FAINT = """(() => {
   const parse = (text) => { const c = document.createElement("canvas").getContext("2d", { willReadFrequently: true }); c.clearRect(0, 0, 1, 1); c.fillStyle = text; c.fillRect(0, 0, 1, 1);
@@ -58,6 +67,17 @@ def overlapping(boxes):
     return wrong
 
 
+def check_place(page, where, width, height):
+    """In the window as it is now: only lists scroll, nothing overlaps, all is in the window and readable."""
+    boxes = page.run(SEEN)
+    page.expect(not (found := page.run(SCROLLS)), f"{where}: scrolls: {found}")
+    page.expect(not (found := overlapping(boxes)), f"{where}: over each other: {found[:4]}")
+    out = [b[0] for b in boxes if b[1] < -1 or b[2] < -1 or b[3] > width + 1 or b[4] > height + 1]
+    page.expect(not out, f"{where}: outside of the window: {out}")
+    page.expect(not (found := page.run(CUT)), f"{where}: cut: {found[:5]}")
+    page.expect(not (found := page.run(FAINT)), f"{where}: too faint: {found[:5]}")
+
+
 def check_layout(page):
     """At three sizes, light and dark, with each tab open: only lists scroll, nothing overlaps, all is in the window and readable."""
     for width, height in SIZES:
@@ -66,13 +86,7 @@ def check_layout(page):
             dark(page, is_dark)
             for tab in TABS:
                 page.tab(tab)
-                where = f"{width} x {height}, {'dark' if is_dark else 'light'}, tab {tab}"
-                boxes = page.run(SEEN)
-                page.expect(not (found := page.run(SCROLLS)), f"{where}: scrolls: {found}")
-                page.expect(not (found := overlapping(boxes)), f"{where}: over each other: {found[:4]}")
-                out = [b[0] for b in boxes if b[1] < -1 or b[2] < -1 or b[3] > width + 1 or b[4] > height + 1]
-                page.expect(not out, f"{where}: outside of the window: {out}")
-                page.expect(not (found := page.run(FAINT)), f"{where}: too faint: {found[:5]}")
+                check_place(page, f"{width} x {height}, {'dark' if is_dark else 'light'}, tab {tab}", width, height)
                 page.shot(f"{width}_{'dark' if is_dark else 'light'}_{tab}")
             view = page.view()
             page.expect(view[3] > height - 60, f"the view is {view[3]} high of {height}")

@@ -28,14 +28,18 @@ def reduced(image):
     return image.quantize(palette=palette, dither=Image.Dither.NONE)
 
 
+def reduced_to(screenshot, target):
+    """Saves a screenshot, as Chromium sends it, with a width of 1040 pixels."""
+    seen = Image.open(io.BytesIO(base64.b64decode(screenshot))).convert("RGB")
+    reduced(seen.resize((1040, round(1040 * seen.height / seen.width)), Image.LANCZOS)).save(target, optimize=True)
+    print(f"{target.name}: {target.stat().st_size / 1000:.0f} kB")
+
+
 def save(page, name):
     """Waits until the numbers are placed, and saves a screenshot."""
     page.settled()
     page.until("isomend.labels.settled", "the numbers are placed")
-    seen = Image.open(io.BytesIO(base64.b64decode(page.call("Page.captureScreenshot")["data"]))).convert("RGB")
-    target = ROOT / f"data/view_{name}.png"
-    reduced(seen.resize((1040, round(1040 * seen.height / seen.width)), Image.LANCZOS)).save(target, optimize=True)
-    print(f"{target.name}: {target.stat().st_size / 1000:.0f} kB")
+    reduced_to(page.call("Page.captureScreenshot")["data"], ROOT / f"data/view_{name}.png")
 
 
 def draw(page):

@@ -1,15 +1,15 @@
 # /// script
 # requires-python = ">=3.11"
-# dependencies = ["websocket-client==1.9.2"]
+# dependencies = ["pillow==13.0.0", "websocket-client==1.9.2"]
 # ///
 """Test the site that scripts/wasm.sh makes, in headless Chromium: the page of `isomend view` without a server program.
 
-    scripts/wasm.sh DIR && python3 scripts/wasm_test.py DIR/site [--isomend PROGRAM] [--keep FOLDER]
+    scripts/wasm.sh DIR && python3 scripts/wasm_test.py DIR/site [--isomend PROGRAM] [--keep FOLDER] [--picture FILE]
 
 The example is opened, filled, saved and downloaded: the bytes must be what the program writes. A step is cancelled, and the steps before it
 come back. Another mesh is opened, and a file that is no mesh is refused. Nothing may be requested from other addresses, and no error
-written to the console. `--keep` keeps screenshots. The exit code is 1 if a test fails. Without Chromium the tests are left out, with a
-message; with CI=true this is a failure."""
+written to the console. `--keep` keeps screenshots; `--picture` makes data/browser.png. The exit code is 1 if a test fails. Without
+Chromium the tests are left out, with a message; with CI=true this is a failure."""
 
 import argparse
 import base64
@@ -30,6 +30,15 @@ from left_out import left_out
 FRAME = "document.querySelector('#page').contentWindow"
 READY = f"{FRAME}?.isomend?.model?.state && {FRAME}.document.documentElement.dataset.state === 'ready'"
 DONE = f"!{FRAME}.isomend.steps.job && {FRAME}.isomend.model.state.current === {{}} && {FRAME}.isomend.display.shown.after !== null"
+
+
+def save(site, target):
+    """A screenshot once the numbers of the holes are placed, at most 256 colours."""
+    # Only the picture takes Pillow.
+    from view_picture import reduced_to
+
+    site.until(f"{FRAME}.isomend.labels.settled && !{FRAME}.document.documentElement.dataset.pending", "the numbers are placed")
+    reduced_to(site.call("Page.captureScreenshot")["data"], target)
 
 
 class Files(http.server.SimpleHTTPRequestHandler):
@@ -84,7 +93,7 @@ class Site(Browser):
             let text = ""; for (const byte of bytes) text += String.fromCharCode(byte); return btoa(text); }})()"""))
 
 
-def filled(site, program, folder):
+def filled(site, program, folder, picture):
     """The example is filled as by the program, saved, and its report opened."""
     site.shot("start")
     site.run("document.querySelector('#example').click()")
@@ -94,6 +103,8 @@ def filled(site, program, folder):
     site.until(f"{FRAME}.isomend.steps.job !== null", "the step has begun")
     site.until(DONE.format(1), "the holes are filled")
     site.shot("filled")
+    if picture:
+        save(site, picture)
     own = site.fetched("api/download/1?format=ply&file=mesh")
     recipe = json.loads(site.fetched("api/recipe"))["shell"]
     shutil.copy(ROOT / "data/scan.ply", folder)
@@ -145,6 +156,7 @@ def main():
     parser.add_argument("site", type=Path)
     parser.add_argument("--isomend", default=ROOT / "target/release/isomend", type=Path)
     parser.add_argument("--keep", type=Path)
+    parser.add_argument("--picture", type=Path)
     arguments = parser.parse_args()
     chromium = next(filter(None, map(shutil.which, NAMES)), None)
     if not chromium:
@@ -158,7 +170,7 @@ def main():
         (folder / "profile").mkdir()
         site = Site(chromium, folder / "profile", f"http://127.0.0.1:{server.server_port}/", arguments.keep)
         try:
-            for what, test in (("filled", lambda: filled(site, arguments.isomend, folder)), ("cancelled", lambda: cancelled(site)), ("opened", lambda: opened(site))):
+            for what, test in (("filled", lambda: filled(site, arguments.isomend, folder, arguments.picture)), ("cancelled", lambda: cancelled(site)), ("opened", lambda: opened(site))):
                 before = len(site.wrong)
                 test()
                 print(f"{what}: {'right' if len(site.wrong) == before else 'WRONG'}")

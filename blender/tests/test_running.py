@@ -22,8 +22,14 @@ class Operator:
                 for key in {**of, **common}:
                     setattr(self, key, chosen.get(key, 0))
                 kind = getattr(extension.operators, f"ISOMEND_OT_{name}")
+        for name, module in (("check", "check"), ("find_holes", "holes")):
+            if name in properties:
+                self.min_wall = 0
+                kind = getattr(getattr(extension, module), f"ISOMEND_OT_{name}")
+        self.doing = kind.doing
         for name in ("work", "prepare", "finish", "invoke", "modal", "show_progress", "clear_progress", "cancel", "solving"):
-            setattr(self, name, getattr(kind, name).__get__(self))
+            if hasattr(kind, name):
+                setattr(self, name, getattr(kind, name).__get__(self))
 
 
 def context_of(bpy, item):
@@ -72,6 +78,22 @@ def test_escape_cancels_and_nothing_is_changed(bpy, scene, extension):
         time.sleep(0.01)
     assert answer == {"CANCELLED"} and time.monotonic() - start < 5
     assert np.array_equal(shapes.positions(item.data), before) and "Cancelled" in operator.said[0][1]
+
+
+@pytest.mark.parametrize(("name", "said"), [("check", "Not watertight or printable"), ("find_holes", "10 holes")])
+def test_checks_and_lists_leave_the_window_usable(bpy, scene, extension, name, said):
+    item = shapes.plane_with_holes(bpy, 120, 3)
+    texts, context = context_of(bpy, item)
+    operator = Operator(extension, **{name: True})
+    assert operator.invoke(context, event("LEFTMOUSE")) == {"RUNNING_MODAL"}
+    assert operator.modal(context, event("MIDDLEMOUSE")) == {"PASS_THROUGH"}, "the view can be moved"
+    while (answer := operator.modal(context, event("TIMER"))) == {"RUNNING_MODAL"}:
+        time.sleep(0.01)
+    assert answer == {"FINISHED"} and operator.said[0][1].startswith(said) and texts[-1] is None
+    assert len(scene.isomend.holes) == (10 if name == "find_holes" else 0)
+    operator = Operator(extension, **{name: True})
+    operator.invoke(context, event("LEFTMOUSE"))
+    assert operator.modal(context, event("ESC", "PRESS")) == {"CANCELLED"} and operator.said == [({"WARNING"}, "Cancelled")]
 
 
 def moved(mesh):

@@ -12,6 +12,7 @@ from isomend._check import Verdict
 from isomend._errors import EmptyMaskError, IsomendError, ParameterError
 from isomend._holes import CreaseEnd, Hole, crease_end_of, hole_of
 from isomend._isomend import Found, Mended as CoreMended, Model as CoreModel
+from isomend._masks import in_files
 from isomend._reports import Drawn, report_of
 from isomend._shape import Shape
 from isomend._volume import Volume
@@ -244,7 +245,7 @@ class Mended(Shape, Drawn):
         return f"<isomend.Mended of {vertices} vertices and {faces} faces, {new} of them new: {self._core.state()}>"
 
     def __str__(self) -> str:
-        """What was done, in lines: regions, remarks, holes left open and why, the outcome last."""
+        """What was done: the patches as a table with their expected errors, remarks, holes left open and why, the outcome last."""
         return "\n".join(self._core.lines())
 
     @property
@@ -447,8 +448,10 @@ def _mended(
 ) -> Mended:
     """Runs a command on a mesh or on its inspection."""
     run, parameters = _params.taken_apart(options)
-    work = _params.as_json(_work(command, mark, parameters, model._core.size()[1]))
-    return _judged(Mended._made_of(model, core.mend(work, _threads(run.get("threads")), run.get("progress"))), run)
+    with in_files(mark) as mask:
+        work = _params.as_json(_work(command, mask, parameters, model._core.size()[1]))
+        done = core.mend(work, _threads(run.get("threads")), run.get("progress"))
+    return _judged(Mended._made_of(model, done), run)
 
 
 def _threads(threads: int | None) -> int | None:

@@ -298,8 +298,15 @@ def _file(what: str, value: Any) -> str:
     try:
         path: str = os.fspath(value)
     except TypeError:
-        raise ParameterError(f"{what} must be the path of a file, but one is {value!r}; write a mesh to a file first") from None
+        raise ParameterError(f"{what} must be the path of a file, but one is {value!r}") from None
     return path
+
+
+def _closed(what: str, value: Any) -> str:
+    """The path of the file of a closed mesh."""
+    if not isinstance(value, (str, os.PathLike)):
+        raise ParameterError(f"{what} must be a model or the path of a file, but one is {value!r}")
+    return _file(what, value)
 
 
 def _painted(what: str, value: Any) -> dict[str, Any]:
@@ -341,7 +348,7 @@ def _name(what: str, value: Any) -> str:
 NAMED = ("inside", "face_files", "colours", "materials")
 # The parts of a mask, with the validation of an item.
 PARTS: dict[str, Callable[[str, Any], Any]] = {
-    "boxes": _box, "balls": _ball, "inside": _file, "faces": whole, "face_files": _file, "colours": _painted, "materials": _name,
+    "boxes": _box, "balls": _ball, "inside": _closed, "faces": whole, "face_files": _file, "colours": _painted, "materials": _name,
     "grow": positive, "shrink": positive,
 }  # fmt: skip
 

@@ -4,13 +4,13 @@ use std::collections::{BTreeMap, HashMap};
 
 use isomend::job::{Mended, OperationReport, Work};
 use isomend::report::{
-    Remark, closing_lines, counted, faired_measures, faired_part, left_holes, lost_creases,
-    named_holes, repair_lines, significant, tally_line,
+    ClosedTable, Remark, chain_lines, closed_rows, counted, defect_lines, faired_measures,
+    faired_part, left_holes, lost_creases, named_holes, repair_lines, significant, tally_line,
 };
 use isomend::{FairReport, FillReport, HoleId, HoleOutcome, LeftReason, RegionReport};
 
-/// Most regions that get a line each in the text of a result.
-const MOST_REGIONS: usize = 30;
+/// Width of the table of patches, in characters.
+const WIDTH: usize = 80;
 
 /// What a remark means and what to do. `flat` is advice for a flat cap; it is empty where no keyword names the holes.
 fn text(remark: Remark, flat: &str) -> String {
@@ -177,7 +177,7 @@ pub fn state(mended: &Mended) -> String {
     }
 }
 
-/// The lines that the text of a result has: steps, regions, remarks, holes left open, and the outcome last.
+/// The lines that the text of a result has: steps, the table of patches, remarks, holes left open, and the outcome last.
 pub fn lines(mended: &Mended) -> Vec<String> {
     let report = &mended.report;
     let mut lines = Vec::new();
@@ -190,10 +190,14 @@ pub fn lines(mended: &Mended) -> Vec<String> {
         )),
         _ => {}
     }
-    // Holes left open are listed below, with the keyword that changes it.
-    let is_closed = |outcome: &HoleOutcome| matches!(outcome, HoleOutcome::Closed(_));
-    let with_regions = report.regions.len() <= MOST_REGIONS;
-    lines.extend(closing_lines(report, with_regions, is_closed));
+    lines.extend(defect_lines(&report.defects));
+    lines.extend(chain_lines(&report.open_chains));
+    let table = ClosedTable {
+        unit: None,
+        width: Some(WIDTH),
+        limited: Some(""),
+    };
+    lines.extend(table.lines(report, &closed_rows(report)));
     lines.extend(remarks(mended));
     lines.extend(left_open(mended).into_iter().map(|(_, line)| line));
     lines.push(tally_line(report));

@@ -142,7 +142,7 @@ def test_files_are_named_as_by_errors_of_python(tmp_path, filled):
         ({"colours": ["ff0000,1.2.3"]}, "tolerance from 0 to 255"),
         ({"colours": [{"rgb": [255, 0, 0]}]}, "colours must have numbers from 0 to 1"),
         ({"colours": [{"red": 1}]}, "colours must be a text such as"),
-        ({"inside": [3]}, "inside must be the path of a file"),
+        ({"inside": [3]}, "inside must be a model or the path of a file"),
         ({"materials": [1]}, "materials"),
         ({"grow": "far"}, "grow"),
         ({"box": []}, "'box'.*boxes"),
@@ -175,10 +175,13 @@ def test_masks_have_short_forms(sphere, short, long):
 
 
 def test_the_path_of_a_mask_may_stand_alone(sphere, tmp_path):
-    isomend.Model(0.4 * shapes.closed_sphere()[0] + (0, 0, -1), shapes.closed_sphere()[1]).write(tmp_path / "inside.ply")
+    ball = isomend.Model(0.4 * shapes.closed_sphere()[0] + (0, 0, -1), shapes.closed_sphere()[1])
+    ball.write(tmp_path / "inside.ply")
     alone = isomend.restore(*sphere, {"inside": tmp_path / "inside.ply"})
     assert alone.report["removed_faces"] > 0
     assert alone.vertices.tobytes() == isomend.restore(*sphere, {"inside": [str(tmp_path / "inside.ply")]}).vertices.tobytes()
+    for given in (ball, [ball, tmp_path / "inside.ply"]):
+        assert alone.vertices.tobytes() == isomend.restore(*sphere, {"inside": given}).vertices.tobytes()
 
 
 @pytest.mark.parametrize(

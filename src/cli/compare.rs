@@ -6,7 +6,7 @@ use clap::Args;
 use isomend::Unit;
 use isomend::compare::{Comparison, Distances, SurfaceFacts};
 use isomend::job;
-use isomend::report::{counted, length, length_beside, number, point};
+use isomend::report::{counted, length, length_beside, lengths_in, number, point};
 use serde::Deserialize;
 
 use super::console::{self, Console};
@@ -115,7 +115,8 @@ fn table(c: &Comparison, unit: Option<Unit>) -> String {
     facts("A", &c.a)
         + &facts("B", &c.b)
         + "\n"
-        + &unit.map_or(String::new(), |unit| format!("lengths in {unit}:\n"))
+        + &lengths_in(unit)
+        + "\n"
         + &console::heading(&cells_line(
             "",
             &["max", "rms", "mean", "angle mean", "angle max"].map(str::to_owned),

@@ -7,7 +7,7 @@ use isomend::io::Loaded;
 use isomend::job::{Inspected, Looked, Work};
 use isomend::report::{
     chain_lines, component_rows, counted, crease_end_line, crease_end_table, defect_lines,
-    hole_table, length, point,
+    hole_table, length, lengths_in, point,
 };
 use isomend::{Selection, Unit};
 
@@ -187,10 +187,7 @@ fn summary(loaded: &Loaded, inspected: &Inspected) -> String {
     }
     if !found.holes.is_empty() {
         line(String::new());
-        inspected
-            .unit
-            .into_iter()
-            .for_each(|unit| line(format!("lengths in {unit}:")));
+        line(lengths_in(inspected.unit));
         let mut rows =
             hole_table(&found.holes, &inspected.crease_ends, console::width()).into_iter();
         rows.next()

@@ -30,7 +30,7 @@ Examples:
 
 /// Run an experiment of the paper.
 ///
-/// Prints tables, and what the paper, theory or an independent implementation states next to the computed values. All lengths and times are
+/// Prints tables, and what the paper, theory or the prototype states next to the computed values. All lengths and times are
 /// dimensionless.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]

@@ -264,3 +264,21 @@ fn a_hole_narrower_than_the_voxel_gets_an_automatic_one() {
             .is_none_or(|voxel| voxel < 0.2 * narrow.diameter)
     );
 }
+
+#[test]
+fn a_mesh_of_floats_is_the_mesh_of_the_same_doubles() {
+    let floats = vec![[0.1_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.3]];
+    let doubles = floats.iter().map(|p| p.map(f64::from)).collect();
+    let faces = vec![[0, 1, 2]];
+    assert_eq!(
+        Mesh::from_f32(floats, faces.clone()),
+        Mesh::from((doubles, faces))
+    );
+    // Numbers without a type are doubles.
+    assert_eq!(
+        Mesh::from((vec![[0.5, 0.0, 0.0]], Vec::new()))
+            .positions
+            .len(),
+        1
+    );
+}

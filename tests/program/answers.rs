@@ -152,3 +152,22 @@ fn pages_have_the_verdict_and_lead_to_the_defects() {
             .contains("<p class=\"badge good\" role=\"status\">watertight and printable</p>")
     );
 }
+
+#[test]
+fn check_names_the_command_that_mends() {
+    let desk = Desk::new();
+    let said = |arguments: &[&str]| plain(&text(&desk.run(arguments).stdout));
+    let open = said(&["check", "ball.ply"]);
+    assert!(
+        open.ends_with("\nto close the holes: isomend fill ball.ply -o OUT\n"),
+        "{open}"
+    );
+    assert_code(&desk.run(&["fill", "ball.ply", "-o", "whole.ply"]), 0);
+    // A wall that is too thin is no work for a repair.
+    for sound in [
+        said(&["check", "whole.ply"]),
+        said(&["check", "whole.ply", "--min-wall", "100"]),
+    ] {
+        assert!(!sound.contains("-o OUT"), "{sound}");
+    }
+}

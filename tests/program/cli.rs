@@ -150,7 +150,7 @@ fn inspect_prints_a_table() {
         table.contains("2 holes") && table.contains("diameter"),
         "{table}"
     );
-    assert_eq!(table.lines().count(), 7, "{table}");
+    assert_eq!(table.lines().count(), 8, "{table}");
 }
 
 #[test]

@@ -119,7 +119,7 @@ pub(crate) enum StatedBy {
     Paper,
     /// Theory: an exact solution, a limit or an order of convergence.
     Theory,
-    /// An independent implementation of the paper.
+    /// The prototype: an implementation of the paper in Python and C that shares no code with this one.
     Reference,
     /// This project: what its own method is held to.
     Project,
@@ -130,7 +130,7 @@ impl fmt::Display for StatedBy {
         f.write_str(match self {
             Self::Paper => "the paper",
             Self::Theory => "theory",
-            Self::Reference => "an independent implementation",
+            Self::Reference => "the prototype",
             Self::Project => "isomend",
         })
     }

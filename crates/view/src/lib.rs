@@ -43,7 +43,6 @@ mod store;
 mod texture;
 #[cfg(not(target_family = "wasm"))]
 mod token;
-mod upright;
 mod walls;
 mod words;
 

@@ -10,7 +10,6 @@ use super::delta::{Delta, KeptNumbers};
 use super::errors::Errors;
 use super::runs::Runs;
 use super::texture::Textures;
-use super::upright::up_axis;
 use super::walls::Thickness;
 use super::words::Command;
 use isomend_core::check::CheckParams;
@@ -21,6 +20,7 @@ use isomend_files::io::Loaded;
 use isomend_files::job::{
     Drawings, INTERMEDIATE, JobError, Mended, Place, Source, Work, default_plan, inspect,
 };
+use isomend_files::report::scene::up_axis;
 use isomend_files::report::{Standing, counted};
 
 /// A mesh of the session.
@@ -222,9 +222,16 @@ impl State {
 
     /// The axis that likely points up.
     pub fn up(&self) -> DVec3 {
-        *self
-            .up
-            .get_or_init(|| up_axis(&self.loaded.mesh, &self.holes, self.bounds))
+        *self.up.get_or_init(|| {
+            let mesh = &self.loaded.mesh;
+            let point = |v: &u32| mesh.positions[*v as usize];
+            let rims: Vec<Vec<DVec3>> = self
+                .holes
+                .iter()
+                .map(|h| h.rim.iter().map(point).collect())
+                .collect();
+            up_axis(mesh, &rims, self.bounds)
+        })
     }
 
     /// Its texture images.

@@ -37,6 +37,7 @@ export class Defects {
     verdict.textContent = tr("checking");
     verdict.dataset.level = "";
     find("#defect-list").replaceChildren();
+    find("#defect-list").dataset.none = "";
     try {
       const found = await this.app.verdict.of(id);
       // The current mesh or the minimum wall has changed in the meantime.
@@ -48,6 +49,7 @@ export class Defects {
       find("#wall-thinnest").replaceChildren(...this.thinnest(walls));
       const { marks = {}, defects = [] } = found, there = defects.filter((d) => d.count).map((d) => ({ ...d, ...marks[d.kind] }));
       find("#defect-list").replaceChildren(...there.map((defect) => this.defect(defect, id)));
+      find("#defect-list").dataset.none = tr("no_defects");
     } catch (error) {
       if (model.state.current === id && request === this.requests) verdict.textContent = error.message;
     }

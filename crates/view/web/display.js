@@ -104,8 +104,10 @@ export class Display {
   showSides() {
     const { show } = this.app.viewer.options, two = show === "both" || show === "slider";
     find(".stage").classList.toggle("both", show === "both");
-    find("#left").hidden = this.shown.before === null || show === "after";
-    find("#right").hidden = this.shown.before === null || show === "before";
+    // One picture alone has its name in the control already, unless it is a preview's.
+    const named = this.shown.before !== null && (two || Boolean(this.shown.names));
+    find("#left").hidden = !named || show === "after";
+    find("#right").hidden = !named || show === "before";
     find("#right").classList.toggle("edge", show !== "both");
     find("#left").textContent = this.shown.names?.[0] || tr("before");
     find("#right").textContent = this.shown.names?.[1] || tr("after");

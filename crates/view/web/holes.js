@@ -130,7 +130,8 @@ export class Holes {
     if (hole.joined.length) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: ` + ${hole.joined.join(" + ")}` }));
     const was = this.numberBefore(hole.id);
     if (was) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("was_number", { was }) }));
-    if (this.isBorder(hole)) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("border_short") }));
+    // A border that is joined is filled with its partner.
+    if (this.isBorder(hole) && !hole.joined.length) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("border_short") }));
     button.title = hole.outcome ? `${name}: ${outcomeWords(hole)}` : tr("row_title", { name, height: digits(hole.height, hole.diameter) + this.app.unit() });
     if (hole.joined.length) button.title += " " + tr("row_joined", { ids: hole.joined.join(", ") });
     button.addEventListener("click", (event) => this.choose(hole.id, true, { adds: event.ctrlKey || event.metaKey, range: event.shiftKey }));

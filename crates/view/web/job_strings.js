@@ -15,7 +15,7 @@ export const JOB_WORDS = {
   save_title: ["Save", "Sichern"],
   filter: ["Filter, and set all", "Filtern und alle setzen"],
   settings: ["Settings", "Einstellungen"],
-  print_hint: ["Closes the mesh and mends its defects, so that slicers take it. Holes that are set to close flat in Fill holes are closed flat here too.", "Schließt das Netz und behebt seine Fehler, damit Slicer es annehmen. Löcher, die unter Löcher füllen auf flach schließen stehen, werden auch hier flach."],
+  print_hint: ["Closes the mesh and mends its defects, so that slicers take it. Holes that are set to “close flat” in Fill holes are closed flat here too.", "Schließt das Netz und behebt seine Fehler, damit Slicer es annehmen. Löcher, die unter „Löcher füllen“ auf „flach schließen“ stehen, werden auch hier flach."],
   run_fill: ["Fill", "Füllen"],
   run_restore: ["Restore", "Erneuern"],
   run_fair: ["Smooth", "Glätten"],

@@ -12,7 +12,7 @@ export function remember(app) {
   const fields = Object.fromEntries(all(FIELDS).map((field) => [field.id, field.type === "checkbox" ? field.checked : field.value]));
   const chosen = Object.fromEntries(Object.entries(presets.chosen).map(([kind, preset]) => [kind, preset.name]));
   sessionStorage.setItem(KEY, JSON.stringify({
-    camera: { centre: camera.centre, axes: camera.axes, reach: camera.reach }, tab: app.tab, tool: app.tool, kind: app.steps.kind, show: options.show, colour: app.display.colour,
+    camera: { centre: camera.centre, axes: camera.axes, reach: camera.reach }, tab: app.tab, tool: app.tool, kind: app.steps.kind, show: options.show, colour: app.display.colour, aspect: app.aspects.chosen,
     fields, chosen, measures: app.measure.items, picked: [...app.holes.picked], chosenHole: app.holes.chosen,
     previews, job: job?.preview ? { id: job.id, kind: job.kind, label: job.label, settings: job.settings } : null,
   }));
@@ -51,7 +51,8 @@ export function recallFields(app, { fields, chosen, previews, job }) {
 }
 
 /** Sets the rest of a stored state, once the mesh is shown. */
-export async function recallView(app, { camera, tab, tool, kind, show, colour, picked, chosenHole, measures }) {
+export async function recallView(app, { camera, tab, tool, kind, show, colour, aspect, picked, chosenHole, measures }) {
+  app.aspects.chosen = aspect;
   app.open(tab);
   app.setTool(tool);
   app.steps.show(kind);

@@ -62,7 +62,7 @@ export class Result {
     find("#result-line").textContent = line;
     putNumbers(find("#result-numbers"), [
       [all ? `${closed} / ${all - left}` : "–", tr("number_closed")],
-      [Number.isFinite(error) ? verdict.length(error) : "–", tr("number_error")],
+      [Number.isFinite(error) ? verdict.error(error) : "–", tr("number_error")],
       [found?.walls ? verdict.length(found.walls.least) : found ? "–" : "…", tr("number_wall")],
     ]);
   }
@@ -80,7 +80,7 @@ export class Result {
       if (Number.isFinite(error)) {
         const swatch = Object.assign(document.createElement("i"), { className: "swatch" });
         swatch.style.background = rising(error / high);
-        right.append(swatch, " ", this.app.verdict.length(error));
+        right.append(swatch, this.app.verdict.error(error));
       }
       item.append(Object.assign(document.createElement("b"), { textContent: hole.id }), how, right);
       return item;

@@ -83,6 +83,11 @@ export class Verdict {
     return digits(x) + this.app.unit();
   }
 
+  /** An expected error with its unit: two significant digits, as in the terminal. */
+  error(x) {
+    return this.length(Number(x.toPrecision(2)));
+  }
+
   /** The level of a check, and its line: `bad` only if there are defects; a mesh without any whose shape a repair has changed, or to which
    * a repair has given thin walls, is `fair`. */
   judged({ sound, holes, defects = [], debris, walls, doubt }) {

@@ -70,6 +70,12 @@ impl Mesh {
         Self { positions, faces }
     }
 
+    /// A mesh from positions as arrays of 32-bit floats, which doubles hold exactly, and its faces.
+    pub fn from_f32(positions: Vec<[f32; 3]>, faces: Vec<[u32; 3]>) -> Self {
+        let double = |p: [f32; 3]| DVec3::from(p.map(f64::from));
+        Self::new(positions.into_iter().map(double).collect(), faces)
+    }
+
     /// Smallest and largest coordinates of the vertices that faces use; (+∞, −∞) without faces.
     ///
     /// # Panics
@@ -98,14 +104,6 @@ impl Mesh {
 impl From<(Vec<[f64; 3]>, Vec<[u32; 3]>)> for Mesh {
     fn from((positions, faces): (Vec<[f64; 3]>, Vec<[u32; 3]>)) -> Self {
         Self::new(positions.into_iter().map(DVec3::from).collect(), faces)
-    }
-}
-
-/// A mesh from arrays of 32-bit floats, which doubles hold exactly: positions and faces.
-impl From<(Vec<[f32; 3]>, Vec<[u32; 3]>)> for Mesh {
-    fn from((positions, faces): (Vec<[f32; 3]>, Vec<[u32; 3]>)) -> Self {
-        let double = |p: [f32; 3]| DVec3::from(p.map(f64::from));
-        Self::new(positions.into_iter().map(double).collect(), faces)
     }
 }
 

@@ -26,6 +26,13 @@ pub(crate) fn percent(x: f64) -> String {
     format!("{} %", significant(x, 3))
 }
 
+/// The line over a table that names the unit of its lengths.
+#[doc(hidden)]
+pub fn lengths_in(unit: Option<Unit>) -> String {
+    let unit = unit.map_or("mesh units".to_owned(), |unit| unit.to_string());
+    format!("lengths in {unit}:")
+}
+
 /// An expected error with two significant digits, as in the table of holes.
 pub(crate) fn error_text(unit: Option<Unit>, x: f64) -> String {
     let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));

@@ -15,6 +15,7 @@ pub mod scene;
 #[doc(hidden)]
 pub mod scripts;
 mod standing;
+mod table;
 mod text;
 
 pub use check::verdict_lines;
@@ -24,7 +25,7 @@ pub use text::{summary_lines, tally_line};
 
 pub use {
     check::verdict_rows,
-    counts::{counted, timed},
+    counts::{counted, lengths_in, timed},
     fair::{faired_measures, faired_part},
     holes::{component_rows, crease_end_line, crease_end_table, hole_table},
     isomend_core::mesh::{length, length_beside, number, point, significant},
@@ -33,8 +34,9 @@ pub use {
     remark::Remark,
     repair::{repair_lines, repair_lines_in},
     standing::Standing,
+    table::{ClosedRow, ClosedTable, closed_rows},
     text::{
-        chain_lines, closing_lines, defect_lines, level_lines, lost_creases, named_holes, ranges,
-        reason_lines, region_lines, region_lines_in, weighed_lines,
+        chain_lines, defect_lines, level_lines, lost_creases, named_holes, ranges, reason_lines,
+        region_lines, region_lines_in, weighed_lines,
     },
 };

@@ -7,7 +7,7 @@
 pub type Script = (&'static str, &'static str);
 
 /// The modules of the viewer, in any order.
-const VIEWER: [Script; 9] = [
+const VIEWER: [Script; 10] = [
     ("activity.js", include_str!("viewer/activity.js")),
     ("camera.js", include_str!("viewer/camera.js")),
     ("controls.js", include_str!("viewer/controls.js")),
@@ -15,6 +15,7 @@ const VIEWER: [Script; 9] = [
     ("labels.js", include_str!("viewer/labels.js")),
     ("point.js", include_str!("viewer/point.js")),
     ("shaders.js", include_str!("viewer/shaders.js")),
+    ("still.js", include_str!("viewer/still.js")),
     ("surface.js", include_str!("viewer/surface.js")),
     ("viewer.js", include_str!("viewer/viewer.js")),
 ];

@@ -342,18 +342,6 @@ pub fn chain_lines(chains: &[OpenChain]) -> Vec<String> {
 /// The summary of a fill: defects, a line for each region if `with_regions`, the holes that were not closed by a level set, and numbers of
 /// holes by outcome.
 pub fn summary_lines(report: &FillReport, with_regions: bool) -> Vec<String> {
-    let mut lines = closing_lines(report, with_regions, |_| true);
-    lines.push(tally_line(report));
-    lines
-}
-
-/// The same without the numbers, and with the reasons of only some outcomes.
-#[doc(hidden)]
-pub fn closing_lines(
-    report: &FillReport,
-    with_regions: bool,
-    is_wanted: impl Fn(&HoleOutcome) -> bool,
-) -> Vec<String> {
     let mut lines = defect_lines(&report.input.defects);
     lines.extend(chain_lines(&report.input.open_chains));
     let (small, solved): (Vec<_>, Vec<_>) = report.regions.iter().partition(|r| !r.has_surface());
@@ -367,25 +355,22 @@ pub fn closing_lines(
             "{holes} small holes and sides of seams: closed with {faces} faces between rim vertices"
         ));
     }
-    lines.extend(reasons(report, is_wanted));
+    lines.extend(reason_lines(report));
     if !with_regions {
         lines.extend(weighed_lines(report, None));
     }
+    lines.push(tally_line(report));
     lines
 }
 
 /// The holes that were not closed by a level set, grouped by outcome and reason.
 #[doc(hidden)]
 pub fn reason_lines(report: &FillReport) -> Vec<String> {
-    reasons(report, |_| true)
-}
-
-fn reasons(report: &FillReport, is_wanted: impl Fn(&HoleOutcome) -> bool) -> Vec<String> {
     let mut reasons: Vec<(String, String, Vec<HoleId>)> = Vec::new();
     let mut places: HashMap<(String, String), usize> = HashMap::new();
     let few_edges = HoleOutcome::Closed(Closure::RimTriangles(NotSmooth::FewEdges));
     let wanted = report.holes.iter().filter(|h| h.outcome != few_edges);
-    for h in wanted.filter(|h| is_wanted(&h.outcome)) {
+    for h in wanted {
         let Some(why) = h.outcome.reason() else {
             continue;
         };

@@ -42,7 +42,7 @@ impl Default for GraphSettings {
     }
 }
 
-/// Energies at the start and after 2500 steps with h = 1/32, computed by an independent implementation.
+/// Energies at the start and after 2500 steps with h = 1/32, computed by the prototype.
 const REFERENCE: [f64; 2] = [136.7, 43.3];
 
 /// The initial graph `¼ sin πy (¼ sin πx + sin 3πx)`.

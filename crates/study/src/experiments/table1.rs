@@ -33,7 +33,7 @@ impl Default for Table1Settings {
     }
 }
 
-/// L2 errors at 8, 16, … 256 cells a side, computed by an independent implementation; the first is also in the paper.
+/// L2 errors at 8, 16, … 256 cells a side, computed by the prototype; the first is also in the paper.
 const REFERENCE: [(usize, f64); 6] = [
     (8, 1.043e-3),
     (16, 2.519e-4),
@@ -257,7 +257,7 @@ pub fn table1(
         report.seconds <= 60.0,
     );
     curves.push(Curve {
-        name: "independent".to_owned(),
+        name: "prototype".to_owned(),
         points: REFERENCE
             .iter()
             .map(|&(n, e)| (1.0 / n as f64, e))

@@ -36,7 +36,7 @@ struct Subject {
 
 /// The cameras from which all patches, and the largest patch, are seen best. Without patches the camera looks at the first rim.
 pub fn views(scene: &Scene) -> Views {
-    let up = scene.up();
+    let up = scene.up;
     let everything = Camera::new(Vec3::X, up, Vec3::ZERO, scene.radius as f32);
     let largest = largest_region(scene);
     let subject = largest.and_then(|region| subject(scene, |f| scene.region(f) == Some(region)));

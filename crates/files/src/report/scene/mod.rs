@@ -3,6 +3,7 @@
 
 mod shading;
 mod thin;
+mod upright;
 
 use glam::{DVec3, Vec3};
 
@@ -10,6 +11,8 @@ use isomend_core::mesh::{Mesh, bounds, weld_map, welded};
 use isomend_core::spatial::Bvh;
 use rayon::prelude::*;
 use shading::Shading;
+#[doc(hidden)]
+pub use upright::up_axis;
 
 /// Sum of the principal curvatures at each vertex of a mesh, averaged over its neighbourhood; positive on a sphere. Vertices at the
 /// same position get the same value.
@@ -57,6 +60,8 @@ pub struct Scene {
     pub origin: DVec3,
     /// Largest distance of a vertex from the origin.
     pub radius: f64,
+    /// The axis that likely points up in the mesh before.
+    pub up: Vec3,
     /// Vertices.
     pub positions: Vec<Vec3>,
     /// Unit normals of the vertices.
@@ -164,17 +169,6 @@ impl Scene {
     pub fn marks_new(&self) -> bool {
         (self.kept > 0 || !self.palette.is_empty()) && !self.regions.is_empty()
     }
-
-    /// The axis that is likely to point up: the longer one of y and z.
-    pub fn up(&self) -> Vec3 {
-        let start = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        let (low, high) = self
-            .positions
-            .iter()
-            .fold(start, |(l, h), &p| (l.min(p), h.max(p)));
-        let size = high - low;
-        if size.y > size.z { Vec3::Y } else { Vec3::Z }
-    }
 }
 
 /// Vertices and faces of both meshes, while a scene is built.
@@ -264,6 +258,7 @@ impl Parts {
         let mut scene = Scene {
             origin,
             radius: 0.0,
+            up: up_axis(change.before, &change.rims, change.before.bounds()).as_vec3(),
             positions: Vec::new(),
             normals: Vec::new(),
             curvature: Vec::new(),

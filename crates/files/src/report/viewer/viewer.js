@@ -4,14 +4,19 @@ import { begun } from "./activity.js";
 import { alongRay, ORIGIN, rimBuffer } from "./geometry.js";
 import { between, Camera, dot, minus, plus, times } from "./camera.js";
 import { NUMBER_FRAGMENT, NUMBER_VERTEX, RIM_FRAGMENT, RIM_VERTEX, SURFACE_FRAGMENT, SURFACE_VERTEX } from "./shaders.js";
+import { sliceOf, Still } from "./still.js";
 import { covered, overlap, rimBoxes, Surface } from "./surface.js";
 
 /** Meshes with at least this many faces are drawn without antialiasing: their faces are about as small as the pixels. */
 const LARGE = 400_000;
 /** Milliseconds; if a picture takes longer, it is drawn with fewer faces or fewer pixels while the view moves. */
 const FLUID = 45;
+/** Resolutions of a coarse picture, as fractions of the full one: the first whose upper bound of the measured milliseconds at half holds. */
+const COARSE = [[0.5, 1.3 * FLUID], [0.34, 2 * FLUID], [0.24, Infinity]];
 /** Milliseconds; if a full picture takes longer, a change is first seen in one with fewer faces or pixels: within 100 ms on most machines. */
 const SLOW = 80;
+/** Meshes whose numbers of faces differ by less than this fraction are taken to be drawn in the same time. */
+const SIMILAR = 0.1;
 /** A section plane that cuts nothing. */
 export const WHOLE = [0, 0, 0, 1];
 
@@ -31,6 +36,8 @@ export class Viewer {
     this.surfaces = new Map();
     this.smooth = faces < LARGE;
     this.parts = parts;
+    // Without antialiasing, and where the picture is kept between frames, the full picture can be drawn in slices.
+    this.still = parts && !this.smooth ? new Still(this) : null;
     this.start();
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     canvas.addEventListener("webglcontextrestored", () => { this.start(); this.refresh(); });
@@ -63,7 +70,9 @@ export class Viewer {
     const side = { mesh, surface: this.surfaces.get(mesh), ranges: ranges || [[0, mesh.faces.length / 3]], rims, kinds, colours, strength, segments };
     this.sides[name] = side;
     this.putRims(side);
-    if (old?.mesh !== mesh) this.costs = {};
+    // A mended mesh of about the same size takes about the same time.
+    const size = mesh.faces.length, similar = old && Math.abs(size - old.mesh.faces.length) < SIMILAR * size;
+    if (old?.mesh !== mesh && !similar) this.costs = {};
     this.refresh();
   }
 
@@ -133,7 +142,8 @@ export class Viewer {
     clearTimeout(this.rest);
     this.rest = setTimeout(() => {
       this.isMoving = false;
-      if (this.drewThin || this.coarse) this.request();
+      if ((this.drewThin || this.coarse) && this.still && this.costs.whole > SLOW) this.still.begin(this.costs.whole);
+      else if (this.drewThin || this.coarse) this.request();
       this.endMotion();
       this.endMotion = null;
     }, 160);
@@ -163,13 +173,18 @@ export class Viewer {
 
   /**
    * Draws everything, or only a part of the canvas: left, top, width and height in pixels of the page. If only the colours of some faces of
-   * a side have changed, these faces are drawn over the picture where that is possible.
+   * a side have changed, these faces are drawn over the picture where that is possible. `slice` draws one of several parts of the faces.
    */
-  draw(fewer = false, part = null, changed = null) {
-    const gl = this.gl, canvas = this.canvas;
+  draw(fewer = false, part = null, changed = null, slice = null) {
+    const gl = this.gl, canvas = this.canvas, isFirst = !slice?.at, isLast = !slice || slice.at === slice.of - 1;
     if (gl.isContextLost()) return;
+    if (!slice && this.still?.drop() && part) {
+      // The rest of the picture is not drawn yet.
+      this.moving();
+      return;
+    }
     this.coarse = fewer && (this.costs.thin ?? this.costs.whole) > FLUID;
-    const ratio = Math.min(window.devicePixelRatio || 1, 2) * (!this.coarse ? 1 : this.costs.coarse > 2 * FLUID ? 0.34 : 0.5);
+    const ratio = Math.min(window.devicePixelRatio || 1, 2) * (this.coarse ? COARSE.find(([, most]) => !(this.costs.coarse > most))[0] : 1);
     const size = [canvas.clientWidth, canvas.clientHeight].map((x) => Math.max(1, Math.round(x * ratio)));
     if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
     const colours = this.colours(), start = performance.now();
@@ -189,16 +204,18 @@ export class Viewer {
       gl.scissor(left, bottom, right - left, top - bottom);
       gl.depthMask(true);
       const over = changed?.side === pane.side && side && this.canDrawOver(side) ? changed.faces : null;
-      if (!over) gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+      if (!over && isFirst) gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
       if (!side) continue;
       const matrix = this.camera.matrix(under.width / canvas.height);
       const [across, up] = [(x) => 2 * (x - under.left) / under.width - 1, (y) => 2 * y / size[1] - 1];
       const within = [across(left), up(bottom), across(right), up(top)];
-      this.drawSurface(side, matrix, colours, fewer, within, over);
+      this.drawSurface(side, matrix, colours, fewer, within, over, slice);
+      if (!isLast) continue;
       if (this.options.rims && side.rims.length || side.segments) this.drawRims(side, matrix, under.width, canvas.height, ratio, colours, part && within);
       this.over?.(side, matrix, colours);
     }
-    if (!part) this.measure(start, fewer);
+    if (!isLast) return;
+    if (!part && !slice) this.measure(start, fewer);
     this.frames++;
     this.drawn?.(part);
   }
@@ -219,11 +236,13 @@ export class Viewer {
     return this.parts && !this.smooth && !surface.levels.clusters && !this.options.wire;
   }
 
-  /** Draws a surface, or only the faces `over` over the picture. */
-  drawSurface({ mesh, surface, ranges }, matrix, colours, fewer, within, over) {
+  /** Draws a surface, only the faces `over` over the picture, or only a slice of the faces. */
+  drawSurface({ mesh, surface, ranges }, matrix, colours, fewer, within, over, slice) {
     const gl = this.gl, { program, at } = this.surface, { options } = this, { colour } = surface;
     const thinned = fewer && Boolean(surface.levels.thin) && !(this.costs.whole < FLUID), plan = over ? surface.planOf(over) : surface.plan(matrix, ranges, thinned, within);
     this.drewThin ||= thinned;
+    if (slice && plan.level && slice.at) return;
+    if (slice && !plan.level) plan.spans = sliceOf(plan.spans, plan.count, slice);
     gl.useProgram(program);
     gl.bindVertexArray(this.nothing);
     gl.disable(gl.BLEND);

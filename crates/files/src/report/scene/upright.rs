@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use isomend_core::mesh::{Hole, Mesh, area_vector};
+use isomend_core::mesh::{Mesh, area_vector};
 
 /// Fraction of the extent: faces and rims this near to the lowest point are what the mesh stands on.
 const FOOT: f64 = 0.03;
@@ -29,7 +29,7 @@ struct Foot {
 }
 
 impl Foot {
-    fn new(axis: usize, mesh: &Mesh, holes: &[Hole], [low, high]: [DVec3; 2]) -> Self {
+    fn new(axis: usize, mesh: &Mesh, rims: &[Vec<DVec3>], [low, high]: [DVec3; 2]) -> Self {
         let size = high - low;
         let [across, along] = [size[(axis + 1) % 3], size[(axis + 2) % 3]];
         let most = low[axis] + FOOT * size[axis];
@@ -47,12 +47,11 @@ impl Foot {
                 false => 0.0,
             }
         });
-        let rim = holes.iter().flat_map(|hole| {
-            let next = hole.rim.iter().cycle().skip(1);
-            hole.rim.iter().zip(next).map(|(a, b)| {
-                let [a, b] = [a, b].map(|v| mesh.positions[*v as usize]);
+        let rim = rims.iter().flat_map(|rim| {
+            let next = rim.iter().cycle().skip(1);
+            rim.iter().zip(next).map(|(a, b)| {
                 let lies = a[axis].max(b[axis]) <= most;
-                if lies { a.distance(b) } else { 0.0 }
+                if lies { a.distance(*b) } else { 0.0 }
             })
         });
         Self {
@@ -74,11 +73,11 @@ impl Foot {
 }
 
 /// The axis that likely points up, y or z: the one with a foot (a flat base, or an open rim at the bottom), so that statues and vases
-/// stand; of two flat sides the larger one; else the longer axis.
-pub fn up_axis(mesh: &Mesh, holes: &[Hole], bounds: [DVec3; 2]) -> DVec3 {
+/// stand; of two flat sides the larger one; else the longer axis. `rims` are the closed rims of the holes.
+pub fn up_axis(mesh: &Mesh, rims: &[Vec<DVec3>], bounds: [DVec3; 2]) -> DVec3 {
     let size = bounds[1] - bounds[0];
     let longer = size.y > size.z;
-    let [y, z] = [1, 2].map(|axis| Foot::new(axis, mesh, holes, bounds));
+    let [y, z] = [1, 2].map(|axis| Foot::new(axis, mesh, rims, bounds));
     let is_y = match (y.part(), z.part()) {
         _ if y.is_flat() && z.is_flat() => y.area > LARGER * z.area,
         (y, z) if y.max(z) < DECIDES => longer,
@@ -115,7 +114,16 @@ mod tests {
 
     fn guessed(mesh: &Mesh) -> DVec3 {
         let holes = Inspection::new(mesh).unwrap().holes;
-        up_axis(mesh, &holes, mesh.bounds())
+        let rims: Vec<Vec<DVec3>> = holes
+            .iter()
+            .map(|hole| {
+                hole.rim
+                    .iter()
+                    .map(|&v| mesh.positions[v as usize])
+                    .collect()
+            })
+            .collect();
+        up_axis(mesh, &rims, mesh.bounds())
     }
 
     #[test]

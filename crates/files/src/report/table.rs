@@ -1,0 +1,330 @@
+//! The patches of a run as a table of at most 80 columns, with a remark on each problem.
+
+use std::collections::{BTreeSet, HashMap};
+
+use isomend_core::fill::{Closure, RegionReport};
+use isomend_core::mend::{FillReport, HoleReport};
+use isomend_core::mesh::{HoleId, Unit};
+
+use super::{Remark, counted, lengths_in, number, significant};
+
+/// Number of widest holes that the table always shows.
+const LARGEST: usize = 10;
+/// Most rows with a remark.
+const MOST_PROBLEMS: usize = 30;
+/// Width of the column of hole numbers, in characters; longer lists are cut off.
+const NUMBERS: usize = 9;
+
+/// How the table of patches is printed.
+#[doc(hidden)]
+pub struct ClosedTable<'a> {
+    /// Unit of the lengths, where it is known.
+    pub unit: Option<Unit>,
+    /// Width of the terminal in characters, where it is known.
+    pub width: Option<usize>,
+    /// Only the widest holes and those with a remark get a row; the others are counted, in a line with this end. `None` for all rows.
+    pub limited: Option<&'a str>,
+}
+
+impl ClosedTable<'_> {
+    /// The lines of the table, with the numbers of the holes that have no row.
+    pub fn lines(&self, report: &FillReport, rows: &[ClosedRow]) -> Vec<String> {
+        let mut lines = Vec::new();
+        let (shown, hidden) = split(rows, self.limited.is_none());
+        if !shown.is_empty() {
+            lines.push(lengths_in(self.unit));
+            lines.push(HEADING.line(self.width));
+            lines.extend(shown.iter().map(|row| row.line(self.width)));
+        }
+        let end = self.limited.unwrap_or_default();
+        let of_hidden = |remarked: bool| {
+            let own = hidden.iter().filter(|r| r.remark.is_some() == remarked);
+            own.count()
+        };
+        for (more, how) in [
+            (of_hidden(true), "with a remark"),
+            (of_hidden(false), "closed without remark"),
+        ] {
+            if more > 0 {
+                lines.push(format!("{more} more {how}{end}"));
+            }
+        }
+        let small = regions(report).count() - rows.len();
+        if small > 0 {
+            let faces: usize = report.regions.iter().map(|r| r.new_faces).sum();
+            let of_rows: usize = rows.iter().map(|row| row.region.new_faces).sum();
+            lines.push(format!(
+                "{} closed by {} between rim vertices",
+                small_regions(report, small),
+                counted(faces - of_rows, "triangle")
+            ));
+        }
+        lines
+    }
+}
+
+/// The regions of a report. Skips regions that closed nothing and whose holes another region closed later, for example walls after a flat
+/// cap that intersected the sheet.
+fn regions(report: &FillReport) -> impl Iterator<Item = &RegionReport> {
+    let in_use: BTreeSet<usize> = report.holes.iter().map(|h| h.region).collect();
+    let is_stale = move |r: &&RegionReport| r.closure.is_none() && !in_use.contains(&r.id);
+    report.regions.iter().filter(move |r| !is_stale(r))
+}
+
+/// The rows of the table of patches, widest first. Small holes without a remark get no row.
+#[doc(hidden)]
+pub fn closed_rows(report: &FillReport) -> Vec<ClosedRow<'_>> {
+    let holes: HashMap<HoleId, &HoleReport> = report.holes.iter().map(|h| (h.hole.id, h)).collect();
+    let mut rows: Vec<ClosedRow> = Vec::new();
+    for region in regions(report) {
+        let own = || region.holes.iter().filter_map(|id| holes.get(id));
+        let edges = own().map(|h| h.hole.edges).sum();
+        let remark = Remark::of(region, own().next().map(|h| &h.outcome));
+        let object = own().next().and_then(|h| h.hole.object.as_deref());
+        if region.has_surface() || remark.is_some() {
+            rows.push(ClosedRow {
+                region,
+                edges,
+                remark,
+                object,
+            });
+        }
+    }
+    rows.sort_by(|a, b| {
+        let wider = b.region.diameter.total_cmp(&a.region.diameter);
+        wider.then(a.region.id.cmp(&b.region.id))
+    });
+    rows
+}
+
+/// Splits rows into those to print (the widest holes, and holes with a remark) and the others.
+fn split<'a, 'r>(
+    rows: &'a [ClosedRow<'r>],
+    all: bool,
+) -> (Vec<&'a ClosedRow<'r>>, Vec<&'a ClosedRow<'r>>) {
+    let mut problems = 0;
+    let mut is_shown = |(at, row): &(usize, &ClosedRow)| {
+        problems += usize::from(row.remark.is_some());
+        all || *at < LARGEST || row.remark.is_some() && problems <= MOST_PROBLEMS
+    };
+    let (mut shown, mut hidden) = (Vec::new(), Vec::new());
+    for row in rows.iter().enumerate() {
+        match is_shown(&row) {
+            true => shown.push(row.1),
+            false => hidden.push(row.1),
+        }
+    }
+    (shown, hidden)
+}
+
+/// A remark as the table shows it, at most 18 characters.
+fn short(remark: Remark) -> &'static str {
+    match remark {
+        Remark::Open => "still open",
+        Remark::Intersects => "intersects others",
+        Remark::NoSurface => "no level set",
+        Remark::RimTriangles => "no new vertices",
+        Remark::NoCap => "no flat cap",
+        Remark::NotConverged => "not converged",
+        Remark::LostCreases => "edge not continued",
+        Remark::Bulges => "bulges",
+        Remark::SeparateCaps => "separate caps",
+        Remark::OtherEnergy => "Willmore energy",
+    }
+}
+
+/// A row of the table.
+#[doc(hidden)]
+pub struct ClosedRow<'a> {
+    /// What was done.
+    pub region: &'a RegionReport,
+    /// Edges of its rims.
+    edges: usize,
+    /// The problem with the patch, if there is one.
+    pub remark: Option<Remark>,
+    /// The object of a 3MF file that the holes belong to, if there are several.
+    object: Option<&'a str>,
+}
+
+impl ClosedRow<'_> {
+    fn line(&self, width: Option<usize>) -> String {
+        let r = self.region;
+        let error = r.finish.as_ref().and_then(|f| f.largest_expected_error());
+        let cells = Cells {
+            hole: &short_list(&r.holes, r.components),
+            diameter: &number(r.diameter),
+            edges: &self.edges.to_string(),
+            closed_by: closed_by(r.closure.as_ref(), width.is_some_and(|width| width < WIDE)),
+            error: &error.map_or("-".to_owned(), |e| significant(e, 2)),
+            remark: self.remark.map(short).unwrap_or_default(),
+        };
+        let line = cells.line(width);
+        match self.object {
+            None => line,
+            Some(object) => with_object(line, object, width.unwrap_or(WIDE)),
+        }
+    }
+}
+
+/// A row with the name of its object in the column of remarks. Names that do not fit in the width are cut off.
+fn with_object(line: String, object: &str, width: usize) -> String {
+    let start = HEADING.line(Some(width)).len() - HEADING.remark.len();
+    let (mut line, mark) = match line.chars().count() > start {
+        true => (line, ", in "),
+        false => (format!("{line:<start$}"), "in "),
+    };
+    let room = width.saturating_sub(line.chars().count() + mark.len());
+    let name: String = match object.chars().count() > room {
+        true if room < 4 => return line.trim_end().to_owned(),
+        true => object.chars().take(room - 3).chain("...".chars()).collect(),
+        false => object.to_owned(),
+    };
+    line += mark;
+    line + &name
+}
+
+/// The cells of a row.
+struct Cells<'a> {
+    hole: &'a str,
+    diameter: &'a str,
+    edges: &'a str,
+    closed_by: &'a str,
+    error: &'a str,
+    remark: &'a str,
+}
+
+const HEADING: Cells<'static> = Cells {
+    hole: "hole",
+    diameter: "diameter",
+    edges: "edges",
+    closed_by: "closed by",
+    error: "expected error",
+    remark: "remark",
+};
+
+impl Cells<'_> {
+    /// The cells in a line of 80 characters; in a narrower terminal in one of 60, without the number of edges.
+    fn line(&self, width: Option<usize>) -> String {
+        let Self {
+            hole,
+            diameter,
+            edges,
+            closed_by,
+            error,
+            remark,
+        } = self;
+        let line = match width {
+            Some(..WIDE) => {
+                let error = error.strip_prefix("expected ").unwrap_or(error);
+                format!("{hole:>NUMBERS$} {diameter:>9} {closed_by:<13} {error:>7} {remark}")
+            }
+            _ => format!(
+                "{hole:>NUMBERS$} {diameter:>9} {edges:>5}  {closed_by:<18} {error:>14}  {remark}"
+            ),
+        };
+        line.trim_end().to_owned()
+    }
+}
+
+/// Width of the table in characters where there is room for it.
+const WIDE: usize = 80;
+
+/// The name of the surface that closed a region, in a narrow table at most 13 characters.
+fn closed_by(how: Option<&Closure>, is_narrow: bool) -> &'static str {
+    match how {
+        Some(Closure::Sides) if is_narrow => "sides",
+        Some(Closure::Faired(_)) if is_narrow => "smoothed",
+        Some(Closure::Seam) if is_narrow => "seam",
+        Some(how) => how.name(),
+        None => "-",
+    }
+}
+
+/// Numbers of holes as `3+7` if one patch joins their rims, as `3, 7` if each has its own; cut off at the width of their column.
+fn short_list(holes: &[HoleId], patches: usize) -> String {
+    let all: Vec<String> = holes.iter().map(HoleId::to_string).collect();
+    let all = all.join(if patches < holes.len() { "+" } else { ", " });
+    match all.len() > NUMBERS {
+        true => format!("{}...", &all[..NUMBERS - 3]),
+        false => all,
+    }
+}
+
+/// The number of regions that get no row, in words: small holes, and sides of seams where there are any.
+fn small_regions(report: &FillReport, count: usize) -> String {
+    let own = |r: &&RegionReport| r.closure == Some(Closure::Seam) && !r.has_surface();
+    let seams = report.regions.iter().filter(own).count().min(count);
+    match (seams, count - seams) {
+        (0, holes) => counted(holes, "small hole"),
+        (seams, 0) => counted(seams, "seam"),
+        (seams, holes) => format!(
+            "{} and {}",
+            counted(holes, "small hole"),
+            counted(seams, "seam")
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use isomend_core::fill::NotSmooth;
+
+    use super::*;
+
+    #[test]
+    fn rows_name_objects_where_they_fit() {
+        let row = |remark: &str, object: &str, width: usize| {
+            let cells = Cells {
+                hole: "3",
+                diameter: "1.2",
+                edges: "14",
+                closed_by: "level set",
+                error: "0.1",
+                remark,
+            };
+            with_object(cells.line(Some(width)), object, width)
+        };
+        for width in [60, 80] {
+            assert!(row("", "lid", width).ends_with("in lid"));
+            assert!(row("bulges", "lid", width).ends_with("bulges, in lid"));
+            let long = row("bulges", "the lid of the box, left half", width);
+            assert!(long.ends_with("...") && long.len() == width, "{long}");
+            assert!(row("edge not continued", "lid", width).len() <= width);
+        }
+    }
+
+    #[test]
+    fn rows_fit_sixty_and_eighty_columns() {
+        let ways = [
+            Some(Closure::LevelSet),
+            Some(Closure::Sides),
+            Some(Closure::Counterpart),
+            Some(Closure::Faired(None)),
+            Some(Closure::Flat),
+            Some(Closure::Base),
+            Some(Closure::Walls),
+            Some(Closure::Seam),
+            Some(Closure::RimTriangles(NotSmooth::FewEdges)),
+            Some(Closure::OffsetShell(NotSmooth::LastSteps)),
+            None,
+        ];
+        for (remark, way) in Remark::ALL
+            .iter()
+            .flat_map(|r| ways.iter().map(move |way| (r, way)))
+        {
+            for width in [60, 80] {
+                let widest = Cells {
+                    hole: &short_list(&[1234, 2345, 3456].map(HoleId::from), 1),
+                    diameter: "1.234e-9",
+                    edges: "12345",
+                    closed_by: closed_by(way.as_ref(), width < WIDE),
+                    error: "1.2e-9",
+                    remark: short(*remark),
+                };
+                let line = widest.line(Some(width));
+                assert!(line.len() <= width, "{line}");
+            }
+        }
+        assert!(HEADING.line(None).len() <= 80 && HEADING.line(Some(60)).len() <= 60);
+    }
+}
