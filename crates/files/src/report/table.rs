@@ -267,7 +267,7 @@ fn small_regions(report: &FillReport, count: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use isomend_core::NotSmooth;
+    use isomend_core::fill::NotSmooth;
 
     use super::*;
 
