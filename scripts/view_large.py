@@ -8,7 +8,7 @@ from view_meshes import bumpy_ball
 from view_page import Server
 
 # Seconds: upper bounds of the times, on a machine that needs REFERENCE for the work below; on a slower one they grow in proportion.
-# A click is seen within 0.1 s should be seen within 0.1 s; here the processor draws the picture, which doubles that.
+# A click is to be seen within 0.1 s; here the processor draws the picture, which takes up to twice as long.
 FIRST_PICTURE, STROKE, CLICK = 3.0, 0.1, 0.2
 # Seconds of the page's two kinds of work on the machine of these bounds, two quiet cores of 2023: computing, drawing.
 REFERENCE = 0.030, 0.150
