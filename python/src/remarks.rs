@@ -6,6 +6,7 @@ use isomend::job::{Mended, OperationReport, Work};
 use isomend::report::{
     ClosedTable, Remark, chain_lines, closed_rows, counted, defect_lines, faired_measures,
     faired_part, left_holes, lost_creases, named_holes, repair_lines, significant, tally_line,
+    weighed_lines,
 };
 use isomend::{FairReport, FillReport, HoleId, HoleOutcome, LeftReason, RegionReport};
 
@@ -190,14 +191,15 @@ pub fn lines(mended: &Mended) -> Vec<String> {
         )),
         _ => {}
     }
-    lines.extend(defect_lines(&report.defects));
-    lines.extend(chain_lines(&report.open_chains));
+    lines.extend(defect_lines(&report.input.defects));
+    lines.extend(chain_lines(&report.input.open_chains));
     let table = ClosedTable {
         unit: None,
         width: Some(WIDTH),
         limited: Some(""),
     };
     lines.extend(table.lines(report, &closed_rows(report)));
+    lines.extend(weighed_lines(report, None));
     lines.extend(remarks(mended));
     lines.extend(left_open(mended).into_iter().map(|(_, line)| line));
     lines.push(tally_line(report));
@@ -220,6 +222,7 @@ fn fairing_lines(mended: &Mended, report: &FairReport) -> Vec<String> {
         let is_marked = matches!(mended.work(), Work::Fair(Some(_), _));
         lines.push(faired_part(report, is_marked));
     }
+    lines.extend(weighed_lines(report, None));
     lines.extend(remarks(mended));
     lines.push(format!(
         "moved by at most {}, root mean square {}",
