@@ -222,7 +222,6 @@ fn fairing_lines(mended: &Mended, report: &FairReport) -> Vec<String> {
         let is_marked = matches!(mended.work(), Work::Fair(Some(_), _));
         lines.push(faired_part(report, is_marked));
     }
-    lines.extend(weighed_lines(report, None));
     lines.extend(remarks(mended));
     lines.push(format!(
         "moved by at most {}, root mean square {}",
