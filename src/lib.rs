@@ -115,10 +115,10 @@ pub use isomend_core::finish::{FinishRecord, FinishResult, Refusal};
 pub use isomend_core::flow::{BendingEnergy, Density, Energy, FlowOutcome, StepRecord, Variant};
 pub use isomend_core::grid::Volume;
 pub use isomend_core::mend::{
-    Control, CreaseEnd, Event, FairError, FairExtent, FairObject, FairParams, FairPlan, FairReport,
-    Faired, FillError, FillPlan, FillReport, Filled, HoleReport, InputReport, Inspection,
-    PlannedHole, PlannedRegion, Progress, RegionTask, Regions, RestoreError, RestoreParams,
-    RestorePlan, RestoreReport, Restored, Step, fair, fill, inspect, restore,
+    Control, CreaseEnd, Event, FairError, FairExtent, FairParams, FairPlan, FairReport, Faired,
+    FillError, FillPlan, FillReport, Filled, HoleReport, Inspection, PlannedHole, PlannedRegion,
+    Progress, RegionTask, Regions, RestoreError, RestoreParams, RestorePlan, RestoreReport,
+    Restored, Step, fair, fill, inspect, restore,
 };
 pub use isomend_core::mesh::attributes::{
     Active, Attribute, Attributes, CornerAttribute, EXPECTED_ERROR_NAME, LabelKind, Labels,
@@ -131,10 +131,7 @@ pub use isomend_core::mesh::{
     Topology, Unit, cut::Remainder,
 };
 pub use isomend_core::region::{LevelReport, VoxelSize};
-pub use isomend_core::repair::{
-    Carried, LostComponents, RepairParams, RepairReport, RepairStep, RepairSteps, Repaired,
-    SelfIntersectionPass, repair,
-};
+pub use isomend_core::repair::{Carried, RepairParams, RepairReport, RepairStep, Repaired, repair};
 pub use isomend_core::stitch::StitchError;
 
 /// The examples of the documentation pages, run as tests.

@@ -7,8 +7,7 @@ use isomend::report::{
     number, plan_lines, point, reason_lines, repair_lines_in, tally_line, timed,
 };
 use isomend::{
-    FairPlan, FairReport, FillReport, HoleOutcome, LostComponents, RegionReport, RepairReport,
-    RestoreReport, Unit,
+    FairPlan, FairReport, FillReport, HoleOutcome, RegionReport, RepairReport, RestoreReport, Unit,
 };
 
 use super::console::{self, Console};
@@ -177,7 +176,7 @@ fn repaired(report: &RepairReport, file: &str, unit: Option<Unit>, console: &Con
     for line in repair_lines_in(report, unit) {
         console.say(&line);
     }
-    let lost = lost_components(report.lost_components);
+    let lost = lost_components(report);
     console.say(&match report.lost_faces {
         0 => "no face of the input was removed".to_owned(),
         1 => format!("1 face of the input was removed{lost}"),
@@ -203,7 +202,8 @@ fn repaired(report: &RepairReport, file: &str, unit: Option<Unit>, console: &Con
 }
 
 /// The components of the input that were removed completely: their number and the range of their sizes.
-fn lost_components(lost: LostComponents) -> String {
+fn lost_components(report: &RepairReport) -> String {
+    let lost = report.lost_components;
     let (count, least, most) = (lost.count, lost.fewest_faces, lost.most_faces);
     match count {
         0 => String::new(),
