@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,19 +12,19 @@ if TYPE_CHECKING:
 
 
 @contextlib.contextmanager
-def in_files(mask: Mask | None) -> Iterator[Mask | None]:
-    """The mask with paths in place of the models under ``inside``. Their files exist until the end of the context."""
-    from isomend._mesh import Model
+def in_files(mask: Mask | None, kind: type[Any]) -> Iterator[Mask | None]:
+    """The mask with paths in place of the models, which are of this kind, under ``inside``. Their files exist until the end of the context."""
+    import tempfile
 
     inside = mask.get("inside") if isinstance(mask, Mapping) else None
     given = list(inside) if isinstance(inside, (list, tuple)) else [inside]
-    if mask is None or not isinstance(mask, Mapping) or not any(isinstance(item, Model) for item in given):
+    if mask is None or not isinstance(mask, Mapping) or not any(isinstance(item, kind) for item in given):
         yield mask
         return
     with tempfile.TemporaryDirectory() as folder:
         paths = []
         for number, item in enumerate(given):
-            if isinstance(item, Model):
+            if isinstance(item, kind):
                 path = Path(folder) / f"{number}.ply"
                 item.write(path)
                 item = path

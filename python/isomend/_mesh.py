@@ -448,7 +448,7 @@ def _mended(
 ) -> Mended:
     """Runs a command on a mesh or on its inspection."""
     run, parameters = _params.taken_apart(options)
-    with in_files(mark) as mask:
+    with in_files(mark, Model) as mask:
         work = _params.as_json(_work(command, mask, parameters, model._core.size()[1]))
         done = core.mend(work, _threads(run.get("threads")), run.get("progress"))
     return _judged(Mended._made_of(model, done), run)

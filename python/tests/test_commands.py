@@ -50,7 +50,9 @@ def test_the_command_line_gives_the_same_verdict(tmp_path, program):
     unfolded = {name: value for name, value in os.environ.items() if name != "COLUMNS"}
     command = [program, "check", "a.obj", "--thin", "0.05", "--debris", "0.2"]
     printed = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=unfolded)
-    assert str(verdict) + "\n" == printed.stdout and verdict.reasons[0] in repr(verdict)
+    # The command line ends with the command that mends the mesh.
+    mends = "\nto mend it: isomend repair a.obj -o OUT\n"
+    assert f"{verdict}\n{mends}" == printed.stdout and verdict.reasons[0] in repr(verdict)
     # All faces are listed, not only the thousand of the report.
     assert len(isomend.check(*shapes.closed_sphere(), thin=3).defects["thin"].faces) == len(shapes.closed_sphere()[1]) > 1000
 
