@@ -72,7 +72,7 @@ def walls(page):
 def overhangs(page):
     page.click_on("[name=aspect][value=overhangs] + span")
     page.until("isomend.viewer.sides.after.surface.colour.kind === 5", "overhangs are shown")
-    finding(page, "#overhangs-said", "100.5", "overhangs")
+    finding(page, "#overhangs-said", "area 100.5", "overhangs")
     rows = page.run("[...document.querySelectorAll('#stand-list button')].map((b) => [...b.children].map((s) => s.textContent))")
     page.expect(["+Z", "100.5", "400"] in rows and len(rows) == 6, f"the mesh stands as {rows}")
     page.click_on("[data-view=bottom]")
