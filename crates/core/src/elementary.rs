@@ -8,6 +8,15 @@ pub use libm::{acos, atan2, cbrt, cos, exp, hypot, log as ln, log2, log10, pow a
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
+/// The root of the mean of squares; 0 without values.
+pub fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(s, n), v| (s + v * v, n + 1.0));
+    match count > 0.0 {
+        true => (sum / count).sqrt(),
+        false => 0.0,
+    }
+}
+
 /// An integer power, by repeated squaring.
 pub fn powi(x: f64, exponent: i32) -> f64 {
     let (mut power, mut square, mut rest) = (1.0, x, exponent.unsigned_abs());

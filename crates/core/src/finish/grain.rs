@@ -14,7 +14,7 @@ use super::geometry::vertex_normals;
 use super::params::FinishParams;
 use super::patch::{Located, Patch};
 use super::surroundings::Surroundings;
-use crate::elementary::{cos, ln};
+use crate::elementary::{cos, ln, root_mean_square};
 use crate::linalg::solve_spd;
 use crate::threads::{CollectFiltered, CollectIndexed};
 use crate::tuning::{Tunable, tunable};
@@ -220,15 +220,6 @@ fn faded(patch: &Patch, field: &[f64]) -> Vec<f64> {
         height * part * part * (3.0 - 2.0 * part)
     };
     field.iter().zip(patch.depth()).map(grown).collect()
-}
-
-fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(s, n), v| (s + v * v, n + 1.0));
-    if count > 0.0 {
-        (sum / count).sqrt()
-    } else {
-        0.0
-    }
 }
 
 /// Vertices of the ring: known ones near the rim, off the mesh's boundary.

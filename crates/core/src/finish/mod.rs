@@ -218,10 +218,7 @@ fn run(located: &Located, params: &FinishParams, finished: &mut Finished) {
         return;
     }
     finished.expected_error = expected_error.iter().map(|s| s * located.scale).collect();
-    let mean = finished.expected_error.iter().sum::<f64>() / finished.expected_error.len() as f64;
-    found.mean_expected_error = mean.is_finite().then_some(mean);
-    let largest = finished.expected_error.iter().copied().fold(0.0, f64::max);
-    found.largest_expected_error = found.mean_expected_error.map(|_| largest);
+    found.set_expected_errors(&finished.expected_error);
     if found.result == FinishResult::Unchanged {
         return;
     }

@@ -83,6 +83,14 @@ pub struct FinishRecord {
 }
 
 impl FinishRecord {
+    /// Sets the mean and the largest of the expected errors of the vertices.
+    pub(crate) fn set_expected_errors(&mut self, errors: &[f64]) {
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        let largest = errors.iter().copied().fold(0.0, f64::max);
+        self.mean_expected_error = mean.is_finite().then_some(mean);
+        self.largest_expected_error = self.mean_expected_error.map(|_| largest);
+    }
+
     /// Records that the blend would intersect other faces, so the minimum is used instead.
     pub(crate) fn refuse_blend(&mut self) {
         if self.result == FinishResult::Blend {

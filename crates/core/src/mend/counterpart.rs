@@ -78,7 +78,9 @@ impl<'a> LazyCounterpart<'a> {
         let find = || self.find(like, params.like.is_none(), cancel);
         let found = self.counterpart.get_or_init(find).as_ref();
         let parts = |c: &Counterpart| c.parts(&self.found.mesh, holes);
-        Some(found.map(parts).unwrap_or_default())
+        let parts = found.map(parts).unwrap_or_default();
+        // That nothing fits is a result where the caller asked for a counterpart.
+        (params.like.is_some() || !parts.is_empty()).then_some(parts)
     }
 
     /// Whether planes of symmetry are searched without being asked for.

@@ -36,6 +36,10 @@ const RIDGE: f64 = 1e-6;
 /// Upper bounds of the number of coarse results that are refined, and of the motions that are returned.
 const REFINED: Tunable<usize> = tunable("fill.find.refined", 10);
 const MOST: Tunable<usize> = tunable("fill.find.most", 4);
+/// The same numbers of samples and of results for a search that nobody asked for.
+const FEW_SAMPLES_QUICK: Tunable<usize> = tunable("fill.find.few_samples_quick", 150);
+const MANY_SAMPLES_QUICK: Tunable<usize> = tunable("fill.find.many_samples_quick", 600);
+const REFINED_QUICK: Tunable<usize> = tunable("fill.find.refined_quick", 3);
 /// Spans. Upper bound of the root mean square distance of a symmetry or pose.
 const FARTHEST: Tunable<f64> = tunable("fill.find.farthest", 0.1);
 /// Spans. A template whose rigid motions have a smaller distance is not scaled.
@@ -49,8 +53,10 @@ const SAME: Tunable<f64> = tunable("fill.find.same", 0.02);
 /// Spans. Upper bound of the mean distance between the samples and the same samples reflected twice.
 const INVOLUTION: Tunable<f64> = tunable("fill.find.involution", 0.05);
 
-/// How thoroughly a motion is searched.
-pub(super) struct Effort {
+/// What motions are searched, and how thoroughly.
+pub(super) struct Search {
+    /// Whether motions scale.
+    scale: bool,
     /// Number of samples of the coarse alignments.
     few: usize,
     /// Number of samples of the fine alignments.
@@ -59,19 +65,26 @@ pub(super) struct Effort {
     refined: usize,
 }
 
-impl Effort {
-    /// A counterpart that the caller asked for.
-    pub(super) const FULL: Self = Self {
-        few: FEW_SAMPLES.chosen(),
-        many: MANY_SAMPLES.chosen(),
-        refined: REFINED.chosen(),
-    };
-    /// A mirror image that is tried without being asked for: of a fourth of the time.
-    pub(super) const QUICK: Self = Self {
-        few: 150,
-        many: 600,
-        refined: 3,
-    };
+impl Search {
+    /// For a counterpart that the caller asked for.
+    pub(super) fn full(scale: bool) -> Self {
+        Self {
+            scale,
+            few: FEW_SAMPLES.get(),
+            many: MANY_SAMPLES.get(),
+            refined: REFINED.get(),
+        }
+    }
+
+    /// For a mirror image that is tried without being asked for.
+    pub(super) fn quick() -> Self {
+        Self {
+            scale: false,
+            few: FEW_SAMPLES_QUICK.get(),
+            many: MANY_SAMPLES_QUICK.get(),
+            refined: REFINED_QUICK.get(),
+        }
+    }
 }
 
 /// Centre, principal axes and span (root mean square distance from the centre) of points.
@@ -100,24 +113,17 @@ impl Moments {
 pub(super) fn mirrors(
     mesh: &Mesh,
     target: &Target,
-    effort: &Effort,
+    search: &Search,
     cancel: &Cancel,
 ) -> Vec<Motion> {
-    let coarse = samples(mesh, effort.few);
+    let coarse = samples(mesh, search.few);
     let moments = Moments::new(&coarse);
     let around = (0..DIRECTIONS.get()).map(half_sphere);
     let normals: Vec<DVec3> = moments.axes.into_iter().chain(around).collect();
     let starts = normals
         .iter()
         .map(|n| Motion::reflection(moments.centre, *n));
-    let ends = best(
-        mesh,
-        &coarse,
-        target,
-        starts.collect(),
-        (false, effort),
-        cancel,
-    );
+    let ends = best(mesh, &coarse, target, starts.collect(), search, cancel);
     let ends = ends.into_iter().map(|end| end.motion);
     let is_symmetry = |m: &Motion| {
         let back = |s: &Sample| m.at(m.at(s.point)).distance(s.point);
@@ -148,14 +154,7 @@ pub(super) fn poses(mesh: &Mesh, template: &Mesh, target: &Target, cancel: &Canc
         for turn in frames(own.axes, other.axes) {
             starts.push(Motion::about(turn * factor, own.centre, other.centre));
         }
-        best(
-            mesh,
-            &coarse,
-            target,
-            starts,
-            (scale, &Effort::FULL),
-            cancel,
-        )
+        best(mesh, &coarse, target, starts, &Search::full(scale), cancel)
     };
     let least = |ends: &[Aligned]| ends.first().map_or(f64::INFINITY, own_distance);
     let mut ends = found(false);
@@ -199,13 +198,13 @@ fn best(
     coarse: &[Sample],
     target: &Target,
     starts: Vec<Motion>,
-    (scale, effort): (bool, &Effort),
+    search: &Search,
     cancel: &Cancel,
 ) -> Vec<Aligned> {
     let with = |rounds, kept| Settings {
         rounds,
         kept,
-        scale,
+        scale: search.scale,
         ridge: RIDGE,
     };
     // Coarse alignment from each initial motion.
@@ -222,9 +221,9 @@ fn best(
     };
     let mut ends: Vec<Aligned> = starts.par_iter().map(from).collect_indexed();
     ends.sort_by(|a, b| a.rms.total_cmp(&b.rms));
-    let ends = distinct(ends, coarse, span, effort.refined);
+    let ends = distinct(ends, coarse, span, search.refined);
     // Fine alignment of the best ones.
-    let fine = samples(mesh, effort.many);
+    let fine = samples(mesh, search.many);
     let from = |end: &Aligned| {
         let first = aligned(
             &fine,

@@ -9,6 +9,7 @@ use super::align::{Sample, Settings, Target, aligned};
 use super::motion::Motion;
 use super::placed::PlacedPart;
 use crate::cancel::Cancel;
+use crate::elementary::root_mean_square;
 use crate::fill::invented::NotLike;
 use crate::finish::{OffsetDatum, OffsetField};
 use crate::mesh::{Mesh, VertexFaces, vertex_normal};
@@ -127,8 +128,8 @@ impl Collar {
             bvh: &bvh,
             border: &part.border,
         };
-        let step = self.samples.len().div_ceil(SAMPLES.get()).max(1);
-        let few: Vec<Sample> = self.samples.iter().step_by(step).copied().collect();
+        let few = self.samples.iter().step_by(self.step(SAMPLES.get()));
+        let few: Vec<Sample> = few.copied().collect();
         let settings = Settings {
             rounds: ROUNDS.get(),
             kept: KEPT.get(),
@@ -181,13 +182,14 @@ impl Collar {
         cancel: &Cancel,
     ) -> Result<Fitted, NotLike> {
         let bvh = Bvh::new(&mesh, 0..mesh.faces.len() as u32);
-        let (data, field) = self.offsets((&mesh, &bvh), part, 1, cancel)?;
-        // The root mean squares of offsets and field.
-        let mean = |square: &dyn Fn(&OffsetDatum) -> f64| {
-            (data.iter().map(square).sum::<f64>() / data.len() as f64).sqrt()
+        let target = Target {
+            mesh: &mesh,
+            bvh: &bvh,
+            border: &part.border,
         };
-        let misfit = mean(&|d| d.offset.length_squared());
-        let smooth_misfit = mean(&|d| field.at(d.point).length_squared());
+        let (data, field) = self.offsets(&target, part, usize::MAX, cancel)?;
+        let misfit = root_mean_square(data.iter().map(|d| d.offset.length()));
+        let smooth_misfit = root_mean_square(data.iter().map(|d| field.at(d.point).length()));
         mesh.positions
             .par_iter_mut()
             .for_each(|p| *p += field.at(*p));
@@ -203,19 +205,15 @@ impl Collar {
         })
     }
 
-    /// The offsets of every `step`-th vertex of the collar from its partner on an aligned counterpart, and their smooth field.
+    /// The offsets of at most `most` vertices of the collar from their partners on an aligned part of a counterpart, and their smooth
+    /// field.
     pub(super) fn offsets(
         &self,
-        (mesh, bvh): (&Mesh, &Bvh),
+        target: &Target,
         part: &PlacedPart,
-        step: usize,
+        most: usize,
         cancel: &Cancel,
     ) -> Result<(Vec<OffsetDatum>, OffsetField), NotLike> {
-        let target = Target {
-            mesh,
-            bvh,
-            border: &part.border,
-        };
         let datum = |(s, depth): (&Sample, &f64)| {
             let (partner, _) = target.partner(s.point, s.normal)?;
             let offset = s.point - partner;
@@ -226,20 +224,21 @@ impl Collar {
                 depth: *depth,
             })
         };
-        let samples = self.samples.par_iter().zip(&self.depth).step_by(step);
+        let samples = self.samples.par_iter().zip(&self.depth);
+        let samples = samples.step_by(self.step(most));
         let all: Vec<Option<OffsetDatum>> = samples.map(datum).collect_indexed();
         let count = all.len();
         let data: Vec<OffsetDatum> = all.into_iter().flatten().collect();
         if (data.len() as f64) < LEAST_PARTNERS.get() * count as f64 {
-            return Err(self.why_apart(part, bvh));
+            return Err(self.why_apart(part, target.bvh));
         }
         let field = OffsetField::fit(&data, self.normal, self.diameter, self.edge, cancel);
         Ok((data, field.ok_or(NotLike::Apart)?))
     }
 
-    /// Number of vertices.
-    pub(super) fn len(&self) -> usize {
-        self.samples.len()
+    /// The step with which at most `most` vertices are taken.
+    fn step(&self, most: usize) -> usize {
+        self.samples.len().div_ceil(most).max(1)
     }
 }
 

@@ -6,7 +6,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::align::Target;
-use super::find::{Effort, mirrors, poses};
+use super::find::{Search, mirrors, poses};
 use super::motion::Motion;
 use crate::cancel::Cancel;
 use crate::fill::invented::CounterpartKind;
@@ -70,15 +70,15 @@ impl<'a> Counterpart<'a> {
         is_quick: bool,
         cancel: &Cancel,
     ) -> Self {
-        let effort = match is_quick {
-            true => Effort::QUICK,
-            false => Effort::FULL,
+        let search = match is_quick {
+            true => Search::quick(),
+            false => Search::full(false),
         };
         let mut new = Self::new(Cow::Borrowed(mesh), topology);
         new.is_mirror = true;
         new.motions = match plane {
             Some([point, normal]) => vec![Motion::reflection(point, normal)],
-            None => mirrors(mesh, &new.target(), &effort, cancel),
+            None => mirrors(mesh, &new.target(), &search, cancel),
         };
         new
     }
