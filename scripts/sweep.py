@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Sensitivity analysis: varies the thresholds (`tunable(…)` in the sources) one by one, and prints how results and errors change.
 
-usage: sweep.py [--only REGEX] [--factors 0.7,1.4] [--binary PROGRAM] [--folder FOLDER [--score COMMAND]] [--cases REGEX] [--most-holes N] [--json FILE]
+usage: sweep.py [--oracle] [--only REGEX] [--factors 0.7,1.4] [--binary PROGRAM] [--folder FOLDER [--score COMMAND]] [--cases REGEX] [--most-holes N] [--json FILE]
 
 The program is built with `--cfg isomend_tuning` into target/tuning, unless --binary names one; it reads thresholds from ISOMEND_TUNING.
 
@@ -10,6 +10,9 @@ Without --folder the holes are made here: discs of faces are cut out of meshes i
 case.json beside one lists `holes` with `edges` and `perimeter`, only these holes are filled. Without COMMAND each result is compared with
 truth.obj in the same folder. With COMMAND this command computes the errors: {cases} stands for FOLDER/cases, {outputs} for a folder with
 NAME.ply for each filled case whose bytes changed; it prints a JSON object from names of holes to errors.
+
+With --oracle no threshold is varied: each hole is closed by the level set and by the faired triangulation as well (`fill.always`), and
+the errors are printed beside the error of the candidate that the program takes, and beside the smaller of both, the oracle.
 
 Printed for each value: the number of files whose bytes change, the geometric mean of the ratios of errors to the errors with the
 present value, and the largest ratio with its hole. Below 1 is better."""
@@ -184,10 +187,30 @@ class Sweep:
         worst = max(ratios, key=lambda h: abs(math.log(max(ratios[h], 1e-3))), default="")
         return dict(name=name, value=value, changed=len(changed), mean=mean, worst=ratios.get(worst, 1.0), hole=worst)
 
+    def oracle(self):
+        """Prints the errors of the candidates of each hole beside the error of the program's choice."""
+        _, level = self.run({"fill.always": 1}, 600)
+        _, faired = self.run({"fill.always": 2}, 600)
+        ratios = {}
+        print(f"{'hole':30s} {'chosen':>10s} {'level set':>10s} {'faired':>10s}   chosen / best")
+        for hole, chosen in self.errors.items():
+            # A candidate with the same bytes as the choice is not scored again.
+            both = [errors.get(hole, chosen) for errors in (level, faired)]
+            known = [e for e in (chosen, *both) if e]
+            if not chosen or not known:
+                continue
+            ratios[hole] = chosen / min(known)
+            print(f"{hole:30s} {chosen:10.4g} {both[0] or math.nan:10.4g} {both[1] or math.nan:10.4g}   {ratios[hole]:.2f}")
+        mean = math.exp(sum(map(math.log, ratios.values())) / len(ratios))
+        far = sum(r > 2 for r in ratios.values())
+        worst = max(ratios, key=ratios.get)
+        print(f"{len(ratios)} holes: chosen / best {mean:.3f}, above 2: {far}, largest {ratios[worst]:.2f} {worst}")
+
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", default=".", help="regular expression of the names of thresholds")
+    parser.add_argument("--oracle", action="store_true", help="compare the candidates of each hole instead")
     parser.add_argument("--factors", default="0.7,1.4")
     parser.add_argument("--binary", help="a program built with --cfg isomend_tuning")
     parser.add_argument("--folder", type=Path)
@@ -203,6 +226,9 @@ def main():
             make_holes(program, folder)
         sweep = Sweep(args, program, folder)
         print(f"{len(sweep.names)} files, {len(sweep.errors)} errors", flush=True)
+        if args.oracle:
+            sweep.oracle()
+            return 0
         rows = []
         for name, (kind, now) in thresholds().items():
             if not re.search(args.only, name):

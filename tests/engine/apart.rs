@@ -253,21 +253,21 @@ fn a_wide_patch_is_weighed_with_the_mirror_image() {
     }
     let open = cut(&whole, |c| c.distance(DVec3::new(0.75, 0.1, 0.2)) < 0.5);
     // Root mean square distance of the new vertices from the head, along the rays from its middle.
-    let filled = |params: &FillParams| {
-        let filled = fill(&open, params).unwrap();
+    let filled = |open: &Mesh, params: &FillParams| {
+        let filled = fill(open, params).unwrap();
         let new = &filled.mesh.positions[open.positions.len()..];
         let off = new.iter().map(|p| p.distance_squared(on_head_at(*p)));
         let rms = (off.sum::<f64>() / new.len() as f64).sqrt();
         (rms, filled.report)
     };
-    let (smooth, report) = filled(&FillParams::new());
+    let (smooth, report) = filled(&open, &FillParams::new());
     assert!(
         report.holes[0].hole.edges >= 100,
         "{}",
         report.holes[0].hole.edges
     );
     assert_eq!(report.regions[0].counterpart, None);
-    let (rms, report) = filled(&FillParams::new().with_apart(true));
+    let (rms, report) = filled(&open, &FillParams::new().with_apart(true));
     let image = report.regions[0].counterpart.clone().unwrap();
     let Some(CounterpartKind::Mirror([_, normal])) = image.kind else {
         panic!("{image:?}");
@@ -286,11 +286,21 @@ fn a_wide_patch_is_weighed_with_the_mirror_image() {
         largest > 0.5 * rms && largest < 20.0 * rms,
         "{largest} {rms}"
     );
+    // A hole that reaches over the plane of symmetry: its own patch is a part of its mirror image.
+    let open = cut(&whole, |c| c.distance(DVec3::new(0.15, 0.9, 0.3)) < 0.5);
+    let (smooth, _) = filled(&open, &FillParams::new());
+    let (rms, report) = filled(&open, &FillParams::new().with_apart(true));
+    let image = report.regions[0].counterpart.clone().unwrap();
+    assert!(
+        image.weight.is_some_and(|w| w > 0.2 && w < 0.6),
+        "{image:?}"
+    );
+    assert!(rms < 0.9 * smooth, "{rms} {smooth}");
     // Without the blend with what the surroundings predict there is no image either.
     let alone = FillParams::new()
         .with_apart(true)
         .with_finish(Finish::Willmore);
-    assert_eq!(filled(&alone).1.regions[0].counterpart, None);
+    assert_eq!(filled(&open, &alone).1.regions[0].counterpart, None);
 }
 
 /// The point of the head on the ray through a point.

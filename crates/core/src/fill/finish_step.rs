@@ -96,6 +96,11 @@ impl Local {
             .collect()
     }
 
+    /// The patch alone, in the joined mesh's vertex numbers.
+    pub(super) fn patch(&self) -> Mesh {
+        Mesh::new(self.joined.positions.clone(), self.new_faces().to_vec())
+    }
+
     fn at(&self, vertex: u32) -> DVec3 {
         self.joined.positions[vertex as usize]
     }

@@ -110,8 +110,8 @@ pub(super) struct RetryContext {
     pub(super) one_rim: bool,
     /// Whether it has more rims than level sets close, and other candidates come next: no level set is attempted.
     pub(super) many_rims: bool,
-    /// Whether its only rim has so few edges that a faired triangulation is made before any level set.
-    pub(super) few_edges: bool,
+    /// Whether a faired triangulation is made before any level set: its only rim has few edges, or many on a thin wall.
+    pub(super) faired_first: bool,
     /// Expected cost of a faired triangulation, in unknowns times steps.
     pub(super) faired_cost: f64,
     /// Upper bound of the cost of all retries, and their cost so far, in unknowns times steps; see [`spent`].
@@ -221,7 +221,7 @@ mod tests {
             finishes: true,
             one_rim: true,
             many_rims: false,
-            few_edges: false,
+            faired_first: false,
             faired_cost: 0.0,
             budget: 1,
             spent: 0,

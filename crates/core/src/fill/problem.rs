@@ -12,7 +12,7 @@ use super::reasons::NotSmooth;
 use super::reference::ReferenceSurface;
 use crate::cancel::Cancel;
 use crate::flow::BendingEnergy;
-use crate::mesh::{Hole, Mesh};
+use crate::mesh::{Hole, Mesh, face_normal};
 use crate::region::{BoxSize, Region, Sphere, Start, VoxelSize};
 use crate::sdf::Sampler;
 use crate::stitch::close_seam;
@@ -21,6 +21,13 @@ use crate::tuning::{Tunable, tunable};
 /// Edges. A single rim of at most this many edges is closed by its faired triangulation alone, if that converges and does
 /// not intersect anything: with so few edges there is only one minimum.
 const FEW_FOR_LEVEL_SET: Tunable<usize> = tunable("fill.few_for_level_set", 12);
+
+/// Voxels. A wall is thin if its two sides are closer than this: the level set of one side then has too few nodes before the other.
+const THIN: Tunable<f64> = tunable("fill.thin", 2.0);
+/// Cosine between the normals of a rim and of faces on the other side of its wall, at most.
+const OTHER_SIDE: Tunable<f64> = tunable("fill.other_side", -0.7);
+/// Upper bound of the rim vertices at which the thickness of a wall is looked at.
+const THIN_SAMPLES: usize = 64;
 
 /// One region to fill, with everything that the candidates read.
 #[derive(Clone, Copy)]
@@ -87,6 +94,35 @@ impl RegionProblem<'_> {
         let (holes, extent) = (self.holes, self.extent);
         let coarse = self.is_finished();
         region(self.mesh, holes, self.params, next, extent, coarse)
+    }
+
+    /// Whether at most of its only rim the mesh has another side closer than a level set can tell apart from the rim's own. Then a rim
+    /// of many edges is triangulated first: on walls of a skull, of which each side was closed by itself, no level set had a patch.
+    pub(super) fn is_on_thin_wall(&self) -> bool {
+        let [hole] = self.holes else {
+            return false;
+        };
+        if self.reference.is_some() || !self.params.finishes() {
+            return false;
+        }
+        let reach = THIN.get() * self.region(&Attempt::first(self.params.energy)).voxel;
+        let has_other_side = |v: u32| {
+            let (p, normal) = (self.mesh.positions[v as usize], self.known.normal(v));
+            let margin = DVec3::splat(reach);
+            let mut found = false;
+            self.known
+                .bvh()
+                .for_each_in_box(p - margin, p + margin, |f| {
+                    let corners =
+                        self.mesh.faces[f as usize].map(|v| self.mesh.positions[v as usize]);
+                    let is_near = corners.iter().any(|c| c.distance(p) < reach);
+                    found |= is_near && face_normal(self.mesh, f).dot(normal) < OTHER_SIDE.get();
+                });
+            found
+        };
+        let step = hole.rim.len().div_ceil(THIN_SAMPLES);
+        let samples = || hole.rim.iter().step_by(step);
+        2 * samples().filter(|&&v| has_other_side(v)).count() > samples().count()
     }
 }
 

@@ -9,7 +9,7 @@ use super::problem::{RegionProblem, has_few_edges, refines};
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
 use super::so_far::{LevelEnd, Made, SoFar, Tried};
-use super::strategy::{Candidate, Ending, Step, next_step};
+use super::strategy::{Candidate, Ending, Step, is_costly, next_step};
 use super::{
     base, counterpart, faired, finish_step, level_set, planar, rim_triangles, rounded, seam, sharp,
 };
@@ -57,6 +57,7 @@ impl RegionProblem<'_> {
             let mean = h.conormals.iter().sum::<DVec3>() / h.conormals.len().max(1) as f64;
             h.planarity < FLAT_RIM.get() && mean.length() > PARALLEL.get()
         };
+        let faired_cost = faired::cost(self);
         RetryContext {
             has_counterpart: self.has_counterpart(),
             may_be_sharp: self.may_be_sharp(),
@@ -67,8 +68,9 @@ impl RegionProblem<'_> {
             finishes: self.is_finished(),
             one_rim: self.holes.len() == 1,
             many_rims: self.budget == 0 && self.holes.len() > MANY_RIMS.get(),
-            few_edges: self.reference.is_none() && has_few_edges(self.holes, self.params),
-            faired_cost: faired::cost(self),
+            faired_first: self.reference.is_none() && has_few_edges(self.holes, self.params)
+                || is_costly(faired_cost) && self.is_on_thin_wall(),
+            faired_cost,
             budget: self.budget,
             spent: 0,
         }

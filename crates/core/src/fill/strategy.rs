@@ -28,6 +28,10 @@ const CLEARLY_HIGHER: Tunable<f64> = tunable("fill.clearly_higher", 1.1);
 /// down to 1/1.5, were farther from the true surface than the first patch.
 const MUCH_HIGHER: Tunable<f64> = tunable("fill.much_higher", 2.0);
 
+/// Which candidate of a continued surface is taken: 0 the one that the rules below choose, 1 the level set, 2 the faired triangulation
+/// where it can be made. Another value than 0 is for `scripts/sweep.py --oracle`.
+const ALWAYS: Tunable<usize> = tunable("fill.always", 0);
+
 /// A way to close a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Candidate {
@@ -179,7 +183,7 @@ fn next_surface(first: &Attempt, made: &[Ending], region: &RetryContext) -> Step
     // part is wider than its rim, only the level set finds it.
     match place(Candidate::Faired, made) {
         Some(faired) if made[faired].is_at_sound_minimum() => return Step::Take(faired),
-        None if history.is_empty() && region.few_edges => return Step::Make(Candidate::Faired),
+        None if history.is_empty() && region.faired_first => return Step::Make(Candidate::Faired),
         None if nearly.is_none() && !has_patch && region.finishes => {
             let reached_box = |failure| failure == &Some(AttemptFailure::ReachedBox);
             if let [(_, failure)] = &history[..]
@@ -222,6 +226,8 @@ fn second_initialisation(made: &[Ending], region: &RetryContext) -> Option<Attem
 fn finished_or_faired(finished: usize, made: &[Ending], region: &RetryContext) -> Step {
     let own = made[finished].quality.filter(|_| region.finishes);
     let (own, factor) = match own {
+        Some(own) if ALWAYS.get() == 2 && region.one_rim => (own, 0.0),
+        _ if ALWAYS.get() == 1 => return Step::Take(finished),
         Some(own) if !own.is_sound() => (own, CLEARLY_HIGHER.get()),
         Some(own) if own.energy > BENT.get() && may_be_faired(&own, region) => {
             (own, MUCH_HIGHER.get())
@@ -237,6 +243,11 @@ fn finished_or_faired(finished: usize, made: &[Ending], region: &RetryContext) -
         true => Step::Take(faired),
         false => Step::Take(finished),
     }
+}
+
+/// Whether a faired triangulation that can be made costs more than a level set.
+pub(super) fn is_costly(faired_cost: f64) -> bool {
+    faired_cost > CHEAP.get() && faired_cost.is_finite()
 }
 
 /// Whether a faired triangulation is worth its time beside a finished patch: it is cheap, or the patch of the only rim has not converged.

@@ -185,6 +185,11 @@ impl<'a> Sampler<'a> {
         faces.is_some_and(|&n| n <= 2)
     }
 
+    /// The unit normal of a vertex.
+    pub fn normal(&self, vertex: u32) -> DVec3 {
+        self.smooth.normals.of(self.mesh, vertex)
+    }
+
     /// The mesh.
     pub fn mesh(&self) -> &Mesh {
         self.mesh

@@ -64,9 +64,10 @@ struct Pair {
 }
 
 impl Target<'_> {
-    /// The closest point and its face's normal; `None` if the point is on a boundary or the normals differ too much.
-    pub(super) fn partner(&self, at: DVec3, normal: DVec3) -> Option<(DVec3, DVec3)> {
-        self.accepted(&self.bvh.closest(at, f64::INFINITY)?, normal)
+    /// The closest point; `None` if it is on a boundary or the normals differ too much.
+    pub(super) fn partner(&self, at: DVec3, normal: DVec3) -> Option<Closest> {
+        let closest = self.bvh.closest(at, f64::INFINITY)?;
+        self.accepted(&closest, normal).map(|_| closest)
     }
 
     /// The closest point and its face's normal, unless it is on a boundary or the normals differ too much.

@@ -117,11 +117,17 @@ impl Collar {
 
     /// Fits a part of a counterpart to the hole.
     pub(super) fn fitted(&self, part: &PlacedPart, cancel: &Cancel) -> Result<Fitted, NotLike> {
-        self.joined(self.aligned(part, cancel)?, part, cancel)
+        let motion = self.aligned(part, ROUNDS.get(), cancel)?;
+        self.joined(motion.moved(&part.mesh), part, cancel)
     }
 
-    /// A part of a counterpart, aligned rigidly with the collar.
-    pub(super) fn aligned(&self, part: &PlacedPart, cancel: &Cancel) -> Result<Mesh, NotLike> {
+    /// The rigid motion that aligns a part of a counterpart with the collar, by at most `rounds` iterations.
+    pub(super) fn aligned(
+        &self,
+        part: &PlacedPart,
+        rounds: usize,
+        cancel: &Cancel,
+    ) -> Result<Motion, NotLike> {
         let bvh = Bvh::new(&part.mesh, 0..part.mesh.faces.len() as u32);
         let target = Target {
             mesh: &part.mesh,
@@ -131,7 +137,7 @@ impl Collar {
         let few = self.samples.iter().step_by(self.step(SAMPLES.get()));
         let few: Vec<Sample> = few.copied().collect();
         let settings = Settings {
-            rounds: ROUNDS.get(),
+            rounds,
             kept: KEPT.get(),
             scale: false,
             ridge: RIDGE,
@@ -146,7 +152,7 @@ impl Collar {
         {
             return Err(NotLike::Apart);
         }
-        Ok(end.motion.inverse().moved(&part.mesh))
+        Ok(end.motion.inverse())
     }
 
     /// The reason for which the collar has too few partners on a part of a counterpart.
@@ -187,7 +193,9 @@ impl Collar {
             bvh: &bvh,
             border: &part.border,
         };
-        let (data, field) = self.offsets(&target, part, usize::MAX, cancel)?;
+        let data = self.offsets(&target, usize::MAX);
+        let data = data.ok_or_else(|| self.why_apart(part, &bvh))?;
+        let field = self.field(&data, cancel).ok_or(NotLike::Apart)?;
         let misfit = root_mean_square(data.iter().map(|d| d.offset.length()));
         let smooth_misfit = root_mean_square(data.iter().map(|d| field.at(d.point).length()));
         mesh.positions
@@ -205,18 +213,10 @@ impl Collar {
         })
     }
 
-    /// The offsets of at most `most` vertices of the collar from their partners on an aligned part of a counterpart, and their smooth
-    /// field.
-    pub(super) fn offsets(
-        &self,
-        target: &Target,
-        part: &PlacedPart,
-        most: usize,
-        cancel: &Cancel,
-    ) -> Result<(Vec<OffsetDatum>, OffsetField), NotLike> {
+    /// The offsets of at most `most` vertices of the collar from their partners on an aligned counterpart; none where too few have one.
+    pub(super) fn offsets(&self, target: &Target, most: usize) -> Option<Vec<OffsetDatum>> {
         let datum = |(s, depth): (&Sample, &f64)| {
-            let (partner, _) = target.partner(s.point, s.normal)?;
-            let offset = s.point - partner;
+            let offset = s.point - target.partner(s.point, s.normal)?.point;
             let is_near = offset.length() < FAR.get() * self.diameter;
             is_near.then_some(OffsetDatum {
                 point: s.point,
@@ -229,11 +229,12 @@ impl Collar {
         let all: Vec<Option<OffsetDatum>> = samples.map(datum).collect_indexed();
         let count = all.len();
         let data: Vec<OffsetDatum> = all.into_iter().flatten().collect();
-        if (data.len() as f64) < LEAST_PARTNERS.get() * count as f64 {
-            return Err(self.why_apart(part, target.bvh));
-        }
-        let field = OffsetField::fit(&data, self.normal, self.diameter, self.edge, cancel);
-        Ok((data, field.ok_or(NotLike::Apart)?))
+        (data.len() as f64 >= LEAST_PARTNERS.get() * count as f64).then_some(data)
+    }
+
+    /// The smooth field of offsets; none where it cannot be fitted.
+    pub(super) fn field(&self, data: &[OffsetDatum], cancel: &Cancel) -> Option<OffsetField> {
+        OffsetField::fit(data, self.normal, self.diameter, self.edge, cancel)
     }
 
     /// The step with which at most `most` vertices are taken.

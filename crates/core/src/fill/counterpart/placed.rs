@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::align::Target;
@@ -36,6 +36,8 @@ pub(crate) struct PlacedPart {
     pub(super) border: Vec<bool>,
     /// Whether each vertex is the mirror image of a vertex on the region's rims.
     pub(super) own_rim: Vec<bool>,
+    /// Four points at the region that are not in one plane, and their images under the motion that placed the part.
+    images: [[DVec3; 2]; 4],
     pub(super) kind: CounterpartKind,
 }
 
@@ -44,19 +46,31 @@ impl PlacedPart {
     pub(crate) fn is_valid(&self) -> bool {
         let count = self.mesh.positions.len();
         let is_whole = self.mesh.faces.is_empty() || self.mesh.validate().is_ok();
-        is_whole && self.border.len() == count && self.own_rim.len() == count
+        let is_finite = self.images.iter().flatten().all(|p| p.is_finite());
+        is_whole && is_finite && self.border.len() == count && self.own_rim.len() == count
     }
 
     /// The part with other coordinates; `turned` where these have the other handedness.
     pub(crate) fn moved(&self, to: impl Fn(DVec3) -> DVec3, turned: bool) -> Self {
         let mut new = self.clone();
-        for p in &mut new.mesh.positions {
+        let images = new.images.iter_mut().flatten();
+        for p in new.mesh.positions.iter_mut().chain(images) {
             *p = to(*p);
         }
         for face in new.mesh.faces.iter_mut().filter(|_| turned) {
             face.swap(1, 2);
         }
         new
+    }
+
+    /// The motion that placed the part.
+    pub(super) fn placing(&self) -> Motion {
+        let axes = |side: usize| {
+            let [x, y, z] = [1, 2, 3].map(|k| self.images[k][side] - self.images[0][side]);
+            DMat3::from_cols(x, y, z)
+        };
+        let [from, to] = self.images[0];
+        Motion::about(axes(1) * axes(0).inverse(), from, to)
     }
 }
 
@@ -137,6 +151,9 @@ impl<'a> Counterpart<'a> {
             let side = DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2));
             motion.at(low + (high - low) * side)
         };
+        let back = motion.inverse();
+        let [x, y, z] = DVec3::AXES.map(|axis| low + axis * (high - low));
+        let images = [low, x, y, z].map(|p| [p, back.at(p)]);
         let (low, high) = bounds((0..8).map(corner));
         let mut faces = Vec::new();
         self.bvh.for_each_in_box(low, high, |f| faces.push(f));
@@ -145,11 +162,11 @@ impl<'a> Counterpart<'a> {
         let vertices = part.vertices();
         let border = vertices.iter().map(|&v| self.border[v as usize]).collect();
         let is_own = |&v: &u32| self.is_mirror && self.border[v as usize] && is_rim(v);
-        let back = motion.inverse();
         PlacedPart {
             mesh: back.moved(&part.mesh),
             border,
             own_rim: vertices.iter().map(is_own).collect(),
+            images,
             kind: match self.is_mirror {
                 true => CounterpartKind::Mirror(plane(motion, &part.mesh)),
                 false => CounterpartKind::Template(back.scale()),

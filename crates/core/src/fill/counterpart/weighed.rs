@@ -2,12 +2,14 @@
 //!
 //! A smooth patch knows the faces round the hole, the mirror image knows the shape of the other side but not how much the two sides
 //! differ. Their differences round the hole are kriged across it, with the standard deviation of that estimate. The two estimates of a
-//! vertex are independent, so they are combined with the inverses of their variances.
+//! vertex are independent, so they are combined with the inverses of their variances. A hole on the plane of symmetry is its own image:
+//! there the patch itself is mirrored, with its errors.
 
 use glam::DVec3;
 
 use super::align::Target;
 use super::judge::Collar;
+use super::motion::Motion;
 use super::placed::PlacedPart;
 use crate::elementary::root_mean_square;
 use crate::fill::candidate::FinishedPatch;
@@ -15,8 +17,8 @@ use crate::fill::finish_step::Local;
 use crate::fill::invented::CounterpartReport;
 use crate::fill::params::{FillParams, Finish};
 use crate::fill::problem::RegionProblem;
-use crate::mesh::{Hole, area_vector};
-use crate::spatial::Bvh;
+use crate::mesh::{Hole, Mesh, area_vector};
+use crate::spatial::{Bvh, Closest};
 use crate::tuning::{Tunable, tunable};
 
 /// Edges. Bounds of the rims whose patches are weighed with the mirror image: narrower holes are predicted well by their surroundings, and
@@ -28,6 +30,9 @@ const MOST_EDGES: Tunable<usize> = tunable("fill.weighed.most_edges", 1500);
 const DEVIATION: Tunable<f64> = tunable("fill.weighed.deviation", 1.4);
 /// Upper bound of the vertices round the hole at which the image is compared.
 const SAMPLES: Tunable<usize> = tunable("fill.weighed.samples", 1500);
+/// Upper bound of the iterations of the image's alignment with the faces round the hole: smooth walls slide on each other, so that 10
+/// left patches of a skull a tenth farther from the bone.
+const ROUNDS: Tunable<usize> = tunable("fill.weighed.rounds", 40);
 /// Lower bound of the fraction of the patch's vertices that have a partner on the mirror image.
 const LEAST_PARTNERS: Tunable<f64> = tunable("fill.weighed.least_partners", 0.9);
 /// Lower bound of the weight of a mirror image: below it, the smooth continuation stays as it is.
@@ -75,7 +80,8 @@ impl RegionProblem<'_> {
         let collar = Collar::new(&local.part.mesh, &rim, self.holes[0].diameter);
         let vertices = local.vertices();
         let images = parts.iter();
-        let images = images.filter_map(|part| self.image(part, &collar, (&local, &vertices)));
+        let images =
+            images.filter_map(|part| self.image(part, &collar, (&local, &vertices, &errors)));
         let error = |image: &Image| root_mean_square(image.errors.iter().copied());
         let Some(image) = images.min_by(|a, b| error(a).total_cmp(&error(b))) else {
             return (finished, None);
@@ -164,30 +170,33 @@ impl RegionProblem<'_> {
         rim.map(|&v| self.mesh.positions[v as usize]).collect()
     }
 
-    /// The mirror image at a patch; none where it does not fit the faces round the hole, or has a hole there itself.
+    /// The mirror image at a patch; none where it does not fit the faces round the hole.
     fn image(
         &self,
         part: &PlacedPart,
         collar: &Collar,
-        (local, vertices): (&Local, &[(DVec3, DVec3)]),
+        (local, vertices, errors): (&Local, &[(DVec3, DVec3)], &[f64]),
     ) -> Option<Image> {
-        let mesh = collar.aligned(part, self.cancel).ok()?;
-        let bvh = Bvh::new(&mesh, 0..mesh.faces.len() as u32);
+        let motion = collar.aligned(part, ROUNDS.get(), self.cancel).ok()?;
+        let whole = Whole::new(part, &motion, local);
+        let bvh = Bvh::new(&whole.mesh, 0..whole.mesh.faces.len() as u32);
         let target = Target {
-            mesh: &mesh,
+            mesh: &whole.mesh,
             bvh: &bvh,
-            border: &part.border,
+            border: &whole.border,
         };
-        let offsets = collar.offsets(&target, part, SAMPLES.get(), self.cancel);
-        let (data, field) = offsets.ok()?;
-        // The image, moved by the field, at each vertex along its normal.
-        let offset = |(p, n): &(DVec3, DVec3)| {
-            let (partner, _) = target.partner(*p, *n)?;
-            Some(*n * n.dot(partner + field.at(*p) - *p))
+        let data = collar.offsets(&target, SAMPLES.get())?;
+        let field = collar.field(&data, self.cancel)?;
+        // The image, moved by the field, at each vertex along its normal; its error is that of the field, and that of the patch where the
+        // patch's own image is there.
+        let at = |(p, n): &(DVec3, DVec3)| {
+            let partner = target.partner(*p, *n)?;
+            let offset = *n * n.dot(partner.point + field.at(*p) - *p);
+            Some((offset, whole.error(&partner, errors)))
         };
-        let offsets: Vec<Option<DVec3>> = vertices.iter().map(offset).collect();
-        let partners = offsets.iter().flatten().count() as f64;
-        if partners < LEAST_PARTNERS.get() * offsets.len() as f64 {
+        let found: Vec<Option<(DVec3, f64)>> = vertices.iter().map(at).collect();
+        let partners = found.iter().flatten().count() as f64;
+        if partners < LEAST_PARTNERS.get() * found.len() as f64 {
             return None;
         }
         let report = CounterpartReport {
@@ -195,12 +204,70 @@ impl RegionProblem<'_> {
             misfit: Some(root_mean_square(data.iter().map(|d| d.offset.length()))),
             ..CounterpartReport::default()
         };
-        let error = |(p, _): &(DVec3, DVec3)| DEVIATION.get() * field.deviation(*p);
+        let error = |((p, _), found): (&(DVec3, DVec3), &Option<(DVec3, f64)>)| {
+            let own = found.map_or(0.0, |(_, error)| error);
+            let squared = (DEVIATION.get() * field.deviation(*p)).powi(2);
+            (squared + own.powi(2)).sqrt()
+        };
         Some(Image {
-            offsets: continued(local, offsets),
-            errors: vertices.iter().map(error).collect(),
+            errors: vertices.iter().zip(&found).map(error).collect(),
+            offsets: continued(local, found.into_iter().map(|f| Some(f?.0)).collect()),
             report,
         })
+    }
+}
+
+/// The mirror image of the faces round a hole, and of the hole's patch where that is near: a hole on the plane of symmetry is its own
+/// image.
+struct Whole {
+    mesh: Mesh,
+    /// Whether each vertex is on a boundary edge.
+    border: Vec<bool>,
+    /// The first face of the patch's image, and the first of its vertices that is not the mesh's.
+    first_face: usize,
+    first_vertex: usize,
+}
+
+impl Whole {
+    /// From the part round the hole, its motion, and the patch with the faces around it.
+    fn new(part: &PlacedPart, motion: &Motion, local: &Local) -> Self {
+        let mut mesh = motion.moved(&part.mesh);
+        let mut border = part.border.clone();
+        let first_face = mesh.faces.len();
+        let around = local.part.mesh.positions.len();
+        let first_vertex = mesh.positions.len() + around;
+        if part.own_rim.contains(&true) {
+            let own = part.placing().then(motion).moved(&local.patch());
+            let shift = mesh.positions.len() as u32;
+            let shifted = |f: &[u32; 3]| f.map(|v| v + shift);
+            mesh.faces.extend(own.faces.iter().map(shifted));
+            mesh.positions.extend(own.positions);
+            for (border, own) in border.iter_mut().zip(&part.own_rim) {
+                *border &= !own;
+            }
+            border.resize(mesh.positions.len(), false);
+        }
+        Self {
+            mesh,
+            border,
+            first_face,
+            first_vertex,
+        }
+    }
+
+    /// The expected error at a point: none on the mesh, that of the patch on it.
+    fn error(&self, at: &Closest, errors: &[f64]) -> f64 {
+        if (at.face as usize) < self.first_face {
+            return 0.0;
+        }
+        let corners = self.mesh.faces[at.face as usize];
+        let error = |v: u32| {
+            (v as usize)
+                .checked_sub(self.first_vertex)
+                .map_or(0.0, |v| errors[v])
+        };
+        let terms = corners.iter().zip(at.barycentric);
+        terms.map(|(&v, weight)| weight * error(v)).sum()
     }
 }
 

@@ -101,7 +101,7 @@ fn a_sound_level_set_is_finished_and_taken() {
 #[test]
 fn a_rim_of_few_edges_is_faired_first_and_needs_a_level_set_only_where_that_fails() {
     let short = RetryContext {
-        few_edges: true,
+        faired_first: true,
         ..region()
     };
     let all_sound = |_: Candidate, _: usize| (Some(SOUND), None, true);
