@@ -257,7 +257,7 @@ def handing_over(page, program, folder):
         begin(page, server)
         page.tab("save")
         off = page.run("[...document.querySelectorAll('#deliver :is(input, select, button):disabled')].map((e) => e.id)")
-        page.expect(off == ["tolerance", "mark", "mark-colour", "patches-file", "piece-file"] and page.run(text("#deliver-hint")), f"before a step {off} are off")
+        page.expect(off == ["tolerance", "mark", "patch-paint", "mark-colour", "patches-file", "piece-file"] and page.run(text("#deliver-hint")), f"before a step {off} are off")
         faces = page.run(DENT)
         page.run(f"isomend.masks.takeFile(new File([{json.dumps(' '.join(map(str, faces)))}], 'dent.txt'))")
         page.until(f"isomend.mask().count === {len(faces)}", "the dent is marked")
