@@ -144,9 +144,10 @@ def checking(page):
         before = page.settled()["hash"]
         task.on("#defect-list button")
         page.expect(page.settled()["hash"] != before, "the place of the defect is not shown")
-    with Counted(page, "make it printable", 3) as task:
+    with Counted(page, "make it printable", 2) as task:
         task.on("#tab-print")
-        task.on("#presets [value=print]")
+        shown = page.run("document.querySelector('#mend-text').textContent")
+        page.expect("--close-borders" in shown and "--drop-inside" in shown, f"Make printable begins with {shown}")
         task.on("#run")
         page.until_done()
         page.until("document.querySelector('#result-line').textContent.includes('Printable')", "it is printable")

@@ -2,6 +2,8 @@
 
 import json
 
+from browser_test import PICTURE
+
 SIZES = ((1280, 800), (1920, 1080), (1024, 700))
 TABS = ("holes", "paint", "print", "check", "measure", "history", "save")
 # The visible controls, with their boxes.
@@ -47,7 +49,7 @@ def resize(page, width, height):
     # The picture has the new size once the page has seen its own.
     page.until(f"innerWidth === {width} && innerHeight === {height} && (({{ canvas }}) => canvas.width === canvas.clientWidth && canvas.height === canvas.clientHeight)(isomend.viewer)",
                f"the window has {width} x {height} pixels")
-    page.settled()
+    page.calm(PICTURE)
 
 
 def dark(page, is_dark):
@@ -75,23 +77,31 @@ def check_place(page, where, width, height):
     out = [b[0] for b in boxes if b[1] < -1 or b[2] < -1 or b[3] > width + 1 or b[4] > height + 1]
     page.expect(not out, f"{where}: outside of the window: {out}")
     page.expect(not (found := page.run(CUT)), f"{where}: cut: {found[:5]}")
+
+
+def check_contrast(page, where):
+    """All words are readable against their background, in the theme as it is now."""
     page.expect(not (found := page.run(FAINT)), f"{where}: too faint: {found[:5]}")
 
 
-def check_layout(page):
-    """At three sizes, light and dark, with each tab open: only lists scroll, nothing overlaps, all is in the window and readable."""
-    for width, height in SIZES:
+def check_layout(page, tabs=TABS, themes=(False, True)):
+    """At three sizes with each tab open: only lists scroll, nothing overlaps, all is in the window. At one size, light and dark: all is
+    readable; a theme changes nothing but colours, and a size no colours."""
+    for width, height in SIZES[::-1]:
         resize(page, width, height)
-        for is_dark in (False, True):
-            dark(page, is_dark)
-            for tab in TABS:
-                page.tab(tab)
-                check_place(page, f"{width} x {height}, {'dark' if is_dark else 'light'}, tab {tab}", width, height)
-                page.shot(f"{width}_{'dark' if is_dark else 'light'}_{tab}")
-            view = page.view()
-            page.expect(view[3] > height - 60, f"the view is {view[3]} high of {height}")
+        for tab in tabs:
+            page.tab(tab)
+            check_place(page, f"{width} x {height}, tab {tab}", width, height)
+            page.shot(f"{width}_{tab}")
+        view = page.view()
+        page.expect(view[3] > height - 60, f"the view is {view[3]} high of {height}")
+    for is_dark in themes:
+        dark(page, is_dark)
+        for tab in tabs:
+            page.tab(tab)
+            check_contrast(page, f"{'dark' if is_dark else 'light'}, tab {tab}")
+            page.shot(f"{'dark' if is_dark else 'light'}_{tab}")
     dark(page, False)
-    resize(page, *SIZES[0])
 
 
 def check_rows(page):

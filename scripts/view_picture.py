@@ -86,7 +86,6 @@ def draw(page):
     page.run("isomend.measure.clear()")
     page.fill_in("#shading", "0")
     page.tab("print")
-    page.click_on("#presets [value=print]")
     page.click_on("#run")
     page.until_done()
     page.until("document.querySelector('#result-line').textContent.includes('Printable')", "the mesh is printable")

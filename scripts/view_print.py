@@ -2,10 +2,12 @@
 Counts, areas, pixels and written bytes are tested on bodies of known size. For view_test.py."""
 
 import subprocess
+import zipfile
 
 import numpy as np
 
 from browser_test import PICTURE
+from view_layout import check_layout
 from view_meshes import write_ply
 from view_page import Server
 
@@ -84,6 +86,96 @@ def overhangs(page):
     page.fill_in("#up", "")
     page.tab("holes")
     page.until("isomend.display.coloured === 'plain'", "the map goes with the check")
+
+
+def walls_of_a_sheet(page, program, folder):
+    """Faces without an opposite side are grey, also new faces."""
+    n, mesh = 12, folder / "sheet.ply"
+    a, b = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), indexing="ij")
+    at = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    quads = np.stack([at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, :-1], at[1:, 1:], at[:-1, 1:]], -1)
+    quads = np.concatenate([quads[:4].reshape(-1, 6), quads[4:8, :4].reshape(-1, 6), quads[4:8, 8:].reshape(-1, 6), quads[8:].reshape(-1, 6)])
+    write_ply(mesh, np.stack([a.ravel(), b.ravel(), 0 * a.ravel()], -1), quads.reshape(-1, 3))
+    server = Server(program, mesh, folder / "log_sheet.txt")
+    try:
+        page.start(server, width=1280, height=800)
+        page.until("!!isomend.mask()", "the surface is prepared")
+        page.click_on("#fill-all")
+        page.until_done()
+        page.reaches(1, "the hole of a sheet is filled")
+        page.click_on("[data-view=top]")
+        page.calm(PICTURE)
+        patch, sheet = f"{PIXEL}(6.3, 6.1, 0)", f"{PIXEL}(1.3, 1.1, 0)"
+        colour = page.run(patch)
+        page.expect(colour[0] - colour[2] > 60, f"a patch is {colour}, not orange")
+        page.tab("check")
+        page.click_on("[name=aspect][value=walls] + span")
+        page.until("isomend.viewer.sides.after.surface.colour.kind === 5", "walls are measured")
+        page.expect(page.run("isomend.mesh().walls.every((thickness) => thickness !== thickness)"), "a sheet has an opposite side")
+        for what, where in (("patch", patch), ("sheet", sheet)):
+            colour = page.run(where)
+            page.expect(max(colour) - min(colour) < 8 and 60 < colour[0] < 220, f"a {what} without an opposite side is {colour}, not grey")
+        page.tell_troubles()
+        page.call("Page.navigate", url="about:blank")
+    finally:
+        server.stop()
+
+
+def painted_package(path):
+    """Writes a cube without one side, each triangle painted, as a 3MF package of a slicer."""
+    corners = "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for z in (0, 10) for y in (0, 10) for x in (0, 10))
+    sides = ((0, 2, 3, 1), (0, 1, 5, 4), (1, 3, 7, 5), (3, 2, 6, 7), (2, 0, 4, 6))
+    faces = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}" paint_color="8"/>' for p, q, r, s in sides for a, b, c in ((p, q, r), (p, r, s)))
+    core = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+    model = (f'<model unit="millimeter" xmlns="{core}"><resources><object id="1" type="model"><mesh><vertices>{corners}</vertices>'
+             f'<triangles>{faces}</triangles></mesh></object></resources><build><item objectid="1"/></build></model>')
+    relations = ('<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships"><Relationship Target="/3D/3dmodel.model" '
+                 'Id="rel-1" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>')
+    types = ('<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types"><Default Extension="rels" ContentType='
+             '"application/vnd.openxmlformats-package.relationships+xml"/><Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>')
+    with zipfile.ZipFile(path, "w") as package:
+        for name, text in (("[Content_Types].xml", types), ("_rels/.rels", relations), ("3D/3dmodel.model", model)):
+            package.writestr(name, text)
+
+
+def paint_of_patches(page, program, folder):
+    """Where a file has paint of a slicer, it is offered for patches, and the page writes what the command writes."""
+    mesh, shown = folder / "painted.3mf", "!document.querySelector('#patch-paint-label').hidden"
+    painted_package(mesh)
+    server = Server(program, mesh, folder / "log_painted.txt")
+    try:
+        page.start(server, width=1280, height=800)
+        page.until("!!isomend.mask()", "the surface is prepared")
+        page.click_on("#fill-all")
+        page.until_done()
+        page.reaches(1, "the open side is filled")
+        page.tab("save")
+        page.fill_in("#save-format", "stl")
+        page.expect(not page.run(shown), "paint is offered for a format without it")
+        page.fill_in("#save-format", "3mf")
+        page.expect(page.run(shown), "the paint of patches is not offered")
+        for paint, options in (("", []), ("continue", ["--paint", "continue"])):
+            page.fill_in("#patch-paint", paint)
+            page.fill_in("#save-path", f"made{paint}.3mf")
+            page.click_on("#save")
+            page.until(f"document.querySelector('#saved').textContent.includes('made{paint}.3mf')", "the package is saved")
+            wanted = folder / f"wanted{paint}.3mf"
+            subprocess.run([program, "fill", mesh, "-o", wanted, "-q", *options], check=True)
+            page.expect((folder / f"made{paint}.3mf").read_bytes() == wanted.read_bytes(), f"with paint {paint!r} the page writes another package than the command")
+        counts = [zipfile.ZipFile(folder / f"made{paint}.3mf").read("3D/3dmodel.model").count(b"paint_color") for paint in ("", "continue")]
+        page.expect(counts[0] == 10 < counts[1], f"without and with paint on patches {counts} triangles are painted")
+        page.until("document.querySelector('#recipe').textContent.includes('--paint continue')", "the recipe has the paint")
+        page.fill_in("#language", "de")
+        page.until("document.documentElement?.dataset.state === 'ready' && document.documentElement.lang === 'de' && !!isomend.mask()", "the page is German")
+        page.tab("save")
+        page.expect(page.run(f"{shown} && document.querySelector('#patch-paint-label').innerText.includes('Flicken bemalen')"), "in German the paint is not offered")
+        page.expect(page.run("document.querySelector('#patch-paint').value") == "continue", "the change of the language loses the paint of patches")
+        check_layout(page, ["save"], [False])
+        page.run("localStorage.clear()")
+        page.tell_troubles()
+        page.call("Page.navigate", url="about:blank")
+    finally:
+        server.stop()
 
 
 def expect_same(page, folder, name, command):
@@ -175,5 +267,8 @@ def printing(page, program, folder):
         components_beside_previews(page)
         delete_chosen(page, program, folder, mesh)
         page.tell_troubles()
+        page.call("Page.navigate", url="about:blank")
     finally:
         server.stop()
+    walls_of_a_sheet(page, program, folder)
+    paint_of_patches(page, program, folder)

@@ -257,7 +257,7 @@ def handing_over(page, program, folder):
         begin(page, server)
         page.tab("save")
         off = page.run("[...document.querySelectorAll('#deliver :is(input, select, button):disabled')].map((e) => e.id)")
-        page.expect(off == ["tolerance", "mark", "mark-colour", "patches-file", "piece-file"] and page.run(text("#deliver-hint")), f"before a step {off} are off")
+        page.expect(off == ["tolerance", "mark", "patch-paint", "mark-colour", "patches-file", "piece-file"] and page.run(text("#deliver-hint")), f"before a step {off} are off")
         faces = page.run(DENT)
         page.run(f"isomend.masks.takeFile(new File([{json.dumps(' '.join(map(str, faces)))}], 'dent.txt'))")
         page.until(f"isomend.mask().count === {len(faces)}", "the dent is marked")
@@ -288,7 +288,7 @@ def handing_over(page, program, folder):
         page.until("isomend.display.coloured === 'sigma'", "expected errors are shown")
         page.expect(page.run("document.querySelector('#scale-said').checkVisibility() && document.querySelector('#scale-said').textContent.includes('mm²')"), "the legend names no new surface")
         page.expect(", mm" in page.run(text("#scale-name")), "the legend has no unit")
-        check_layout(page)
+        check_layout(page, ["save"], [False])
         page.tab("save")
         page.fill_in("#save-path", "whole.ply")
         page.click_on("#save")
@@ -312,7 +312,7 @@ def handing_over(page, program, folder):
         page.until(text("#saved") + ".includes('_piece.stl')", "the piece is downloaded")
         page.fill_in("#tolerance", "0.000001")
         page.until(text("#deliver-trouble") + ".includes('holes 1')", "holes that are not within the tolerance are listed")
-        german(page, server)
+        german_figures(page)
         page.tell_troubles()
         # A page that is open when its program ends would report errors.
         page.call("Page.navigate", url="about:blank")
@@ -335,7 +335,7 @@ def opening(page, folder):
     page.expect(page.state()["current"] > 0, "the first session is lost")
 
 
-def german(page, server):
+def german(page):
     """The page in German, and back: numbers keep their digits, and a running preview is shown when it has ended."""
     page.job("restore")
     page.click_on("#presets [value=keep]")
@@ -354,7 +354,20 @@ def german(page, server):
     page.until("!isomend.steps.previews.length && !!isomend.mask()", "the preview is dropped")
     text = page.run("document.body.innerText")
     page.expect("Löcher" in text and "Holes" not in text and "{" not in text, "the page is not in German")
-    check_layout(page)
+    # The English page has the same colours.
+    check_layout(page, themes=())
+    page.run("localStorage.clear()")
+
+
+def german_figures(page):
+    """The figures of the new surface in German: words and decimal commas."""
+    page.fill_in("#language", "de")
+    page.until("document.documentElement?.dataset.state === 'ready' && document.documentElement.lang === 'de'", "the page is German")
+    page.tab("save")
+    page.until("document.querySelector('#deliver-said').textContent.includes('Ergänzt')", "the figures are shown in German")
+    shown = page.run("document.querySelector('#deliver-said').textContent")
+    page.expect(re.search(r"\d,\d", shown) and not re.search(r"\d\.\d", shown), f"the figures in German are {shown!r}")
+    check_layout(page, ["save"], ())
     page.run("localStorage.clear()")
 
 
@@ -372,7 +385,7 @@ def tasks(page, program, folder, mesh):
         page.tab("history")
         page.shot("history")
         opening(page, folder)
-        german(page, server)
+        german(page)
         page.tell_troubles()
         page.call("Page.navigate", url="about:blank")
     finally:

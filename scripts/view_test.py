@@ -33,6 +33,7 @@ from left_out import left_out
 from view_choices import check_point, choices
 from view_clicks import clicks
 from view_creases import creases
+from view_groups import in_programs
 from view_like import like
 from view_large import large
 from view_masks import masks
@@ -419,8 +420,10 @@ def a_scan(folder):
     return Path(shutil.copy(ROOT / "data/scan.ply", folder / "scan.ply"))
 
 
-# The groups of tests; each has its own browser, server and folder.
+# The groups of tests, the longest ones first; each has its own browser, server and folder.
 GROUPS = {
+    "tasks": lambda page, program, folder: tasks(page, program, folder, a_scan(folder)),
+    "worked": worked,
     "scan": scan,
     "textured": textured,
     "choices": lambda page, program, folder: choices(page, program, folder, a_scan(folder)),
@@ -429,12 +432,12 @@ GROUPS = {
     "like": like,
     "masks": lambda page, program, folder: masks(page, program, folder, a_scan(folder)),
     "print": printing,
-    "tasks": lambda page, program, folder: tasks(page, program, folder, a_scan(folder)),
     "tabs": lambda page, program, folder: tabs(page, program, folder, a_scan(folder)),
-    "worked": worked,
     "million": large,
     "huge": huge,
 }
+# The groups that measure times: they run alone, after the others.
+ALONE = ["million", "huge"]
 
 
 def run_group(name, chromium, program, base, keep, slow):
@@ -481,12 +484,13 @@ def main():
     if not chromium:
         left_out("the checks of the page of `isomend view`", "there is no Chromium (on Debian: apt install chromium)")
         return 0
-    failures = []
+    names, failures = [arguments.only] if arguments.only else ALONE, []
+    if not arguments.only:
+        failures = in_programs(__file__, [name for name in GROUPS if name not in ALONE], sys.argv[1:])
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as temporary:
-        for name in GROUPS:
-            if arguments.only in (None, name):
-                wrong = run_twice(name, chromium, arguments.isomend.resolve(), Path(temporary), arguments.keep, arguments.slow)
-                failures += [(name, what) for what in wrong]
+        for name in names:
+            wrong = run_twice(name, chromium, arguments.isomend.resolve(), Path(temporary), arguments.keep, arguments.slow)
+            failures += [(name, what) for what in wrong]
     return finish(failures)
 
 

@@ -3,9 +3,11 @@
 use std::fs;
 use std::process::Command;
 
+use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::desk::{Desk, ball};
+use crate::desk::{Desk, assert_code, ball};
+use crate::packages::{holed, prusa};
 use crate::served::{Served, in_ball};
 use crate::shapes::{polar, sphere};
 use isomend::io::Format;
@@ -216,8 +218,7 @@ fn downloads_have_the_bytes_of_the_saved_files() {
         assert!(answer.body == fs::read(desk.path(name)).unwrap(), "{file}");
     }
     // The state has what was saved, so that the page can show it again.
-    let kept =
-        json!({ "unit": "mm", "tolerance": null, "mark": "hatch", "patches": true, "piece": true });
+    let kept = json!({ "unit": "mm", "tolerance": null, "mark": "hatch", "paint": null, "patches": true, "piece": true });
     assert_eq!(served.state()["deliver"], kept);
     // A mark changes the mesh.
     save(&served, "mesh", "plain.ply", &json!({}));
@@ -284,4 +285,26 @@ fn what_cannot_be_handed_over_is_refused() {
     served.step(&json!({ "kind": "fair", "params": { "extent": { "strength": 0.2 } } }));
     refused("new.ply", json!({ "mark": "hatch" }), 422, no_patches);
     assert_eq!(served.get("api/recipe?deliver=nonsense").status, 422);
+}
+
+#[test]
+fn paint_of_a_slicer_is_continued_on_patches_as_by_the_command() {
+    let desk = Desk::new();
+    prusa(&desk, "in.3mf", &[("ball", holed(5.0, DVec3::ZERO))], false);
+    let served = Served::new(&desk, &["in.3mf"]);
+    assert_eq!(served.state()["file"]["painted"], true);
+    served.step(&json!({ "kind": "fill" }));
+    for (paint, options) in [("none", &[][..]), ("continue", &["--paint", "continue"])] {
+        save(&served, "mesh", "out.3mf", &json!({ "paint": paint }));
+        let command = [&["fill", "in.3mf", "-o", "wanted.3mf"], options].concat();
+        assert_code(&desk.run(&command), 0);
+        let [made, wanted] = ["out.3mf", "wanted.3mf"].map(|name| fs::read(desk.path(name)));
+        assert!(made.unwrap() == wanted.unwrap(), "{paint}");
+        let recipe = served.get("api/recipe").json()["shell"].to_string();
+        assert_eq!(recipe.contains("--paint continue"), !options.is_empty());
+        let row = &served.state()["deliver"]["paint"];
+        assert_eq!(row == "continue", !options.is_empty(), "{row}");
+    }
+    let plain = Served::new(&desk, &["ball.ply"]);
+    assert_eq!(plain.state()["file"]["painted"], false);
 }

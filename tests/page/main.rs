@@ -3,6 +3,9 @@
 
 #[path = "../common/desk.rs"]
 mod desk;
+#[allow(dead_code)] // The tests of the program use all of it.
+#[path = "../program/packages.rs"]
+mod packages;
 #[path = "../common/served.rs"]
 mod served;
 #[path = "../common/shapes.rs"]

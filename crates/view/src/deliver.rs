@@ -33,6 +33,9 @@ pub fn add_options(
     if let Some(mark) = wanted.mark {
         command.option("mark", mark_text(mark));
     }
+    if wanted.continue_paint {
+        command.option("paint", "continue");
+    }
     if let Some(tolerance) = wanted.tolerance {
         command.option("tolerance", tolerance);
     }

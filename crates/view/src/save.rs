@@ -192,6 +192,7 @@ impl App {
         let is_same = |format: &Format| self.is_last(state, *format) && !has_side_files(*format);
         let (Some(saved), Some(format)) = (saved, format.filter(is_same)) else {
             wanted.mark = None;
+            wanted.continue_paint = false;
             return Ok((Output::new(between, Some(self.format_between))?, wanted));
         };
         let place = Place::Memory {
@@ -201,6 +202,7 @@ impl App {
         let mut output = Output::new(place, Some(format))?;
         output.ascii = saved.ascii;
         wanted.mark = saved.deliverables.mark;
+        wanted.continue_paint = saved.deliverables.continue_paint;
         Ok((output, wanted))
     }
 

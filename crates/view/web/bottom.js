@@ -15,6 +15,7 @@ const BOTTOM_DOWN = 0.9;
 export class Bottom {
   constructor(app) {
     this.app = app;
+    this.wanted = true;
     find("#bottom-words").textContent = tr("flat_bottom", { id: "–" });
     find("#flat-bottom").addEventListener("change", () => this.set(find("#flat-bottom").checked));
   }
@@ -39,12 +40,18 @@ export class Bottom {
     return this.app.holes.list.find(isBottom)?.id ?? null;
   }
 
-  /** Chooses whether the hole in the bottom is closed flat. */
+  /** Chooses whether a repair closes the hole in the bottom flat; to fill holes, it stays as it is set there. */
   set(isFlat) {
     const { hole, app } = this;
-    if (hole === null || (app.holes.doings.get(hole) === "flat") === isFlat) return;
-    app.holes.put([[hole, isFlat ? "flat" : "fill"]]);
+    this.wanted = isFlat;
+    if (!isFlat && app.holes.doings.get(hole) === "flat") app.holes.put([[hole, "fill"]]);
     app.holes.changed();
+  }
+
+  /** The hole in the bottom, if a repair is to close it flat although nothing is set for it, in a list. */
+  caps() {
+    const { hole } = this;
+    return this.wanted && hole !== null && this.app.holes.doings.get(hole) === "fill" ? [hole] : [];
   }
 
   /** Shows whether it is closed flat. */
@@ -52,7 +59,7 @@ export class Bottom {
     const { hole } = this;
     find("#bottom-row").hidden = hole === null;
     if (hole === null) return;
-    find("#flat-bottom").checked = this.app.holes.doings.get(hole) === "flat";
+    find("#flat-bottom").checked = this.caps().length > 0 || this.app.holes.doings.get(hole) === "flat";
     find("#bottom-words").textContent = tr("flat_bottom", { id: hole });
   }
 }

@@ -8,7 +8,7 @@ import { tr } from "./strings.js";
 /** The commands whose steps make patches. */
 const PATCHING = ["fill", "restore", "repair"];
 /** The controls that need patches; the piece needs a restoration. */
-const OF_PATCHES = ["#tolerance", "#mark", "#mark-colour", "#patches-file"];
+const OF_PATCHES = ["#tolerance", "#mark", "#mark-colour", "#patch-paint", "#patches-file"];
 /** Units whose symbol is not the program's name of them. */
 const SYMBOLS = { um: "µm" };
 
@@ -47,6 +47,7 @@ export class Deliver {
     find("#tolerance").value = deliver.tolerance ?? "";
     find("#patches-file").checked = deliver.patches;
     find("#piece-file").checked = deliver.piece;
+    find("#patch-paint").value = deliver.paint ?? "";
     const [kind, colour] = (deliver.mark || "").split("=");
     find("#mark").value = kind;
     if (colour) find("#mark-colour").value = "#" + colour;
@@ -55,6 +56,16 @@ export class Deliver {
   /** The command that made the current mesh; undefined for the file itself. */
   get command() {
     return this.app.model.current?.command[0];
+  }
+
+  /** Whether the file has paint, and the chosen format keeps it. */
+  get keepsPaint() {
+    return Boolean(this.app.model.state.file.painted) && find("#save-format").value === "3mf";
+  }
+
+  /** Offers the paint of patches where it can be kept. */
+  offerPaint() {
+    find("#patch-paint-label").hidden = !this.keepsPaint;
   }
 
   /** What is to be handed over, without what the last step does not make. */
@@ -67,6 +78,7 @@ export class Deliver {
     if (text && made("#tolerance")) wanted.tolerance = tolerance;
     const mark = find("#mark").value;
     if (mark && made("#mark")) wanted.mark = mark === "hatch" ? mark : `${mark}=${find("#mark-colour").value.slice(1)}`;
+    if (find("#patch-paint").value && made("#patch-paint") && this.keepsPaint) wanted.paint = find("#patch-paint").value;
     for (const name of ["patches", "piece"]) if (made(`#${name}-file`) && find(`#${name}-file`).checked) wanted[name] = true;
     return wanted;
   }
@@ -81,6 +93,7 @@ export class Deliver {
     const patches = PATCHING.includes(this.command);
     for (const query of OF_PATCHES) find(query).disabled = !patches;
     find("#piece-file").disabled = this.command !== "restore";
+    this.offerPaint();
     find("#deliver-hint").textContent = patches ? "" : tr("no_patches_yet");
     if (fresh) this.changed();
   }

@@ -264,9 +264,10 @@ export class Holes {
     return { holes: named ? filled : null, keep_open: named ? [] : open, flat: ids("flat"), bridge: groups, crease };
   }
 
-  /** The holes that the user chose to close flat: also a repair does so. */
+  /** The holes that a repair closes flat: those set so, and the one in the bottom. */
   caps() {
-    return [...this.doings].filter(([, doing]) => doing === "flat").map(([id]) => id);
+    const flat = [...this.doings].filter(([, doing]) => doing === "flat").map(([id]) => id);
+    return [...flat, ...this.app.bottom.caps()].sort((a, b) => a - b);
   }
 
   /** The same as options of a repair. */

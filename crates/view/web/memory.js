@@ -46,6 +46,7 @@ export function recallFields(app, { fields, chosen, previews, job }) {
     else field.value = field.inputMode === "decimal" ? inLanguage(value) : value;
   }
   for (const [kind, name] of Object.entries(chosen)) app.steps.presets.choose(kind, name);
+  app.bottom.wanted = find("#flat-bottom").checked;
   app.steps.previews = previews.map((preview) => ({ ...preview, settings: settingsInLanguage(preview.settings) }));
   app.steps.before = job && { ...job, settings: settingsInLanguage(job.settings) };
 }

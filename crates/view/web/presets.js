@@ -1,4 +1,4 @@
-// Presets of the commands: each sets several parameters. A command's first preset is its defaults.
+// Presets of the commands: each sets several parameters. A command's first preset is the one that the page begins with.
 
 import { find } from "../../report/viewer/controls.js";
 import { sameValue } from "./fields.js";
@@ -12,8 +12,11 @@ const PRESETS = {
   fill: [{ name: "continue" }, { name: "cap", capped: true }, { name: "draft", set: { finish: "none" } }],
   restore: [{ name: "renew" }, { name: "keep", set: { keep_shape: 0.5 } }, { name: "tight", set: { energy: "curvature-variation" } }],
   fair: [{ name: "smooth" }, { name: "fine", edges: { strength: 3 } }, { name: "strong", edges: { strength: 20 } }],
-  repair: [{ name: "sound" }, { name: "print", set: { close_borders: true, drop_inside: true } }, { name: "solid", set: { solid: true } }, { name: "block", set: { flat_base: true } }],
+  repair: [{ name: "print", set: { close_borders: true, drop_inside: true } }, { name: "sound" }, { name: "solid", set: { solid: true } }, { name: "block", set: { flat_base: true } }],
 };
+
+/** The preset that stands for a command's defaults: it sets nothing. */
+const plainOf = (kind) => PRESETS[kind].find(({ set, edges, capped }) => !set && !edges && !capped);
 
 export class Presets {
   /** `taken` is called after a preset was chosen. */
@@ -23,6 +26,11 @@ export class Presets {
     /** Whether the mesh is loaded; some presets need its mean edge. */
     this.ready = false;
     this.chosen = Object.fromEntries(Object.entries(PRESETS).map(([kind, [first]]) => [kind, first]));
+  }
+
+  /** Sets the parameters of the presets that the page begins with. */
+  start() {
+    for (const [kind, { set = {} }] of Object.entries(this.chosen)) this.app.steps.forms[kind].put(set);
   }
 
   /** Enables the presets, once the mesh is loaded. */
@@ -65,7 +73,7 @@ export class Presets {
     form.reset();
     form.put(set);
     if (kind === "repair") this.app.verdict.share();
-    if (preset.name === "print") this.app.bottom.set(true);
+    if (kind === "repair") this.app.bottom.wanted = preset.name === "print";
     if (kind === "fill" || kind === "restore") this.app.like.reset();
     this.changed(kind);
   }
@@ -95,7 +103,7 @@ export class Presets {
     this.changed(kind);
   }
 
-  /** Selects the first preset of a command if a value that the chosen one sets has been changed. */
+  /** Selects the preset of a command's defaults if a value that the chosen one sets has been changed. */
   follow(kind) {
     const { set = {} } = this.chosen[kind], values = this.app.steps.forms[kind].values();
     if (Object.entries(set).some(([name, value]) => !sameValue(values[name], value))) this.leave(kind);
@@ -103,13 +111,13 @@ export class Presets {
 
   /** Resets a command to its defaults. */
   reset(kind) {
-    this.take(kind, PRESETS[kind][0]);
+    this.take(kind, plainOf(kind));
     this.leave(kind);
   }
 
-  /** Selects the first preset of a command without changing parameters. */
+  /** Selects the preset of a command's defaults without changing parameters. */
   leave(kind) {
-    this.chosen[kind] = PRESETS[kind][0];
+    this.chosen[kind] = plainOf(kind);
     if (this.app.steps.kind === kind) this.show(kind);
   }
 }

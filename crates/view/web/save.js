@@ -32,6 +32,7 @@ export class Save {
     const ends = { mesh: `_mended.${find("#save-format").value}`, report: "_report.html", recipe: "_recipe.sh", mask: "_mask.txt" };
     find("#save-format-label").hidden = kind !== "mesh";
     find("#deliver").hidden = kind === "mask";
+    this.app.deliver?.offerPaint();
     find("#save-path").value = find("#save-path").value.replace(/[^/]*$/, "") + stem + ends[kind];
   }
 

@@ -54,6 +54,7 @@ export class Steps {
   /** Builds the forms from the program's parameters and defaults. */
   start(parameters, defaults) {
     this.forms = formsIn(parameters, defaults);
+    this.presets.start();
     // A hidden submit button, so that Enter in a field runs the command.
     find("#fields").append(Object.assign(document.createElement("button"), { className: "hidden", tabIndex: -1, textContent: tr("run") }));
     this.show("fill");

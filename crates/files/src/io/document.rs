@@ -63,6 +63,11 @@ impl FileDocument {
         }
     }
 
+    /// Whether triangles have paint of a slicer: only in a 3MF file.
+    pub fn is_painted(&self) -> bool {
+        self.three_mf().is_some_and(ThreeMfDocument::is_painted)
+    }
+
     /// Of a glTF or GLB file: ranges of faces of the mesh, in order, with the index of their texture's image, if they have one. None of
     /// other files.
     pub fn images_of_faces(

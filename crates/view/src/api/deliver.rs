@@ -15,6 +15,15 @@ use super::mesh::state_of;
 use isomend_files::io::Format;
 use isomend_files::job::{Deliverables, JobError, Output};
 
+/// The paint of a slicer on patches, as on the command line.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+enum PatchPaint {
+    #[default]
+    None,
+    Continue,
+}
+
 /// The deliverables that a page requests. The files of patches and piece get their names from the file of the mesh.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -25,6 +34,8 @@ pub struct DeliveryRequest {
     tolerance: Option<f64>,
     /// As on the command line.
     mark: Option<String>,
+    /// The paint of patches.
+    paint: PatchPaint,
     /// Whether to write the new faces to a file of their own.
     pub patches: bool,
     /// Whether to write the missing piece to a file.
@@ -73,6 +84,7 @@ impl DeliveryRequest {
                 .map_err(|error| Refused::wrong(error, "mark"))?,
             patches: file("patches", patches)?,
             piece: file("piece", piece)?,
+            continue_paint: self.paint == PatchPaint::Continue,
             ..Deliverables::default()
         })
     }
@@ -97,6 +109,7 @@ pub fn saved_row(app: &App, id: u32) -> Value {
         "unit": saved.unit,
         "tolerance": saved.tolerance,
         "mark": saved.mark.map(mark_text),
+        "paint": saved.continue_paint.then_some("continue"),
         "patches": saved.patches.is_some(),
         "piece": saved.piece.is_some(),
     })

@@ -30,7 +30,7 @@ use isomend_core::mesh::Attributes;
 use isomend_core::mesh::attributes::{Attribute, EXPECTED_ERROR_NAME, Role};
 use isomend_core::parameters;
 use isomend_core::repair::RepairParams;
-use isomend_files::io::Format;
+use isomend_files::io::{FileDocument, Format};
 
 /// Seconds without an event after which an empty line is sent, so that both sides notice a lost connection.
 const QUIET: u64 = 20;
@@ -80,6 +80,7 @@ fn document(app: &App, known: Option<u64>) -> Value {
             "bytes": app.bytes,
             "root": app.host.root.display().to_string(),
             "unit": current.loaded.attributes.unit,
+            "painted": first.loaded.document.as_ref().is_some_and(FileDocument::is_painted),
         },
         "deliver": saved_row(app, current.id),
         "current": current.id,

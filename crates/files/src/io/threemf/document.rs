@@ -7,6 +7,21 @@ use serde::{Deserialize, Serialize};
 
 use isomend_core::mesh::Unit;
 
+/// Names of attributes with the paint of a triangle, without prefix, as PrusaSlicer writes them. Names of Bambu Studio and OrcaSlicer begin with
+/// `paint_`.
+const PAINT: [&str; 5] = [
+    "custom_supports",
+    "custom_seam",
+    "mmu_segmentation",
+    "fuzzy_skin",
+    "texture_skin",
+];
+
+/// Whether an attribute of a triangle, given without its prefix, is paint.
+pub(super) fn is_paint(name: &str) -> bool {
+    name.starts_with("paint_") || PAINT.contains(&name)
+}
+
 /// A 3MF package, kept so that it can be written again with all that isomend does not read: paint, settings of slicers, thumbnails, UUIDs,
 /// slices, parts and elements of other programs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,6 +42,13 @@ impl ThreeMfDocument {
     /// The attributes of triangles that a mesh does not hold, for example paint, in words.
     pub(crate) fn marks(&self) -> Option<&str> {
         self.marks.as_deref()
+    }
+
+    /// Whether triangles have paint of a slicer.
+    pub(in super::super) fn is_painted(&self) -> bool {
+        let names = self.marks.iter().flat_map(|marks| marks.split([',', ' ']));
+        let mut own = names.filter_map(|name| name.rsplit(':').next());
+        own.any(is_paint)
     }
 
     /// What the package holds besides the mesh and the attributes, for example paint and settings.

@@ -120,7 +120,8 @@ void main() {
   if (colouring == 2 && valued && !(skipKept && origin == 0 && shown.x <= 0.)) ground = rising(clamp(shown.x, 0., 1.));
   // Unknown values are shown as grey stripes, which are not in the scale.
   if (gaps && shown.x < -.01) ground = vec3(mod(gl_FragCoord.x + gl_FragCoord.y, 12.) < 6. ? .72 : .52);
-  if (colouring == 5 && valued) ground = limited(shown.x);
+  // Unknown values are grey, also on patches.
+  if (colouring == 5) ground = valued ? limited(shown.x) : vec3(.62);
   if (colouring == 3) ground = shown.rgb;
   int layer = int(fact >> 20 & 255u);
   if (colouring == 4 && valued && layer < 255) ground = texture(images, vec3(shown.xy, float(layer))).rgb;

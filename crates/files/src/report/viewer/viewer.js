@@ -15,6 +15,8 @@ const FLUID = 45;
 const COARSE = [[0.5, 1.3 * FLUID], [0.34, 2 * FLUID], [0.24, Infinity]];
 /** Milliseconds; if a full picture takes longer, a change is first seen in one with fewer faces or pixels: within 100 ms on most machines. */
 const SLOW = 80;
+/** Frames that the first picture of a motion waits if a full picture takes long: what a click changes beside the view is seen before. */
+const BESIDE = 2;
 /** Meshes whose numbers of faces differ by less than this fraction are taken to be drawn in the same time. */
 const SIMILAR = 0.1;
 /** A section plane that cuts nothing. */
@@ -123,31 +125,35 @@ export class Viewer {
     else this.request();
   }
 
-  /** Requests the next frame. */
-  request() {
+  /** Draws with the next frame, or `later` frames after it. */
+  request(later = 0) {
     if (this.waiting) return;
     this.waiting = true;
-    const end = begun("frame");
-    requestAnimationFrame(() => {
+    const end = begun("frame"), draw = () => {
       this.waiting = false;
       this.draw(this.isMoving);
       end();
-    });
+    };
+    const wait = (frames) => requestAnimationFrame(frames ? () => wait(frames - 1) : draw);
+    wait(later);
   }
 
   /** Redraws while the view moves: with fewer faces or pixels, if a full picture takes too long, until the view has stopped. */
   moving() {
+    const later = this.isMoving || !(this.costs.whole > SLOW) ? 0 : BESIDE;
     this.isMoving = true;
     this.endMotion ??= begun("motion");
     clearTimeout(this.rest);
     this.rest = setTimeout(() => {
+      // On a slow machine the last picture of the motion is not drawn yet.
+      if (this.waiting) return this.moving();
       this.isMoving = false;
       if ((this.drewThin || this.coarse) && this.still && this.costs.whole > SLOW) this.still.begin(this.costs.whole);
       else if (this.drewThin || this.coarse) this.request();
       this.endMotion();
-      this.endMotion = null;
+      return this.endMotion = null;
     }, 160);
-    this.request();
+    this.request(later);
   }
 
   colours() {
@@ -173,10 +179,10 @@ export class Viewer {
 
   /**
    * Draws everything, or only a part of the canvas: left, top, width and height in pixels of the page. If only the colours of some faces of
-   * a side have changed, these faces are drawn over the picture where that is possible. `slice` draws one of several parts of the faces.
+   * a side have changed, these faces are drawn over the picture where that is possible. `slice` draws the part of the faces between two fractions.
    */
   draw(fewer = false, part = null, changed = null, slice = null) {
-    const gl = this.gl, canvas = this.canvas, isFirst = !slice?.at, isLast = !slice || slice.at === slice.of - 1;
+    const gl = this.gl, canvas = this.canvas, isFirst = !slice?.from, isLast = !slice || slice.to === 1;
     if (gl.isContextLost()) return;
     if (!slice && this.still?.drop() && part) {
       // The rest of the picture is not drawn yet.
@@ -241,7 +247,7 @@ export class Viewer {
     const gl = this.gl, { program, at } = this.surface, { options } = this, { colour } = surface;
     const thinned = fewer && Boolean(surface.levels.thin) && !(this.costs.whole < FLUID), plan = over ? surface.planOf(over) : surface.plan(matrix, ranges, thinned, within);
     this.drewThin ||= thinned;
-    if (slice && plan.level && slice.at) return;
+    if (slice && plan.level && slice.from) return;
     if (slice && !plan.level) plan.spans = sliceOf(plan.spans, plan.count, slice);
     gl.useProgram(program);
     gl.bindVertexArray(this.nothing);

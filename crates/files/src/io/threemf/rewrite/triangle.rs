@@ -4,15 +4,7 @@ use std::fmt::Write as _;
 
 use quick_xml::events::{BytesStart, Event};
 
-/// Names of attributes with the paint of a triangle, without prefix, as PrusaSlicer writes them. Names of Bambu Studio and OrcaSlicer begin with
-/// `paint_`.
-const PAINT: [&str; 5] = [
-    "custom_supports",
-    "custom_seam",
-    "mmu_segmentation",
-    "fuzzy_skin",
-    "texture_skin",
-];
+use super::super::document::is_paint;
 
 /// Which of the attributes of a triangle a new triangle takes over.
 #[derive(Clone, Copy)]
@@ -114,10 +106,6 @@ fn properties(out: &mut String, tag: &BytesStart<'_>, corners: [usize; 3]) {
     for (number, corner) in (1..).zip(corners) {
         let _ = write!(out, " p{number}=\"{}\"", all[corner % 3]);
     }
-}
-
-fn is_paint(name: &str) -> bool {
-    name.starts_with("paint_") || PAINT.contains(&name)
 }
 
 /// Whether paint is one state for the whole triangle. Slicers write a tree of parts as hexadecimal digits, the root last; the two lower
