@@ -225,7 +225,7 @@ mod tests {
             (
                 "fair",
                 json!({"time": 1, "strength": 2}),
-                "time and strength exclude each other",
+                "strength and time exclude each other",
             ),
             ("fair", json!({"strength": 0}), "strength must be"),
             ("fair", json!({"tolerance": 1}), "fair has no parameter"),
