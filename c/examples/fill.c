@@ -1,4 +1,5 @@
-/* Fills the hole of a sphere without its top, in memory, and prints what was done.
+/* Fills the hole of a sphere without its top, restores a damaged place and smooths the whole, in memory, and prints
+ * what was done.
  *
  *     cc fill.c $(pkg-config --cflags --libs isomend) -lm -o fill && ./fill
  *
@@ -61,6 +62,35 @@ static isomend_mesh *sphere_without_top(void)
     return mesh;
 }
 
+/* Replaces the faces round one vertex of a sphere as if they were damaged, and smooths the sphere; whether it is closed and round. */
+static int restored(const double *vertices, size_t vertex_count, const uint32_t *faces, size_t face_count)
+{
+    isomend_mesh *mesh;
+    isomend_result *result;
+    check(isomend_mesh_f64(vertices, vertex_count, faces, face_count, &mesh), "mesh");
+    uint32_t damaged[AROUND];
+    isomend_mask mask = {.faces = damaged, .grow = 0.2};
+    for (size_t face = 0; face < face_count && mask.face_count < AROUND; face++)
+        for (int k = 0; k < 3; k++)
+            if (faces[3 * face + (size_t)k] == 1 + 9 * AROUND)
+                damaged[mask.face_count++] = (uint32_t)face;
+    check(isomend_restore(mesh, &mask, NULL, NULL, &result), "restore");
+    int is_complete = isomend_result_is_complete(result);
+    printf("restored round %zu faces; complete: %s\n", mask.face_count, is_complete ? "yes" : "no");
+    isomend_result_free(result);
+
+    check(isomend_fair(mesh, NULL, "{\"strength\": 1.2}", NULL, &result), "fair");
+    double farthest = 0;
+    for (size_t vertex = 0; vertex < isomend_result_vertex_count(result); vertex++) {
+        const double *p = isomend_result_vertices(result) + 3 * vertex;
+        farthest = fmax(farthest, fabs(sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) - 1));
+    }
+    printf("smoothed to %zu faces, at most %.4f from the sphere\n", isomend_result_face_count(result), farthest);
+    isomend_result_free(result);
+    isomend_mesh_free(mesh);
+    return is_complete && farthest < 0.05;
+}
+
 int main(void)
 {
     if (isomend_abi_version() != ISOMEND_ABI_VERSION) {
@@ -94,6 +124,7 @@ int main(void)
            isomend_result_is_complete(result) ? "yes" : "no");
     printf("largest distance from the sphere %.4f, largest expected error %.4f\n", farthest, expected);
     int is_good = isomend_result_is_complete(result) && patch > 0 && farthest < 0.02;
+    is_good = is_good && restored(positions, vertices, isomend_result_faces(result), faces);
 
     isomend_result_free(result);
     isomend_mesh_free(mesh);

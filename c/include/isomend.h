@@ -1,4 +1,4 @@
-/* isomend: fills holes in triangle meshes, repairs, checks and inspects them, in memory.
+/* isomend: fills holes in triangle meshes, repairs, restores, fairs, checks and inspects them, in memory.
  *
  * The manual is docs/c.md. A test (tests/house/header.rs) compares this file with the source: names, types and values.
  *
@@ -42,7 +42,7 @@ typedef enum isomend_status {
 
 /* A mesh. */
 typedef struct isomend_mesh isomend_mesh;
-/* The result of a fill or a repair. */
+/* The result of a fill, a repair, a restoration or a fairing. */
 typedef struct isomend_result isomend_result;
 /* What stops calls, from any thread. */
 typedef struct isomend_cancel isomend_cancel;
@@ -63,6 +63,19 @@ typedef struct isomend_options {
     const isomend_cancel *cancel;
 } isomend_options;
 
+/* The faces that a restoration replaces and a fairing smooths: their numbers, or vertices. Set what is not used to zero. */
+typedef struct isomend_mask {
+    /* Numbers of faces, from 0; may be null if there are none. */
+    const uint32_t *faces;
+    size_t face_count;
+    /* Numbers of vertices, from 0: a face is marked if its three vertices are among them. May be null if there are none. */
+    const uint32_t *vertices;
+    size_t vertex_count;
+    /* The marked region grows by the first length along the edges, then shrinks by the second, in the mesh's units; 0 for none. */
+    double grow;
+    double shrink;
+} isomend_mask;
+
 /* The version of the interface that the library has. */
 uint32_t isomend_abi_version(void);
 /* The version of isomend, such as "0.1.0". */
@@ -82,12 +95,16 @@ void isomend_mesh_free(isomend_mesh *mesh);
 isomend_status isomend_fill(const isomend_mesh *mesh, const char *parameters, const isomend_options *options, isomend_result **result);
 /* Repairs the defects of a mesh and fills its holes. */
 isomend_status isomend_repair(const isomend_mesh *mesh, const char *parameters, const isomend_options *options, isomend_result **result);
+/* Cuts the marked faces out of a mesh and fills their holes; all other faces stay. The mask must not be null. */
+isomend_status isomend_restore(const isomend_mesh *mesh, const isomend_mask *mask, const char *parameters, const isomend_options *options, isomend_result **result);
+/* Smooths the marked faces of a mesh by Willmore flow, or the whole surface if the mask is null, whose faces then are all new. */
+isomend_status isomend_fair(const isomend_mesh *mesh, const isomend_mask *mask, const char *parameters, const isomend_options *options, isomend_result **result);
 /* Checks a mesh for defects. is_sound (may be null) is set to the answer, report (may be null) to the report as JSON, which
  * isomend_text_free frees. */
 isomend_status isomend_check(const isomend_mesh *mesh, const char *parameters, const isomend_options *options, bool *is_sound, char **report);
 /* Lists components, holes and defects: report is set to them as JSON, which isomend_text_free frees. */
 isomend_status isomend_inspect(const isomend_mesh *mesh, const char *parameters, const isomend_options *options, char **report);
-/* Sets schema to the JSON schema of the parameters of "fill", "repair" or "check", which isomend_text_free frees. */
+/* Sets schema to the JSON schema of the parameters of "fill", "repair", "restore", "fair" or "check", which isomend_text_free frees. */
 isomend_status isomend_parameters(const char *command, char **schema);
 /* Frees a text. */
 void isomend_text_free(char *text);

@@ -1,4 +1,4 @@
-//! The C interface of isomend: fill, repair, check and inspect triangle meshes in memory.
+//! The C interface of isomend: fill, repair, restore, fair, check and inspect triangle meshes in memory.
 //!
 //! `include/isomend.h` declares and documents the functions; `docs/c.md` is the manual. A test compares the header with this source.
 //! Here stands only what C needs: pointers become meshes, parameters by name become jobs (`isomend_files::job`), and errors become codes
@@ -7,6 +7,7 @@
 #[cfg(not(panic = "unwind"))]
 compile_error!("the C interface stops panics, which takes panic = \"unwind\"");
 
+mod mask;
 mod mended;
 mod mesh;
 mod pointers;

@@ -1,13 +1,14 @@
-//! Fills and repairs, and their results: the mended mesh, expected errors, origins and the report.
+//! Fills, repairs, restorations and fairings, and their results: the mended mesh, expected errors, origins and the report.
 
 use std::ffi::{CString, c_char};
 use std::sync::Arc;
 
 use isomend_core::mend::Control;
 use isomend_files::io::Loaded;
-use isomend_files::job::{JobError, Mended};
+use isomend_files::job::{JobError, MaskSpec, Mended};
 use serde_json::{Map, Value};
 
+use crate::mask::{MaskArrays, marked};
 use crate::mesh::MeshHandle;
 use crate::pointers::{check, check_array, parameters, set, value};
 use crate::questions::{json_of, spec};
@@ -17,7 +18,7 @@ use crate::status::{Failure, Status, guarded};
 /// The origin of a new vertex or face.
 const NEW: u32 = u32::MAX;
 
-/// The result of a fill or a repair.
+/// The result of a fill, a repair, a restoration or a fairing.
 pub struct ResultHandle {
     mended: Mended<'static>,
     /// For each vertex the expected error; 0 for vertices of the input, NaN where there is no estimate.
@@ -40,7 +41,7 @@ pub unsafe extern "C" fn isomend_fill(
     result: *mut *mut ResultHandle,
 ) -> Status {
     // SAFETY: as the caller promises.
-    unsafe { mend("fill", mesh, parameters, options, result) }
+    unsafe { mend(("fill", None), mesh, parameters, options, result) }
 }
 
 /// Repairs the defects of a mesh and fills its holes. `result` is set if the call succeeds.
@@ -55,13 +56,46 @@ pub unsafe extern "C" fn isomend_repair(
     result: *mut *mut ResultHandle,
 ) -> Status {
     // SAFETY: as the caller promises.
-    unsafe { mend("repair", mesh, parameters, options, result) }
+    unsafe { mend(("repair", None), mesh, parameters, options, result) }
+}
+
+/// Cuts the marked faces out of a mesh and fills their holes. `result` is set if the call succeeds.
+///
+/// # Safety
+/// As for `isomend_fill`; the mask is valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn isomend_restore(
+    mesh: *const MeshHandle,
+    mask: *const MaskArrays,
+    parameters: *const c_char,
+    options: *const RunOptions,
+    result: *mut *mut ResultHandle,
+) -> Status {
+    // SAFETY: as the caller promises.
+    unsafe { mend(("restore", Some(mask)), mesh, parameters, options, result) }
+}
+
+/// Smooths a mesh, or its marked faces, by Willmore flow. `result` is set if the call succeeds.
+///
+/// # Safety
+/// As for `isomend_fill`; the mask is null or valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn isomend_fair(
+    mesh: *const MeshHandle,
+    mask: *const MaskArrays,
+    parameters: *const c_char,
+    options: *const RunOptions,
+    result: *mut *mut ResultHandle,
+) -> Status {
+    let mask = (!mask.is_null()).then_some(mask);
+    // SAFETY: as the caller promises.
+    unsafe { mend(("fair", mask), mesh, parameters, options, result) }
 }
 
 /// # Safety
-/// As for `isomend_fill`.
+/// As for `isomend_fill`; the mask, if there is one, is null or valid.
 unsafe fn mend(
-    command: &'static str,
+    (command, mask): (&'static str, Option<*const MaskArrays>),
     mesh: *const MeshHandle,
     given: *const c_char,
     options: *const RunOptions,
@@ -73,9 +107,12 @@ unsafe fn mend(
         let (mesh, given) = unsafe { (value(mesh, "mesh")?, parameters(given)?) };
         let loaded = mesh.0.clone();
         // SAFETY: as the caller promises.
+        let mask = mask.map(|mask| unsafe { marked(mask, &loaded) });
+        let mask = mask.transpose()?;
+        // SAFETY: as the caller promises.
         let made = unsafe {
             run(options, move |control| {
-                made(command, given, loaded, control)
+                made(command, mask, given, loaded, control)
             })
         }?;
         let handle = Box::into_raw(Box::new(ResultHandle::new(made)?));
@@ -88,11 +125,12 @@ unsafe fn mend(
 /// Does the work.
 fn made(
     command: &str,
+    mask: Option<MaskSpec>,
     given: Map<String, Value>,
     loaded: Arc<Loaded>,
     control: &Control,
 ) -> Result<Mended<'static>, JobError> {
-    let spec = spec(command, given)?;
+    let spec = spec(command, mask, given)?;
     let mended = spec.with(loaded).mend(control)?;
     mended.into_owned().judged()
 }

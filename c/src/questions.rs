@@ -4,7 +4,7 @@ use std::ffi::{CStr, CString, c_char};
 
 use isomend_core::mend::Control;
 use isomend_core::parameters::Table;
-use isomend_files::job::{JobError, JobSpec, Place, named_work, schema};
+use isomend_files::job::{JobError, JobSpec, MaskSpec, Place, named_work, schema};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -78,7 +78,7 @@ unsafe fn look(
     let (mesh, given) = unsafe { (value(mesh, "mesh")?, parameters(given)?) };
     let loaded = mesh.0.clone();
     let work = move |control: &Control| {
-        let spec = spec(command, given)?;
+        let spec = spec(command, None, given)?;
         let read = spec.with(loaded);
         let looked = read.look(control)?;
         Ok((looked.is_good(), json_of(&looked.document())))
@@ -89,14 +89,18 @@ unsafe fn look(
 }
 
 /// The job of a command on a mesh in memory.
-pub fn spec(command: &str, given: Map<String, Value>) -> Result<JobSpec, JobError> {
-    let (work, deliverables) = named_work(command, given)?;
+pub fn spec(
+    command: &str,
+    mask: Option<MaskSpec>,
+    given: Map<String, Value>,
+) -> Result<JobSpec, JobError> {
+    let (work, deliverables) = named_work(command, mask, given)?;
     let mut spec = JobSpec::plan(Place::memory(NO_FILE), work);
     spec.deliverables = deliverables;
     Ok(spec)
 }
 
-/// Sets `schema` to the JSON schema of the parameters of a command: `fill`, `repair` or `check`.
+/// Sets `schema` to the JSON schema of the parameters of a command: `fill`, `repair`, `restore`, `fair` or `check`.
 ///
 /// # Safety
 /// `command` is null or a text, `schema` can be written.
@@ -110,12 +114,20 @@ pub unsafe extern "C" fn isomend_parameters(
         check(schema, "schema")?;
         // SAFETY: it is not null; the caller promises the rest.
         let command = unsafe { CStr::from_ptr(command) };
-        let known = [Table::FILL, Table::REPAIR, Table::CHECK];
+        let known = [
+            Table::FILL,
+            Table::REPAIR,
+            Table::RESTORE,
+            Table::FAIR,
+            Table::CHECK,
+        ];
         let table = known
             .iter()
             .find(|t| t.command.as_bytes() == command.to_bytes());
         let table = table.ok_or_else(|| {
-            let what = format!("there is no command {command:?}: take fill, repair or check");
+            let what = format!(
+                "there is no command {command:?}: take fill, repair, restore, fair or check"
+            );
             Failure::new(Status::Parameter, what)
         })?;
         let document = json_of(&self::schema(table))?;

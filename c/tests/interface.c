@@ -120,6 +120,57 @@ static void questions(void)
     isomend_mesh_free(mesh);
 }
 
+/* Whether the faces that a result kept are those that are not marked, in order. */
+static int keeps_others(const isomend_result *r, const bool *is_marked, size_t faces)
+{
+    const uint32_t *origins = isomend_result_face_origins(r);
+    size_t at = 0;
+    for (uint32_t f = 0; f < faces; f++)
+        if (!is_marked[f] && (at >= isomend_result_face_count(r) || origins[at++] != f))
+            return 0;
+    return at < isomend_result_face_count(r) && origins[at] == ISOMEND_NEW;
+}
+
+/* Marked faces are replaced and smoothed, named by themselves or by their vertices. */
+static void masks(void)
+{
+    enum { N = 30, FACES = 2 * (N - 1) * (N - 1) };
+    static bool is_marked[FACES];
+    isomend_mesh *mesh = sheet(N, 0, 0);
+    uint32_t faces[FACES], vertices[N * N];
+    isomend_mask by_faces = {.faces = faces}, by_vertices = {.vertices = vertices};
+    for (uint32_t i = 10; i <= 18; i++)
+        for (uint32_t j = 10; j <= 18; j++) {
+            vertices[by_vertices.vertex_count++] = i * N + j;
+            for (uint32_t half = 0; half < 2 && i < 18 && j < 18; half++) {
+                uint32_t face = 2 * (i * (N - 1) + j) + half;
+                is_marked[face] = true;
+                faces[by_faces.face_count++] = face;
+            }
+        }
+    isomend_result *r[2] = {NULL, NULL};
+    HOLDS(isomend_restore(mesh, &by_faces, "{\"tolerance\": 0.1}", NULL, &r[0]) == ISOMEND_OK);
+    HOLDS(isomend_restore(mesh, &by_vertices, NULL, NULL, &r[1]) == ISOMEND_OK);
+    HOLDS(isomend_result_is_complete(r[0]) && keeps_others(r[0], is_marked, FACES));
+    size_t count = isomend_result_vertex_count(r[0]);
+    HOLDS(count == isomend_result_vertex_count(r[1]));
+    HOLDS(memcmp(isomend_result_vertices(r[0]), isomend_result_vertices(r[1]), 3 * count * sizeof(double)) == 0);
+    uint32_t before = 0;
+    for (size_t v = 0; v < count && isomend_result_vertex_origins(r[0])[v] != ISOMEND_NEW; v++) {
+        HOLDS(v == 0 || isomend_result_vertex_origins(r[0])[v] > before);
+        before = isomend_result_vertex_origins(r[0])[v];
+        HOLDS(isomend_result_expected_errors(r[0])[v] == 0);
+    }
+    HOLDS(before == N * N - 1 && strstr(isomend_result_report(r[0]), "\"restore\""));
+    isomend_result_free(r[0]);
+    isomend_result_free(r[1]);
+    r[0] = r[1] = NULL;
+    HOLDS(isomend_fair(mesh, &by_faces, "{\"strength\": 0.4}", NULL, &r[0]) == ISOMEND_OK);
+    HOLDS(isomend_result_is_complete(r[0]) && keeps_others(r[0], is_marked, FACES));
+    isomend_result_free(r[0]);
+    isomend_mesh_free(mesh);
+}
+
 /* A call that must fail, and a part of its message. */
 #define FAILS(call, expected, part)                                                          \
     do {                                                                                     \
@@ -146,6 +197,32 @@ static void misaligned(const isomend_mesh *mesh)
     options[0].cancel = (const isomend_cancel *)((const char *)cancel + 1);
     FAILS(isomend_check(mesh, NULL, options, &is_sound, NULL), ISOMEND_ARGUMENT, "options.cancel is not aligned");
     isomend_cancel_free(cancel);
+}
+
+/* Masks of a tetrahedron with three faces. */
+static void wrong_masks(const isomend_mesh *mesh)
+{
+    uint32_t numbers[2] = {0, 7};
+    isomend_mask mask = {0};
+    isomend_result *result = NULL;
+    FAILS(isomend_restore(mesh, NULL, NULL, NULL, &result), ISOMEND_ARGUMENT, "mask is a null pointer");
+    FAILS(isomend_restore(mesh, &mask, NULL, NULL, &result), ISOMEND_PARAMETER, "marks no face");
+    FAILS(isomend_fair(mesh, &mask, NULL, NULL, &result), ISOMEND_PARAMETER, "marks no face");
+    mask.face_count = 2;
+    FAILS(isomend_restore(mesh, &mask, NULL, NULL, &result), ISOMEND_ARGUMENT, "mask.faces is a null pointer");
+    mask.faces = numbers;
+    FAILS(isomend_restore(mesh, &mask, NULL, NULL, &result), ISOMEND_PARAMETER, "names face 7");
+    mask = (isomend_mask){.vertices = numbers, .vertex_count = 2};
+    FAILS(isomend_restore(mesh, &mask, NULL, NULL, &result), ISOMEND_PARAMETER, "names vertex 7");
+    mask.vertex_count = 1;
+    FAILS(isomend_fair(mesh, &mask, NULL, NULL, &result), ISOMEND_PARAMETER, "none has its three vertices");
+    mask = (isomend_mask){.faces = numbers, .face_count = 1, .grow = -1};
+    FAILS(isomend_restore(mesh, &mask, NULL, NULL, &result), ISOMEND_PARAMETER, "grow");
+    mask.grow = 0;
+    FAILS(isomend_restore(mesh, &mask, "{\"holes\": [1]}", NULL, &result), ISOMEND_PARAMETER, "restore has no parameter 'holes'");
+    FAILS(isomend_fair(mesh, &mask, "{\"tolerance\": 1}", NULL, &result), ISOMEND_PARAMETER, "fair has no parameter 'tolerance'");
+    FAILS(isomend_restore(mesh, (isomend_mask *)((char *)&mask + 1), NULL, NULL, &result), ISOMEND_ARGUMENT, "mask is not aligned");
+    HOLDS(result == NULL);
 }
 
 static void wrong_arguments(void)
@@ -181,7 +258,8 @@ static void wrong_arguments(void)
     FAILS(isomend_fill(mesh, "{\"like\": \"no such file.ply\"}", NULL, &result), ISOMEND_FILE, "no such file.ply");
     FAILS(isomend_check(mesh, "{\"voxel\": 1}", NULL, NULL, NULL), ISOMEND_PARAMETER, "check has no parameter 'voxel'");
     FAILS(isomend_inspect(mesh, "{\"voxel\": 1}", NULL, &text), ISOMEND_PARAMETER, "inspect has no parameter 'voxel'");
-    FAILS(isomend_parameters("study", &text), ISOMEND_PARAMETER, "take fill, repair or check");
+    FAILS(isomend_parameters("study", &text), ISOMEND_PARAMETER, "take fill, repair, restore, fair or check");
+    wrong_masks(mesh);
     FAILS(isomend_parameters(NULL, &text), ISOMEND_ARGUMENT, "command is a null pointer");
     FAILS(isomend_parameters("fill", NULL), ISOMEND_ARGUMENT, "schema is a null pointer");
     FAILS(isomend_inspect(mesh, NULL, NULL, NULL), ISOMEND_ARGUMENT, "report is a null pointer");
@@ -231,6 +309,10 @@ static void stopped_before(void)
     isomend_cancel_set(cancel);
     HOLDS(isomend_fill(mesh, NULL, &options, &result) == ISOMEND_CANCELLED && result == NULL);
     HOLDS(isomend_repair(mesh, NULL, &options, &result) == ISOMEND_CANCELLED && result == NULL);
+    uint32_t face = 0;
+    isomend_mask mask = {.faces = &face, .face_count = 1, .grow = 0.1};
+    HOLDS(isomend_restore(mesh, &mask, NULL, &options, &result) == ISOMEND_CANCELLED && result == NULL);
+    HOLDS(isomend_fair(mesh, NULL, NULL, &options, &result) == ISOMEND_CANCELLED && result == NULL);
     isomend_cancel_free(cancel);
     isomend_mesh_free(mesh);
 }
@@ -356,6 +438,7 @@ int main(int count, char **arguments)
     HOLDS(isomend_abi_version() == ISOMEND_ABI_VERSION && strlen(isomend_version()) > 4);
     results();
     questions();
+    masks();
     wrong_arguments();
     shared_by_threads();
     destructors();

@@ -9,11 +9,12 @@ use std::path::{Path, PathBuf};
 use super::files_below;
 
 /// Types of the source that have another name in C.
-const TYPES: [(&str, &str); 13] = [
+const TYPES: [(&str, &str); 14] = [
     ("MeshHandle", "isomend_mesh"),
     ("ResultHandle", "isomend_result"),
     ("CancelHandle", "isomend_cancel"),
     ("RunOptions", "isomend_options"),
+    ("MaskArrays", "isomend_mask"),
     ("ProgressFunction", "isomend_progress"),
     ("Status", "isomend_status"),
     ("c_char", "char"),
@@ -152,14 +153,19 @@ fn the_header_has_the_values_and_fields_of_the_source() {
         assert!(header.contains(&row), "the header lacks {row}");
     }
     assert_eq!(header.matches("ISOMEND_").count(), values.len());
-    let fields: Vec<String> = body("pub struct RunOptions {")
-        .split(',')
-        .filter(|field| field.contains(':'))
-        .map(parameters)
-        .collect();
-    assert_eq!(fields.len(), 4);
-    let row = format!("typedef struct isomend_options{{{};}}", fields.join(";"));
-    assert!(header.contains(&row), "the header lacks {row}");
+    for (of, name, count) in [
+        ("RunOptions", "isomend_options", 4),
+        ("MaskArrays", "isomend_mask", 6),
+    ] {
+        let fields: Vec<String> = body(&format!("pub struct {of} {{"))
+            .split(',')
+            .filter(|field| field.contains(':'))
+            .map(parameters)
+            .collect();
+        assert_eq!(fields.len(), count);
+        let row = format!("typedef struct {name}{{{};}}", fields.join(";"));
+        assert!(header.contains(&row), "the header lacks {row}");
+    }
     let text = fs::read_to_string(root().join("include/isomend.h")).unwrap();
     let version = source.split_once("ABI_VERSION: u32 = ").unwrap().1;
     let version = version.split(';').next().unwrap();

@@ -333,8 +333,11 @@ fn an_object_placed_twice_is_mended_once() {
         text(&done.stderr)
     );
     assert_code(&desk.run(&["check", "out.3mf"]), 0);
-    let done = desk.run(&["fill", "in.3mf", "-o", "out.3mf"]);
-    assert!(!text(&done.stderr).contains("differently"));
+    for paint in [&[][..], &["--paint", "continue"]] {
+        let done = desk.run(&[&["fill", "in.3mf", "-o", "out.3mf"], paint].concat());
+        assert_code(&done, 0);
+        assert!(!text(&done.stderr).contains("differently"), "{paint:?}");
+    }
 }
 
 #[test]

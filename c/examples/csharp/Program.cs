@@ -4,7 +4,13 @@ using System.Collections.Generic;
 using System.Runtime.InteropServices;
 
 /// A mesh, and what is known of its vertices and faces after a fill.
-public sealed record Filled(double[] Vertices, int[] Faces, double[] ExpectedErrors, int[] FaceOrigins, bool IsComplete, string Report);
+public sealed class Filled
+{
+    public double[] Vertices, ExpectedErrors;
+    public int[] Faces, FaceOrigins;
+    public bool IsComplete;
+    public string Report;
+}
 
 /// The functions of isomend.h that the example uses.
 public static class Isomend
@@ -13,7 +19,7 @@ public static class Isomend
     private const uint AbiVersion = 1;
 
     [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
-    public delegate int Progress(double part, nuint done, nuint all, IntPtr user);
+    public delegate int Progress(double part, UIntPtr done, UIntPtr all, IntPtr user);
 
     [StructLayout(LayoutKind.Sequential)]
     private struct Options
@@ -26,11 +32,11 @@ public static class Isomend
 
     [DllImport(Library)] private static extern uint isomend_abi_version();
     [DllImport(Library)] private static extern IntPtr isomend_last_error();
-    [DllImport(Library)] private static extern int isomend_mesh_f64(double[] vertices, nuint vertexCount, int[] faces, nuint faceCount, out IntPtr mesh);
+    [DllImport(Library)] private static extern int isomend_mesh_f64(double[] vertices, UIntPtr vertexCount, int[] faces, UIntPtr faceCount, out IntPtr mesh);
     [DllImport(Library)] private static extern void isomend_mesh_free(IntPtr mesh);
-    [DllImport(Library)] private static extern int isomend_fill(IntPtr mesh, [MarshalAs(UnmanagedType.LPUTF8Str)] string? parameters, ref Options options, out IntPtr result);
-    [DllImport(Library)] private static extern nuint isomend_result_vertex_count(IntPtr result);
-    [DllImport(Library)] private static extern nuint isomend_result_face_count(IntPtr result);
+    [DllImport(Library)] private static extern int isomend_fill(IntPtr mesh, [MarshalAs(UnmanagedType.LPUTF8Str)] string parameters, ref Options options, out IntPtr result);
+    [DllImport(Library)] private static extern UIntPtr isomend_result_vertex_count(IntPtr result);
+    [DllImport(Library)] private static extern UIntPtr isomend_result_face_count(IntPtr result);
     [DllImport(Library)] private static extern IntPtr isomend_result_vertices(IntPtr result);
     [DllImport(Library)] private static extern IntPtr isomend_result_faces(IntPtr result);
     [DllImport(Library)] private static extern IntPtr isomend_result_expected_errors(IntPtr result);
@@ -60,21 +66,26 @@ public static class Isomend
     }
 
     /// Fills the holes of a mesh. A new face has the origin -1. The progress function must not throw.
-    public static Filled Fill(double[] vertices, int[] faces, string? parameters = null, Progress? progress = null)
+    public static Filled Fill(double[] vertices, int[] faces, string parameters = null, Progress progress = null)
     {
         if (isomend_abi_version() != AbiVersion) throw new InvalidOperationException("isomend has another interface");
         IntPtr mesh = IntPtr.Zero, result = IntPtr.Zero;
         try
         {
-            Check(isomend_mesh_f64(vertices, (nuint)(vertices.Length / 3), faces, (nuint)(faces.Length / 3), out mesh));
-            var options = new Options { Progress = progress is null ? IntPtr.Zero : Marshal.GetFunctionPointerForDelegate(progress) };
+            Check(isomend_mesh_f64(vertices, (UIntPtr)(vertices.Length / 3), faces, (UIntPtr)(faces.Length / 3), out mesh));
+            var options = new Options { Progress = progress == null ? IntPtr.Zero : Marshal.GetFunctionPointerForDelegate(progress) };
             Check(isomend_fill(mesh, parameters, ref options, out result));
             GC.KeepAlive(progress);
             int vertexCount = (int)isomend_result_vertex_count(result), faceCount = (int)isomend_result_face_count(result);
-            return new Filled(
-                Doubles(isomend_result_vertices(result), 3 * vertexCount), Numbers(isomend_result_faces(result), 3 * faceCount),
-                Doubles(isomend_result_expected_errors(result), vertexCount), Numbers(isomend_result_face_origins(result), faceCount),
-                isomend_result_is_complete(result), Marshal.PtrToStringUTF8(isomend_result_report(result)) ?? "");
+            return new Filled
+            {
+                Vertices = Doubles(isomend_result_vertices(result), 3 * vertexCount),
+                Faces = Numbers(isomend_result_faces(result), 3 * faceCount),
+                ExpectedErrors = Doubles(isomend_result_expected_errors(result), vertexCount),
+                FaceOrigins = Numbers(isomend_result_face_origins(result), faceCount),
+                IsComplete = isomend_result_is_complete(result),
+                Report = Marshal.PtrToStringUTF8(isomend_result_report(result)),
+            };
         }
         finally
         {

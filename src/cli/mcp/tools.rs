@@ -89,7 +89,7 @@ impl Tools {
         if TOOLS.iter().any(|tool| tool.name == name && tool.writes) {
             return self.mend(name, source, given, control);
         }
-        let (work, deliverables) = named_work(name, given)?;
+        let (work, deliverables) = named_work(name, None, given)?;
         let mut spec = JobSpec::plan(source, work);
         spec.deliverables = deliverables;
         document(&spec.read()?.look(control)?.document())
@@ -106,7 +106,7 @@ impl Tools {
         let output = taken(&mut given, "output")?;
         let overwrite = is_set(&mut given, "overwrite")?;
         let is_plan = is_set(&mut given, "dry_run")?;
-        let (mut work, deliverables) = named_work(name, given)?;
+        let (mut work, deliverables) = named_work(name, None, given)?;
         if let Some(file) = work.template() {
             let file = self.readable(&file.to_string_lossy())?;
             work = work.with_template(file);

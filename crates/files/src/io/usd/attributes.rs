@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 
 use super::super::mesh_builder::CutFrom;
 use super::super::{IoError, Loaded};
-use super::compose::Layers;
+use super::layers::Layers;
 use super::primvar::{Interpolation, Primvar};
 use super::stage::{Scene, StageMesh};
 use isomend_core::mesh::attributes::{

@@ -1,386 +1,292 @@
-//! Composes the layers of a USD stage: what each layer says of a prim, the strongest first, with variants, references and payloads followed.
+//! Composes the layers of a USD stage by the strength of their arcs: what a layer says itself, then inherited classes, variants,
+//! references, payloads and specialised classes.
+//!
+//! Each prim has a tree of arcs. The tree of a child is the tree of its parent, one name further, with the arcs of the child added.
 
-use std::borrow::Cow;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashSet};
 use std::rc::Rc;
 
-use super::super::{IoError, Resolve};
-use super::layer::{Arc, PrimSpec, Property, Value};
-use super::package::Package;
-use super::{Budget, binary, text};
+use super::super::IoError;
+use super::layer::{ArcKind, ArcList, ListOp};
+use super::layers::{DEEPEST, Layers, NAME, OPINION};
+use super::places::{LayerFile, Place, Stack};
+use super::prim::{Node, Prim, Trail};
 
-/// Most references that follow each other, and most prims inside each other.
-const DEEPEST: usize = 32;
-/// Estimated memory in bytes of an opinion.
-const OPINION: usize = 128;
-/// Estimated memory in bytes of a reference or a name that is looked up, without its text.
-const NAME: usize = 64;
-/// Most bytes that are read of a layer beside the file.
-const LARGEST: u64 = 4 << 30;
-/// Bytes that tell whether a file is a layer.
-const HEAD: u64 = 16;
-
-/// A layer with its name: of the file relative to the main file, or in the package.
-pub(super) struct LayerFile {
-    name: String,
-    pub(super) root: Rc<PrimSpec>,
-}
-
-/// What a layer says of a prim.
-#[derive(Clone)]
-pub(super) struct Opinion {
-    pub(super) spec: Rc<PrimSpec>,
+/// An arc of a prim, the layer that has it, and the place of the layer that it leads to.
+struct Lead {
+    asset: String,
+    path: String,
     home: Rc<LayerFile>,
+    place: Place,
 }
 
-/// A prim that a reference leads to, and its layer.
-type Target = (Rc<PrimSpec>, Rc<LayerFile>);
-
-/// A prim of the stage: what the layers say of it, the strongest first.
-pub(super) struct Prim {
-    pub(super) name: String,
-    opinions: Vec<Opinion>,
-    /// The chosen variant of each set, of the strongest layer that chooses.
-    selection: BTreeMap<String, String>,
-}
-
-impl Prim {
-    /// The schema.
-    pub(super) fn kind(&self) -> &str {
-        let kinds = self.opinions.iter().map(|opinion| &opinion.spec.kind[..]);
-        kinds
-            .into_iter()
-            .find(|kind| !kind.is_empty())
-            .unwrap_or_default()
-    }
-
-    /// Whether the prim belongs to the stage: it is active, and defined rather than a class to inherit from.
-    pub(super) fn is_there(&self) -> bool {
-        let mut specs = self.opinions.iter().map(|opinion| &opinion.spec);
-        let active = specs.clone().find_map(|spec| spec.number("active"));
-        let strongest = specs.find(|spec| ["def", "class"].contains(&&spec.specifier[..]));
-        strongest.is_some_and(|spec| spec.specifier == "def") && active != Some(0.0)
-    }
-
-    /// Metadata of the strongest layer that has it.
-    pub(super) fn number(&self, name: &str) -> Option<f64> {
-        self.opinions
-            .iter()
-            .find_map(|opinion| opinion.spec.number(name))
-    }
-
-    /// Metadata of the strongest layer that has it.
-    pub(super) fn text(&self, name: &str) -> Option<&str> {
-        self.opinions
-            .iter()
-            .find_map(|opinion| opinion.spec.text(name))
-    }
-
-    /// The names of the properties, sorted.
-    pub(super) fn property_names(&self) -> Vec<&str> {
-        let all = self
-            .opinions
-            .iter()
-            .flat_map(|opinion| opinion.spec.properties.keys());
-        let mut names: Vec<&str> = all.map(String::as_str).collect();
-        names.sort_unstable();
-        names.dedup();
-        names
-    }
-
-    /// A property, from what all layers say of it.
-    pub(super) fn property(&self, name: &str) -> Option<Property> {
-        let mut all = self
-            .opinions
-            .iter()
-            .filter_map(|opinion| opinion.spec.properties.get(name));
-        let mut found = all.next()?.clone();
-        for weaker in all {
-            if found.kind.is_empty() {
-                found.kind.clone_from(&weaker.kind);
-            }
-            if found.value.is_none() && found.sample.is_none() {
-                (found.value, found.sample) = (weaker.value.clone(), weaker.sample.clone());
-            }
-            if found.targets.is_empty() {
-                found.targets.clone_from(&weaker.targets);
-            }
-            found.interpolation = found.interpolation.or_else(|| weaker.interpolation.clone());
-            found.element_size = found.element_size.or(weaker.element_size);
-            found.unauthored = found.unauthored.or(weaker.unauthored);
-        }
-        Some(found)
-    }
-
-    /// The value of a property: the default, or else the first in time.
-    pub(super) fn value(&self, name: &str) -> Option<Value> {
-        let property = self.property(name)?;
-        property.value.or(property.sample)
-    }
-
-    /// The first text of a property.
-    pub(super) fn word(&self, name: &str) -> Option<String> {
-        self.value(name)?.texts().first().cloned()
-    }
-}
-
-/// The layers of a stage, which are loaded when they are first referred to.
-pub(super) struct Layers<'a> {
-    package: Option<Package>,
-    resolve: &'a Resolve<'a>,
-    pub(super) budget: Budget,
-    loaded: HashMap<String, Option<Rc<LayerFile>>>,
-    /// The number of files and prims that are referred to, but cannot be read, and the first of them.
-    missing: (usize, String),
-    /// The number of references to a prim that is being expanded.
-    circles: usize,
-}
-
-impl<'a> Layers<'a> {
-    pub(super) fn new(package: Option<Package>, resolve: &'a Resolve<'a>, budget: Budget) -> Self {
-        Self {
-            package,
-            resolve,
-            budget,
-            loaded: HashMap::new(),
-            missing: (0, String::new()),
-            circles: 0,
-        }
-    }
-
+impl Layers<'_> {
     /// The prim without a name of the stage: the main layer and its sublayers.
     pub(super) fn root(&mut self, bytes: &[u8]) -> Result<Prim, IoError> {
-        let (name, bytes) = match &self.package {
-            None => ("", bytes),
-            Some(package) => {
-                let layer = package.layers.get(&package.first);
-                (&package.first[..], layer.map_or(&[][..], Vec::as_slice))
-            }
-        };
-        let name = name.to_owned();
-        let file = Rc::new(LayerFile {
-            root: Rc::new(parsed(bytes, &mut self.budget)?),
-            name: name.clone(),
-        });
-        self.loaded.insert(name, Some(Rc::clone(&file)));
-        let mut opinions = Vec::new();
-        self.sublayers(&file, &mut Vec::new(), &mut opinions)?;
-        Ok(Prim {
-            name: String::new(),
-            opinions,
-            selection: BTreeMap::new(),
-        })
-    }
-
-    /// Appends a layer and its sublayers; `open` are the layers that it is a sublayer of.
-    fn sublayers(
-        &mut self,
-        file: &Rc<LayerFile>,
-        open: &mut Vec<Rc<LayerFile>>,
-        out: &mut Vec<Opinion>,
-    ) -> Result<(), IoError> {
-        self.budget.spend(OPINION)?;
-        out.push(Opinion {
-            spec: Rc::clone(&file.root),
-            home: Rc::clone(file),
-        });
-        let names = match file.root.metadata.get("subLayers") {
-            Some(names) if open.len() < DEEPEST => names.texts(),
-            _ => return Ok(()),
-        };
-        open.push(Rc::clone(file));
-        for name in names {
-            self.budget.spend(NAME + name.len())?;
-            match self.layer(file, name)? {
-                Some(layer) if open.iter().any(|open| Rc::ptr_eq(open, &layer)) => {
-                    self.circles += 1;
-                }
-                Some(layer) => self.sublayers(&layer, open, out)?,
-                None => self.miss(name, ""),
-            }
-        }
-        open.pop();
-        Ok(())
-    }
-
-    /// Counts a file or a prim that cannot be read.
-    fn miss(&mut self, asset: &str, path: &str) {
-        if self.missing.0 == 0 {
-            self.missing.1 = [asset, path].concat();
-        }
-        self.missing.0 += 1;
-    }
-
-    /// The layer that another one refers to by a name; `None` if it cannot be read.
-    fn layer(&mut self, from: &LayerFile, asset: &str) -> Result<Option<Rc<LayerFile>>, IoError> {
-        let name = joined(&from.name, asset);
-        if let Some(known) = self.loaded.get(&name) {
-            return Ok(known.clone());
-        }
-        let bytes = match &self.package {
-            Some(package) => package.layers.get(&name).map(|l| Cow::Borrowed(&l[..])),
-            None => self.beside(&name).map(Cow::Owned),
-        };
-        let bytes = bytes.filter(|bytes| super::is_layer(bytes));
-        let file = match bytes {
-            None => None,
-            Some(bytes) => {
-                if self.package.is_none() {
-                    self.budget.allow(super::TIMES, bytes.len());
-                }
-                let root = Rc::new(parsed(&bytes, &mut self.budget)?);
-                Some(Rc::new(LayerFile {
-                    name: name.clone(),
-                    root,
-                }))
-            }
-        };
-        self.loaded.insert(name, file.clone());
-        Ok(file)
-    }
-
-    /// A file beside the main file, which is read whole only if it begins as a layer does; `None` if it does not, or is too large.
-    fn beside(&self, name: &str) -> Option<Vec<u8>> {
-        let head = (self.resolve)(name, HEAD).ok()?;
-        if !super::is_layer(&head) {
-            return None;
-        }
-        let bytes = (self.resolve)(name, LARGEST).ok()?;
-        ((bytes.len() as u64) < LARGEST).then_some(bytes)
-    }
-
-    /// Appends what a layer says of a prim, then what its variants and references say. `open` are the prims that refer to this one.
-    fn expand(
-        &mut self,
-        spec: &Rc<PrimSpec>,
-        home: &Rc<LayerFile>,
-        open: &mut Vec<Rc<PrimSpec>>,
-        prim: &mut Prim,
-    ) -> Result<(), IoError> {
-        let variants = NAME * (spec.selection.len() + spec.variants.len());
-        self.budget.spend(OPINION + variants)?;
-        prim.opinions.push(Opinion {
-            spec: Rc::clone(spec),
-            home: Rc::clone(home),
-        });
-        for (set, name) in &spec.selection {
-            if !prim.selection.contains_key(set) {
-                self.budget.spend(set.len() + name.len())?;
-                prim.selection.insert(set.clone(), name.clone());
-            }
-        }
-        if open.len() >= DEEPEST {
-            return Ok(());
-        }
-        open.push(Rc::clone(spec));
-        for (set, name, variant) in &spec.variants {
-            if prim.selection.get(set) == Some(name) {
-                self.expand(variant, home, open, prim)?;
-            }
-        }
-        for arc in &spec.arcs {
-            self.budget.spend(NAME + arc.asset.len() + arc.path.len())?;
-            match self.target(home, arc)? {
-                Some((target, _)) if open.iter().any(|open| Rc::ptr_eq(open, &target)) => {
-                    self.circles += 1;
-                }
-                Some((target, file)) => self.expand(&target, &file, open, prim)?,
-                None => self.miss(&arc.asset, &arc.path),
-            }
-        }
-        open.pop();
-        Ok(())
-    }
-
-    /// The prim that a reference leads to; `None` if it is not there.
-    fn target(&mut self, home: &Rc<LayerFile>, arc: &Arc) -> Result<Option<Target>, IoError> {
-        let file = match arc.asset.is_empty() {
-            true => Rc::clone(home),
-            false => match self.layer(home, &arc.asset)? {
-                Some(file) => file,
-                None => return Ok(None),
-            },
-        };
-        let first = file.root.children.first().map(|child| &child.name[..]);
-        let path = match arc.path.is_empty() {
-            true => file.root.text("defaultPrim").or(first).unwrap_or_default(),
-            false => &arc.path,
-        };
-        let mut prim = Rc::clone(&file.root);
-        for name in path.split('/').filter(|name| !name.is_empty()) {
-            let child = prim.child(name).map(Rc::clone);
-            match child {
-                Some(child) => prim = child,
-                None => return Ok(None),
-            }
-        }
-        Ok(Some((prim, file)))
+        let stack = self.main_stack(bytes)?;
+        Ok(Prim::new(String::new(), top(&stack, ArcKind::Root)))
     }
 
     /// The children of a prim, in the order of the layers.
     pub(super) fn children(&mut self, prim: &Prim) -> Result<Vec<Prim>, IoError> {
-        let mut children: Vec<Prim> = Vec::new();
-        let mut places: BTreeMap<&str, usize> = BTreeMap::new();
-        for opinion in &prim.opinions {
-            for spec in &opinion.spec.children {
-                let place = *places.entry(&spec.name).or_insert(children.len());
-                if place == children.len() {
-                    children.push(Prim {
-                        name: spec.name.clone(),
-                        opinions: Vec::new(),
-                        selection: BTreeMap::new(),
-                    });
-                }
-                let child = &mut children[place];
-                self.expand(spec, &opinion.home, &mut Vec::new(), child)?;
-            }
+        let mut children = Vec::new();
+        for name in prim.child_names() {
+            let Some(mut node) = prim.node.child(&name) else {
+                continue;
+            };
+            self.complete(&mut node, &mut Vec::new())?;
+            children.push(Prim::new(name, node));
         }
         Ok(children)
     }
+}
 
-    /// The number of files of the package that are not layers.
-    pub(super) fn other_files(&self) -> usize {
-        self.package.as_ref().map_or(0, |package| package.others)
+/// The node of the prim without a name of a stack of layers.
+fn top(stack: &Rc<Stack>, kind: ArcKind) -> Node {
+    let specs = stack.layers.iter();
+    let specs = specs.map(|file| (Rc::clone(&file.root), Rc::clone(file)));
+    Node::new(kind, stack, specs.collect(), None)
+}
+
+/// An arc of one kind, in the order of strength, as the lists of the layers from the weakest to the strongest make them.
+fn leads(node: &Node, kind: ArcKind) -> Vec<Lead> {
+    let mut all: Vec<Lead> = Vec::new();
+    for (spec, home) in node.specs.iter().rev() {
+        for list in spec.arcs.iter().filter(|list| list.kind == kind) {
+            apply(list, home, &mut all);
+        }
     }
+    all
+}
 
-    /// Remarks on references that are not followed.
-    pub(super) fn notes(&self) -> Vec<String> {
-        let mut notes = Vec::new();
-        if let (count @ 1.., first) = &self.missing {
-            notes.push(format!(
-                "references that cannot be followed: {count}, the first to '{first}'"
-            ));
+/// Applies a list of a layer to the arcs of the weaker layers.
+fn apply(list: &ArcList, home: &Rc<LayerFile>, all: &mut Vec<Lead>) {
+    let mut seen: HashSet<(Place, &str)> = HashSet::new();
+    let mut own = Vec::new();
+    for arc in &list.items {
+        let place = match arc.asset.is_empty() {
+            true => Place::default(),
+            false => home.place.joined(&arc.asset),
+        };
+        if seen.insert((place.clone(), &arc.path)) {
+            own.push(Lead {
+                asset: arc.asset.clone(),
+                path: arc.path.clone(),
+                home: Rc::clone(home),
+                place,
+            });
         }
-        if self.circles > 0 {
-            notes.push(format!(
-                "references in a circle, which are not followed: {}",
-                self.circles
-            ));
-        }
-        notes
+    }
+    all.retain(|lead| !seen.contains(&(lead.place.clone(), &lead.path)));
+    match list.op {
+        ListOp::Explicit => *all = own,
+        ListOp::Prepend => _ = all.splice(0..0, own),
+        ListOp::Append => all.extend(own),
+        ListOp::Delete => {}
     }
 }
 
-fn parsed(bytes: &[u8], budget: &mut Budget) -> Result<PrimSpec, IoError> {
-    match bytes.starts_with(binary::MAGIC) {
-        true => binary::read(bytes, budget),
-        false => text::read(super::super::text::strip_bom(bytes), budget),
+impl Layers<'_> {
+    /// Follows all arcs of a prim, whose node has the arcs of the prims that contain it.
+    fn complete(&mut self, node: &mut Node, open: &mut Vec<Rc<Trail>>) -> Result<(), IoError> {
+        self.follow(node, open)?;
+        // The variant of one set may choose the variant of another one.
+        for _ in 0..DEEPEST {
+            let mut selection = BTreeMap::new();
+            node.selections(&mut selection);
+            self.budget.spend(NAME * selection.len())?;
+            if selection.is_empty() || !self.choose(node, &selection, open)? {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Follows the arcs of a tree, other than variants. `open` are the prims that refer to this one.
+    fn follow(&mut self, node: &mut Node, open: &mut Vec<Rc<Trail>>) -> Result<(), IoError> {
+        let count = node.specs.len().max(1);
+        self.budget.spend(OPINION * count)?;
+        let before = open.len();
+        open.extend(node.trail.clone());
+        for below in &mut node.below {
+            self.follow(below, open)?;
+        }
+        for kind in ArcKind::REFERENCES {
+            for lead in leads(node, kind) {
+                let size = NAME + lead.asset.len() + lead.path.len();
+                self.budget.spend(size)?;
+                self.lead(node, kind, &lead, open)?;
+            }
+        }
+        open.truncate(before);
+        node.sort();
+        Ok(())
+    }
+
+    /// Follows one arc.
+    fn lead(
+        &mut self,
+        node: &mut Node,
+        kind: ArcKind,
+        lead: &Lead,
+        open: &mut Vec<Rc<Trail>>,
+    ) -> Result<(), IoError> {
+        let mut stacks = vec![];
+        let is_class = matches!(kind, ArcKind::Inherit | ArcKind::Specialize);
+        if lead.asset.is_empty() {
+            stacks.push(Rc::clone(&node.stack));
+        } else if let Some(file) = self.layer(&lead.home, &lead.asset)? {
+            stacks.push(self.stack(&file)?);
+        }
+        // The main layers may add to a class beside the prim that they refer to.
+        let is_beside = lead.path.trim_start_matches('/').split('/').count() == 1;
+        let main = self.main.clone().filter(|_| is_class && is_beside);
+        if let Some(main) = main.filter(|main| !Rc::ptr_eq(main, &node.stack)) {
+            stacks.insert(0, main);
+        }
+        let mut is_found = false;
+        for stack in stacks {
+            match self.target(&stack, &lead.path, open)? {
+                Target::Node(target) => {
+                    node.push(kind, *target);
+                    is_found = true;
+                }
+                Target::Circle => {
+                    self.circles += usize::from(!self.is_aside);
+                    (self.ends, is_found) = (self.ends + 1, true);
+                }
+                Target::TooDeep => {
+                    self.too_deep += usize::from(!self.is_aside);
+                    (self.ends, is_found) = (self.ends + 1, true);
+                }
+                Target::Missing => {}
+            }
+        }
+        if !is_found {
+            self.miss(&lead.asset, &lead.path);
+        }
+        Ok(())
+    }
+
+    /// The prim that an arc leads to, with the arcs of the prims that contain it.
+    fn target(
+        &mut self,
+        stack: &Rc<Stack>,
+        path: &str,
+        open: &mut Vec<Rc<Trail>>,
+    ) -> Result<Target, IoError> {
+        let default = stack.layers[0].root.text("defaultPrim");
+        let path = match path.is_empty() {
+            true => default.unwrap_or_default(),
+            false => path,
+        };
+        let followed = &self.followed;
+        let is_followed =
+            |(of, known): &(Rc<Stack>, String)| Rc::ptr_eq(of, stack) && known == path;
+        if followed.iter().any(is_followed) {
+            return Ok(Target::Circle);
+        }
+        if followed.len() >= DEEPEST || open.len() >= DEEPEST * DEEPEST {
+            return Ok(Target::TooDeep);
+        }
+        self.followed.push((Rc::clone(stack), path.to_owned()));
+        let found = self.walk(stack, path, open);
+        self.followed.pop();
+        found
+    }
+
+    /// The prim at a path of a stack of layers.
+    fn walk(
+        &mut self,
+        stack: &Rc<Stack>,
+        path: &str,
+        open: &mut Vec<Rc<Trail>>,
+    ) -> Result<Target, IoError> {
+        let mut node = Rc::new(top(stack, ArcKind::Reference));
+        let mut names = path.split('/').filter(|name| !name.is_empty()).peekable();
+        let mut key = (Rc::as_ptr(stack), String::new());
+        while let Some(name) = names.next() {
+            let is_last = names.peek().is_none();
+            key.1 = [&key.1, "/", name].concat();
+            if let Some(known) = self.parents.get(&key).filter(|_| !is_last) {
+                node = Rc::clone(known);
+                continue;
+            }
+            let Some(mut child) = node.child(name) else {
+                return Ok(Target::Missing);
+            };
+            self.budget.spend(OPINION * child.size() + key.1.len())?;
+            if is_last {
+                let first = child.specs.first();
+                let is_open = |spec| open.iter().any(|trail| trail.has(spec));
+                if first.is_some_and(|(spec, _)| is_open(spec)) {
+                    return Ok(Target::Circle);
+                }
+                self.follow(&mut child, open)?;
+                return Ok(Target::Node(Box::new(child)));
+            }
+            // The prims that contain the target are read for their arcs only. Where a circle ends depends on where it began.
+            let (was_aside, ends) = (self.is_aside, self.ends);
+            self.is_aside = true;
+            self.complete(&mut child, &mut Vec::new())?;
+            self.is_aside = was_aside;
+            node = Rc::new(child);
+            if ends == self.ends {
+                self.parents.insert(key.clone(), Rc::clone(&node));
+            }
+        }
+        Ok(Target::Missing)
+    }
+
+    /// Adds the chosen variants of a tree that are not added yet; whether there was one.
+    fn choose(
+        &mut self,
+        node: &mut Node,
+        selection: &BTreeMap<String, String>,
+        open: &mut Vec<Rc<Trail>>,
+    ) -> Result<bool, IoError> {
+        let mut found: Vec<(&String, Vec<_>)> = Vec::new();
+        let mut places: BTreeMap<&String, usize> = BTreeMap::new();
+        for (spec, file) in &node.specs {
+            self.budget.spend(spec.variants.len())?;
+            for (set, name, variant) in &spec.variants {
+                if selection.get(set) == Some(name) && !node.chosen.contains(set) {
+                    let place = *places.entry(set).or_insert(found.len());
+                    if place == found.len() {
+                        found.push((set, Vec::new()));
+                    }
+                    found[place].1.push((Rc::clone(variant), Rc::clone(file)));
+                }
+            }
+        }
+        let mut is_new = !found.is_empty();
+        let sets: Vec<String> = found.iter().map(|(set, _)| (*set).clone()).collect();
+        let variants: Vec<Node> = found
+            .into_iter()
+            .map(|(_, specs)| node.variant(specs))
+            .collect();
+        node.chosen.extend(sets);
+        let before = open.len();
+        open.extend(node.trail.clone());
+        for mut variant in variants {
+            self.follow(&mut variant, open)?;
+            node.push(ArcKind::Variant, variant);
+        }
+        node.sort();
+        for below in &mut node.below {
+            is_new |= self.choose(below, selection, open)?;
+        }
+        open.truncate(before);
+        Ok(is_new)
     }
 }
 
-/// The name of a file that a layer refers to, relative to the main file.
-fn joined(from: &str, asset: &str) -> String {
-    let folder = from.rsplit_once('/').map_or("", |(folder, _)| folder);
-    let mut parts: Vec<&str> = folder.split('/').filter(|part| !part.is_empty()).collect();
-    if asset.starts_with('/') {
-        return asset.to_owned();
-    }
-    for part in asset.split('/') {
-        match part {
-            "" | "." => {}
-            ".." if parts.last().is_some_and(|part| *part != "..") => _ = parts.pop(),
-            part => parts.push(part),
-        }
-    }
-    parts.join("/")
+/// What an arc leads to.
+enum Target {
+    Node(Box<Node>),
+    /// A prim that leads here itself.
+    Circle,
+    /// A prim behind too many other arcs.
+    TooDeep,
+    Missing,
 }

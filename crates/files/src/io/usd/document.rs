@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::compose::{Layers, Prim};
+use super::layers::Layers;
+use super::prim::Prim;
 use super::stage::Scene;
 use isomend_core::mesh::{Unit, significant};
 

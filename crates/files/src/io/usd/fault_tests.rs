@@ -59,10 +59,23 @@ fn references_in_a_circle_end() {
     let text = square("", "").replace("def Xform \"P\" {", "def Xform \"P\" (references = </P>) {");
     assert_eq!(read(&text).mesh.faces.len(), 2);
     let branching = square("", "")
-        + "def \"A\" (references = [</A>, </A>]) { variantSet \"v\" = { \"x\" {} } }\n";
+        + "def \"A\" (references = </A>\npayload = </A>) { variantSet \"v\" = { \"x\" {} } }\n";
     let notes = read(&branching).notes;
     let note = "references in a circle, which are not followed: 2";
     assert!(notes.iter().any(|n| n == note), "{notes:?}");
+    // A prim inside another one that refers to it, over two layers.
+    let [one, two] = ["two", "one"].map(|other| {
+        square(
+            "",
+            &format!("def \"P\" (references = @{other}.usda@</P>) {{ }}"),
+        )
+    });
+    let resolve = |name: &str, _: u64| match name {
+        "one.usda" => Ok(one.clone().into_bytes()),
+        _ => Ok(two.clone().into_bytes()),
+    };
+    let loaded = read_bytes(one.as_bytes(), Format::Usda, &resolve).unwrap();
+    assert!(loaded.notes.iter().any(|n| n.contains("in a circle")));
     let layers = square("", "").replace("1.0\n", "1.0\n(subLayers = [@a.usda@, @a.usda@])\n");
     let resolve = |_: &str, _: u64| Ok(layers.clone().into_bytes());
     let loaded = read_bytes(layers.as_bytes(), Format::Usda, &resolve).unwrap();
@@ -89,13 +102,15 @@ fn data_behind_references_is_skipped_at_any_depth() {
 
 #[test]
 fn names_of_missing_references_are_counted_and_charged() {
-    let arcs = vec!["</Gone>"; 1000].join(", ");
+    let arcs: Vec<String> = (0..1000).map(|at| format!("</Gone{at}>")).collect();
+    let arcs = arcs.join(", ");
     let text = square("", "") + &format!("def \"A\" (references = [{arcs}]) {{ }}\n");
     let notes = read(&text).notes;
-    let note = "references that cannot be followed: 1000, the first to '/Gone'";
+    let note = "references that cannot be followed: 1000, the first to '/Gone0'";
     assert!(notes.iter().any(|n| n == note), "{notes:?}");
     // The same references, used by 3000 prims, whose names would exceed the limit.
-    let users = "def \"B\" (references = </A>) { }\n".repeat(3000);
+    let user = |at| format!("def \"B{at}\" (references = </A>) {{ }}\n");
+    let users: String = (0..3000).map(user).collect();
     assert!(message(&(text + &users)).contains("limit"));
 }
 

@@ -60,6 +60,57 @@ pub(super) struct Arc {
     pub(super) path: String,
 }
 
+/// Kinds of composition arcs, the strongest first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum ArcKind {
+    /// The layers of the stage themselves.
+    Root,
+    Inherit,
+    Variant,
+    Reference,
+    Payload,
+    Specialize,
+}
+
+impl ArcKind {
+    /// The kinds that lead to another prim.
+    pub(super) const REFERENCES: [Self; 4] = [
+        Self::Inherit,
+        Self::Reference,
+        Self::Payload,
+        Self::Specialize,
+    ];
+
+    /// The kind of a field of a text or binary layer.
+    pub(super) fn of_field(name: &str) -> Option<Self> {
+        match name {
+            "inherits" | "inheritPaths" => Some(Self::Inherit),
+            "references" => Some(Self::Reference),
+            "payload" => Some(Self::Payload),
+            "specializes" => Some(Self::Specialize),
+            _ => None,
+        }
+    }
+}
+
+/// What a list of a layer does to the lists of weaker layers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ListOp {
+    /// It takes its place.
+    Explicit,
+    Prepend,
+    Append,
+    Delete,
+}
+
+/// A list of references of one kind.
+#[derive(Clone, Debug)]
+pub(super) struct ArcList {
+    pub(super) kind: ArcKind,
+    pub(super) op: ListOp,
+    pub(super) items: Vec<Arc>,
+}
+
 /// What a layer says of a prim. The prim without a name is the layer itself.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PrimSpec {
@@ -72,7 +123,7 @@ pub(super) struct PrimSpec {
     pub(super) metadata: BTreeMap<String, Value>,
     pub(super) properties: BTreeMap<String, Property>,
     pub(super) children: Vec<Rc<PrimSpec>>,
-    pub(super) arcs: Vec<Arc>,
+    pub(super) arcs: Vec<ArcList>,
     /// The variants: set, name and what the variant says of the prim.
     pub(super) variants: Vec<(String, String, Rc<PrimSpec>)>,
     /// The chosen variant of each set.

@@ -3,8 +3,9 @@
 use glam::{DMat4, DVec3};
 
 use super::super::{IoError, Location};
-use super::compose::{Layers, Prim};
 use super::layer::Value;
+use super::layers::Layers;
+use super::prim::Prim;
 use super::primvar::primvars;
 use super::stage::{Scene, StageMesh, Subset};
 

@@ -1,18 +1,23 @@
 //! Reads and writes USD (Universal Scene Description): text (`.usda`), binary (`.usdc`, read only) and packages (`.usdz`).
 //!
-//! All meshes of the stage are read with the transforms of their parents: variants, references and payloads are followed within the file, a
-//! package, or the folder of the file and below. Subdivision surfaces are read as their control meshes. Text is written, with one mesh for
+//! All meshes of the stage are read with the transforms of their parents. Sublayers, classes, variants, references and payloads are composed
+//! by their strength, within the file, a package, or the folder of the file and below. Subdivision surfaces are read as their control meshes. Text is written, with one mesh for
 //! each object.
 
 mod attributes;
 mod binary;
 mod compose;
+#[cfg(test)]
+mod compose_tests;
 mod document;
 #[cfg(test)]
 mod fault_tests;
 mod layer;
+mod layers;
 mod mesh;
 mod package;
+mod places;
+mod prim;
 mod primvar;
 mod scene;
 mod stage;
@@ -30,7 +35,7 @@ pub(super) use package::is_package;
 
 use super::budget::Budget;
 use super::{Contents, FileDocument, Format, IoError, Loaded, Resolve, Written};
-use compose::Layers;
+use layers::Layers;
 
 /// Memory limit of a stage: `LEAST` bytes plus `TIMES` the size of its files.
 const LEAST: usize = 80 << 20;

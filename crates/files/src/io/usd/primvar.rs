@@ -1,7 +1,7 @@
 //! Reads the values of vertices, faces and corners of a USD mesh (primvars).
 
-use super::compose::Prim;
 use super::layer::{Property, Value};
+use super::prim::Prim;
 use isomend_core::mesh::attributes::{Role, Scalar};
 
 /// What the values of a primvar belong to.

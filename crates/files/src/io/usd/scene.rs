@@ -8,7 +8,8 @@ use super::super::mesh_builder::{CutFrom, MeshBuilder};
 use super::super::text::Distinct;
 use super::super::{IoError, Loaded};
 use super::attributes;
-use super::compose::{Layers, Prim};
+use super::layers::Layers;
+use super::prim::Prim;
 use super::stage::Scene;
 use super::{mesh, transforms};
 
@@ -111,6 +112,10 @@ impl Scene {
             self.skip("prims for guidance or as proxies", 1);
             return Ok(None);
         }
+        self.skip(
+            "sets of variants without a chosen one",
+            prim.node.unchosen(),
+        );
         let own = transforms::local(prim);
         visit.transform = match own.resets {
             true => own.matrix,

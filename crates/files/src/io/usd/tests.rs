@@ -399,7 +399,7 @@ fn layers_beside_the_file_and_in_a_package_are_followed() {
     };
     let loaded = read_bytes(main.as_bytes(), Format::Usda, &resolve).unwrap();
     assert_eq!(loaded.mesh.positions.len(), 8);
-    let note = "references that cannot be followed: 1, the first to 'gone.usda";
+    let note = "references that cannot be followed: 2, the first to '../more.usda'";
     assert!(
         loaded.notes.iter().any(|n| n.starts_with(note)),
         "{:?}",

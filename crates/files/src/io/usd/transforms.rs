@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DQuat, DVec3, DVec4};
 
-use super::compose::Prim;
+use super::prim::Prim;
 use isomend_core::elementary::sin_cos;
 
 /// The transform of a prim to its parent.

@@ -12,11 +12,11 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::deliver::Deliverables;
-use super::{JobError, Work};
+use super::{JobError, MaskSpec, Work};
 
 pub use schema::schema;
 
-/// What commands take beside the parameters of their tables: every one the unit of the coordinates, a fill and a repair the tolerance.
+/// What commands take beside the parameters of their tables: every one the unit of the coordinates, those that make patches the tolerance.
 const UNIT: &str = "unit";
 const TOLERANCE: &str = "tolerance";
 
@@ -65,13 +65,15 @@ fn named_params<P: DeserializeOwned>(
     params_of(table, &values).map_err(|error| wrong(error.to_string()))
 }
 
-/// The work of a command, and its deliverables (the unit and the tolerance), from what a program gives by name.
+/// The work of a command, and its deliverables (the unit and the tolerance), from what a program gives by name. The mask is the one of a
+/// restoration or a fairing.
 ///
 /// # Errors
 /// As [`named_params`], and if there is no such work.
 #[doc(hidden)]
 pub fn named_work(
     command: &str,
+    mask: Option<MaskSpec>,
     mut given: Map<String, Value>,
 ) -> Result<(Work, Deliverables), JobError> {
     let mut deliverables = Deliverables {
@@ -85,6 +87,11 @@ pub fn named_work(
     let work = match (command, given.keys().next()) {
         ("fill", _) => Work::Fill(named_params(Table::FILL, &given)?),
         ("repair", _) => Work::Repair(named_params(Table::REPAIR, &given)?),
+        ("restore", _) => Work::Restore(
+            mask.unwrap_or_default(),
+            named_params(Table::RESTORE, &given)?,
+        ),
+        ("fair", _) => Work::Fair(mask, named_params(Table::FAIR, &given)?),
         ("check", _) => Work::Check(named_params(Table::CHECK, &given)?),
         ("inspect", None) => Work::Inspect(None),
         ("inspect", Some(name)) => {
@@ -92,7 +99,7 @@ pub fn named_work(
         }
         _ => {
             return wrong(format!(
-                "'{command}' is no work with named parameters: take fill or repair, check or inspect"
+                "'{command}' is no work with named parameters: take fill, repair, restore, fair, check or inspect"
             ));
         }
     };
@@ -102,7 +109,7 @@ pub fn named_work(
 
 /// Whether a command takes the tolerance: one that makes patches.
 fn has_tolerance(command: &str) -> bool {
-    matches!(command, "fill" | "repair")
+    matches!(command, "fill" | "repair" | "restore")
 }
 
 /// Takes the unit of the coordinates out of what a program gives by name.
@@ -152,6 +159,8 @@ fn unknown(table: &Table, name: &str) -> String {
 mod tests {
     use super::*;
     use isomend_core::fill::FillParams;
+    use isomend_core::mend::FairExtent;
+    use isomend_core::region::VoxelSize;
     use serde_json::json;
 
     fn object(value: Value) -> Map<String, Value> {
@@ -159,7 +168,7 @@ mod tests {
     }
 
     fn refused(command: &str, given: Value) -> String {
-        let error = named_work(command, object(given)).unwrap_err();
+        let error = named_work(command, None, object(given)).unwrap_err();
         error.to_string()
     }
 
@@ -169,7 +178,7 @@ mod tests {
             "voxel": 0.5, "holes": [2, 5], "flat": [1], "bridge": [[3, 4]], "crease": [[1, 2]], "max_diameter": 20,
             "energy": "willmore", "flat_base": false, "keep_open": null,
         });
-        let (work, _) = named_work("fill", object(given)).unwrap();
+        let (work, _) = named_work("fill", None, object(given)).unwrap();
         let Work::Fill(params) = work else { panic!() };
         let value = serde_json::to_value(&params).unwrap();
         assert_eq!(value["voxel"], json!({"length": 0.5}));
@@ -177,10 +186,10 @@ mod tests {
         assert_eq!(value["bridge"], json!([[3, 4]]));
         assert_eq!(value["crease"], json!([[1, 2]]));
         assert_eq!(params.max_diameter, Some(20.0));
-        let nothing = named_work("fill", Map::new()).unwrap();
+        let nothing = named_work("fill", None, Map::new()).unwrap();
         assert_eq!(nothing.0, Work::Fill(FillParams::default()));
         let words = json!({"holes": "all", "voxel": "auto"});
-        assert_eq!(named_work("fill", object(words)).unwrap(), nothing);
+        assert_eq!(named_work("fill", None, object(words)).unwrap(), nothing);
     }
 
     #[test]
@@ -211,7 +220,16 @@ mod tests {
                 json!({"tolerance": 0}),
                 "tolerance must be a positive number",
             ),
-            ("restore", json!({}), "take fill or repair"),
+            ("restore", json!({}), "a restoration needs a mask"),
+            ("restore", json!({"holes": [1]}), "restore has no parameter"),
+            (
+                "fair",
+                json!({"time": 1, "strength": 2}),
+                "strength and time exclude each other",
+            ),
+            ("fair", json!({"strength": 0}), "strength must be"),
+            ("fair", json!({"tolerance": 1}), "fair has no parameter"),
+            ("convert", json!({}), "take fill, repair, restore"),
         ] {
             let error = refused(command, given.clone());
             assert!(error.contains(part), "{given}: {error}");
@@ -219,8 +237,45 @@ mod tests {
     }
 
     #[test]
+    fn restorations_and_fairings_have_masks() {
+        let mask = MaskSpec {
+            faces: vec![3, 4],
+            ..MaskSpec::default()
+        };
+        let given = json!({"keep_shape": 0.5, "keep_vertices": true, "voxel": 0.5});
+        let restored = named_work("restore", Some(mask.clone()), object(given)).unwrap();
+        let Work::Restore(marked, params) = restored.0 else {
+            panic!()
+        };
+        assert_eq!(marked, mask);
+        assert_eq!((params.keep_shape, params.keep_vertices), (0.5, true));
+        assert_eq!(params.fill.voxel, VoxelSize::Length(0.5));
+        for (given, wanted) in [
+            (json!({"strength": 2}), FairExtent::Strength(2.0)),
+            (
+                json!({"time": 0.5, "strength": null}),
+                FairExtent::Time(0.5),
+            ),
+            (json!({}), FairExtent::Auto),
+        ] {
+            let (work, _) = named_work("fair", None, object(given)).unwrap();
+            let Work::Fair(None, params) = work else {
+                panic!()
+            };
+            assert_eq!(params.extent, wanted);
+        }
+    }
+
+    #[test]
     fn a_schema_names_every_parameter_and_accepts_its_default() {
-        for table in [Table::FILL, Table::REPAIR, Table::CHECK] {
+        let all = [
+            Table::FILL,
+            Table::REPAIR,
+            Table::RESTORE,
+            Table::FAIR,
+            Table::CHECK,
+        ];
+        for table in all {
             let schema = schema(table);
             assert_eq!(schema["additionalProperties"], json!(false));
             let properties = schema["properties"].as_object().unwrap();
@@ -229,7 +284,7 @@ mod tests {
                 assert!(row["description"].as_str().unwrap().len() > 10);
             }
             let extra = properties.len() - table.entries().count();
-            let makes_patches = table.command != "check";
+            let makes_patches = !["check", "fair"].contains(&table.command);
             assert_eq!(extra, 1 + usize::from(makes_patches));
             assert_eq!(properties.contains_key("tolerance"), makes_patches);
         }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::super::super::Contents;
-use super::super::document::{Placement, ThreeMfDocument};
+use super::super::document::{BESIDE, Placement, ThreeMfDocument};
 use super::super::model::Object;
 use isomend_core::mesh::FaceOrigin;
 use isomend_core::mesh::attributes::{LabelKind, NONE};
@@ -200,13 +200,15 @@ impl<'a> PlacedObject<'a> {
         count == self.object.triangles.len()
     }
 
-    /// Whether the same triangles were kept as in another place of the same object, and both or none have new faces.
+    /// Whether the same triangles were kept as in another place of the same object, and both or none have new faces. New faces that
+    /// are painted as a triangle beside them are new as well.
     pub(super) fn is_like(&self, other: &Self) -> bool {
+        let kept_as = |own: &Self, f| own.origin(f).filter(|(_, corners)| *corners != BESIDE);
         let kept = |own: &Self| {
             let own = *own;
-            own.faces().filter_map(move |f| own.origin(f))
+            own.faces().filter_map(move |f| kept_as(&own, f))
         };
-        let has_new = |own: &Self| own.faces().any(|f| own.origin(f).is_none());
+        let has_new = |own: &Self| own.faces().any(|f| kept_as(own, f).is_none());
         kept(self).eq(kept(other)) && has_new(self) == has_new(other)
     }
 }

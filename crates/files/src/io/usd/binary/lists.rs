@@ -3,52 +3,69 @@
 use std::collections::BTreeMap;
 
 use super::super::super::IoError;
-use super::super::layer::Arc;
+use super::super::layer::{Arc, ArcKind, ArcList, ListOp};
 use super::sections::Cursor;
 use super::values::{
     PATH_LIST, PATHS, PAYLOAD, PAYLOAD_LIST, REFERENCE_LIST, SELECTION, Values, kind,
 };
 
-/// The lists in the order in which they are stored: the bit of the header that tells of each, and whether its items are used.
-const LISTS: [(u8, bool); 6] = [
-    (2, true),
-    (4, true),
-    (32, true),
-    (64, true),
-    (8, false),
-    (16, false),
+/// The lists in the order in which they are stored: the bit of the header that tells of each, and what its items do. The last one is an
+/// order, which is not used.
+const LISTS: [(u8, Option<ListOp>); 6] = [
+    (2, Some(ListOp::Explicit)),
+    (4, Some(ListOp::Append)),
+    (32, Some(ListOp::Prepend)),
+    (64, Some(ListOp::Append)),
+    (8, Some(ListOp::Delete)),
+    (16, None),
 ];
+/// The bit of a header of lists that take the place of the lists of weaker layers, even if they are empty.
+const EXPLICIT: u8 = 1;
 
 impl Values<'_, '_> {
     /// The references of a prim to others: lists of references, payloads or paths.
-    pub(super) fn arcs(&mut self, value: u64) -> Result<Vec<Arc>, IoError> {
+    pub(super) fn arcs(&mut self, value: u64, of: ArcKind) -> Result<Vec<ArcList>, IoError> {
         let mut cursor = self.cursor(value);
+        let made = |(op, items)| ArcList {
+            kind: of,
+            op,
+            items,
+        };
         match kind(value) {
-            PAYLOAD => Ok(vec![self.arc(&mut cursor, PAYLOAD)?]),
+            PAYLOAD => {
+                let payload = self.arc(&mut cursor, PAYLOAD)?;
+                Ok(vec![made((ListOp::Explicit, vec![payload]))])
+            }
             kind @ (REFERENCE_LIST | PAYLOAD_LIST | PATH_LIST) => {
-                self.list(&mut cursor, |values, cursor| values.arc(cursor, kind))
+                let lists = self.lists(&mut cursor, |values, cursor| values.arc(cursor, kind))?;
+                Ok(lists.into_iter().map(made).collect())
             }
             _ => Ok(Vec::new()),
         }
     }
 
-    /// The used items of the lists at a place.
-    fn list<T>(
+    /// The used lists at a place.
+    fn lists<T>(
         &mut self,
         cursor: &mut Cursor<'_>,
         mut item: impl FnMut(&mut Self, &mut Cursor<'_>) -> Result<T, IoError>,
-    ) -> Result<Vec<T>, IoError> {
+    ) -> Result<Vec<(ListOp, Vec<T>)>, IoError> {
         let header = cursor.take(1, self.budget)?[0];
         let mut all = Vec::new();
-        for (bit, is_used) in LISTS {
+        if header & EXPLICIT != 0 {
+            all.push((ListOp::Explicit, Vec::new()));
+        }
+        for (bit, op) in LISTS {
             if header & bit == 0 {
                 continue;
             }
+            let mut items = Vec::new();
             for _ in 0..cursor.size(self.budget)? {
                 let item = item(self, cursor)?;
                 self.budget.spend(size_of::<T>())?;
-                all.extend(is_used.then_some(item));
+                items.push(item);
             }
+            all.extend(op.map(|op| (op, items)));
         }
         Ok(all)
     }
@@ -102,7 +119,11 @@ impl Values<'_, '_> {
     pub(super) fn paths(&mut self, value: u64) -> Result<Vec<String>, IoError> {
         let mut cursor = self.cursor(value);
         match kind(value) {
-            PATH_LIST => self.list(&mut cursor, Self::path),
+            PATH_LIST => {
+                let lists = self.lists(&mut cursor, Self::path)?;
+                let used = lists.into_iter().filter(|(op, _)| *op != ListOp::Delete);
+                Ok(used.flat_map(|(_, items)| items).collect())
+            }
             PATHS => {
                 let count = cursor.size(self.budget)?;
                 (0..count).map(|_| self.path(&mut cursor)).collect()

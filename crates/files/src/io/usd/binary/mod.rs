@@ -12,7 +12,7 @@ use std::rc::Rc;
 
 use super::super::{IoError, Location};
 use super::Budget;
-use super::layer::{PrimSpec, Property, is_used};
+use super::layer::{ArcKind, PrimSpec, Property, is_used};
 use sections::Spec;
 use values::Values;
 
@@ -118,7 +118,9 @@ impl<'a> Builder<'a, '_> {
                         .collect();
                 }
                 "references" | "payload" | "inheritPaths" | "specializes" => {
-                    prim.arcs.extend(self.values.arcs(value)?);
+                    if let Some(kind) = ArcKind::of_field(name) {
+                        prim.arcs.extend(self.values.arcs(value, kind)?);
+                    }
                 }
                 "variantSelection" => prim.selection = self.values.selection(value)?,
                 "metersPerUnit" | "upAxis" | "defaultPrim" | "subLayers" | "active"

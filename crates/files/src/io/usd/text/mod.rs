@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use super::super::IoError;
 use super::Budget;
-use super::layer::{Arc, PrimSpec, Value, is_used};
+use super::layer::{Arc, ArcKind, ArcList, ListOp, PrimSpec, Value, is_used};
 use tokens::Tokens;
 
 /// Most prims inside each other.
@@ -215,9 +215,14 @@ impl Reader<'_, '_> {
                 continue;
             }
             let mut word = self.tokens.word();
-            let mut is_deleted = false;
+            let mut op = Some(ListOp::Explicit);
             if LIST_WORDS.contains(&word) {
-                is_deleted = matches!(word, b"delete" | b"reorder");
+                op = match word {
+                    b"prepend" => Some(ListOp::Prepend),
+                    b"delete" => Some(ListOp::Delete),
+                    b"reorder" => None,
+                    _ => Some(ListOp::Append),
+                };
                 word = self.tokens.word();
             }
             if word.is_empty() {
@@ -225,12 +230,12 @@ impl Reader<'_, '_> {
             }
             self.tokens.expect(b'=')?;
             let name = lossy(word);
-            match &name[..] {
-                "references" | "payload" | "inherits" | "specializes" => {
-                    let arcs = self.arcs()?;
-                    of.arcs.extend(arcs.into_iter().filter(|_| !is_deleted));
+            match (&name[..], ArcKind::of_field(&name)) {
+                (_, Some(kind)) => {
+                    let items = self.arcs()?;
+                    of.arcs.extend(op.map(|op| ArcList { kind, op, items }));
                 }
-                "variants" => self.selection(of)?,
+                ("variants", _) => self.selection(of)?,
                 _ => {
                     let value = self.value()?;
                     of.metadata.insert(name, value);
