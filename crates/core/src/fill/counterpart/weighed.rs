@@ -187,8 +187,8 @@ impl RegionProblem<'_> {
         };
         let data = collar.offsets(&target, SAMPLES.get())?;
         let field = collar.field(&data, self.cancel)?;
-        // The image, moved by the field, at each vertex along its normal; its error is that of the field, and that of the patch where the
-        // patch's own image is there.
+        // The image, moved by the field, at each vertex along its normal; its error is the field's, and the patch's too where the image is
+        // the patch's own.
         let at = |(p, n): &(DVec3, DVec3)| {
             let partner = target.partner(*p, *n)?;
             let offset = *n * n.dot(partner.point + field.at(*p) - *p);
@@ -255,7 +255,7 @@ impl Whole {
         }
     }
 
-    /// The expected error at a point: none on the mesh, that of the patch on it.
+    /// The expected error at a point: the patch's on the image of the patch, else none.
     fn error(&self, at: &Closest, errors: &[f64]) -> f64 {
         if (at.face as usize) < self.first_face {
             return 0.0;

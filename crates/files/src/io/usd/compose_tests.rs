@@ -165,8 +165,7 @@ fn prims_that_stand_behind_references_are_found() {
     // The target is a child only by the reference of its parent.
     let main = layer(
         "",
-        &("class \"W\" (references = @asset.usda@</A>) { }\ndef \"X\" (references = </W/Inner>) { }\n"
-            .to_owned()),
+        "class \"W\" (references = @asset.usda@</A>) { }\ndef \"X\" (references = </W/Inner>) { }\n",
     );
     let inner = format!(
         "def \"A\" {{ {} }}\n",

@@ -116,19 +116,7 @@ impl Scene {
             "sets of variants without a chosen one",
             prim.node.unchosen(),
         );
-        let own = transforms::local(prim);
-        visit.transform = match own.resets {
-            true => own.matrix,
-            false => visit.transform * own.matrix,
-        };
-        self.skip(
-            "transforms that cannot be read, taken as none",
-            usize::from(own.is_unread),
-        );
-        self.skip(
-            "operations of transforms without a value",
-            own.without_value,
-        );
+        visit.transform = self.transform(prim, visit.transform);
         if let Some(material) = mesh::material(prim) {
             visit.material = Some(material);
         }
@@ -138,6 +126,23 @@ impl Scene {
             self.mesh(prim, (name, material), transform, layers)?;
         }
         Ok(Some(visit))
+    }
+
+    /// The transform of a prim below one with the given transform.
+    fn transform(&mut self, prim: &Prim, above: DMat4) -> DMat4 {
+        let own = transforms::local(prim);
+        self.skip(
+            "transforms that cannot be read, taken as none",
+            usize::from(own.is_unread),
+        );
+        self.skip(
+            "operations of transforms without a value",
+            own.without_value,
+        );
+        match own.resets {
+            true => own.matrix,
+            false => above * own.matrix,
+        }
     }
 
     /// Checks and triangulates the meshes, and gathers their attributes.
