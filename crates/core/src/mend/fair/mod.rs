@@ -393,12 +393,14 @@ fn moved_within(
         let of_face = |f: &u32| {
             let [a, b, c] = from.mesh.corners(*f);
             let count = ((longest(f) / mean).ceil() as usize).min(MOST_PARTS);
-            let rows = (0..=count).flat_map(|i| (0..=count - i).map(move |j| (i, j)));
-            let points = rows.map(|(i, j)| {
-                let [u, v] = [i, j].map(|k| k as f64 / count as f64);
-                a + u * (b - a) + v * (c - a)
-            });
-            points.map(|p| distance(to, p)).fold(0.0, f64::max)
+            let mut farthest = 0.0;
+            for i in 0..=count {
+                for j in 0..=count - i {
+                    let [u, v] = [i, j].map(|k| k as f64 / count as f64);
+                    farthest = f64::max(farthest, distance(to, a + u * (b - a) + v * (c - a)));
+                }
+            }
+            farthest
         };
         long.par_iter().map(of_face).reduce(|| 0.0, f64::max)
     };
