@@ -96,28 +96,24 @@ impl RegionProblem<'_> {
         region(self.mesh, holes, self.params, next, extent, coarse)
     }
 
-    /// Whether at most of its only rim the mesh has another side closer than a level set can tell apart from the rim's own. Then a rim
-    /// of many edges is triangulated first: on walls of a skull, of which each side was closed by itself, no level set had a patch.
+    /// Whether the mesh has another side along most of the only rim, too close for a level set to tell the two sides apart. Then a rim of
+    /// many edges is triangulated first: on walls of a skull, of which each side was closed by itself, no level set had a patch.
     pub(super) fn is_on_thin_wall(&self) -> bool {
         let [hole] = self.holes else {
             return false;
         };
-        if self.reference.is_some() || !self.params.finishes() {
-            return false;
-        }
         let reach = THIN.get() * self.region(&Attempt::first(self.params.energy)).voxel;
+        let margin = DVec3::splat(reach);
         let has_other_side = |v: u32| {
             let (p, normal) = (self.mesh.positions[v as usize], self.known.normal(v));
-            let margin = DVec3::splat(reach);
-            let mut found = false;
-            self.known
-                .bvh()
-                .for_each_in_box(p - margin, p + margin, |f| {
-                    let corners =
-                        self.mesh.faces[f as usize].map(|v| self.mesh.positions[v as usize]);
-                    let is_near = corners.iter().any(|c| c.distance(p) < reach);
-                    found |= is_near && face_normal(self.mesh, f).dot(normal) < OTHER_SIDE.get();
-                });
+            let is_other_side = |f: u32| {
+                let mut corners = self.mesh.corners(f).into_iter();
+                corners.any(|c| c.distance(p) < reach)
+                    && face_normal(self.mesh, f).dot(normal) < OTHER_SIDE.get()
+            };
+            let (low, high, mut found) = (p - margin, p + margin, false);
+            let bvh = self.known.bvh();
+            bvh.for_each_in_box(low, high, |f| found = found || is_other_side(f));
             found
         };
         let step = hole.rim.len().div_ceil(THIN_SAMPLES);

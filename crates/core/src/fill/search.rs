@@ -68,8 +68,9 @@ impl RegionProblem<'_> {
             finishes: self.is_finished(),
             one_rim: self.holes.len() == 1,
             many_rims: self.budget == 0 && self.holes.len() > MANY_RIMS.get(),
-            faired_first: self.reference.is_none() && has_few_edges(self.holes, self.params)
-                || is_costly(faired_cost) && self.is_on_thin_wall(),
+            faired_first: self.reference.is_none()
+                && (has_few_edges(self.holes, self.params)
+                    || self.params.finishes() && is_costly(faired_cost) && self.is_on_thin_wall()),
             faired_cost,
             budget: self.budget,
             spent: 0,

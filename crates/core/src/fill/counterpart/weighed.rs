@@ -11,7 +11,7 @@ use super::align::Target;
 use super::judge::Collar;
 use super::motion::Motion;
 use super::placed::PlacedPart;
-use crate::elementary::root_mean_square;
+use crate::elementary::{hypot, root_mean_square};
 use crate::fill::candidate::FinishedPatch;
 use crate::fill::finish_step::Local;
 use crate::fill::invented::CounterpartReport;
@@ -206,8 +206,7 @@ impl RegionProblem<'_> {
         };
         let error = |((p, _), found): (&(DVec3, DVec3), &Option<(DVec3, f64)>)| {
             let own = found.map_or(0.0, |(_, error)| error);
-            let squared = (DEVIATION.get() * field.deviation(*p)).powi(2);
-            (squared + own.powi(2)).sqrt()
+            hypot(DEVIATION.get() * field.deviation(*p), own)
         };
         Some(Image {
             errors: vertices.iter().zip(&found).map(error).collect(),
