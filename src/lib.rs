@@ -54,7 +54,8 @@
 //!   the input are reported and stay. [`repair`] mends them as far as cutting out and filling can; its report lists the rest.
 //!
 //! # Entry points
-//! - [`fill`], [`restore`], [`fair`] and [`repair`] take a mesh and parameters, and return a mesh and a report.
+//! - [`fill`], [`restore`], [`fair`] and [`repair`] take a mesh and parameters ([`restore`] and [`fair`] also the marked faces), and
+//!   return a mesh and a report.
 //! - [`Inspection::check`] lists the defects of a mesh and gives one verdict.
 //! - [`Inspection`] analyses a mesh once; plans and runs use it, with a [`Control`] of threads, progress and cancelling.
 //!   [`Inspection::regions`] returns the work on each region as a value that can be processed anywhere.

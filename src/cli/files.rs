@@ -22,7 +22,7 @@ use super::{CommonArgs, End, Usage, arguments, messages};
 /// Options for the files to read and write.
 #[derive(Debug, Args)]
 pub struct FilesArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF; `-` is standard input. Several meshes need a folder as output.
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF, 3MF or USD; `-` is standard input. Several meshes need a folder as output.
     #[arg(value_name = "IN", required = true)]
     inputs: Vec<PathBuf>,
 
@@ -242,6 +242,10 @@ impl BatchObserver for Printer<'_> {
 /// Refuses a pattern that no shell has replaced by names of files.
 fn check_pattern(input: &Path) -> anyhow::Result<()> {
     let text = input.to_string_lossy();
+    if input.is_dir() {
+        let what = format!("{text} is a folder; name its files, such as {text}/*.ply");
+        return Err(Usage(what).into());
+    }
     match text.contains(['*', '?', '[']) && !input.exists() {
         true => Err(Usage(format!("no file matches {text}")).into()),
         false => Ok(()),

@@ -19,7 +19,7 @@ use isomend_files::job::contradiction;
 /// Options for the files to look at.
 #[derive(Debug, Args)]
 pub struct LookArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF; `-` is standard input. For several meshes a table is printed.
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF, 3MF or USD; `-` is standard input. For several meshes a table is printed.
     #[arg(value_name = "IN", required = true)]
     inputs: Vec<PathBuf>,
 

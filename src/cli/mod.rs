@@ -283,6 +283,7 @@ fn cli_error(error: JobError) -> anyhow::Error {
         | JobError::Restore(RestoreError::Fill(FillError::Parameter { what })) => {
             usage(as_options(what))
         }
+        JobError::BinaryUsd { .. } => usage(error.to_string()),
         JobError::NoFormat { .. } => usage(format!("{error}; change the extension, or use --to")),
         JobError::OpenMask { .. } => anyhow!("{error} with `isomend fill`"),
         JobError::Fill(FillError::NoSuchComponent { .. }) => {

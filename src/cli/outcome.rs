@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use isomend::job::{JobResult, OperationReport, Work};
 use isomend::report::{
     ClosedRow, ClosedTable, Remark, chain_lines, closed_rows, defect_lines, left_holes,
-    lost_creases, named_holes, weighed_lines,
+    lost_creases, named_holes, refused_lines, weighed_lines,
 };
 use isomend::{FillReport, HoleId, LeftReason};
 
@@ -76,6 +76,9 @@ pub fn lines(done: &JobResult, last: usize, verbose: bool, width: Option<usize>)
         format!("holes {a} and {b} are the two sides of a wall: joined by the edge of an opening; --apart closes each side")
     }));
     lines.extend(weighed_lines(report, done.spec.deliverables.unit));
+    if !verbose && matches!(work, Work::Fill(params) if params.like.is_some()) {
+        lines.extend(refused_lines(report, done.spec.deliverables.unit));
+    }
     lines.extend(left(report, work));
     if let (Work::Repair(params), OperationReport::Repaired(repair)) = (work, &done.extent)
         && params.solid
@@ -94,7 +97,7 @@ const NO_INNER_SKIN: &str = "no inner skin was found: --solid removes skins at a
 fn advice(rows: &[ClosedRow], work: &Work, last: usize) -> Vec<String> {
     let line = |remark: &Remark| {
         let own: Vec<&ClosedRow> = rows.iter().filter(|r| r.remark == Some(*remark)).collect();
-        let ids: BTreeSet<HoleId> = own.iter().flat_map(|r| r.region.holes.clone()).collect();
+        let ids: BTreeSet<HoleId> = own.iter().flat_map(|r| r.holes.clone()).collect();
         let ids: Vec<HoleId> = ids.into_iter().collect();
         let text = match (remark, &own[..]) {
             (_, []) => return None,

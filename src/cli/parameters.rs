@@ -133,6 +133,8 @@ fn argument(parameter: &'static Parameter, table: &Table) -> Arg {
             .value_parser(choice_parser(choices)),
         kind => argument
             .value_name(kind.placeholder())
+            // So that a negative number gets the message of its parameter.
+            .allow_negative_numbers(true)
             .action(match kind {
                 Kind::Groups | Kind::Pairs | Kind::Words(..) => ArgAction::Append,
                 _ => ArgAction::Set,

@@ -17,9 +17,9 @@ use super::{CommonArgs, End, Usage, console, input};
 
 const EXAMPLES: &str = "\
 Examples:
-  isomend sdf bust.ply -o bust.vti                      128 voxels along the longest side
-  isomend sdf bust.ply -o bust.vti --voxel 0.5 --band 2 measure only near the surface
-  isomend surface bust.vti -o inner.ply --level -1      back to a mesh, one unit inside";
+  isomend sdf bust.ply -o bust.vti                       128 voxels along the longest side
+  isomend sdf bust.ply -o bust.vti --voxel 0.5 --band 2  measure only near the surface
+  isomend surface bust.vti -o inner.ply --level -1       back to a mesh, one unit inside";
 
 /// Write the signed distance of a whole model as a volume (VTI), negative inside.
 ///
@@ -28,7 +28,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct SdfArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF; `-` is standard input.
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF, 3MF or USD; `-` is standard input.
     #[arg(value_name = "IN")]
     input: PathBuf,
 

@@ -136,7 +136,11 @@ impl RegionProblem<'_> {
         let (solved, region, data) = self.solve(now, from);
         self.log_attempt(now, &region, &solved, clock);
         let report = RegionReport {
-            diameter: region.diameter,
+            // The box of a retry may be made for a wider initial surface.
+            diameter: match self.extent {
+                Some(_) => region.diameter,
+                None => self.diameter(),
+            },
             voxel: Some(region.voxel),
             dims: Some(region.finest_dims()),
             converged: solved.converged(),

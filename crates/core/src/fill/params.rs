@@ -46,7 +46,7 @@ pub enum Sharp {
 pub struct FillParams {
     /// Voxel size of the finest grid.
     pub voxel: VoxelSize,
-    /// Numbers of the holes to fill, from 1; all holes if none are given.
+    /// Numbers of the holes to fill, from 1. Without any, all holes are filled but outer borders of open sheets.
     pub holes: Option<Vec<HoleId>>,
     /// Holes wider than this stay open, in the mesh's units.
     pub max_diameter: Option<f64>,

@@ -42,7 +42,9 @@ pub enum MeshError {
         count: usize,
     },
     /// A position is not finite.
-    #[error("vertex {vertex} has a coordinate that is not a finite number; repair the file first")]
+    #[error(
+        "vertex {vertex} has a coordinate that is not a finite number; remove it, or give it a position"
+    )]
     NotFinite {
         /// The vertex, from 0.
         vertex: usize,

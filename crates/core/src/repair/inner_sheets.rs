@@ -24,6 +24,9 @@ pub(super) const SAMPLES: Tunable<usize> = tunable("repair.samples", 64);
 /// Faces. Open sheets inside a solid are looked for among components of at most this many: the work grows with its square.
 const SHEET_FACES: Tunable<usize> = tunable("repair.sheet_faces", 2000);
 
+/// Faces. Components of at most this many bound no solid: triangles that touch no others have no inside.
+const LOOSE_FACES: usize = 2;
+
 /// Removes the open components that lie inside the solid of all others: the winding number of the others is one in front of each of
 /// their faces and behind it.
 pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
@@ -34,12 +37,20 @@ pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), F
         if faces.iter().all(Vec::is_empty) {
             return Ok(());
         }
-        let solid = Solid::new(&draft.mesh, topology.faces(), false);
+        let bounds = |c: u32| topology.component_faces[c as usize] > LOOSE_FACES;
+        let bounding = topology.faces();
+        let bounding = bounding.filter(|f| bounds(topology.component[*f as usize]));
+        let solid = Solid::new(&draft.mesh, bounding, false);
         let is_inner = |own: &Vec<u32>| {
+            let of_solid = if own.len() > LOOSE_FACES {
+                &own[..]
+            } else {
+                &[]
+            };
             let step = own.len().div_ceil(SAMPLES.get()).max(1);
             let sampled = own.iter().step_by(step);
             let mut points = sampled.flat_map(|f| sides(&draft.mesh, *f));
-            !own.is_empty() && points.all(|p| is_inside_without(&solid, &draft.mesh, own, p))
+            !own.is_empty() && points.all(|p| is_inside_without(&solid, &draft.mesh, of_solid, p))
         };
         let inner: Vec<bool> = faces.par_iter().map(is_inner).collect_indexed();
         for (own, _) in faces.iter().zip(&inner).filter(|(_, inner)| **inner) {

@@ -104,6 +104,18 @@ impl FromStr for Format {
     }
 }
 
+/// Refuses the bytes of a mesh where a volume is wanted. VTK files may hold either.
+pub(super) fn refuse_mesh(bytes: &[u8]) -> Result<(), IoError> {
+    match Format::sniff(bytes)? {
+        None | Some(Format::Vtk | Format::Vtp) => Ok(()),
+        Some(format) => Err(IoError::Unsupported {
+            format,
+            what: "it holds a mesh, not a volume".to_owned(),
+            advice: "'isomend sdf' makes a volume of it",
+        }),
+    }
+}
+
 /// The name of a known but unsupported format, by its first bytes.
 fn foreign(bytes: &[u8]) -> Option<&'static str> {
     const MAGIC: [(&[u8], &str); 8] = [

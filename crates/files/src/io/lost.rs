@@ -1,6 +1,31 @@
-//! Remarks on attributes that a format cannot hold and that are left out.
+//! Attributes that a format cannot hold: converted to others that it can, or left out with a remark.
+
+use std::borrow::Cow;
+
+use isomend_core::mesh::Attributes;
+use isomend_core::mesh::attributes::CornerAttribute;
 
 use super::{Contents, Format, Written};
+
+impl<'a> Contents<'a> {
+    /// The attributes, in which those of corners that are wanted become attributes of vertices where all corners at a vertex agree.
+    pub(super) fn with_vertex_values(
+        &self,
+        wanted: impl Fn(&CornerAttribute) -> bool,
+    ) -> Cow<'a, Attributes> {
+        if !self.attributes.corner.iter().any(&wanted) {
+            return Cow::Borrowed(self.attributes);
+        }
+        let mut all = self.attributes.clone();
+        for corner in std::mem::take(&mut all.corner) {
+            match corner.per_vertex(self.mesh).filter(|_| wanted(&corner)) {
+                Some(attribute) => all.vertex.push(attribute),
+                None => all.corner.push(corner),
+            }
+        }
+        Cow::Owned(all)
+    }
+}
 
 /// Adds the remark for a format that holds no attributes. The marks of patches are not mentioned.
 pub(super) fn all(mut written: Written, model: &Contents<'_>, format: Format) -> Written {

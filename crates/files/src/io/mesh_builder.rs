@@ -19,6 +19,8 @@ pub(super) struct MeshBuilder {
     pub(super) notes: Vec<String>,
     /// The lines of faces of one or two corners, which are left out.
     pub(super) omitted: Vec<usize>,
+    /// The number of points and lines, which are not part of a surface.
+    pub(super) skipped: usize,
 }
 
 /// For each triangle of a surface, the face and corners of the file that it comes from.
@@ -67,6 +69,7 @@ impl MeshBuilder {
             polygon_corners: Vec::new(),
             notes: Vec::new(),
             omitted: Vec::new(),
+            skipped: 0,
         }
     }
 
@@ -178,6 +181,10 @@ impl MeshBuilder {
             let which = if count == 1 { "" } else { "the first " };
             let note =
                 format!("faces of one or two corners, left out: {count}, {which}in line {first}");
+            self.notes.push(note);
+        }
+        if self.skipped > 0 {
+            let note = format!("points and lines, skipped: {}", self.skipped);
             self.notes.push(note);
         }
         let f32_exact = self.positions.iter().all(|p| p.as_vec3().as_dvec3() == *p);

@@ -286,6 +286,7 @@ fn no_mesh() -> IoError {
 /// # Errors
 /// When the bytes are damaged, hold no volume or no array of that name, or hold several arrays and `array` is `None`.
 pub fn read_volume_bytes(bytes: &[u8], array: Option<&str>) -> Result<Volume, IoError> {
+    detect::refuse_mesh(bytes)?;
     if text::skip_blank(bytes).starts_with(b"#") {
         vtk::read_image_legacy(bytes, array)
     } else {

@@ -346,7 +346,8 @@ fn face_colours(colours: &[Option<Vec<f64>>], of_face: &[u32], loaded: &mut Load
 /// Writes a mesh as OFF, with vertex normals, vertex colours and face colours. Decimals are the shortest that give the
 /// same floats when read.
 pub(super) fn write(model: &Contents<'_>) -> Written {
-    let (mesh, all) = (model.mesh, model.attributes);
+    let all = model.with_vertex_values(|_| true);
+    let (mesh, all) = (model.mesh, &*all);
     let whole = |role: Role, components: std::ops::RangeInclusive<usize>| {
         let found = all.vertex_role(role);
         found.filter(|a| a.missing.is_empty() && components.contains(&a.components))

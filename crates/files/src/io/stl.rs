@@ -75,6 +75,15 @@ fn read_binary(bytes: &[u8]) -> Result<Loaded, IoError> {
             Location::Item("facet", facet)
         })?);
     }
+    let facets = body.chunks_exact(FACET).take(count);
+    let coloured = facets
+        .filter(|record| record[FACET - 2..] != [0, 0])
+        .count();
+    if coloured > 0 {
+        surface.notes.push(format!(
+            "facets with attribute bytes, such as colours, which are not read: {coloured} of {count}"
+        ));
+    }
     if body.len() > count * FACET {
         surface.notes.push(format!(
             "bytes after the last facet, not read: {}",

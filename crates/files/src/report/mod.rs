@@ -25,6 +25,7 @@ pub use text::{summary_lines, tally_line};
 
 pub use {
     check::verdict_rows,
+    counterpart::refused_lines,
     counts::{counted, lengths_in, timed},
     fair::{faired_measures, faired_part},
     holes::{component_rows, crease_end_line, crease_end_table, hole_table},

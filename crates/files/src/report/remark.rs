@@ -43,11 +43,13 @@ impl Remark {
         Self::OtherEnergy,
     ];
 
-    /// The most important remark on a region; `outcome` is the outcome of its first hole.
+    /// The most important remark on a region; `outcome` is the outcome of a hole of it.
     pub fn of(region: &RegionReport, outcome: Option<&HoleOutcome>) -> Option<Self> {
         let unconverged = !region.levels.is_empty() && !region.converged;
-        let of_hole = outcome.and_then(HoleOutcome::closure);
-        let how = region.closure.as_ref().map(|how| of_hole.unwrap_or(how));
+        let how = match outcome {
+            Some(outcome) => outcome.closure(),
+            None => region.closure.as_ref(),
+        };
         Some(match how {
             None => Self::Open,
             _ if region.intersecting_faces > 0 => Self::Intersects,

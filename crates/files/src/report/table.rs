@@ -53,11 +53,12 @@ impl ClosedTable<'_> {
         if small > 0 {
             let faces: usize = report.regions.iter().map(|r| r.new_faces).sum();
             let of_rows: usize = rows.iter().map(|row| row.region.new_faces).sum();
-            lines.push(format!(
-                "{} closed by {} between rim vertices",
-                small_regions(report, small),
-                counted(faces - of_rows, "triangle")
-            ));
+            let by = match faces - of_rows {
+                // Later steps of a repair may have removed them.
+                0 => String::new(),
+                left => format!(" by {} between rim vertices", counted(left, "triangle")),
+            };
+            lines.push(format!("{} closed{by}", small_regions(report, small)));
         }
         lines
     }
@@ -77,21 +78,24 @@ pub fn closed_rows(report: &FillReport) -> Vec<ClosedRow<'_>> {
     let holes: HashMap<HoleId, &HoleReport> = report.holes.iter().map(|h| (h.hole.id, h)).collect();
     let mut rows: Vec<ClosedRow> = Vec::new();
     for region in regions(report) {
-        let own = || region.holes.iter().filter_map(|id| holes.get(id));
-        let edges = own().map(|h| h.hole.edges).sum();
-        let remark = Remark::of(region, own().next().map(|h| &h.outcome));
-        let object = own().next().and_then(|h| h.hole.object.as_deref());
-        if region.has_surface() || remark.is_some() {
-            rows.push(ClosedRow {
-                region,
-                edges,
-                remark,
-                object,
-            });
+        let own = region.holes.iter().filter_map(|id| holes.get(id).copied());
+        // Some holes of a region may be closed although others are not.
+        let is_closed = |h: &&HoleReport| h.outcome.closure().is_some();
+        let (closed, open): (Vec<_>, Vec<_>) = own.partition(is_closed);
+        let parts = [closed, open];
+        let count = parts.iter().filter(|own| !own.is_empty()).count();
+        for own in parts {
+            if count == 0 || !own.is_empty() {
+                rows.push(ClosedRow::new(region, &own, count > 1));
+            }
+            if count == 0 {
+                break;
+            }
         }
     }
+    rows.retain(|row| row.region.has_surface() || row.remark.is_some());
     rows.sort_by(|a, b| {
-        let wider = b.region.diameter.total_cmp(&a.region.diameter);
+        let wider = b.diameter.total_cmp(&a.diameter);
         wider.then(a.region.id.cmp(&b.region.id))
     });
     rows
@@ -138,7 +142,13 @@ fn short(remark: Remark) -> &'static str {
 pub struct ClosedRow<'a> {
     /// What was done.
     pub region: &'a RegionReport,
-    /// Edges of its rims.
+    /// The holes of the region that the row is about.
+    pub holes: Vec<HoleId>,
+    /// How they were closed.
+    closure: Option<&'a Closure>,
+    /// The largest diameter.
+    diameter: f64,
+    /// Edges of their rims.
     edges: usize,
     /// The problem with the patch, if there is one.
     pub remark: Option<Remark>,
@@ -146,15 +156,40 @@ pub struct ClosedRow<'a> {
     object: Option<&'a str>,
 }
 
-impl ClosedRow<'_> {
+impl<'a> ClosedRow<'a> {
+    /// The row of holes of a region with the same outcome; `is_part` if other holes of the region have another.
+    fn new(region: &'a RegionReport, own: &[&'a HoleReport], is_part: bool) -> Self {
+        let first = own.first();
+        let outcome = first.map(|h| &h.outcome);
+        let diameters = own.iter().map(|h| h.hole.diameter);
+        Self {
+            region,
+            holes: match is_part {
+                true => own.iter().map(|h| h.hole.id).collect(),
+                false => region.holes.clone(),
+            },
+            closure: match outcome {
+                Some(outcome) if is_part => outcome.closure(),
+                _ => region.closure.as_ref(),
+            },
+            diameter: match is_part {
+                true => diameters.fold(0.0, f64::max),
+                false => region.diameter,
+            },
+            edges: own.iter().map(|h| h.hole.edges).sum(),
+            remark: Remark::of(region, outcome),
+            object: first.and_then(|h| h.hole.object.as_deref()),
+        }
+    }
+
     fn line(&self, width: Option<usize>) -> String {
         let r = self.region;
         let error = r.finish.as_ref().and_then(|f| f.largest_expected_error());
         let cells = Cells {
-            hole: &short_list(&r.holes, r.components),
-            diameter: &number(r.diameter),
+            hole: &short_list(&self.holes, r.components),
+            diameter: &number(self.diameter),
             edges: &self.edges.to_string(),
-            closed_by: closed_by(r.closure.as_ref(), width.is_some_and(|width| width < WIDE)),
+            closed_by: closed_by(self.closure, width.is_some_and(|width| width < WIDE)),
             error: &error.map_or("-".to_owned(), |e| significant(e, 2)),
             remark: self.remark.map(short).unwrap_or_default(),
         };

@@ -81,6 +81,11 @@ impl GltfDocument {
         (vertices as usize, faces)
     }
 
+    /// The block of a vertex of the file.
+    pub(super) fn block_of(&self, vertex: u32) -> usize {
+        self.blocks.partition_point(|b| b.start + b.count <= vertex)
+    }
+
     /// The transform to the scene from the node with the most vertices, whose coordinates the file holds as 32-bit
     /// floats.
     pub(crate) fn largest_transform(&self) -> DMat4 {

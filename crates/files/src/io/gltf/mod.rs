@@ -7,6 +7,7 @@ mod build;
 mod document;
 mod draco;
 mod instances;
+mod joined;
 mod materials;
 mod meshopt;
 mod morph;
@@ -297,5 +298,7 @@ fn unsupported_extension(format: Format, name: &str) -> IoError {
 
 #[cfg(test)]
 mod instance_tests;
+#[cfg(test)]
+mod joined_tests;
 #[cfg(test)]
 mod tests;

@@ -9,12 +9,16 @@ use serde_json::{Map, Value, json};
 use super::super::{Contents, Format, IoError, Written};
 use super::build::Builder;
 use super::document::GltfDocument;
+use super::joined::{Joined, most_corners};
 use super::patch_materials;
 use super::scene::{Block, PlacedPrimitive};
 use super::values;
 use super::write::push_floats;
 use isomend_core::mesh::DisjointSets;
 use isomend_core::mesh::attributes::{LabelKind, NONE, PATCH_NAME, Role};
+
+/// The name of nodes and meshes of faces that left their own node.
+const JOINED_NAME: &str = "isomend_joined";
 
 /// Writes the original document with the new faces of the mesh, and without the removed ones.
 pub(super) fn write(
@@ -23,22 +27,27 @@ pub(super) fn write(
     format: Format,
 ) -> Result<Written, IoError> {
     let mut builder = merge(document);
-    remove_faces(&mut builder, document, model);
     let mut notes = Vec::new();
     let patches = Patches::new(document, model);
+    remove_faces(&mut builder, &patches);
     let mut materials =
         patch_materials::PatchMaterials::new(document, model.attributes, &mut builder);
-    let mut meshes: BTreeMap<usize, Vec<Value>> = BTreeMap::new();
-    for ((node_of, material), faces) in &patches.groups {
-        let block = &document.blocks[*node_of];
+    let mut meshes: BTreeMap<(usize, bool), Vec<Value>> = BTreeMap::new();
+    for (group, faces) in &patches.groups {
+        let block = &document.blocks[group.block];
         let mut primitive = patches.primitive(&mut builder, block, faces, format)?;
-        if *material != NONE {
-            primitive["material"] = json!(materials.index(&mut builder, *material));
+        if group.is_new {
+            primitive["extras"] = json!({ PATCH_NAME: true });
         }
-        meshes.entry(*node_of).or_default().push(primitive);
+        if group.material != NONE {
+            primitive["material"] = json!(materials.index(&mut builder, group.material));
+        }
+        let mesh = meshes.entry((group.block, group.is_new)).or_default();
+        mesh.push(primitive);
     }
-    for (block, primitives) in meshes {
-        add_node(&mut builder, document.blocks[block].node, primitives);
+    for ((block, is_new), primitives) in meshes {
+        let name = if is_new { PATCH_NAME } else { JOINED_NAME };
+        add_node(&mut builder, document.blocks[block].node, name, primitives);
     }
     if patches.has_skinning() {
         notes.push(
@@ -46,6 +55,7 @@ pub(super) fn write(
                 .to_owned(),
         );
     }
+    notes.extend(patches.joined_faces());
     let bytes = builder.finish(format)?;
     Ok(Written { bytes, notes })
 }
@@ -93,10 +103,13 @@ fn merge(document: &GltfDocument) -> Builder {
 
 /// Writes new indices for primitives that lost faces. A mesh that several nodes use is copied for the node whose instance lost
 /// faces.
-fn remove_faces(builder: &mut Builder, document: &GltfDocument, model: &Contents<'_>) {
+fn remove_faces(builder: &mut Builder, patches: &Patches<'_>) {
+    let document = patches.document;
     let mut copied: BTreeMap<usize, usize> = BTreeMap::new();
     let mut emptied: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    for (part, faces) in document.kept_faces(model) {
+    for (part, faces) in document.kept_faces(patches.model) {
+        let stays = |face: &&[u32; 3]| !patches.joined.leaves(document, part.block, **face);
+        let faces: Vec<&[u32; 3]> = faces.iter().filter(stays).collect();
         if faces.len() == part.faces.1 {
             continue;
         }
@@ -111,7 +124,7 @@ fn remove_faces(builder: &mut Builder, document: &GltfDocument, model: &Contents
             let [a, b, c] = face.map(|v| v - block.start);
             if mirrored { [a, c, b] } else { [a, b, c] }
         };
-        let corners: Vec<u32> = faces.iter().flat_map(local).collect();
+        let corners: Vec<u32> = faces.into_iter().flat_map(local).collect();
         let indices = builder.indices(&corners);
         let primitive = &mut builder.list("meshes")[mesh]["primitives"][part.primitive];
         primitive["indices"] = json!(indices);
@@ -171,13 +184,10 @@ fn remove_primitives(builder: &mut Builder, emptied: &BTreeMap<usize, Vec<usize>
     }
 }
 
-/// Adds a mesh of patches as a child of a node.
-fn add_node(builder: &mut Builder, node: usize, primitives: Vec<Value>) {
-    let mesh = builder.push(
-        "meshes",
-        json!({ "name": PATCH_NAME, "primitives": primitives }),
-    );
-    let child = builder.push("nodes", json!({ "name": PATCH_NAME, "mesh": mesh }));
+/// Adds a mesh as a child of a node.
+fn add_node(builder: &mut Builder, node: usize, name: &str, primitives: Vec<Value>) {
+    let mesh = builder.push("meshes", json!({ "name": name, "primitives": primitives }));
+    let child = builder.push("nodes", json!({ "name": name, "mesh": mesh }));
     let parent = &mut builder.list("nodes")[node];
     match parent.get_mut("children").and_then(Value::as_array_mut) {
         Some(children) => children.push(json!(child)),
@@ -185,13 +195,25 @@ fn add_node(builder: &mut Builder, node: usize, primitives: Vec<Value>) {
     }
 }
 
-/// The new faces, grouped by block (parent node) and material.
+/// Faces that are written as one primitive.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct Group {
+    /// The block under whose node they are written.
+    block: usize,
+    /// The label of their material.
+    material: u32,
+    /// Whether they are new, or faces of the file that left their own node.
+    is_new: bool,
+}
+
+/// The new faces, and the faces that are written under another node than their own.
 struct Patches<'a> {
     document: &'a GltfDocument,
     model: &'a Contents<'a>,
     /// The original vertex of each vertex that is a copy.
     origin: BTreeMap<u32, u32>,
-    groups: BTreeMap<(usize, u32), Vec<[u32; 3]>>,
+    joined: Joined,
+    groups: BTreeMap<Group, Vec<[u32; 3]>>,
 }
 
 impl<'a> Patches<'a> {
@@ -200,31 +222,62 @@ impl<'a> Patches<'a> {
             document,
             model,
             origin: model.attributes.copies.iter().copied().collect(),
+            joined: Joined::default(),
             groups: BTreeMap::new(),
         };
         let first = document.kept(model);
-        let materials = model.attributes.labels_of(LabelKind::Material);
+        patches.joined = Joined::new(document, model, first, |v| patches.of_file(v));
+        patches.leaving();
         for faces in patches.connected(first) {
-            let block = patches.home(&faces);
-            for f in faces {
-                let material = materials.map_or(NONE, |m| m.of_face[f]);
-                let face = model.mesh.faces[f];
-                let group = patches.groups.entry((block, material)).or_default();
-                group.push(face);
-            }
+            let joined = patches.joined.home(model.mesh.faces[faces[0]]);
+            let block = joined.unwrap_or_else(|| patches.home(&faces));
+            faces.into_iter().for_each(|f| patches.add(f, block, true));
         }
         patches
+    }
+
+    /// Adds the faces of the file that are written under another node than their own.
+    fn leaving(&mut self) {
+        let (document, model) = (self.document, self.model);
+        let kept = document.kept_faces(model);
+        let kept = kept.flat_map(|(part, faces)| faces.iter().map(|face| (part.block, *face)));
+        for (f, (block, face)) in kept.enumerate() {
+            if self.joined.leaves(document, block, face)
+                && let Some(home) = self.joined.home(face)
+            {
+                self.add(f, home, false);
+            }
+        }
+    }
+
+    /// Adds a face to its group.
+    fn add(&mut self, face: usize, block: usize, is_new: bool) {
+        let materials = self.model.attributes.labels_of(LabelKind::Material);
+        let group = Group {
+            block,
+            material: materials.map_or(NONE, |m| m.of_face[face]),
+            is_new,
+        };
+        let faces = self.groups.entry(group).or_default();
+        faces.push(self.model.mesh.faces[face]);
+    }
+
+    /// The note about the faces that left their own node.
+    fn joined_faces(&self) -> Option<String> {
+        let leaving = self.groups.iter().filter(|(group, _)| !group.is_new);
+        let count: usize = leaving.map(|(_, faces)| faces.len()).sum();
+        (count > 0).then(|| {
+            format!(
+                "bodies of several nodes were joined: {count} faces are written under the node of the body that they were joined to, \
+                 rounded to 32-bit coordinates there"
+            )
+        })
     }
 
     /// The vertex of the file that a vertex is, or is a copy of.
     fn of_file(&self, vertex: u32) -> Option<u32> {
         let vertex = self.origin.get(&vertex).copied().unwrap_or(vertex);
         ((vertex as usize) < self.document.counts().0).then_some(vertex)
-    }
-
-    fn block_of(&self, vertex: u32) -> usize {
-        let blocks = &self.document.blocks;
-        blocks.partition_point(|b| b.start + b.count <= vertex)
     }
 
     /// The connected components (through vertices) of the new faces, from face `first` on.
@@ -247,12 +300,9 @@ impl<'a> Patches<'a> {
         let mut votes: BTreeMap<usize, usize> = BTreeMap::new();
         let corners = faces.iter().flat_map(|f| self.model.mesh.faces[*f]);
         for vertex in corners.filter_map(|v| self.of_file(v)) {
-            *votes.entry(self.block_of(vertex)).or_default() += 1;
+            *votes.entry(self.document.block_of(vertex)).or_default() += 1;
         }
-        let most = votes
-            .iter()
-            .max_by_key(|(block, n)| (**n, usize::MAX - **block));
-        most.map_or(0, |(block, _)| *block)
+        most_corners(&votes)
     }
 
     /// Whether the file has skinning attributes, which patches cannot have.
@@ -261,7 +311,7 @@ impl<'a> Patches<'a> {
         !self.groups.is_empty() && all.any(|a| is_skinning(&a.name))
     }
 
-    /// A primitive of new faces in the local coordinates of a block's node.
+    /// A primitive of faces in the local coordinates of a block's node.
     fn primitive(
         &self,
         builder: &mut Builder,
@@ -287,11 +337,11 @@ impl<'a> Patches<'a> {
         self.attributes(builder, block, &vertices, &mut attributes);
         let indices = builder.indices(&corners);
         Ok(json!({
-            "attributes": attributes, "indices": indices, "mode": 4, "extras": { PATCH_NAME: true }
+            "attributes": attributes, "indices": indices, "mode": 4
         }))
     }
 
-    /// Positions in the local coordinates of the block's node. Vertices of the block keep the coordinates of the file.
+    /// Positions in the local coordinates of the block's node. Vertices of blocks with its transform keep the coordinates of the file.
     fn local_points(
         &self,
         block: &Block,
@@ -305,9 +355,9 @@ impl<'a> Patches<'a> {
             }
             let of_file = self
                 .of_file(v)
-                .filter(|v| *v >= block.start && *v < block.start + block.count);
-            match of_file {
-                Some(v) => DVec3::from_array(block.local[(v - block.start) as usize]),
+                .map(|v| (v, &self.document.blocks[self.document.block_of(v)]));
+            match of_file.filter(|(_, own)| own.transform == block.transform) {
+                Some((v, own)) => DVec3::from_array(own.local[(v - own.start) as usize]),
                 None => inverse.transform_point3(self.model.mesh.positions[v as usize]),
             }
         };

@@ -123,6 +123,10 @@ impl Reader {
             [b'f', blank, rest @ ..] if blank.is_ascii_whitespace() => self.face(line, rest),
             b"f" => self.face(line, b""),
             b"v" => self.vertex(line, b""),
+            [b'l' | b'p', blank, ..] if blank.is_ascii_whitespace() => {
+                self.surface.skipped += 1;
+                Ok(())
+            }
             _ => {
                 self.extras.statement(content);
                 Ok(())

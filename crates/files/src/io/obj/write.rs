@@ -42,7 +42,10 @@ fn notes(model: &Contents<'_>) -> Vec<String> {
     if model.document.is_some_and(|d| d.gltf().is_some())
         && all.labels_of(LabelKind::Material).is_some()
     {
-        notes.push("materials are written by name only: no material file is made".to_owned());
+        notes.push(
+            "materials are written by name only: no material file is made, and no textures"
+                .to_owned(),
+        );
     }
     notes
 }

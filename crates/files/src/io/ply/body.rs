@@ -160,8 +160,11 @@ fn read_elements<V: Values>(values: &mut V, header: &Header) -> Result<Body, IoE
             b"vertex" => 0,
             b"face" => 1,
             b"tristrips" => 2,
-            _ => {
+            name => {
                 skip_element(values, element)?;
+                if name == b"edge" {
+                    body.surface.skipped += usize::try_from(element.count).unwrap_or(0);
+                }
                 continue;
             }
         };

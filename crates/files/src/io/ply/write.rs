@@ -1,6 +1,5 @@
 //! Writes PLY with attributes of vertices and faces and with texture coordinates of corners.
 
-use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::Write as _;
 
@@ -27,7 +26,8 @@ pub(in super::super) fn write(
             advice: "split the mesh into smaller ones",
         });
     }
-    let attributes = of_vertices(model);
+    // Texture coordinates are lists at the faces.
+    let attributes = model.with_vertex_values(|c| c.pool.role != Role::Uv(0));
     let tables = Tables::new(&attributes);
     let mut bytes = tables.header(model, options).into_bytes();
     let row = |columns: &[Column<'_>]| columns.iter().map(|c| c.scalar.size()).sum::<usize>();
@@ -159,23 +159,6 @@ fn distinct<'a>(attributes: &'a [Attribute], taken: &[&str]) -> Vec<Column<'a>> 
         column.name = names.name(std::mem::take(&mut column.name));
     }
     columns
-}
-
-/// Converts corner attributes (apart from texture coordinates) to vertex attributes where all corners at a vertex
-/// agree.
-fn of_vertices<'a>(model: &Contents<'a>) -> Cow<'a, Attributes> {
-    let is_list = |c: &CornerAttribute| c.pool.role == Role::Uv(0);
-    if model.attributes.corner.iter().all(is_list) {
-        return Cow::Borrowed(model.attributes);
-    }
-    let mut all = model.attributes.clone();
-    for corner in std::mem::take(&mut all.corner) {
-        match corner.per_vertex(model.mesh).filter(|_| !is_list(&corner)) {
-            Some(attribute) => all.vertex.push(attribute),
-            None => all.corner.push(corner),
-        }
-    }
-    Cow::Owned(all)
 }
 
 /// The columns of the vertex and the face table.

@@ -30,7 +30,9 @@ const GROUP: u32 = 1;
 
 /// Writes a package with one object per object label.
 pub(super) fn write(model: &Contents<'_>) -> Result<Written, IoError> {
-    let unit = model.attributes.unit;
+    // glTF has metres by definition.
+    let is_gltf = model.document.is_some_and(|d| d.gltf().is_some());
+    let unit = model.attributes.unit.or(is_gltf.then_some(Unit::Metre));
     let properties = Properties::new(model);
     let text = markup(model, unit.unwrap_or(Unit::Millimetre), &properties);
     let bytes = packed(&text).map_err(|error| IoError::NotWritable {

@@ -1,6 +1,6 @@
 //! Writes a mesh as the text of a USD stage: a mesh for each object, with values, subsets of materials and groups, and the materials.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use super::super::text::Distinct;
@@ -76,7 +76,10 @@ fn without_place(model: &Contents<'_>) -> String {
     let mut listed = attributes.listed_where(|_| false, |kind| kind == LabelKind::Smoothing);
     let materials = attributes.materials.iter();
     let textures = materials.filter(|material| material.texture.is_some());
-    let count = textures.count();
+    let of_gltf = model.document.and_then(FileDocument::gltf);
+    let images = of_gltf.into_iter().flat_map(|gltf| gltf.images_of_faces());
+    let images: BTreeSet<usize> = images.filter_map(|(_, image)| image).collect();
+    let count = textures.count() + images.len();
     if count > 0 {
         let join = if listed.is_empty() { "" } else { ", " };
         listed += &format!("{join}textures of materials: {count}");

@@ -283,11 +283,7 @@ impl<'a> Reader<'a> {
     }
 
     fn finish(mut self) -> Result<Loaded, IoError> {
-        if self.skipped > 0 {
-            self.surface
-                .notes
-                .push(format!("points and lines, skipped: {}", self.skipped));
-        }
+        self.surface.skipped = self.skipped;
         if !self.ordered && !self.arrays.cell.is_empty() {
             self.arrays.cell.clear();
             let note = "cell data are left out, because the kinds of cells are not in VTK's order";

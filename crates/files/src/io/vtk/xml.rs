@@ -51,11 +51,7 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
         decoder.data(piece, surface.positions.len() - base, &mut arrays);
         all.append(arrays, number == 0);
     }
-    if skipped > 0 {
-        surface
-            .notes
-            .push(format!("points and lines, skipped: {skipped}"));
-    }
+    surface.skipped = skipped;
     all.finish(surface)
 }
 
