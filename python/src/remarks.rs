@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, HashMap};
 use isomend::job::{Mended, OperationReport, Work};
 use isomend::report::{
     ClosedTable, Remark, chain_lines, closed_rows, counted, defect_lines, faired_measures,
-    faired_part, left_holes, lost_creases, named_holes, repair_lines, significant, tally_line,
-    weighed_lines,
+    faired_part, kept_object, left_holes, lost_creases, named_holes, repair_lines, significant,
+    tally_line, weighed_lines,
 };
 use isomend::{FairReport, FillReport, HoleId, HoleOutcome, LeftReason, RegionReport};
 
@@ -110,7 +110,7 @@ fn of_remark(remark: Remark, own: &[&RegionReport], last: usize) -> Option<Strin
     Some(format!("{}: {text}", named_holes(&ids)))
 }
 
-/// Remarks on a fairing: faces that intersect others, and components that stayed as they were.
+/// Remarks on a fairing: faces that intersect others, and components and objects that stayed as they were.
 fn of_fairing(report: &FairReport, fill: &FillReport) -> Vec<String> {
     let regions = fill.regions.iter();
     let intersecting: usize = regions.map(|r| r.intersecting_faces).sum();
@@ -124,7 +124,10 @@ fn of_fairing(report: &FairReport, fill: &FillReport) -> Vec<String> {
     );
     let lines = [(intersecting, crossing), (report.components_left, left)];
     let wanted = lines.into_iter().filter(|(count, _)| *count > 0);
-    wanted.map(|(_, line)| line).collect()
+    let wanted = wanted.map(|(_, line)| line);
+    wanted
+        .chain(report.kept_objects.iter().map(kept_object))
+        .collect()
 }
 
 /// The holes that were left open, one line for each reason, with the keyword that changes it; and whether the caller may not expect
@@ -218,10 +221,8 @@ pub fn lines(mended: &Mended) -> Vec<String> {
 /// The lines of a fairing: its measures, remarks, and how far the surface moved.
 fn fairing_lines(mended: &Mended, report: &FairReport) -> Vec<String> {
     let mut lines = vec![faired_measures(report, None)];
-    if !report.whole {
-        let is_marked = matches!(mended.work(), Work::Fair(Some(_), _));
-        lines.push(faired_part(report, is_marked));
-    }
+    let is_marked = matches!(mended.work(), Work::Fair(Some(_), _));
+    lines.extend(faired_part(report, is_marked));
     lines.extend(remarks(mended));
     lines.push(format!(
         "moved by at most {}, root mean square {}",

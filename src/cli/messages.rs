@@ -3,8 +3,8 @@
 use isomend::io::{Format, Precision};
 use isomend::job::{JobPlan, JobResult, OperationReport, Work, WorkPlan};
 use isomend::report::{
-    Standing, counted, faired_measures, faired_part, left_holes, length_beside, level_lines,
-    number, plan_lines, point, reason_lines, repair_lines_in, tally_line, timed,
+    Standing, counted, faired_measures, faired_part, kept_object, left_holes, length_beside,
+    level_lines, number, plan_lines, point, reason_lines, repair_lines_in, tally_line, timed,
 };
 use isomend::{
     FairPlan, FairReport, FillReport, HoleOutcome, RegionReport, RepairReport, RestoreReport, Unit,
@@ -55,12 +55,14 @@ fn fair_plan(report: &FairPlan, unit: Option<Unit>) -> String {
             report.removed_faces
         ),
     };
-    format!(
-        "features narrower than {} would be removed, time {}, voxel {}\n{what}\n",
+    let measures = format!(
+        "features narrower than {} would be removed, time {}, voxel {}",
         Unit::text(unit, report.strength),
         number(report.time),
         Unit::text(unit, report.voxel)
-    )
+    );
+    let kept = report.kept_objects.iter().map(kept_object);
+    lines([measures, what].into_iter().chain(kept).collect())
 }
 
 /// Prints the result of a job, the summary line last. `name` is put in front of warnings.
@@ -230,9 +232,9 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
             console.say(&format!("{}: {measures}", object.name));
         }),
     }
-    if !report.whole {
-        let marks = matches!(done.spec.work, Work::Fair(Some(_), _));
-        console.say(&faired_part(report, marks));
+    let marks = matches!(done.spec.work, Work::Fair(Some(_), _));
+    if let Some(line) = faired_part(report, marks) {
+        console.say(&line);
     }
     if report.components_left > 0 {
         console.warn(&format!(

@@ -27,4 +27,5 @@ mod solid;
 mod streams;
 mod texels;
 mod usage;
+mod volumes;
 mod walls;

@@ -8,7 +8,7 @@ use isomend::io::{Contents, Format, Loaded, WriteOptions, model_to_bytes, read_p
 use isomend::{Attributes, LabelKind, Labels, Mesh};
 
 use crate::desk::{Desk, assert_code, text};
-use crate::shapes::{cut, slab};
+use crate::shapes::{cube, cut, slab, sphere};
 
 fn moved(mut mesh: Mesh, by: DVec3) -> Mesh {
     mesh.positions.iter_mut().for_each(|p| *p += by);
@@ -352,6 +352,52 @@ fn objects_keep_their_order_and_reports_and_errors_name_them() {
     );
     let page = fs::read_to_string(desk.path("one.html")).unwrap();
     assert!(!page.contains(">object</th>"));
+}
+
+#[test]
+fn an_object_that_cannot_be_faired_stays_and_is_named() {
+    let desk = Desk::new();
+    // A box of 12 faces is narrower than eight of its edges.
+    let small = ("box", "", moved(cube(1), DVec3::new(6.0, 0.0, 0.0)));
+    save(&desk, "in.3mf", &[("ball", "", sphere(6)), small.clone()]);
+    let fair = ["fair", "in.3mf", "-o", "out.3mf", "--json", "fair.json"];
+    let done = desk.run(&fair);
+    // As after a fill that leaves a hole open.
+    assert_code(&done, 3);
+    let said = text(&done.stderr);
+    assert!(
+        said.contains("box stays unchanged: the flow stopped at the time 0 "),
+        "{said}"
+    );
+    assert!(!said.contains("a strip along the boundary"), "{said}");
+    let report = desk.json("fair.json");
+    assert_eq!(
+        (&report["complete"], &report["whole"]),
+        (&false.into(), &false.into())
+    );
+    assert_eq!(report["kept_objects"][0]["name"], "box");
+    assert_eq!(report["objects"].as_array().unwrap().len(), 1);
+    let after = bodies(&loaded(&desk, "out.3mf"));
+    let names: Vec<&str> = after.iter().map(|(name, _)| &name[..]).collect();
+    assert_eq!(names, ["ball", "box"]);
+    let before = bodies(&loaded(&desk, "in.3mf"));
+    assert_eq!(after[1], before[1]);
+    assert_ne!(after[0], before[0]);
+    // A strength below what the box's edges resolve is known before the flow.
+    let weak = ["fair", "in.3mf", "--strength", "0.9"];
+    let plan = desk.run(&[&weak[..], &["--dry-run"]].concat());
+    assert_code(&plan, 0);
+    let said = text(&plan.stdout);
+    assert!(
+        said.contains("box stays unchanged: a strength of 0.9"),
+        "{said}"
+    );
+    // Alone it is an error.
+    save(&desk, "alone.3mf", &[small.clone(), ("twin", "", small.2)]);
+    let done = desk.run(&["fair", "alone.3mf", "-o", "no.3mf"]);
+    assert_code(&done, 1);
+    let said = text(&done.stderr);
+    assert!(said.contains("cannot fair the object box: "), "{said}");
 }
 
 #[test]

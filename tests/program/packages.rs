@@ -30,6 +30,12 @@ pub fn package(desk: &Desk, name: &str, parts: &[(&str, &[u8])]) {
     fs::write(desk.path(name), zip.finish().unwrap().into_inner()).unwrap();
 }
 
+/// Writes a package again with other parts.
+pub fn repacked(desk: &Desk, name: &str, parts: &BTreeMap<String, Vec<u8>>) {
+    let list: Vec<(&str, &[u8])> = parts.iter().map(|(k, v)| (&k[..], &v[..])).collect();
+    package(desk, name, &list);
+}
+
 /// The parts of a package.
 pub fn unpacked(desk: &Desk, name: &str) -> BTreeMap<String, Vec<u8>> {
     let mut zip = ZipArchive::new(Cursor::new(fs::read(desk.path(name)).unwrap())).unwrap();

@@ -6,10 +6,10 @@ use glam::DVec3;
 use isomend::Mesh;
 
 use crate::desk::{Desk, assert_code, text};
-use crate::packages::{PARTS, VOLUMES, bambu, holed, package, prusa, unpacked};
+use crate::packages::{PARTS, VOLUMES, bambu, holed, prusa, repacked, unpacked};
 use crate::shapes::{cube, joined, moved, sphere};
 
-fn part(desk: &Desk, name: &str, part: &str) -> String {
+pub fn part(desk: &Desk, name: &str, part: &str) -> String {
     text(&unpacked(desk, name)[part])
 }
 
@@ -20,7 +20,7 @@ fn value<'t>(element: &'t str, name: &str) -> Option<&'t str> {
 }
 
 /// For each triangle of an object of a model, the texts of its corners and of its other attributes.
-fn triangles(model: &str, object: u32) -> Vec<([String; 3], String)> {
+pub fn triangles(model: &str, object: u32) -> Vec<([String; 3], String)> {
     let own = model
         .split("<object id=\"")
         .find(|t| t.starts_with(&format!("{object}\"")));
@@ -57,7 +57,7 @@ fn new_triangles(before: &[([String; 3], String)], after: &[([String; 3], String
 }
 
 /// The ranges of the volumes, and the number of triangles that they cover.
-fn ranges(config: &str) -> Vec<[usize; 2]> {
+pub fn ranges(config: &str) -> Vec<[usize; 2]> {
     let all = config.split("<volume ").skip(1);
     let number =
         |text: &str, name: &str| value(&format!(" {text}"), name).unwrap().parse().unwrap();
@@ -405,8 +405,7 @@ fn divided_triangles_keep_their_colour_beside_marks_of_another() {
         .replacen("<resources>", group, 1)
         .replace("supports=\"4\"", "supports=\"4\" pid=\"9\" p1=\"0\"");
     parts.insert("3D/3dmodel.model".to_owned(), model.into_bytes());
-    let list: Vec<(&str, &[u8])> = parts.iter().map(|(k, v)| (&k[..], &v[..])).collect();
-    package(&desk, "in.3mf", &list);
+    repacked(&desk, "in.3mf", &parts);
     let mark = "colour=ff8000";
     assert_code(
         &desk.run(&["repair", "in.3mf", "-o", "out.3mf", "--mark", mark]),

@@ -225,6 +225,7 @@ impl FairPlan {
             removed_faces: sum(|p| p.removed_faces),
             removed_vertices: sum(|p| p.removed_vertices),
             components_left: sum(|p| p.components_left),
+            kept_objects: Vec::new(),
         }
     }
 }

@@ -45,7 +45,9 @@ pub use inspection::Inspection;
 pub use params::{FairExtent, FairParams, RestoreParams};
 pub use plan::{FairPlan, FillPlan, PlannedHole, PlannedRegion, RestorePlan};
 pub use regions::{Regions, recount_intersections};
-pub use report::{FairObject, FairReport, FillReport, HoleReport, InputReport, RestoreReport};
+pub use report::{
+    FairObject, FairReport, FillReport, HoleReport, InputReport, KeptObject, RestoreReport,
+};
 pub use restore::Restored;
 pub(crate) use solved_patches::SolvedPatches;
 pub use task::RegionTask;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::report::{InputReport, RestoreReport};
+use super::report::{InputReport, KeptObject, RestoreReport};
 use crate::fill::HoleOutcome;
 use crate::mesh::{Hole, HoleId};
 
@@ -79,4 +79,7 @@ pub struct FairPlan {
     pub removed_vertices: usize,
     /// Closed components that would stay unchanged: of an open mesh only the open components are faired, between their borders.
     pub components_left: usize,
+    /// Objects of a 3MF file that cannot be faired and would stay unchanged.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub kept_objects: Vec<KeptObject>,
 }

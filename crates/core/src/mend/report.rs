@@ -227,6 +227,18 @@ pub struct FairReport {
     /// Each is faired by itself.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub objects: Vec<FairObject>,
+    /// Objects of a 3MF file that could not be faired and stayed unchanged.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub kept_objects: Vec<KeptObject>,
+}
+
+/// An object of a 3MF file that could not be faired.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct KeptObject {
+    /// Name of the object.
+    pub name: String,
+    /// Why it could not be faired.
+    pub reason: String,
 }
 
 /// An object of a 3MF file that was faired by itself.

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use super::Format;
 use super::gltf::{GltfDocument, Image};
 use super::threemf::ThreeMfDocument;
 use super::usd::UsdDocument;
@@ -37,6 +38,15 @@ impl FileDocument {
     /// A USD stage.
     pub(crate) fn of_usd(document: UsdDocument) -> Self {
         Self(Kept::Usd(document))
+    }
+
+    /// What a package or a stage holds that a file of another format has no place for, in words.
+    pub(super) fn rest_beside(&self, format: Format) -> Vec<String> {
+        match &self.0 {
+            Kept::ThreeMf(package) if format != Format::ThreeMf => package.rest(),
+            Kept::Usd(stage) if !matches!(format, Format::Usda | Format::Usdz) => stage.rest(),
+            _ => Vec::new(),
+        }
     }
 
     /// The document of a glTF or GLB file.

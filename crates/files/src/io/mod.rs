@@ -49,8 +49,6 @@ mod vtk;
 pub(crate) use self::gltf::GltfDocument;
 pub use self::gltf::Image;
 pub(crate) use self::threemf::BESIDE;
-pub(crate) use self::threemf::ThreeMfDocument;
-pub(crate) use self::usd::UsdDocument;
 pub use document::FileDocument;
 pub use error::{IoError, Location};
 pub use files::{
@@ -246,6 +244,12 @@ pub fn model_to_bytes(
     options: &WriteOptions,
 ) -> Result<Written, IoError> {
     check(model.mesh, format)?;
+    let turned = gltf::all_turned(model, format);
+    let attributes = turned.as_ref().unwrap_or(model.attributes);
+    let model = &Contents {
+        attributes,
+        ..*model
+    };
     let written = match format {
         Format::Obj => Ok(obj::write(model)),
         Format::Ply => ply::write(model, options),
@@ -258,13 +262,7 @@ pub fn model_to_bytes(
         Format::Usda | Format::Usdz => usd::write(model, format),
         Format::Vti => Err(no_mesh()),
     };
-    let package = model.document.and_then(FileDocument::three_mf);
-    let package = package.filter(|_| format != Format::ThreeMf);
-    let stage = model.document.and_then(FileDocument::usd);
-    let stage = stage.filter(|_| !matches!(format, Format::Usda | Format::Usdz));
-    let rest = package
-        .map(ThreeMfDocument::rest)
-        .or(stage.map(UsdDocument::rest));
+    let rest = model.document.map(|own| own.rest_beside(format));
     let mut written = written?;
     lost::note_rest(&mut written, &rest.unwrap_or_default(), format);
     Ok(written)

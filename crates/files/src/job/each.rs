@@ -5,6 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use super::bodies::checked;
+use super::error::with_causes;
 use super::join::{Part, joined};
 use super::result::{KeptInput, Made, OperationReport, repaired};
 use super::steps::{Read, marks, repair_template};
@@ -14,7 +15,7 @@ use crate::io::{Format, Loaded};
 use isomend_core::fill::FillParams;
 use isomend_core::mend::{
     BodyNumbers, Control, Event, FairError, FairPlan, FillError, FillPlan, FillReport, HolesByRim,
-    Inspection, RestorePlan, RestoreReport, Step,
+    Inspection, KeptObject, RestorePlan, RestoreReport, Step,
 };
 use isomend_core::mesh::{Bodies, HoleId};
 
@@ -33,10 +34,50 @@ pub fn default_plan(loaded: &Arc<Loaded>, found: &Inspection) -> Result<FillPlan
     }
 }
 
-/// The error of an object that cannot be faired.
-fn of_object(name: &str) -> impl FnOnce(FairError) -> JobError {
-    let name = name.to_owned();
-    move |error| JobError::FairObject { name, error }
+/// The objects that cannot be faired, with the reasons. They stay unchanged if another one is faired.
+#[derive(Default)]
+struct Unfaired {
+    objects: Vec<(String, FairError)>,
+    is_any_faired: bool,
+}
+
+impl Unfaired {
+    /// The result for an object; none if the object itself is the reason why there is none.
+    ///
+    /// # Errors
+    /// If the reason concerns the other objects too.
+    fn take<T>(&mut self, name: &str, result: Result<T, FairError>) -> Result<Option<T>, JobError> {
+        let name = name.to_owned();
+        match result {
+            Ok(done) => {
+                self.is_any_faired = true;
+                Ok(Some(done))
+            }
+            Err(error) if error.is_of_surface() => {
+                self.objects.push((name, error));
+                Ok(None)
+            }
+            Err(error) => Err(JobError::FairObject { name, error }),
+        }
+    }
+
+    /// The objects for a report.
+    ///
+    /// # Errors
+    /// The first reason if no object was faired.
+    fn reported(self) -> Result<Vec<KeptObject>, JobError> {
+        let mut objects = self.objects.into_iter();
+        if !self.is_any_faired
+            && let Some((name, error)) = objects.next()
+        {
+            return Err(JobError::FairObject { name, error });
+        }
+        let kept = objects.map(|(name, error)| KeptObject {
+            name,
+            reason: with_causes(&error),
+        });
+        Ok(kept.collect())
+    }
 }
 
 /// The marks of a body's faces, from the marks of all faces; empty without a mask.
@@ -69,7 +110,7 @@ impl Read<'_> {
     ) -> Result<Made, JobError> {
         let task = Task::new(&self.spec.work, &self.loaded, whole, control)?;
         let known = HolesByRim::new(whole);
-        let mut parts = Vec::new();
+        let (mut parts, mut unfaired) = (Vec::new(), Unfaired::default());
         for k in 0..bodies.count() {
             let mesh = bodies.mesh(&self.loaded.mesh, k);
             let marked = marks_of(task.marked.as_deref(), &bodies.faces[k]);
@@ -88,7 +129,8 @@ impl Read<'_> {
                 Work::Fair(_, params) if task.takes(&marked) => {
                     let marked = task.marked.is_some().then_some(&marked[..]);
                     let faired = found.fair(marked, params, &control);
-                    faired.map_err(of_object(&bodies.names[k]))?.into()
+                    let faired = unfaired.take(&bodies.names[k], faired)?;
+                    faired.map_or_else(|| unchanged(&found), Made::from)
                 }
                 Work::Repair(params) => {
                     let mut params = params.clone();
@@ -104,7 +146,13 @@ impl Read<'_> {
             };
             parts.push(Part { made, numbers });
         }
-        joined(&self.loaded, bodies, parts, whole)
+        let mut made = joined(&self.loaded, bodies, parts, whole)?;
+        let kept = unfaired.reported()?;
+        if let OperationReport::Faired(report) = &mut made.extent {
+            report.whole &= kept.is_empty();
+            report.kept_objects = kept;
+        }
+        Ok(made)
     }
 
     /// Plans the work on each body.
@@ -116,6 +164,7 @@ impl Read<'_> {
         let task = Task::new(&self.spec.work, &self.loaded, whole, &Control::new())?;
         let known = HolesByRim::new(whole);
         let (mut fills, mut cuts, mut fairs) = (Vec::new(), Vec::new(), Vec::new());
+        let mut unfaired = Unfaired::default();
         for k in 0..bodies.count() {
             let mesh = bodies.mesh(&self.loaded.mesh, k);
             let marked = marks_of(task.marked.as_deref(), &bodies.faces[k]);
@@ -137,7 +186,7 @@ impl Read<'_> {
                 Work::Fair(_, params) if task.takes(&marked) => {
                     let marked = task.marked.is_some().then_some(&marked[..]);
                     let plan = found.plan_fair(marked, params);
-                    fairs.push(plan.map_err(of_object(&bodies.names[k]))?);
+                    fairs.extend(unfaired.take(&bodies.names[k], plan)?);
                     FillPlan::nothing(&found)
                 }
                 _ => FillPlan::nothing(&found),
@@ -157,7 +206,12 @@ impl Read<'_> {
                 fill,
             },
             Work::Restore(..) => WorkPlan::Restore(RestorePlan::of_bodies(cuts, fill)),
-            Work::Fair(..) => WorkPlan::Fair(FairPlan::of_bodies(&fairs)),
+            Work::Fair(..) => {
+                let mut plan = FairPlan::of_bodies(&fairs);
+                plan.kept_objects = unfaired.reported()?;
+                plan.whole &= plan.kept_objects.is_empty();
+                WorkPlan::Fair(plan)
+            }
             _ => WorkPlan::Fill(fill),
         })
     }

@@ -18,6 +18,7 @@ use super::staging::Staging;
 use super::unchanged::Unchanged;
 use super::{JobError, JobSpec, Output, Place, Work};
 use crate::io::{Format, Loaded};
+use crate::report::kept_object;
 use isomend_core::attributes::transfer_without;
 use isomend_core::cancel::Cancel;
 use isomend_core::check::Verdict;
@@ -397,7 +398,7 @@ impl<'s> Mended<'s> {
 }
 
 impl Mended<'_> {
-    /// Remarks on the work: objects that were mended as one mesh, components that are inside out, and vertices that keep the colour of the
+    /// Remarks on the work: objects that were mended as one mesh or not faired, components that are inside out, and vertices that keep the colour of the
     /// mask.
     fn notes_on_work(&self, mesh: &Mesh, format: Format) -> Vec<String> {
         let one_mesh = |count| one_mesh_note(count, format);
@@ -411,9 +412,14 @@ impl Mended<'_> {
             }
             _ => None,
         };
+        let kept: &[_] = match &self.extent {
+            OperationReport::Faired(report) => &report.kept_objects,
+            _ => &[],
+        };
         self.bodies_as_one
             .map(one_mesh)
             .into_iter()
+            .chain(kept.iter().map(kept_object))
             .chain(inside_out)
             .chain(painted)
             .collect()

@@ -68,10 +68,11 @@ impl OperationReport {
     }
 
     /// Whether the work is complete: after a fill or a restoration, no hole that was to be filled is open; after a repair, the mesh is
-    /// sound. A fairing or a copy is always complete.
+    /// sound; after a fairing, no object stayed unchanged. A copy is always complete.
     pub(super) fn is_complete(&self, fill: &FillReport) -> bool {
         match self {
-            Self::Faired(_) | Self::Copied => true,
+            Self::Faired(report) => report.kept_objects.is_empty(),
+            Self::Copied => true,
             Self::Repaired(report) => match &report.after {
                 Some(verdict) => verdict.is_sound(),
                 None => !fill.incomplete(),

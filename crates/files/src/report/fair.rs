@@ -1,7 +1,7 @@
 //! The report of a fairing as text.
 
 use super::counted;
-use isomend_core::mend::FairReport;
+use isomend_core::mend::{FairReport, KeptObject};
 use isomend_core::mesh::{Unit, number};
 
 /// What was smoothed away, and the flow that did it.
@@ -15,11 +15,16 @@ pub fn faired_measures(report: &FairReport, unit: Option<Unit>) -> String {
     )
 }
 
-/// The part of the surface that was faired: marked by the caller, or all but the surroundings of the boundary.
+/// The part of the surface that was faired: marked by the caller, or all but the surroundings of the boundary. None if whole surfaces were
+/// replaced.
 #[doc(hidden)]
-pub fn faired_part(report: &FairReport, is_marked: bool) -> String {
+pub fn faired_part(report: &FairReport, is_marked: bool) -> Option<String> {
+    let is_whole = match &report.objects[..] {
+        [] => report.whole,
+        objects => objects.iter().all(|object| object.report.whole),
+    };
     let removed = report.removed_faces;
-    match is_marked {
+    let text = match is_marked {
         true => {
             let marked = counted(report.marked_faces, "face");
             format!("{marked} marked, {removed} cut out")
@@ -28,5 +33,12 @@ pub fn faired_part(report: &FairReport, is_marked: bool) -> String {
             "{} replaced; a strip along the boundary of the mesh stays, since it is open",
             counted(removed, "face")
         ),
-    }
+    };
+    (!is_whole).then_some(text)
+}
+
+/// An object that could not be faired, with the reason.
+#[doc(hidden)]
+pub fn kept_object(object: &KeptObject) -> String {
+    format!("{} stays unchanged: {}", object.name, object.reason)
 }

@@ -158,6 +158,23 @@ pub enum FairError {
     Mesh(StitchError),
 }
 
+impl FairError {
+    /// Whether the reason lies in the surface that was to be faired. Other objects of the same file can be faired then.
+    pub fn is_of_surface(&self) -> bool {
+        match self {
+            Self::Restore(error) => matches!(
+                error,
+                RestoreError::WholeComponent { .. }
+                    | RestoreError::Border { .. }
+                    | RestoreError::OpenRim { .. }
+            ),
+            // The voxel was given for all objects.
+            Self::TooFine { .. } => false,
+            _ => true,
+        }
+    }
+}
+
 impl From<StitchError> for FairError {
     fn from(error: StitchError) -> Self {
         match error {
@@ -253,6 +270,7 @@ impl Inspection<'_> {
             removed_faces: self.input.faces.len(),
             removed_vertices: self.input.positions.len(),
             components_left: 0,
+            kept_objects: Vec::new(),
         };
         if let Target::Part(marked, left) = target {
             let cut = CutResult::new(self, &marked, params.keep_vertices, false)?;

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use serde_json::{Value, json};
 
+use super::super::{Contents, Format};
 use super::build::Builder;
 use isomend_core::mesh::attributes::{Attribute, Attributes, LabelKind, Material, Role};
 
@@ -87,16 +88,42 @@ pub(super) fn decimal(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(f64::from(value))
 }
 
-/// Converts texture coordinates of other formats to glTF's: two components, with v measured from the top instead of the
-/// bottom.
+/// Texture coordinates with two components, whose second is measured from the other side of the image: glTF measures it from the top, other
+/// formats from the bottom.
 pub(super) fn turned(uv: &Attribute) -> Option<Attribute> {
     if !matches!(uv.role, Role::Uv(_)) || uv.components < 2 {
         return None;
     }
     let mut turned = Attribute::new(&uv.name, uv.role, uv.scalar, 2);
+    turned.normalized = uv.normalized;
     for item in 0..uv.len() {
-        let value = uv.get(item).map(|value| [value[0], 1.0 - value[1]]);
+        let value = uv.get(item).map(|value| [value[0], uv.unit() - value[1]]);
         turned.push(value.as_ref().map(|v| &v[..]));
     }
     Some(turned)
+}
+
+/// The attributes as another format than the source's needs them: between glTF and others all texture coordinates of two components are
+/// turned. None if they stay.
+pub(in super::super) fn all_turned(model: &Contents<'_>, format: Format) -> Option<Attributes> {
+    let is_of_gltf = model.document.is_some_and(|own| own.gltf().is_some());
+    let is_for_gltf = matches!(format, Format::Gltf | Format::Glb);
+    let attributes = model.attributes;
+    // Integers that are no fractions count texels.
+    let is_fraction = |a: &Attribute| a.scalar.is_float() || a.normalized;
+    let is_pair = |a: &Attribute| matches!(a.role, Role::Uv(_)) && a.components == 2;
+    let is_turned = |a: &Attribute| is_pair(a) && is_fraction(a);
+    let pools = attributes.corner.iter().map(|corner| &corner.pool);
+    let mut every = attributes.vertex.iter().chain(pools);
+    if is_of_gltf == is_for_gltf || !every.any(is_turned) {
+        return None;
+    }
+    let mut all = attributes.clone();
+    let pools = all.corner.iter_mut().map(|corner| &mut corner.pool);
+    for own in all.vertex.iter_mut().chain(pools) {
+        if let Some(turned) = turned(own).filter(|_| is_turned(own)) {
+            *own = turned;
+        }
+    }
+    Some(all)
 }

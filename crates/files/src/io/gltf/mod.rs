@@ -27,6 +27,7 @@ pub(crate) use document::GltfDocument;
 pub use document::Image;
 use draco::DRACO;
 use instances::INSTANCING;
+pub(super) use materials::all_turned;
 use meshopt::MESHOPT;
 
 use gltf_json::{Root, Value};

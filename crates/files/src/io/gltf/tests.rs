@@ -1,9 +1,12 @@
 //! Tests of glTF reading and writing: accessors, transforms, side files, damaged and oversized scenes.
 
 use super::super::samples::*;
-use super::super::{Precision, WriteOptions, read_bytes, to_bytes};
+use super::super::{
+    Contents, Loaded, Precision, WriteOptions, model_to_bytes, read_bytes, to_bytes,
+};
 use super::*;
 use base64::Engine;
+use isomend_core::mesh::attributes::Role;
 
 /// Four vertices, 0 1 2 3, as floats with a fourth number as padding, and indices.
 fn buffer() -> Vec<u8> {
@@ -85,6 +88,49 @@ fn written_files_are_valid() {
             .unwrap()
             .bytes;
         assert!(::gltf::Gltf::from_slice(&bytes).is_ok());
+    }
+}
+
+#[test]
+fn faces_without_texture_coordinates_leave_the_others_theirs() {
+    let text =
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0.5 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\nf 2 4 3\n";
+    let model = read_alone(text.as_bytes(), Format::Obj).unwrap();
+    // The coordinates of each face, as values of its corners or of its vertices.
+    let coordinates = |model: &Loaded| -> Vec<[Option<Vec<f64>>; 3]> {
+        let all = &model.attributes;
+        let corner = all.corner.iter().find(|c| c.pool.role == Role::Uv(0));
+        let vertex = all.vertex_role(Role::Uv(0));
+        let value = |f: usize, k: usize| match corner {
+            Some(corner) => corner.get(f, k),
+            None => vertex?.get(model.mesh.faces[f][k] as usize),
+        };
+        let of_face = |f| [0, 1, 2].map(|k| value(f, k).map(<[f64]>::to_vec));
+        (0..model.mesh.faces.len()).map(of_face).collect()
+    };
+    let before = coordinates(&model);
+    assert_eq!(before[0][0], Some(vec![0.5, 0.0]));
+    assert_eq!(before[1], [const { None }; 3]);
+    // glTF counts the second coordinate from the top of the image.
+    let turned = [[0.5, 1.0], [1.0, 1.0], [0.0, 0.0]].map(|uv| Some(uv.to_vec()));
+    let contents = Contents {
+        mesh: &model.mesh,
+        attributes: &model.attributes,
+        document: None,
+    };
+    let written = model_to_bytes(&contents, Format::Glb, &WriteOptions::default()).unwrap();
+    let after = read_alone(&written.bytes, Format::Glb).unwrap();
+    assert_eq!(coordinates(&after)[0], turned);
+    // Written in another format again they are as before; in glTF they stay.
+    let contents = Contents {
+        mesh: &after.mesh,
+        attributes: &after.attributes,
+        document: after.document.as_ref(),
+    };
+    for (format, wanted) in [(Format::Obj, &before[0]), (Format::Gltf, &turned)] {
+        let written = model_to_bytes(&contents, format, &WriteOptions::default()).unwrap();
+        let again = read_alone(&written.bytes, format).unwrap();
+        assert_eq!(coordinates(&again)[0], *wanted, "{format:?}");
     }
 }
 

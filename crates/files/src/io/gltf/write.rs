@@ -44,7 +44,9 @@ pub(super) fn write(model: &Contents<'_>, format: Format) -> Result<Written, IoE
         .attributes
         .listed_where(|_| false, |k| k != LabelKind::Material);
     for (attribute, pool) in all {
-        let turned = textured.then(|| turned(attribute)).flatten();
+        // Coordinates of two components are turned already.
+        let is_long = textured && attribute.components > 2;
+        let turned = is_long.then(|| turned(attribute)).flatten();
         let attribute = turned.as_ref().unwrap_or(attribute);
         let name = name(attribute, &columns);
         match name.filter(|_| attribute.components <= 4) {
@@ -238,7 +240,42 @@ fn name(attribute: &Attribute, taken: &[Column]) -> Option<String> {
     Some(name).filter(|name| fits && is_free(name))
 }
 
-/// One primitive per material, separately for kept faces and patches, in the order of their first faces.
+/// Most attributes by which primitives are separated: the bits of an integer.
+const MOST_PARTIAL: usize = 64;
+
+/// What the faces of a primitive have in common: whether they are patches, their material, and which of the attributes that not all
+/// vertices have they have.
+type Key = (bool, u32, u64);
+
+/// The corners of the faces of each primitive, in the order of their first faces.
+fn grouped(attributes: &Attributes, split: &Split, columns: &[Column]) -> Vec<(Key, Vec<u32>)> {
+    let materials = attributes.labels_of(LabelKind::Material);
+    let there = columns.iter().map(|column| &column.there[..]);
+    let partial: Vec<&[bool]> = there
+        .filter(|there| there.contains(&false))
+        .take(MOST_PARTIAL)
+        .collect();
+    let held = |face: &[u32; 3]| -> u64 {
+        let has = |there: &[bool]| face.iter().all(|v| there[*v as usize]);
+        let bits = partial.iter().enumerate();
+        bits.map(|(bit, there)| u64::from(has(there)) << bit).sum()
+    };
+    let mut groups: Vec<(Key, Vec<u32>)> = Vec::new();
+    let mut known: HashMap<Key, usize> = HashMap::new();
+    for (f, face) in split.faces.iter().enumerate() {
+        let material = materials.map_or(NONE, |m| m.of_face[f]);
+        let key = (attributes.is_patch(f), material, held(face));
+        let group = *known.entry(key).or_insert_with(|| {
+            groups.push((key, Vec::new()));
+            groups.len() - 1
+        });
+        groups[group].1.extend(face);
+    }
+    groups
+}
+
+/// One primitive per material, separately for kept faces and patches, and for faces with different attributes: all vertices of a primitive
+/// have the same ones.
 fn primitives(
     builder: &mut Builder,
     attributes: &Attributes,
@@ -246,23 +283,9 @@ fn primitives(
     position: usize,
     columns: &[Column],
 ) -> Vec<Value> {
-    let materials = attributes.labels_of(LabelKind::Material);
-    let mut groups: Vec<((bool, u32), Vec<u32>)> = Vec::new();
-    let mut known: HashMap<(bool, u32), usize> = HashMap::new();
-    for (f, face) in split.faces.iter().enumerate() {
-        let key = (
-            attributes.is_patch(f),
-            materials.map_or(NONE, |m| m.of_face[f]),
-        );
-        let group = *known.entry(key).or_insert_with(|| {
-            groups.push((key, Vec::new()));
-            groups.len() - 1
-        });
-        groups[group].1.extend(face);
-    }
     let mut materials_of_file = Materials::new(builder, attributes);
     let mut primitives = Vec::new();
-    for ((patch, material), corners) in groups {
+    for ((patch, material, _), corners) in grouped(attributes, split, columns) {
         let mut names = Map::new();
         names.insert("POSITION".to_owned(), json!(position));
         let (mut sets, mut colours) = (0, 0);

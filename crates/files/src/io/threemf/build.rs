@@ -9,11 +9,12 @@ use super::super::{Format, IoError, Loaded};
 use super::document::{PlacedPart, Placement};
 use super::fault;
 use super::model::{Group, NO_MATERIAL, Object, Part, Use};
+use super::names::{Names, UniqueNames};
 use super::package::Models;
 use super::settings::{ObjectSettings, Volume};
 use isomend_core::mesh::Unit;
 use isomend_core::mesh::attributes::{
-    Attribute, CornerAttribute, LabelKind, Labels, Material, NONE, PATCH_NAME, Role, Scalar,
+    Attribute, CornerAttribute, LabelKind, Material, NONE, PATCH_NAME, Role, Scalar,
 };
 
 /// Memory limit for the placed objects of a build: the larger of the first number in bytes and the second times the
@@ -53,6 +54,7 @@ pub(super) fn build(models: &Models, file: usize) -> Result<(Loaded, Vec<Placeme
         patches: Vec::new(),
         unread_properties: 0,
         supports: 0,
+        shapeless: 0,
         placements: Vec::new(),
         item: None,
     };
@@ -113,64 +115,12 @@ struct Build<'a> {
     unread_properties: usize,
     /// Number of placed support objects, which are not read.
     supports: usize,
+    /// Number of placed objects of other extensions: they have neither a mesh nor components.
+    shapeless: usize,
     /// The meshes placed so far.
     placements: Vec<Placement>,
     /// What a slicer notes about the present item.
     item: Option<&'a ObjectSettings>,
-}
-
-/// Labels, and the index of each name.
-struct Names {
-    labels: Labels,
-    places: BTreeMap<String, u32>,
-}
-
-impl Names {
-    fn new(kind: LabelKind) -> Self {
-        Self {
-            labels: Labels::new(kind),
-            places: BTreeMap::new(),
-        }
-    }
-
-    /// The index of a name, and whether the name is new.
-    fn place(&mut self, name: &str) -> (u32, bool) {
-        if let Some(place) = self.places.get(name) {
-            return (*place, false);
-        }
-        let place = self.labels.names.len() as u32;
-        self.labels.names.push(name.to_owned());
-        self.places.insert(name.to_owned(), place);
-        (place, true)
-    }
-}
-
-/// Names that occur once each.
-#[derive(Default)]
-struct UniqueNames {
-    taken: BTreeSet<String>,
-    /// The last number appended to each name that occurs several times.
-    counts: BTreeMap<String, usize>,
-    /// Number of names to which a number was appended.
-    numbered: usize,
-}
-
-impl UniqueNames {
-    /// The name, with a number appended if it is taken.
-    fn own(&mut self, name: String) -> String {
-        if self.taken.insert(name.clone()) {
-            return name;
-        }
-        self.numbered += 1;
-        let count = self.counts.entry(name.clone()).or_insert(1);
-        loop {
-            *count += 1;
-            let numbered = format!("{name}_{count}");
-            if self.taken.insert(numbered.clone()) {
-                return numbered;
-            }
-        }
-    }
 }
 
 /// The corner colours of the mesh.
@@ -256,6 +206,8 @@ impl<'a> Build<'a> {
         let mut transform = used.transform;
         transform.translation *= ratio(outside, self.unit);
         let transform = outer * transform;
+        let is_shapeless = object.components.is_empty() && object.positions.is_empty();
+        self.shapeless += usize::from(is_shapeless);
         for component in &object.components {
             self.place(own, component, transform, name, depth + 1)?;
         }
@@ -324,15 +276,16 @@ impl<'a> Build<'a> {
     fn add_parts(&mut self, object: &Object, placement: &mut Placement) -> Result<(), IoError> {
         let (id, count) = (placement.object, object.triangles.len());
         let is_main = placement.model == self.models.main;
-        let volumes = self.models.settings.volumes(id, count);
+        let of_main = is_main.then_some(id);
+        let settings = &self.models.settings;
+        let volumes = settings.volumes(of_main, &object.volumes, count);
         let whole = [Volume {
             faces: [0, count - 1],
             name: self.part_name(object, id),
         }];
-        let volumes = if is_main && !volumes.is_empty() {
-            volumes
-        } else {
-            &whole
+        let volumes = match volumes {
+            [] => &whole[..],
+            volumes => volumes,
         };
         let of_face = &mut self.parts.labels.of_face;
         let first = of_face.len();
@@ -416,6 +369,10 @@ impl<'a> Build<'a> {
                 "triangles with properties that are not read, such as textures",
             ),
             (self.supports, "support objects, which are not read"),
+            (
+                self.shapeless,
+                "objects that are no triangle meshes, such as boolean shapes, which are not read",
+            ),
             (
                 unmatched_marks,
                 "objects whose patch marks do not match their faces, so that the marks are ignored",

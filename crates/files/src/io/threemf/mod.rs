@@ -8,6 +8,7 @@
 mod build;
 mod document;
 mod model;
+mod names;
 #[cfg(test)]
 mod other_tests;
 mod package;

@@ -7,7 +7,8 @@ use quick_xml::events::{BytesStart, Event};
 
 use super::super::{Format, IoError, Location, text};
 use super::fault;
-use super::values::{check_name, colour_of, patch_ranges, transform, unescaped, whole};
+use super::settings::{VOLUME_RANGE, Volume};
+use super::values::{check_name, colour_of, number, patch_ranges, transform, unescaped, whole};
 use isomend_core::mesh::Unit;
 use isomend_core::mesh::attributes::NONE;
 
@@ -78,6 +79,8 @@ pub(super) struct Object {
     pub(super) patches: Vec<[usize; 2]>,
     /// Whether the object is a support for printing.
     pub(super) is_support: bool,
+    /// The volumes of its triangles, as Slic3r writes them into the mesh.
+    pub(super) volumes: Vec<Volume>,
 }
 
 /// A triangle with its property: the group (`NONE` for none) and the index in the group for each corner.
@@ -187,6 +190,8 @@ impl Open<'_> {
             "colorgroup" => self.begin_group(tag, Group::Colours(Vec::new()))?,
             "color" if self.group.is_some() => self.colour(tag)?,
             "model" if self.core.is_empty() => self.model(tag)?,
+            "volumes" if self.in_mesh => {}
+            "volume" if self.in_mesh => self.volume(tag)?,
             _ if !is_core => return Ok(false),
             "vertex" if self.in_mesh => self.vertex(tag)?,
             "triangle" if self.in_mesh => self.triangle(tag)?,
@@ -235,6 +240,19 @@ impl Open<'_> {
     fn spend(&mut self, bytes: usize) -> Result<(), String> {
         let left = self.left.checked_sub(bytes);
         *self.left = left.ok_or("its objects take more memory than is allowed")?;
+        Ok(())
+    }
+
+    /// Reads a volume of Slic3r: the first and the last of its triangles.
+    fn volume(&mut self, tag: &BytesStart<'_>) -> Result<(), String> {
+        let range = number(tag, VOLUME_RANGE[0]).zip(number(tag, VOLUME_RANGE[1]));
+        self.spend(size_of::<Volume>())?;
+        if let (Some(object), Some((first, last))) = (self.open_object(), range) {
+            object.volumes.push(Volume {
+                faces: [first as usize, last as usize],
+                name: String::new(),
+            });
+        }
         Ok(())
     }
 

@@ -55,6 +55,20 @@ fn beams_are_named() {
 }
 
 #[test]
+fn objects_without_triangle_meshes_are_named() {
+    let resources = triangle(1, "")
+        + "<object id=\"2\"><bo:booleanshape objectid=\"1\"><bo:boolean objectid=\"1\"/></bo:booleanshape></object>\
+           <object id=\"3\"><d:displacementmesh><d:vertices/></d:displacementmesh></object>\
+           <object id=\"4\"><components><component objectid=\"1\"/></components></object>";
+    let items = [1, 2, 3, 4].map(|id| format!("<item objectid=\"{id}\"/>"));
+    let text = model("inch", &resources, &items.concat());
+    let loaded = read_alone(&alone(&text), Format::ThreeMf).unwrap();
+    assert_eq!(loaded.mesh.faces.len(), 2);
+    let what = "objects that are no triangle meshes, such as boolean shapes, which are not read: 2";
+    assert_eq!(loaded.notes, [what]);
+}
+
+#[test]
 fn each_placed_mesh_of_an_object_is_a_part_with_a_name_of_its_own() {
     let resources = triangle(1, "")
         + &triangle(2, "")

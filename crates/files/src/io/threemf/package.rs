@@ -139,7 +139,9 @@ impl<'a> Package<'a> {
             wanted.extend(part.other_parts());
             parts.insert(name, part);
         }
-        let files = [VOLUMES, PARTS].into_iter();
+        // Files of volumes say the same, so that one is enough.
+        let volumes = VOLUMES.into_iter().find(|name| self.has(name));
+        let files = volumes.into_iter().chain([PARTS]);
         let files: Vec<String> = files.filter_map(|name| self.text(name).ok()).collect();
         Ok(Models {
             parts,

@@ -1,7 +1,7 @@
 //! Reads what slicers note about the objects of a 3MF project: names, and the volumes that an object's triangles belong to.
 //!
-//! PrusaSlicer writes the meshes of all volumes of an object as one mesh, and the range of triangles of each volume into
-//! `Metadata/Slic3r_PE_model.config`. Bambu Studio and OrcaSlicer write an object for each volume, and its name into
+//! PrusaSlicer and SuperSlicer write the meshes of all volumes of an object as one mesh, and the range of triangles of each volume into
+//! a file; Slic3r writes the ranges into the mesh. Bambu Studio and OrcaSlicer write an object for each volume, and its name into
 //! `Metadata/model_settings.config`. Both files may be missing or damaged: then there are no names and no volumes.
 
 use std::collections::BTreeMap;
@@ -10,8 +10,17 @@ use quick_xml::events::{BytesStart, Event};
 
 use super::values::{check_name, number, unescaped};
 
-/// The file of PrusaSlicer with the volumes of each object.
-pub(super) const VOLUMES: &str = "Metadata/Slic3r_PE_model.config";
+/// The files with the volumes of each object, in the order in which SuperSlicer looks for them. It writes several; PrusaSlicer writes the
+/// last one.
+pub(super) const VOLUMES: [&str; 3] = [
+    "Metadata/Slic3r_model.config",
+    "Metadata/SuperSlicer_model.config",
+    "Metadata/Slic3r_PE_model.config",
+];
+/// The attributes of a volume in these files: its first and its last triangle.
+pub(super) const FILE_RANGE: [&str; 2] = ["firstid", "lastid"];
+/// The same of a volume in a mesh of Slic3r.
+pub(super) const VOLUME_RANGE: [&str; 2] = ["ts", "te"];
 /// The file of Bambu Studio and OrcaSlicer with the parts of each object.
 pub(super) const PARTS: &str = "Metadata/model_settings.config";
 
@@ -85,7 +94,7 @@ impl Settings {
                 }
             }
             "volume" => {
-                let faces = number(tag, "firstid").zip(number(tag, "lastid"));
+                let faces = number(tag, FILE_RANGE[0]).zip(number(tag, FILE_RANGE[1]));
                 *inner = Inner::Unknown;
                 if let (Some(own), Some((first, last))) = (self.of(*object), faces) {
                     own.volumes.push(Volume {
@@ -126,10 +135,18 @@ impl Settings {
         self.objects.get_mut(&object?)
     }
 
-    /// The volumes of an object with this number of triangles. None if they are fewer than two, overlap or are not all in the object.
-    pub(super) fn volumes(&self, object: u32, triangles: usize) -> &[Volume] {
-        let all = self.objects.get(&object).map(|own| &own.volumes[..]);
-        all.filter(|all| all.len() > 1 && are_ranges(all, triangles))
+    /// The volumes of an object with this number of triangles: those that a file notes of the object of the main model with this number, or
+    /// else those in its mesh. None if they are fewer than two, overlap or are not all in the object.
+    pub(super) fn volumes<'a>(
+        &'a self,
+        of_main: Option<u32>,
+        in_mesh: &'a [Volume],
+        triangles: usize,
+    ) -> &'a [Volume] {
+        let noted = of_main.and_then(|id| self.objects.get(&id));
+        let all = [noted.map(|own| &own.volumes[..]), Some(in_mesh)];
+        let mut all = all.into_iter().flatten();
+        all.find(|all| all.len() > 1 && are_ranges(all, triangles))
             .unwrap_or_default()
     }
 }

@@ -165,7 +165,7 @@ impl<'a> Files<'a> {
             OperationReport::Copied => Body::Copy(self),
             OperationReport::Faired(faired) => Body::Fair(FairBody {
                 files: self,
-                complete: true,
+                complete: extent.is_complete(report),
                 volume_drift: faired.volume_drift(),
                 fair: faired,
                 fill,
@@ -286,7 +286,7 @@ struct FillBody<'a> {
 struct FairBody<'a> {
     #[serde(flatten)]
     files: Files<'a>,
-    /// Whether every region was faired.
+    /// Whether no object of a 3MF file stayed unchanged because it could not be faired.
     complete: bool,
     /// Relative change of the volume. Null if the mesh is open.
     volume_drift: Option<f64>,

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use quick_xml::events::{BytesStart, Event};
 
+use super::super::settings::FILE_RANGE;
 use super::super::values::number;
 use super::edits::{Edits, value_range};
 use super::object::Recount;
@@ -33,7 +34,7 @@ pub(super) struct Corrected {
 }
 
 impl Config<'_> {
-    /// Corrects ranges of volumes (PrusaSlicer) and numbers of faces (Bambu Studio, OrcaSlicer).
+    /// Corrects ranges of volumes (PrusaSlicer, SuperSlicer) and numbers of faces (Bambu Studio, OrcaSlicer).
     pub(super) fn corrected(&self) -> Corrected {
         let mut done = Corrected {
             edits: Edits::default(),
@@ -89,11 +90,7 @@ impl Config<'_> {
     /// The new range of a volume of a changed object; `Some(None)` if it has no triangles any more.
     fn range(&self, object: Option<u32>, tag: &BytesStart<'_>) -> Option<Option<[usize; 2]>> {
         let recount = self.recounts.get(&(self.main.to_owned(), object?))?;
-        let [first, last] = ["firstid", "lastid"].map(|name| number(tag, name));
-        let old = [first? as usize, last? as usize];
-        // The parts are in the order of their triangles.
-        let found = recount.parts.binary_search_by_key(&old, |part| part.0);
-        Some(recount.parts[found.ok()?].1)
+        recount.range(FILE_RANGE.map(|name| number(tag, name)))
     }
 
     fn tag(
@@ -112,7 +109,7 @@ impl Config<'_> {
                     done.unknown += usize::from(is_changed);
                     return;
                 };
-                for (name, new) in ["firstid", "lastid"].into_iter().zip(range) {
+                for (name, new) in FILE_RANGE.into_iter().zip(range) {
                     self.set(tag, name, new, edits);
                 }
             }

@@ -247,7 +247,7 @@ impl<'a> Rewriting<'a> {
         let components: Components = objects
             .map(|(id, object)| (*id, object.components.iter().map(own).collect()))
             .collect();
-        for name in [VOLUMES, PARTS] {
+        for name in VOLUMES.into_iter().chain([PARTS]) {
             if !package.has(name) {
                 continue;
             }

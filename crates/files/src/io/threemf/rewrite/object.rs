@@ -2,13 +2,18 @@
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use std::ops::Range;
+
+use quick_xml::events::Event;
 
 use super::super::super::Contents;
 use super::super::document::BESIDE;
 use super::super::model::PATCH_FACES;
 use super::super::properties::{Properties, write_none};
+use super::super::settings::VOLUME_RANGE;
+use super::super::values::number;
 use super::super::write::ranges;
-use super::edits::Edits;
+use super::edits::{Edits, value_range};
 use super::faces::PlacedObject;
 use super::outline::{ObjectOutline, Outline};
 use super::triangle::{Take, attributes, begin};
@@ -142,6 +147,16 @@ pub(super) struct Recount {
     pub(super) takes_none: bool,
 }
 
+impl Recount {
+    /// The new range of the part with these first and last triangles; `Some(None)` if it has no triangles any more.
+    pub(super) fn range(&self, old: [Option<u32>; 2]) -> Option<Option<[usize; 2]>> {
+        let old = [old[0]? as usize, old[1]? as usize];
+        // The parts are in the order of their triangles.
+        let found = self.parts.binary_search_by_key(&old, |part| part.0);
+        Some(self.parts[found.ok()?].1)
+    }
+}
+
 /// An object that is being written. `of_file` gives the vertex of the file for each vertex of the mesh.
 pub(super) struct ObjectText<'a> {
     pub(super) model: &'a ModelText<'a>,
@@ -167,12 +182,6 @@ impl ObjectText<'_> {
         // Elements that number vertices or triangles stay true only if all of these keep their numbers.
         let keeps_numbers = self.own.placement.parts.len() == 1 && self.keeps_triangles();
         let keeps_all = keeps_numbers && !self.outline.others.is_empty();
-        if !keeps_numbers {
-            for (name, range) in &self.outline.others {
-                edits.replace(range.clone(), "");
-                recount.lost.insert(name.clone());
-            }
-        }
         edits.replace(
             self.outline.vertices.clone(),
             self.vertices(number_of, keeps_all)?,
@@ -180,6 +189,17 @@ impl ObjectText<'_> {
         let triangles = self.triangles(number_of, &mut recount);
         edits.replace(self.outline.triangles.clone(), triangles);
         self.own.forget_vertices(number_of);
+        for (name, range) in &self.outline.others {
+            let text = match name.rsplit(':').next() {
+                Some("volumes") => self.volumes(range, &recount),
+                _ if keeps_numbers => continue,
+                _ => None,
+            };
+            if text.is_none() {
+                recount.lost.insert(name.clone());
+            }
+            edits.replace(range.clone(), text.unwrap_or_default());
+        }
         self.mark(edits, &mut recount);
         // An object needs a default property if a triangle has one.
         let needs_default = recount.has_new_properties && !self.outline.has_default;
@@ -190,6 +210,26 @@ impl ObjectText<'_> {
             recount.takes_none = true;
         }
         Ok(recount)
+    }
+
+    /// The list of volumes that Slic3r writes into a mesh, with their new ranges of triangles. None if a volume has no triangles any more, or
+    /// if the volumes are not the parts.
+    fn volumes(&self, list: &Range<usize>, recount: &Recount) -> Option<String> {
+        let text = self.model.text.get(list.clone())?;
+        let mut reader = quick_xml::Reader::from_str(text);
+        let mut edits = Edits::default();
+        loop {
+            match reader.read_event().ok()? {
+                Event::Eof => return Some(edits.applied(text)),
+                Event::Start(tag) | Event::Empty(tag) if tag.local_name().as_ref() == "volume" => {
+                    let new = recount.range(VOLUME_RANGE.map(|name| number(&tag, name)))??;
+                    for (name, new) in VOLUME_RANGE.into_iter().zip(new) {
+                        edits.replace(value_range(text, &tag, name)?, new.to_string());
+                    }
+                }
+                _ => {}
+            }
+        }
     }
 
     /// Whether all triangles of the file are still there, in their order and first.
@@ -384,13 +424,13 @@ impl ObjectText<'_> {
     }
 
     /// The blanks before each element of a list; a line break if the list is empty.
-    fn lead(&self, list: &std::ops::Range<usize>, first: Option<&std::ops::Range<usize>>) -> &str {
+    fn lead(&self, list: &Range<usize>, first: Option<&Range<usize>>) -> &str {
         let blank = first.and_then(|first| self.model.text.get(list.start..first.start));
         blank.unwrap_or("\n")
     }
 
     /// The blanks after the last element of a list.
-    fn tail(&self, list: &std::ops::Range<usize>, last: Option<&std::ops::Range<usize>>) -> &str {
+    fn tail(&self, list: &Range<usize>, last: Option<&Range<usize>>) -> &str {
         let text = last.and_then(|last| self.model.text.get(last.end..list.end));
         text.unwrap_or("\n")
     }
