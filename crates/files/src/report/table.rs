@@ -49,11 +49,11 @@ impl ClosedTable<'_> {
                 lines.push(format!("{more} more {how}{end}"));
             }
         }
-        let small = regions(report).count() - rows.len();
+        let of_rows: BTreeSet<usize> = rows.iter().map(|row| row.region.id).collect();
+        let others = || regions(report).filter(|r| !of_rows.contains(&r.id));
+        let small = others().count();
         if small > 0 {
-            let faces: usize = report.regions.iter().map(|r| r.new_faces).sum();
-            let of_rows: usize = rows.iter().map(|row| row.region.new_faces).sum();
-            let by = match faces - of_rows {
+            let by = match others().map(|r| r.new_faces).sum() {
                 // Later steps of a repair may have removed them.
                 0 => String::new(),
                 left => format!(" by {} between rim vertices", counted(left, "triangle")),
@@ -302,7 +302,10 @@ fn small_regions(report: &FillReport, count: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use isomend_core::fill::NotSmooth;
+    use glam::DVec3;
+    use isomend_core::fill::{AttemptFailure, HoleOutcome, NotSmooth, OpenReason};
+    use isomend_core::mend::Inspection;
+    use isomend_core::mesh::Mesh;
 
     use super::*;
 
@@ -326,6 +329,49 @@ mod tests {
             assert!(long.ends_with("...") && long.len() == width, "{long}");
             assert!(row("edge not continued", "lid", width).len() <= width);
         }
+    }
+
+    /// A region of two holes: one closed by triangles between the vertices of its rim, one that could not be closed.
+    #[test]
+    fn holes_of_a_region_with_several_outcomes_get_rows_of_their_own() {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3]];
+        let mesh = Mesh::new(corners.to_vec(), faces);
+        let open = Inspection::new(&mesh).unwrap();
+        let mut report = FillReport::default();
+        for id in [1, 2] {
+            let mut hole = HoleReport::listed(&open.holes[0]);
+            hole.hole.id = id.into();
+            hole.region = 1;
+            report.holes.push(hole);
+        }
+        report.holes[0].outcome = HoleOutcome::Closed(Closure::RimTriangles(NotSmooth::NoSurface(
+            AttemptFailure::Diverged,
+        )));
+        report.holes[1].outcome = HoleOutcome::Open(OpenReason::NotReached);
+        let mut region = RegionReport::default();
+        (region.id, region.new_faces) = (1, 1);
+        region.holes = vec![1.into(), 2.into()];
+        report.regions.push(region);
+
+        let rows = closed_rows(&report);
+        let remarks: Vec<_> = rows
+            .iter()
+            .map(|row| (row.holes.len(), row.remark))
+            .collect();
+        assert_eq!(
+            remarks,
+            [(1, Some(Remark::RimTriangles)), (1, Some(Remark::Open))]
+        );
+        let table = ClosedTable {
+            unit: None,
+            width: None,
+            limited: None,
+        };
+        let lines = table.lines(&report, &rows);
+        assert!(lines[2].contains("rim triangles"), "{lines:?}");
+        assert!(lines[3].ends_with("still open"), "{lines:?}");
+        assert_eq!(lines.len(), 4, "{lines:?}");
     }
 
     #[test]
