@@ -25,6 +25,11 @@ if TYPE_CHECKING:
     from isomend._params import Mask, Voxel
 
 LOG = logging.getLogger("isomend")
+# What to do about a boundary chain that does not close, by its reason.
+CHAINS = {
+    "non_manifold": "isomend.repair separates the surfaces there, then fills; its debris=0.01 removes loose faces",
+    "one_sided": "it bounds no hole and cannot be filled",
+}
 
 
 class Model(Shape):
@@ -295,9 +300,10 @@ class Mended(Shape, Drawn):
 
     @property
     def complete(self) -> bool:
-        """Whether no hole that was to be filled is open. Holes left open on request (``holes``, ``max_diameter``, ``keep_open``) and
-        outer borders of open sheets do not count: ``report["outcomes"]["left"]`` is their number. After a repair, whether the mesh
-        has no defects any more."""
+        """Whether nothing that was to be filled is open: no hole, and unless ``holes`` names holes, no boundary chain that does not
+        close (``report["open_chains"]``), as at edges with more than two faces. Holes left open on request (``holes``,
+        ``max_diameter``, ``keep_open``) and outer borders of open sheets do not count: ``report["outcomes"]["left"]`` is their number.
+        After a repair, whether the mesh has no defects any more."""
         return self._core.complete()
 
     @property
@@ -417,7 +423,8 @@ def _mended_from(packed: bytes, given: Any) -> Mended:
 
 
 class StrictError(IsomendError):
-    """With ``strict=True``: some hole did not get a converged surface that is joined to its rim and intersects nothing.
+    """With ``strict=True``: some hole did not get a converged surface that is joined to its rim and intersects nothing, or a boundary
+    chain does not close, or a repaired mesh is not sound.
 
     Attributes:
         result: The result nevertheless; its ``report`` says what is wrong.
@@ -461,15 +468,34 @@ def _threads(threads: int | None) -> int | None:
 
 def _judged(mended: Mended, run: Mapping[str, Any]) -> Mended:
     """The same result. Raises :class:`StrictError` if it is not flawless and ``strict`` is set; logs what needs attention."""
-    open_hole = "some requested hole is still open; the report says which and why"
-    after = None if mended.complete else mended.report.get("after")
-    wrong = f"the result is not sound: {'; '.join(after['reasons'])}" if after else open_hole
+    messages = mended._core.messages()
     if run.get("strict") and not (mended.complete and mended.flawless):
         not_flawless = "some hole did not get a converged surface that intersects nothing"
-        raise StrictError(f"{wrong if after else not_flawless}; the result is in `result`", mended)
-    messages = mended._core.messages()
+        wrong = [] if mended.complete else [*(text for _, text in messages if " still open: " in text), *_incomplete(mended)]
+        raise StrictError(f"{'; '.join(wrong) or not_flawless}; the result is in `result`", mended)
     for is_warning, message in messages:
         LOG.log(logging.WARNING if is_warning else logging.INFO, "%s", message)
-    if after or not (mended.complete or any(is_warning for is_warning, _ in messages)):
-        LOG.warning("%s", wrong)
+    for message in [*_not_continued(mended, messages), *([] if mended.complete else _incomplete(mended))]:
+        LOG.warning("%s", message)
     return mended
+
+
+def _incomplete(mended: Mended) -> list[str]:
+    """Why a result is not complete, beside holes that could not be closed: reasons why a repaired mesh is not sound; boundary chains that
+    do not close."""
+    after = mended.report.get("after")
+    if after:
+        return [f"the result is not sound: {'; '.join(after['reasons'])}"]
+    chains = mended.report.get("open_chains", [])
+    lines = [line for line in mended._core.lines() if line.startswith("a boundary chain of ")]
+    more = [f"{len(chains) - len(lines)} more boundary chains do not close"] if len(chains) > len(lines) else []
+    # A reason of a newer library has no advice yet.
+    return ["; ".join(filter(None, (line, CHAINS.get(chain["reason"])))) for chain, line in zip(chains, lines)] + more
+
+
+def _not_continued(mended: Mended, messages: Sequence[tuple[bool, str]]) -> list[str]:
+    """Remarks on the caller's values that could not be continued on patches. For values of files, :meth:`Shape.write` returns them."""
+    if not any(mended._given):
+        return []
+    texts = [text for _, text in messages]
+    return [note for note in mended.notes if note not in texts]
