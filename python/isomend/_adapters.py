@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from isomend._carried import REPORT, reported, values_of_vertices
 from isomend._errors import MeshError, ParameterError
 from isomend._mesh import Mended, Model
+from isomend._volume import Volume
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -150,7 +151,10 @@ def as_model(mesh: Any) -> Model:
     if isinstance(mesh, (tuple, list)) and len(mesh) == 2:
         return Model(*mesh)
     if isinstance(mesh, (tuple, list)) or type(mesh).__module__ == "numpy":
-        raise TypeError("faces are missing: these are vertices alone; give both, as in isomend.fill(vertices, faces)")
+        raise TypeError(
+            "faces are missing: these are vertices alone; give both, as in isomend.fill(vertices, faces), or in place of a mesh as a pair, "
+            "as in isomend.compare((vertices, faces), other)"
+        )
     return _adapted(mesh)[0]
 
 
@@ -186,6 +190,8 @@ def _adapted(mesh: Any) -> Adapted:
     def has(*names: str) -> bool:
         return all(hasattr(mesh, name) for name in names)
 
+    if isinstance(mesh, Volume):
+        raise TypeError("this is a volume, not a mesh; isomend.surface(volume) extracts its surface")
     if has("vertices", "faces", "vertex_attributes", "face_attributes"):
         return _trimesh(mesh)
     if has("points", "is_all_triangles", "n_strips", "point_data", "cell_data", "triangulate"):

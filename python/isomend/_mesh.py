@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 from isomend import _isomend, _params
 from isomend._check import Verdict
-from isomend._errors import EmptyMaskError, IsomendError, ParameterError
+from isomend._errors import EmptyMaskError, IsomendError, ParameterError, functions_named
 from isomend._holes import CreaseEnd, Hole, crease_end_of, hole_of
 from isomend._isomend import Found, Mended as CoreMended, Model as CoreModel
 from isomend._masks import in_files
@@ -73,8 +73,9 @@ class Model(Shape):
         self._made, self._given = {}, (point_data, cell_data)
 
     @classmethod
-    def _read(cls, path: str, format: str | None = None) -> Model:
-        return cls._of(CoreModel.read(path, format))
+    def _read(cls, source: str | bytes, format: str | None = None) -> Model:
+        with functions_named():
+            return cls._of(CoreModel.read_bytes(source, format) if isinstance(source, bytes) else CoreModel.read(source, format))
 
     @classmethod
     def _of(cls, core: CoreModel) -> Model:
@@ -176,7 +177,8 @@ class Inspection(Drawn):
         return type(self), (self._model,)
 
     def __repr__(self) -> str:
-        return f"<isomend.Inspection of {self._model!r} with {len(self.holes)} holes>"
+        holes = {0: "no holes", 1: "1 hole"}.get(len(self.holes), f"{len(self.holes)} holes")
+        return f"<isomend.Inspection of {self._model!r} with {holes}>"
 
     def fill(self, **options: Unpack[FillOptions]) -> Mended:
         """Fills holes; see :func:`isomend.fill` for the options."""
@@ -274,10 +276,12 @@ class Mended(Shape, Drawn):
 
     @property
     def holes(self) -> list[dict[str, Any]]:
-        """The holes and what became of each, as in ``report["holes"]``: number, sizes, outcome and region. Expected errors are in
-        ``report["regions"]`` and ``report["invented"]``."""
-        rows: list[dict[str, Any]] = self.report.get("holes", [])
-        return rows
+        """The holes and what became of each, as in ``report["holes"]``: number, sizes, outcome and region; and the ``expected_error`` of
+        its patch, as in ``report["invented"]``: ``mean``, ``largest`` and ``unknown_percent``, or None if it has no patch or none is
+        known."""
+        patches = self.report.get("invented", {}).get("patches", [])
+        errors = {hole: patch["expected_error"] for patch in patches for hole in patch["holes"]}
+        return [{**row, "expected_error": errors.get(row["id"])} for row in self.report.get("holes", [])]
 
     def to_trimesh(self) -> Any:
         """The mesh as a ``trimesh.Trimesh`` with its named values, ``isomend_sigma`` and ``isomend_patch``, and with the report as JSON
@@ -455,7 +459,7 @@ def _mended(
 ) -> Mended:
     """Runs a command on a mesh or on its inspection."""
     run, parameters = _params.taken_apart(options)
-    with in_files(mark, Model) as mask:
+    with in_files(mark, Model) as mask, functions_named():
         work = _params.as_json(_work(command, mask, parameters, model._core.size()[1]))
         done = core.mend(work, _threads(run.get("threads")), run.get("progress"))
     return _judged(Mended._made_of(model, done), run)
