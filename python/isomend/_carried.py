@@ -22,7 +22,7 @@ def values_of_vertices(mended: Any) -> tuple[dict[str, Any], list[str]]:
     """The named values of vertices for a mesh of another package, with expected errors; and remarks, which are also logged.
 
     Texture coordinates have no gaps, since other packages draw and write NaN as it is: a new vertex without any has those of the nearest
-    vertex along the edges of the patches."""
+    vertex of the rim."""
     import numpy as np
 
     points, remarks = dict(mended.point_data), []
@@ -33,8 +33,8 @@ def values_of_vertices(mended: Any) -> tuple[dict[str, Any], list[str]]:
         gaps = int(np.count_nonzero((np.isnan(values) & ~np.isnan(points[name])).any(axis=1)))
         if gaps:
             remarks.append(
-                f"{name}: {gaps} new vertices have the texture coordinates of the nearest vertex of the rim, which stretches the texture "
-                "between them; where OBJ, glTF and GLB files are written, isomend.read(path).fill().write(path) makes texels for such patches"
+                f"{name}: {gaps} new vertices have the texture coordinates of the nearest vertex of the rim in one chart of the "
+                "texture; where OBJ, glTF and GLB files are written, isomend.read(path).fill().write(path) makes texels for such patches"
             )
     for remark in remarks:
         LOG.warning("%s", remark)
@@ -42,20 +42,16 @@ def values_of_vertices(mended: Any) -> tuple[dict[str, Any], list[str]]:
 
 
 def _without_gaps(values: Any, mended: Any) -> Any:
-    """Values of vertices, in which new vertices without values have those of their nearest vertex along the edges of the patches: zero
-    if no vertex of their patch has values."""
+    """Texture coordinates of vertices, in which new vertices without any have those of their nearest vertex along the edges of the patches:
+    zero if no vertex of their patch has any. All come from one chart of the texture, so that faces of a patch do not run across charts."""
     import numpy as np
 
-    whole, gap, places = values.copy(), np.isnan(values).any(axis=1), mended.vertices
-    kept = mended._core.kept_size()[0]
-    known = ~gap[:kept]
-    gap[:kept] = False
-    # A patch across a seam has copies of the vertices of its rim. Each takes the values of the first vertex at its place.
-    rim = np.flatnonzero(known & np.isin(places[:kept, 0], places[gap, 0]))
-    at = {tuple(places[v]): v for v in rim[::-1].tolist()}
-    for v in np.flatnonzero(gap).tolist():
-        if (first := at.get(tuple(places[v]))) is not None:
-            whole[v], gap[v] = whole[first], False
+    whole, gap = values.copy(), np.isnan(values).any(axis=1)
+    gap[: mended._core.kept_size()[0]] = False
+    if not gap.any():
+        return whole
+    for vertex, source in _sources(gap, np.isnan(values).any(axis=1), mended).items():
+        whole[vertex], gap[vertex] = values[source], False
     faces = mended.faces[mended.is_patch]
     pairs = np.concatenate([faces[:, [i, j]] for i, j in ((0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2))])
     pairs = pairs[gap[pairs[:, 1]]]
@@ -66,6 +62,42 @@ def _without_gaps(values: Any, mended: Any) -> Any:
         pairs = pairs[gap[pairs[:, 1]]]
     whole[gap] = 0
     return whole
+
+
+def _sources(gap: Any, unknown: Any, mended: Any) -> dict[int, int]:
+    """A patch across a seam has copies of the vertices of its rim: for each copy in `gap` the vertex of the input at its place, where that is
+    in the chart of the texture to which most of the patch's rim belongs."""
+    import numpy as np
+
+    places, kept = mended.vertices, mended._core.kept_size()[0]
+    rim = np.flatnonzero(~unknown[:kept] & np.isin(places[:kept, 0], places[gap, 0]))
+    at: dict[tuple[float, ...], list[int]] = {}
+    for vertex in rim.tolist():
+        at.setdefault(tuple(places[vertex]), []).append(vertex)
+    # A chart is a part of the mesh that is connected by the indices of its vertices.
+    chart = _connected(len(places), mended.faces[~mended.is_patch])
+    patch = _connected(len(places), mended.faces[mended.is_patch])
+    found: dict[int, dict[int, dict[int, int]]] = {}
+    for vertex in np.flatnonzero(gap).tolist():
+        for source in at.get(tuple(places[vertex]), []):
+            found.setdefault(int(patch[vertex]), {}).setdefault(int(chart[source]), {}).setdefault(vertex, source)
+    largest = [max(charts.values(), key=len) for charts in found.values()]
+    return {vertex: source for sources in largest for vertex, source in sources.items()}
+
+
+def _connected(vertices: int, faces: Any) -> Any:
+    """For each vertex the lowest index of a vertex of its connected component."""
+    import numpy as np
+
+    low, ends = np.arange(vertices), np.concatenate([faces[:, :2], faces[:, 1:]])
+    while True:
+        before = low.copy()
+        # The lower end of each edge for both; then each vertex takes the index of its index, which halves the ways.
+        np.minimum.at(low, before[ends[:, 0]], before[ends[:, 1]])
+        np.minimum.at(low, before[ends[:, 1]], before[ends[:, 0]])
+        low = low[low]
+        if np.array_equal(low, before):
+            return low
 
 
 def expected_errors(mended: Any) -> Any:

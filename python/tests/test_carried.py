@@ -60,6 +60,22 @@ def test_texture_coordinates_across_a_seam_are_whole_and_said_in_trimesh(caplog)
     assert json.loads(as_trimesh.metadata["isomend_report"])["notes"] == said
 
 
+def test_texture_coordinates_of_a_patch_are_from_the_chart_with_most_of_its_rim():
+    """Two charts far from each other in the texture: faces of the patch would run across all between them."""
+    trimesh = pytest.importorskip("trimesh")
+    vertices, faces = shapes.open_sphere()
+    other = vertices[faces].mean(axis=1)[:, 1] > 0.2
+    shared = faces.copy()
+    shared[other] += len(vertices)
+    used, turned = np.unique(shared, return_inverse=True)
+    both = np.vstack([vertices, vertices])[used]
+    uv = both[:, :2] + 100.0 * (used >= len(vertices))[:, None]
+    mesh = trimesh.Trimesh(both, turned.reshape(-1, 3), process=False, visual=trimesh.visual.TextureVisuals(uv=uv))
+    done = isomend.fill_mesh(mesh).visual.uv
+    assert np.array_equal(done[: len(uv)], uv) and len(done) > len(uv) + 100
+    assert done[len(uv):].max() < 1 and len(np.unique(done[len(uv):], axis=0)) > 20
+
+
 def test_texture_coordinates_of_a_file_are_whole_in_trimesh(tmp_path):
     pytest.importorskip("trimesh")
     vertices, faces, uv = seamed_ball()
