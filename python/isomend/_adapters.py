@@ -41,8 +41,8 @@ def fill_mesh(mesh: Any, *, return_report: bool = False, **options: Unpack[FillO
     Returns:
         A new mesh, or with ``return_report`` the mesh and the report. If the type has named values of faces, ``isomend_patch`` marks
         the faces of patches, and if it has named values of vertices, ``isomend_sigma`` is their expected error (0 for the mesh's own, -1
-        where it is unknown). New vertices to which texture coordinates cannot be continued have those of the nearest vertex of the rim in
-        one chart of the texture, which a note of the report says. The report is stored as JSON under ``isomend_report`` in trimesh's
+        where it is unknown). New vertices to which texture coordinates cannot be continued have the coordinates of the nearest vertex of the
+        rim in one chart of the texture, which a note of the report says. The report is stored as JSON under ``isomend_report`` in trimesh's
         ``metadata``, pyvista's ``field_data`` and meshio's ``info``; Open3D's meshes cannot store it.
 
     Raises:

@@ -21,8 +21,8 @@ TEXTURE = re.compile(r"(uvs?|st|texture|tex_?coords?|tcoords|texture[ _]coordina
 def values_of_vertices(mended: Any) -> tuple[dict[str, Any], list[str]]:
     """The named values of vertices for a mesh of another package, with expected errors; and remarks, which are also logged.
 
-    Texture coordinates have no gaps, since other packages draw and write NaN as it is: a new vertex without any has those of the nearest
-    vertex of the rim."""
+    Texture coordinates have no gaps, since other packages draw and write NaN as it is: a new vertex without any has the coordinates of
+    the nearest vertex of the rim."""
     import numpy as np
 
     points, remarks = dict(mended.point_data), []
@@ -42,8 +42,8 @@ def values_of_vertices(mended: Any) -> tuple[dict[str, Any], list[str]]:
 
 
 def _without_gaps(values: Any, mended: Any) -> Any:
-    """Texture coordinates of vertices, in which new vertices without any have those of their nearest vertex along the edges of the patches:
-    zero if no vertex of their patch has any. All come from one chart of the texture, so that faces of a patch do not run across charts."""
+    """Texture coordinates of vertices, in which new vertices without any have the coordinates of their nearest vertex along the edges of the
+    patches: zero if no vertex of their patch has any. All come from one chart of the texture, so that faces of a patch do not run across charts."""
     import numpy as np
 
     whole, gap = values.copy(), np.isnan(values).any(axis=1)

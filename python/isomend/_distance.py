@@ -54,8 +54,8 @@ def sdf(
     Args:
         vertices: (n, 3). Or a mesh, without ``faces``, as for :func:`isomend.fill`.
         faces: (m, 3).
-        voxel: Distance of neighbouring nodes, in the mesh's units; ``auto`` takes 1/128 of the longest side of the
-            bounding box.
+        voxel: Distance of neighbouring nodes, in the mesh's units; ``auto`` takes 1/128 of the longest side. The
+            longest side is the bounding box's.
         band: Cut distances off at this length, which is faster; ``full`` computes all distances. The length is in the mesh's units,
             and at least a voxel.
         threads: Number of threads, one per core by default.

@@ -13,6 +13,7 @@ from isomend._errors import EmptyMaskError, IsomendError, ParameterError, functi
 from isomend._holes import CreaseEnd, Hole, crease_end_of, hole_of
 from isomend._isomend import Found, Mended as CoreMended, Model as CoreModel
 from isomend._masks import in_files
+from isomend._remarks import incomplete, not_continued
 from isomend._reports import Drawn, report_of
 from isomend._shape import Shape
 from isomend._volume import Volume
@@ -25,11 +26,6 @@ if TYPE_CHECKING:
     from isomend._params import Mask, Voxel
 
 LOG = logging.getLogger("isomend")
-# What to do about a boundary chain that does not close, by its reason.
-CHAINS = {
-    "non_manifold": "isomend.repair separates the surfaces there, then fills; its debris=0.01 removes loose faces",
-    "one_sided": "it bounds no hole and cannot be filled",
-}
 
 
 class Model(Shape):
@@ -475,31 +471,10 @@ def _judged(mended: Mended, run: Mapping[str, Any]) -> Mended:
     messages = mended._core.messages()
     if run.get("strict") and not (mended.complete and mended.flawless):
         not_flawless = "some hole did not get a converged surface that intersects nothing"
-        wrong = [] if mended.complete else [*(text for _, text in messages if " still open: " in text), *_incomplete(mended)]
+        wrong = [] if mended.complete else [*(text for _, text in messages if " still open: " in text), *incomplete(mended)]
         raise StrictError(f"{'; '.join(wrong) or not_flawless}; the result is in `result`", mended)
     for is_warning, message in messages:
         LOG.log(logging.WARNING if is_warning else logging.INFO, "%s", message)
-    for message in [*_not_continued(mended, messages), *([] if mended.complete else _incomplete(mended))]:
+    for message in [*not_continued(mended, messages), *([] if mended.complete else incomplete(mended))]:
         LOG.warning("%s", message)
     return mended
-
-
-def _incomplete(mended: Mended) -> list[str]:
-    """Why a result is not complete, beside holes that could not be closed: reasons why a repaired mesh is not sound; boundary chains that
-    do not close."""
-    after = mended.report.get("after")
-    if after:
-        return [f"the result is not sound: {'; '.join(after['reasons'])}"]
-    chains = mended.report.get("open_chains", [])
-    lines = [line for line in mended._core.lines() if line.startswith("a boundary chain of ")]
-    more = [f"{len(chains) - len(lines)} more boundary chains do not close"] if len(chains) > len(lines) else []
-    # A reason of a newer library has no advice yet.
-    return ["; ".join(filter(None, (line, CHAINS.get(chain["reason"])))) for chain, line in zip(chains, lines)] + more
-
-
-def _not_continued(mended: Mended, messages: Sequence[tuple[bool, str]]) -> list[str]:
-    """Remarks on the caller's values that could not be continued on patches. For values of files, :meth:`Shape.write` returns them."""
-    if not any(mended._given):
-        return []
-    texts = [text for _, text in messages]
-    return [note for note in mended.notes if note not in texts]

@@ -34,7 +34,7 @@ def textured(trimesh):
 
 
 def is_near_the_rim(uv, whole, kept):
-    """Whether texture coordinates are whole, and those of new vertices are ones of the rim, which is the highest ring."""
+    """Whether texture coordinates are whole, and new vertices have coordinates of the rim, which is the highest ring."""
     rim = {tuple(row) for row in uv[uv[:, 1] == uv[:, 1].max()]}
     return np.isfinite(whole).all() and np.array_equal(whole[:kept], uv) and {tuple(row) for row in whole[kept:]} <= rim
 
