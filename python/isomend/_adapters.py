@@ -9,9 +9,10 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from isomend._carried import REPORT, expected_errors
+from isomend._carried import REPORT, reported, values_of_vertices
 from isomend._errors import MeshError, ParameterError
 from isomend._mesh import Mended, Model
+from isomend._volume import Volume
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -24,8 +25,9 @@ if TYPE_CHECKING:
 BLOCK = "isomend_block"
 
 Work = Callable[[Model], Mended]
-# A mesh of another package as a model, and a function that makes a mesh of the same type from the result.
-Adapted = tuple[Model, Callable[[Mended], Any]]
+# A mesh of another package as a model, and a function that makes a mesh of the same type from the result, its values of vertices and
+# its report.
+Adapted = tuple[Model, Callable[[Mended, "dict[str, Any]", "dict[str, Any]"], Any]]
 
 
 def fill_mesh(mesh: Any, *, return_report: bool = False, **options: Unpack[FillOptions]) -> Any:
@@ -39,8 +41,9 @@ def fill_mesh(mesh: Any, *, return_report: bool = False, **options: Unpack[FillO
     Returns:
         A new mesh, or with ``return_report`` the mesh and the report. If the type has named values of faces, ``isomend_patch`` marks
         the faces of patches, and if it has named values of vertices, ``isomend_sigma`` is their expected error (0 for the mesh's own, -1
-        where it is unknown). The report is stored as JSON under ``isomend_report`` in trimesh's ``metadata``, pyvista's ``field_data``
-        and meshio's ``info``; Open3D's meshes cannot store it.
+        where it is unknown). New vertices to which texture coordinates cannot be continued have the coordinates of the nearest vertex of the
+        rim in one chart of the texture, which a note of the report says. The report is stored as JSON under ``isomend_report`` in trimesh's
+        ``metadata``, pyvista's ``field_data`` and meshio's ``info``; Open3D's meshes cannot store it.
 
     Raises:
         TypeError: The type is none of these.
@@ -113,8 +116,10 @@ def mend_mesh(command: str, mesh: Any, work: Work, return_report: bool = False) 
     _refuse_own(command, mesh)
     model, back = _adapted(mesh)
     mended = work(model)
-    out = back(mended)
-    return (out, mended.report) if return_report else out
+    points, remarks = values_of_vertices(mended)
+    report = reported(mended, remarks)
+    out = back(mended, points, report)
+    return (out, report) if return_report else out
 
 
 def as_model(mesh: Any) -> Model:
@@ -146,7 +151,10 @@ def as_model(mesh: Any) -> Model:
     if isinstance(mesh, (tuple, list)) and len(mesh) == 2:
         return Model(*mesh)
     if isinstance(mesh, (tuple, list)) or type(mesh).__module__ == "numpy":
-        raise TypeError("faces are missing: these are vertices alone; give both, as in isomend.fill(vertices, faces)")
+        raise TypeError(
+            "faces are missing: these are vertices alone; give both, as in isomend.fill(vertices, faces), or in place of a mesh as a pair, "
+            "as in isomend.compare((vertices, faces), other)"
+        )
     return _adapted(mesh)[0]
 
 
@@ -182,6 +190,8 @@ def _adapted(mesh: Any) -> Adapted:
     def has(*names: str) -> bool:
         return all(hasattr(mesh, name) for name in names)
 
+    if isinstance(mesh, Volume):
+        raise TypeError("this is a volume, not a mesh; isomend.surface(volume) extracts its surface")
     if has("vertices", "faces", "vertex_attributes", "face_attributes"):
         return _trimesh(mesh)
     if has("points", "is_all_triangles", "n_strips", "point_data", "cell_data", "triangulate"):
@@ -223,19 +233,19 @@ def _trimesh(mesh: Any) -> Adapted:
     elif kind == "texture" and getattr(visual, "uv", None) is not None:
         points["uv"] = visual.uv
 
-    def back(mended: Mended) -> Any:
-        points, cells = dict(mended.point_data) | expected_errors(mended), dict(mended.cell_data)
+    def back(mended: Mended, named: dict[str, Any], report: dict[str, Any]) -> Any:
+        cells = dict(mended.cell_data)
         colours = {
-            "vertex_colors": points.pop("vertex_colors", None) if kind == "vertex" else None,
+            "vertex_colors": named.pop("vertex_colors", None) if kind == "vertex" else None,
             "face_colors": cells.pop("face_colors", None) if kind == "face" else None,
         }
         cells["isomend_patch"] = mended.is_patch
         out = type(mesh)(
-            vertices=mended.vertices, faces=mended.faces, vertex_attributes=points, face_attributes=cells,
-            metadata=dict(mesh.metadata) | {REPORT: json.dumps(mended.report)}, process=False, validate=False,
+            vertices=mended.vertices, faces=mended.faces, vertex_attributes=named, face_attributes=cells,
+            metadata=dict(mesh.metadata) | {REPORT: json.dumps(report)}, process=False, validate=False,
             **{name: values for name, values in colours.items() if values is not None},
         )  # fmt: skip
-        if kind == "texture" and "uv" in points:
+        if kind == "texture" and "uv" in named:
             uv = out.vertex_attributes.pop("uv")
             visual_type: Any = type(visual)
             out.visual = visual_type(uv=uv, material=visual.material)
@@ -254,17 +264,17 @@ def _pyvista(mesh: Any) -> Adapted:
         raise MeshError("the mesh has no faces; there is nothing to fill")
     points, cells = _kept_types(whole.point_data), _kept_types(whole.cell_data)
 
-    def back(mended: Mended) -> Any:
+    def back(mended: Mended, named: dict[str, Any], report: dict[str, Any]) -> Any:
         rows = np.column_stack([np.full(len(mended.faces), 3), mended.faces])
         out = type(mesh)(_rounded(mended.vertices, np.asarray(whole.points).dtype), rows.ravel())
-        for name, values in {**mended.point_data, **expected_errors(mended)}.items():
+        for name, values in named.items():
             out.point_data[name] = values
         for name, values in mended.cell_data.items():
             out.cell_data[name] = values
         for name, values in mesh.field_data.items():
             out.field_data[name] = values
         out.cell_data["isomend_patch"] = mended.is_patch.astype(np.uint8)
-        out.field_data[REPORT] = [json.dumps(mended.report)]
+        out.field_data[REPORT] = [json.dumps(report)]
         if whole.active_scalars_name in out.array_names:
             side = whole.active_scalars_info.association.name.lower()
             out.set_active_scalars(whole.active_scalars_name, preference=side)
@@ -314,7 +324,7 @@ def _meshio(mesh: Any) -> Adapted:
     # A repair removes faces, so kept faces carry the index of their block with them.
     cells[BLOCK] = np.repeat(np.arange(len(blocks)), [len(block.data) for block in blocks])
 
-    def back(mended: Mended) -> Any:
+    def back(mended: Mended, named: dict[str, Any], report: dict[str, Any]) -> Any:
         data = dict(mended.cell_data)
         kept = int(np.count_nonzero(~mended.is_patch))
         # Parts of split faces come after the faces that stay, so faces of a block are brought together.
@@ -327,10 +337,10 @@ def _meshio(mesh: Any) -> Adapted:
         return type(mesh)(
             _rounded(mended.vertices, points.dtype),
             [("triangle", part) for part in np.split(triangles, ends)],
-            point_data=dict(mended.point_data) | expected_errors(mended),
+            point_data=named,
             cell_data={name: np.split(values, ends) for name, values in data.items()},
             field_data=mesh.field_data,
-            info=dict(mesh.info or {}) | {REPORT: json.dumps(mended.report)},
+            info=dict(mesh.info or {}) | {REPORT: json.dumps(report)},
         )
 
     return Model(points, faces, point_data=_kept_types(mesh.point_data), cell_data=cells), back
@@ -343,15 +353,15 @@ def _open3d(mesh: Any) -> Adapted:
     points = {own: np.asarray(getattr(mesh, theirs)) for theirs, own in names.items()}
     points = {name: values for name, values in points.items() if len(values)}
 
-    def back(mended: Mended) -> Any:
+    def back(mended: Mended, named: dict[str, Any], report: dict[str, Any]) -> Any:
         open3d = sys.modules["open3d"]
         out = type(mesh)(
             open3d.utility.Vector3dVector(mended.vertices),
             open3d.utility.Vector3iVector(mended.faces.astype(np.int32)),
         )
         for theirs, own in names.items():
-            if own in mended.point_data:
-                setattr(out, theirs, open3d.utility.Vector3dVector(mended.point_data[own]))
+            if own in named:
+                setattr(out, theirs, open3d.utility.Vector3dVector(named[own]))
         if mesh.has_triangle_normals():
             out.compute_triangle_normals()
         return out

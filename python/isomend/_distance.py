@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn, Union, overload
 
 from isomend import _isomend, _params
 from isomend._adapters import as_model, model_of
-from isomend._errors import ParameterError
+from isomend._errors import FileError, ParameterError
 from isomend._mesh import Model
 from isomend._volume import Volume
 
@@ -54,8 +54,8 @@ def sdf(
     Args:
         vertices: (n, 3). Or a mesh, without ``faces``, as for :func:`isomend.fill`.
         faces: (m, 3).
-        voxel: Distance of neighbouring nodes, in the mesh's units; ``auto`` takes 1/128 of the longest side. This is the longest side
-            of the bounding box.
+        voxel: Distance of neighbouring nodes, in the mesh's units; ``auto`` takes 1/128 of the longest side. The
+            longest side is the bounding box's.
         band: Cut distances off at this length, which is faster; ``full`` computes all distances. The length is in the mesh's units,
             and at least a voxel.
         threads: Number of threads, one per core by default.
@@ -89,9 +89,25 @@ def read_volume(source: Path | bytes, *, array: str | None = None) -> Volume:
     Raises:
         FileError: The file cannot be read, has no volume, does not have the named array, or has several arrays and none is named.
     """
-    if isinstance(source, bytes):
-        return Volume._of(_isomend.Volume.read_bytes(source, array))
-    return Volume._of(_isomend.Volume.read(os.fspath(source), array))
+    given = source if isinstance(source, bytes) else os.fspath(source)
+    try:
+        return Volume._of(_isomend.Volume.read_bytes(given, array) if isinstance(given, bytes) else _isomend.Volume.read(given, array))
+    except FileError:
+        if not _holds_mesh(given):
+            raise
+    place = "the bytes hold" if isinstance(given, bytes) else f"{given} holds"
+    error = FileError(f"{place} a mesh, not a volume: isomend.read reads it, isomend.sdf computes its signed distance as a volume")
+    error.filename = None if isinstance(given, bytes) else given
+    raise error
+
+
+def _holds_mesh(source: str | bytes) -> bool:
+    """Whether a file that is no volume can be read as a mesh."""
+    try:
+        Model._read(source)
+    except FileError:
+        return False
+    return True
 
 
 def surface(

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class IsomendError(Exception):
     """Base class of all exceptions of isomend."""
@@ -48,3 +51,29 @@ class Cancelled(IsomendError):
     """The run was stopped: the progress function returned ``False``."""
 
     __module__ = "isomend"
+
+
+# What messages on files advise on the command line, and what in Python.
+FUNCTIONS = {
+    "'isomend surface' extracts its zero level": "isomend.read_volume reads it, isomend.surface extracts its zero level",
+    "STRUCTURED_POINTS, not a surface; extract a surface first and save it as POLYDATA": (
+        "STRUCTURED_POINTS, not a surface; it is a volume: isomend.read_volume reads it, isomend.surface extracts its zero level"
+    ),
+    "'isomend surface' and 'isomend sdf' turn": "isomend.surface and isomend.sdf turn",
+}
+
+
+@contextmanager
+def functions_named() -> Iterator[None]:
+    """Within it, file errors name functions of Python where they would name commands."""
+    try:
+        yield
+    except FileError as error:
+        error.args = tuple(_with_functions(part) for part in error.args)
+        raise
+
+
+def _with_functions(part: object) -> object:
+    for command, function in FUNCTIONS.items():
+        part = part.replace(command, function) if isinstance(part, str) else part
+    return part

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def read(source: str | os.PathLike[str] | bytes, *, format: str | None = None) -> Model:
-    """Reads a mesh with its attributes from a file: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF.
+    """Reads a mesh with its attributes from a file: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF, 3MF or USD.
 
     Args:
         source: A path, or the bytes of a file.
@@ -37,9 +37,7 @@ def read(source: str | os.PathLike[str] | bytes, *, format: str | None = None) -
         FileError: The file cannot be read, its content is damaged, or it has no surface.
         ParameterError: There is no format of this name.
     """
-    if isinstance(source, bytes):
-        return Model._of(_isomend.Model.read_bytes(source, format))
-    return Model._read(os.fspath(source), format)
+    return Model._read(source if isinstance(source, bytes) else os.fspath(source), format)
 
 
 @overload

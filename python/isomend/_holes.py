@@ -16,12 +16,13 @@ class Hole:
     """A hole: one closed loop of boundary edges. Lengths are in the units of the mesh.
 
     Attributes:
-        id: Its number, from 1, in the order of falling length; ``holes``, ``keep_open`` and ``bridge`` take these numbers.
+        id: Its number, from 1, in the order of falling length; ``holes``, ``keep_open``, ``flat`` and ``bridge`` take these numbers, or
+            the holes themselves.
         rim: int64 (k,), its vertices in order, as indices into the mesh's vertices.
         edges: Number of edges.
         length: Length of the rim.
         diameter: Largest distance of two vertices of the rim.
-        width: Four times the area over the length: the diameter for a circle.
+        width: Five times the area over the length, at most the diameter: the diameter for a circle whose rim zigzags in the usual way.
         planarity: Root mean square distance of the rim from its best plane over the diameter; 0 is planar.
         height: Extent of the rim along its normal.
         centre: Mean of the rim (x, y, z).
@@ -54,7 +55,7 @@ class CreaseEnd:
     """A vertex of a hole's rim at which a sharp edge of the mesh ends.
 
     Attributes:
-        id: Its number, from 1; ``crease`` takes these numbers.
+        id: Its number, from 1; ``crease`` takes pairs of these numbers, or of the ends themselves.
         hole: The number of its hole.
         vertex: The vertex of the rim, as an index into the mesh's vertices.
         position: Its position (x, y, z).

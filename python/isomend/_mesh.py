@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 from isomend import _isomend, _params
 from isomend._check import Verdict
-from isomend._errors import EmptyMaskError, IsomendError, ParameterError
+from isomend._errors import EmptyMaskError, IsomendError, ParameterError, functions_named
 from isomend._holes import CreaseEnd, Hole, crease_end_of, hole_of
 from isomend._isomend import Found, Mended as CoreMended, Model as CoreModel
 from isomend._masks import in_files
+from isomend._remarks import incomplete, not_continued
 from isomend._reports import Drawn, report_of
 from isomend._shape import Shape
 from isomend._volume import Volume
@@ -68,8 +69,9 @@ class Model(Shape):
         self._made, self._given = {}, (point_data, cell_data)
 
     @classmethod
-    def _read(cls, path: str, format: str | None = None) -> Model:
-        return cls._of(CoreModel.read(path, format))
+    def _read(cls, source: str | bytes, format: str | None = None) -> Model:
+        with functions_named():
+            return cls._of(CoreModel.read_bytes(source, format) if isinstance(source, bytes) else CoreModel.read(source, format))
 
     @classmethod
     def _of(cls, core: CoreModel) -> Model:
@@ -171,7 +173,8 @@ class Inspection(Drawn):
         return type(self), (self._model,)
 
     def __repr__(self) -> str:
-        return f"<isomend.Inspection of {self._model!r} with {len(self.holes)} holes>"
+        holes = {0: "no holes", 1: "1 hole"}.get(len(self.holes), f"{len(self.holes)} holes")
+        return f"<isomend.Inspection of {self._model!r} with {holes}>"
 
     def fill(self, **options: Unpack[FillOptions]) -> Mended:
         """Fills holes; see :func:`isomend.fill` for the options."""
@@ -269,10 +272,12 @@ class Mended(Shape, Drawn):
 
     @property
     def holes(self) -> list[dict[str, Any]]:
-        """The holes and what became of each, as in ``report["holes"]``: number, sizes, outcome and region. Expected errors are in
-        ``report["regions"]`` and ``report["invented"]``."""
-        rows: list[dict[str, Any]] = self.report.get("holes", [])
-        return rows
+        """The holes and what became of each, as in ``report["holes"]``: number, sizes, outcome and region; and the ``expected_error`` of
+        its patch, as in ``report["invented"]``: ``mean``, ``largest`` and ``unknown_percent``, or None if it has no patch or none is
+        known."""
+        patches = self.report.get("invented", {}).get("patches", [])
+        errors = {hole: patch["expected_error"] for patch in patches for hole in patch["holes"]}
+        return [{**row, "expected_error": errors.get(row["id"])} for row in self.report.get("holes", [])]
 
     def to_trimesh(self) -> Any:
         """The mesh as a ``trimesh.Trimesh`` with its named values, ``isomend_sigma`` and ``isomend_patch``, and with the report as JSON
@@ -295,9 +300,10 @@ class Mended(Shape, Drawn):
 
     @property
     def complete(self) -> bool:
-        """Whether no hole that was to be filled is open. Holes left open on request (``holes``, ``max_diameter``, ``keep_open``) and
-        outer borders of open sheets do not count: ``report["outcomes"]["left"]`` is their number. After a repair, whether the mesh
-        has no defects any more."""
+        """Whether nothing that was to be filled is open: no hole, and unless ``holes`` names holes, no boundary chain that does not
+        close (``report["open_chains"]``), as at edges with more than two faces. Holes left open on request (``holes``,
+        ``max_diameter``, ``keep_open``) and outer borders of open sheets do not count: ``report["outcomes"]["left"]`` is their number.
+        After a repair, whether the mesh has no defects any more."""
         return self._core.complete()
 
     @property
@@ -417,7 +423,8 @@ def _mended_from(packed: bytes, given: Any) -> Mended:
 
 
 class StrictError(IsomendError):
-    """With ``strict=True``: some hole did not get a converged surface that is joined to its rim and intersects nothing.
+    """With ``strict=True``: some hole did not get a converged surface that is joined to its rim and intersects nothing, or a boundary
+    chain does not close, or a repaired mesh is not sound.
 
     Attributes:
         result: The result nevertheless; its ``report`` says what is wrong.
@@ -448,7 +455,7 @@ def _mended(
 ) -> Mended:
     """Runs a command on a mesh or on its inspection."""
     run, parameters = _params.taken_apart(options)
-    with in_files(mark, Model) as mask:
+    with in_files(mark, Model) as mask, functions_named():
         work = _params.as_json(_work(command, mask, parameters, model._core.size()[1]))
         done = core.mend(work, _threads(run.get("threads")), run.get("progress"))
     return _judged(Mended._made_of(model, done), run)
@@ -461,15 +468,13 @@ def _threads(threads: int | None) -> int | None:
 
 def _judged(mended: Mended, run: Mapping[str, Any]) -> Mended:
     """The same result. Raises :class:`StrictError` if it is not flawless and ``strict`` is set; logs what needs attention."""
-    open_hole = "some requested hole is still open; the report says which and why"
-    after = None if mended.complete else mended.report.get("after")
-    wrong = f"the result is not sound: {'; '.join(after['reasons'])}" if after else open_hole
+    messages = mended._core.messages()
     if run.get("strict") and not (mended.complete and mended.flawless):
         not_flawless = "some hole did not get a converged surface that intersects nothing"
-        raise StrictError(f"{wrong if after else not_flawless}; the result is in `result`", mended)
-    messages = mended._core.messages()
+        wrong = [] if mended.complete else [*(text for _, text in messages if " still open: " in text), *incomplete(mended)]
+        raise StrictError(f"{'; '.join(wrong) or not_flawless}; the result is in `result`", mended)
     for is_warning, message in messages:
         LOG.log(logging.WARNING if is_warning else logging.INFO, "%s", message)
-    if after or not (mended.complete or any(is_warning for is_warning, _ in messages)):
-        LOG.warning("%s", wrong)
+    for message in [*not_continued(mended, messages), *([] if mended.complete else incomplete(mended))]:
+        LOG.warning("%s", message)
     return mended

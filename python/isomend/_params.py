@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict, Union
 
 from isomend import _isomend
 from isomend._errors import ParameterError
+from isomend._holes import CreaseEnd, Hole
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -60,7 +61,7 @@ def whole(name: str, value: Any) -> int:
             raise TypeError
         number = operator.index(value)
     except TypeError:
-        raise ParameterError(f"{name} must be a whole number, but is {value!r}") from None
+        raise ParameterError(f"{name} must be a whole number, but is {_shown(value)}") from None
     if number < 0:
         raise ParameterError(f"{name} must not be negative, but is {number}")
     return number
@@ -132,10 +133,17 @@ def flag(name: str, value: Any) -> bool:
 
 
 def wholes(name: str, values: Any) -> list[int]:
-    """A list of hole numbers."""
+    """A list of numbers of holes, or of components for ``drop``; holes themselves stand for their numbers."""
+    of_what, taken = ("component", ()) if name == "drop" else ("hole", Hole)
     if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
-        raise ParameterError(f"{name} must be a list of hole numbers, but is {values!r}")
-    return [whole(f"each number of {name}", value) for value in values]
+        raise ParameterError(f"{name} must be a list of {of_what} numbers, such as [1], but is {_shown(values)}")
+    return [value.id if isinstance(value, taken) else whole(f"each number of {name}", value) for value in values]
+
+
+def _shown(value: Any) -> str:
+    """A value in a message; a hole or a crease end by its number."""
+    named = {Hole: "hole", CreaseEnd: "crease end"}.get(type(value))
+    return f"the {named} {value.id}" if named else repr(value)
 
 
 def listed(name: str, values: Any, example: str) -> list[Any]:
@@ -157,7 +165,7 @@ def pair(name: str, ends: Any) -> list[int]:
     """A pair of different crease ends, by their numbers from 1."""
     if isinstance(ends, (str, bytes)) or not isinstance(ends, Iterable):
         raise ParameterError(f"{name} must be a list of pairs of crease ends (their numbers), but contains {ends!r}")
-    given = [count(f"each number of {name}", end) for end in ends]
+    given = [end.id if isinstance(end, CreaseEnd) else count(f"each number of {name}", end) for end in ends]
     if len(given) != 2 or given[0] == given[1]:
         raise ParameterError(f"each pair of {name} must be the numbers of two different crease ends, but one is {tuple(given)}")
     return given

@@ -30,7 +30,6 @@ class Volume:
     def __init__(
         self,
         values: ArrayLike,
-        *,
         origin: Iterable[float] = (0.0, 0.0, 0.0),
         spacing: float | Iterable[float] = 1.0,
     ) -> None:
@@ -134,4 +133,4 @@ def _three(name: str, values: Iterable[float]) -> list[float]:
 
 
 def _volume(values: Any, origin: Any, spacing: Any) -> Volume:
-    return Volume(values, origin=origin, spacing=spacing)
+    return Volume(values, origin, spacing)

@@ -71,6 +71,53 @@ def test_a_patch_that_bulges_is_a_remark(caplog):
     assert flat.notes == [] and not levels(caplog) and "flat" not in repr(flat)
 
 
+def flap():
+    """A ball with a hole, and a face that stands on one of its edges: around this face goes a boundary that does not close."""
+    vertices, faces = shapes.open_sphere(around=24, latitudes=12, top=3)
+    return np.vstack([vertices, [[0.5, 0.1, -1.5]]]), np.vstack([faces, [[1, 2, len(vertices)]]])
+
+
+def one_sided():
+    """A Moebius strip."""
+    turns = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    rows = [(np.cos(a / 2), np.cos(a), np.sin(a), np.sin(a / 2), side) for a in turns for side in (-0.3, 0.3)]
+    vertices = [((1 + s * half) * x, (1 + s * half) * y, s * z) for half, x, y, z, s in rows]
+    after = [(2 * i + 2, 2 * i + 3) for i in range(23)] + [(1, 0)]
+    return vertices, [face for i, (c, d) in enumerate(after) for face in ((2 * i, c, 2 * i + 1), (2 * i + 1, c, d))]
+
+
+def test_a_boundary_chain_that_does_not_close_is_said_with_its_place(caplog):
+    said = "a boundary chain of 2 edges does not close, from 0.2588, 0, -0.9659 to 0.25, 0.067, -0.9659: it ends where an edge has more than "
+    said += "two faces; isomend.repair separates the surfaces there, then fills; its debris=0.01 removes loose faces"
+    with caplog.at_level(logging.INFO, logger="isomend"):
+        filled = isomend.fill(*flap())
+    assert not filled.complete and filled.report["outcomes"]["open"] == 0 and len(filled.report["open_chains"]) == 1
+    assert levels(caplog) == [(logging.WARNING, said)]
+    with pytest.raises(isomend.StrictError) as error:
+        isomend.fill(*flap(), strict=True)
+    assert str(error.value) == f"{said}; the result is in `result`" and pickle.loads(pickle.dumps(error.value)).args == error.value.args
+    # A fill of named holes leaves the chain out of account.
+    caplog.clear()
+    named = isomend.fill(*flap(), holes=[1], strict=True)
+    assert named.complete and not levels(caplog)
+    repaired = isomend.repair(*flap(), debris=0.01)
+    assert repaired.complete and repaired.check()
+    caplog.clear()
+    with caplog.at_level(logging.INFO, logger="isomend"):
+        strip = isomend.fill(*one_sided())
+    assert not strip.complete and len(levels(caplog)) == len(strip.report["open_chains"]) == 2
+    assert all("one-sided" in text and text.endswith("; it bounds no hole and cannot be filled") for _, text in levels(caplog))
+
+
+def test_of_many_boundary_chains_the_number_is_said(caplog):
+    vertices, faces = shapes.open_sphere(around=24, latitudes=12, top=3)
+    ends = [(*(1.5 * vertices[1 + i]),) for i in range(24)]
+    flaps = [[ring + i, ring + 1 + i, len(vertices) + i] for ring in (25, 73) for i in range(0, 23, 2)]
+    filled = isomend.fill(np.vstack([vertices, ends]), np.vstack([faces, flaps]))
+    chains, texts = len(filled.report["open_chains"]), [text for _, text in levels(caplog)]
+    assert chains == 24 and texts[-1] == f"{chains - len(texts) + 1} more boundary chains do not close"
+
+
 def test_the_text_of_each_work_ends_with_its_outcome():
     vertices, faces = shapes.closed_sphere()
     restored = str(isomend.restore(vertices, faces, {"balls": [[0, 0, 1, 0.4]]})).splitlines()

@@ -100,7 +100,7 @@ def test_notebooks_show_text_if_drawing_fails(sphere, monkeypatch):
         raise isomend.MeshError("no")
 
     monkeypatch.setattr(isomend.Inspection, "picture", fails)
-    assert found._repr_html_() == "<p>isomend.Inspection of &lt;isomend.Model of 865 vertices and 1680 faces&gt; with 1 holes</p>"
+    assert found._repr_html_() == "<p>isomend.Inspection of &lt;isomend.Model of 865 vertices and 1680 faces&gt; with 1 hole</p>"
 
 
 def textured(folder):
