@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::distance::DistanceData;
-use super::sampling::{Coarser, Known, SMOOTH_BAND_VOXELS, Sampling};
+use super::sampling::{Coarser, Known, Sampling, smooth_band};
 use crate::flow::Pull;
 use crate::grid::{
     BLOCK, Lattice, NodeIndex, SparseGrid, add, as_point, dilate, linear, offset,
@@ -46,7 +46,7 @@ impl Level {
             grid: &grid,
             data,
             voxel: lattice.voxel,
-            reach: SMOOTH_BAND_VOXELS,
+            reach: smooth_band(),
         }
         .of_box();
         Self {
@@ -148,7 +148,7 @@ impl Level {
             grid: &grid,
             data,
             voxel: lattice.voxel,
-            reach: SMOOTH_BAND_VOXELS,
+            reach: smooth_band(),
         }
         .refining(&coarser);
         Self {
@@ -194,7 +194,7 @@ impl Level {
             grid: &grid,
             data,
             voxel: self.lattice.voxel,
-            reach: SMOOTH_BAND_VOXELS,
+            reach: smooth_band(),
         }
         .except(&known);
         // At new free nodes the distance to the data means nothing: these nodes are away from the surface and take their sign

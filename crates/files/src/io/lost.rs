@@ -8,7 +8,7 @@ use isomend_core::mesh::attributes::CornerAttribute;
 use super::{Contents, Format, Written};
 
 impl<'a> Contents<'a> {
-    /// The attributes, in which those of corners that are wanted become attributes of vertices where all corners at a vertex agree.
+    /// The attributes, in which the wanted attributes of corners become attributes of vertices where all corners at a vertex agree.
     pub(super) fn with_vertex_values(
         &self,
         wanted: impl Fn(&CornerAttribute) -> bool,

@@ -1,10 +1,7 @@
 //! Report text on invented shape: the counterpart of a patch, and its grain.
 
 use isomend_core::fill::{Closure, CounterpartKind, CounterpartReport, RegionReport};
-use isomend_core::mend::FillReport;
 use isomend_core::mesh::{Unit, number};
-
-use super::named_holes;
 
 /// The counterpart of a region and its fit, or why it was refused; `None` without a counterpart.
 pub(crate) fn counterpart_text(r: &RegionReport, unit: Option<Unit>) -> Option<String> {
@@ -34,27 +31,6 @@ pub(super) fn refused(r: &RegionReport, unit: Option<Unit>) -> Option<String> {
         Some(Closure::Counterpart) => None,
         _ => counterpart_text(r, unit),
     }
-}
-
-/// Most holes that were not filled with a counterpart and of which each gets a line.
-const MOST_REFUSED: usize = 3;
-
-/// Lines on holes that were not filled with the requested counterpart: with the reason, unless there are many.
-#[doc(hidden)]
-pub fn refused_lines(report: &FillReport, unit: Option<Unit>) -> Vec<String> {
-    let regions = report.regions.iter();
-    let all: Vec<_> = regions
-        .filter_map(|r| Some((r, refused(r, unit)?)))
-        .filter(|(r, _)| r.counterpart.as_ref().is_some_and(|c| c.refused.is_some()))
-        .collect();
-    if all.len() > MOST_REFUSED {
-        return vec![format!(
-            "{} regions not filled with a counterpart (-v says why)",
-            all.len()
-        )];
-    }
-    let line = |(r, why): (&RegionReport, String)| format!("{} {why}", named_holes(&r.holes));
-    all.into_iter().map(line).collect()
 }
 
 /// The grain of a patch, if it was requested.

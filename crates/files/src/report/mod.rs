@@ -9,6 +9,7 @@ pub mod html;
 mod missed;
 pub mod picture;
 mod plan;
+mod refused;
 mod remark;
 mod repair;
 pub mod scene;
@@ -25,13 +26,13 @@ pub use text::{summary_lines, tally_line};
 
 pub use {
     check::verdict_rows,
-    counterpart::refused_lines,
     counts::{counted, lengths_in, timed},
     fair::{faired_measures, faired_part, kept_object},
     holes::{component_rows, crease_end_line, crease_end_table, hole_table},
     isomend_core::mesh::{length, length_beside, number, point, significant},
     missed::missed_lines,
     plan::{left_holes, plan_lines},
+    refused::refused_lines,
     remark::Remark,
     repair::{repair_lines, repair_lines_in},
     standing::Standing,
