@@ -1,6 +1,5 @@
 //! Readers and writers of files.
 
-use std::collections::HashMap;
 use std::path::Path;
 
 use isomend::LabelKind;
@@ -214,10 +213,23 @@ fn write_and_read(loaded: &Loaded, format: Format, options: &WriteOptions) {
     };
     let (old, new) = (&loaded.mesh, &back.mesh);
     assert_eq!(new.faces.len(), old.faces.len(), "{format} {options:?}");
-    for (f, read) in order(loaded, format).into_iter().zip(&new.faces) {
-        for (a, b) in old.faces[f].iter().zip(read) {
-            assert_eq!(at(old, *a), at(new, *b), "{format} {options:?}, face {f}");
-        }
+    // Zeros without a sign.
+    let corners =
+        |mesh: &Mesh, face: &[u32; 3]| face.map(|v| at(mesh, v).to_array().map(|x| x + 0.0));
+    let ordered = order(loaded, format).into_iter();
+    let mut wanted: Vec<[[f64; 3]; 3]> = ordered.map(|f| corners(old, &old.faces[f])).collect();
+    let mut read: Vec<[[f64; 3]; 3]> = new.faces.iter().map(|f| corners(new, f)).collect();
+    if is_new_scene(loaded, format) {
+        // It has a primitive for each material, for patches, and for faces without some attributes.
+        let key = |face: &[[f64; 3]; 3]| face.map(|p| p.map(f64::to_bits));
+        wanted.sort_by_key(key);
+        read.sort_by_key(key);
+    }
+    for (f, (a, b)) in wanted.iter().zip(&read).enumerate() {
+        assert_eq!(
+            a, b,
+            "{format} {options:?}, face {f} in the order of the file"
+        );
     }
     if format != Format::Stl && !has_objects(loaded, format) {
         let count = old.positions.len();
@@ -236,23 +248,16 @@ fn has_objects(loaded: &Loaded, format: Format) -> bool {
     holds && loaded.attributes.labels_of(LabelKind::Object).is_some()
 }
 
-/// The order in which the faces are written. A new glTF scene has a primitive for each material, and for patches; 3MF has objects.
-fn order(loaded: &Loaded, format: Format) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..loaded.mesh.faces.len()).collect();
+/// Whether a format is written as a new glTF scene.
+fn is_new_scene(loaded: &Loaded, format: Format) -> bool {
     let document = loaded.document.as_ref();
     let images = document.and_then(FileDocument::images_of_faces);
-    if matches!(format, Format::Gltf | Format::Glb) && images.is_none() {
-        let materials = loaded.attributes.labels_of(LabelKind::Material);
-        let key = |f: usize| {
-            let material = materials.map(|m| m.of_face[f]);
-            (loaded.attributes.is_patch(f), material)
-        };
-        let mut firsts = HashMap::new();
-        for f in &order {
-            firsts.entry(key(*f)).or_insert(*f);
-        }
-        order.sort_by_key(|f| firsts[&key(*f)]);
-    }
+    matches!(format, Format::Gltf | Format::Glb) && images.is_none()
+}
+
+/// The order in which the faces are written: 3MF and USD have objects.
+fn order(loaded: &Loaded, format: Format) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..loaded.mesh.faces.len()).collect();
     if has_objects(loaded, format) {
         // Objects and their parts are in the order of their labels; faces without one come last.
         let labels = [LabelKind::Object, LabelKind::Part];
