@@ -7,6 +7,7 @@ import logging
 import re
 from typing import Any
 
+from isomend._remarks import beside_patches
 from isomend._reports import Report
 
 LOG = logging.getLogger("isomend")
@@ -116,8 +117,7 @@ def expected_errors(mended: Any) -> Any:
 def reported(mended: Any, remarks: list[str]) -> Report:
     """The report, whose notes also have what could not be continued on patches, and the remarks."""
     # Remarks on patches are in the rows of their regions.
-    of_patches = {text for _, text in mended._core.messages()}
-    notes = [*mended.report["notes"], *(note for note in mended.notes if note not in of_patches), *remarks]
+    notes = [*mended.report["notes"], *beside_patches(mended, mended._core.messages()), *remarks]
     return Report({**mended.report, "notes": list(dict.fromkeys(notes))})
 
 

@@ -27,7 +27,10 @@ def incomplete(mended: Any) -> list[str]:
 
 def not_continued(mended: Any, messages: Sequence[tuple[bool, str]]) -> list[str]:
     """Remarks on the caller's values that could not be continued on patches. For values of files, :meth:`isomend.Mended.write` returns them."""
-    if not any(mended._given):
-        return []
+    return beside_patches(mended, messages) if any(mended._given) else []
+
+
+def beside_patches(mended: Any, messages: Sequence[tuple[bool, str]]) -> list[str]:
+    """The notes on a result without its messages, which are on patches and holes."""
     texts = [text for _, text in messages]
     return [note for note in mended.notes if note not in texts]

@@ -1,14 +1,14 @@
 //! A result in words: its outcome, remarks on patches that need attention, and holes that stay open. Advice names Python's keywords.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use isomend::job::{Mended, OperationReport, Work};
 use isomend::report::{
-    ClosedTable, Remark, chain_lines, closed_rows, counted, defect_lines, faired_measures,
-    faired_part, kept_object, left_holes, lost_creases, named_holes, repair_lines, significant,
-    tally_line, weighed_lines,
+    ClosedRow, ClosedTable, Remark, chain_lines, closed_rows, counted, defect_lines,
+    faired_measures, faired_part, kept_object, left_holes, lost_creases, named_holes, repair_lines,
+    significant, tally_line, weighed_lines,
 };
-use isomend::{FairReport, FillReport, HoleId, HoleOutcome, LeftReason, RegionReport};
+use isomend::{FairReport, FillReport, HoleId, HoleOutcome, LeftReason};
 
 /// Width of the table of patches, in characters.
 const WIDTH: usize = 80;
@@ -57,13 +57,12 @@ pub fn remarks(mended: &Mended) -> Vec<String> {
     if let OperationReport::Faired(report) = &mended.extent {
         return of_fairing(report, &mended.report);
     }
-    let (remarked, last) = (remarked(&mended.report), last_named(mended));
+    let (rows, last) = (closed_rows(&mended.report), last_named(mended));
     // Why holes are open is said below.
     let wanted = Remark::ALL.into_iter().filter(|r| *r != Remark::Open);
     let lines = wanted.filter_map(|remark| {
-        let own = remarked.iter().filter(|(_, own)| *own == remark);
-        let own: Vec<&RegionReport> = own.map(|(region, _)| *region).collect();
-        of_remark(remark, &own, last)
+        let own = rows.iter().filter(|row| row.remark == Some(remark));
+        of_remark(remark, &own.collect::<Vec<_>>(), last)
     });
     let mut lines: Vec<String> = lines.collect();
     let mut open: BTreeMap<String, Vec<HoleId>> = BTreeMap::new();
@@ -78,22 +77,8 @@ pub fn remarks(mended: &Mended) -> Vec<String> {
     lines
 }
 
-/// The regions that need attention, with their most important remarks.
-fn remarked(report: &FillReport) -> Vec<(&RegionReport, Remark)> {
-    let outcomes = report.holes.iter().map(|h| (h.hole.id, &h.outcome));
-    let outcomes: HashMap<HoleId, &HoleOutcome> = outcomes.collect();
-    let remark = |region: &RegionReport| {
-        let first = region.holes.first().and_then(|id| outcomes.get(id));
-        Remark::of(region, first.copied())
-    };
-    let regions = report.regions.iter();
-    regions
-        .filter_map(|region| Some((region, remark(region)?)))
-        .collect()
-}
-
-/// The line of a remark with the numbers of the holes of its regions; `None` if there are none.
-fn of_remark(remark: Remark, own: &[&RegionReport], last: usize) -> Option<String> {
+/// The line of a remark with the numbers of the holes of its rows; `None` if there are none.
+fn of_remark(remark: Remark, own: &[&ClosedRow<'_>], last: usize) -> Option<String> {
     let mut ids: Vec<HoleId> = own.iter().flat_map(|r| r.holes.clone()).collect();
     ids.sort_unstable();
     ids.dedup();
@@ -104,7 +89,7 @@ fn of_remark(remark: Remark, own: &[&RegionReport], last: usize) -> Option<Strin
         _ => "; flat with their numbers makes flat caps instead".to_owned(),
     };
     let text = match (remark, own) {
-        (Remark::LostCreases, [one]) => lost_creases(one)?,
+        (Remark::LostCreases, [one]) => lost_creases(one.region)?,
         _ => text(remark, &flat),
     };
     Some(format!("{}: {text}", named_holes(&ids)))

@@ -110,7 +110,7 @@ impl FilesArgs {
     fn batch(&self, task: &Task) -> anyhow::Result<Batch> {
         let common = task.common;
         for input in &self.inputs {
-            check_pattern(input)?;
+            check_input(input)?;
         }
         let sources = self.inputs.iter().map(|i| input::named(i, common.from));
         let mut batch = Batch::new(sources, task.work.clone());
@@ -239,8 +239,8 @@ impl BatchObserver for Printer<'_> {
     }
 }
 
-/// Refuses a pattern that no shell has replaced by names of files.
-fn check_pattern(input: &Path) -> anyhow::Result<()> {
+/// Refuses a folder, and a pattern that no shell has replaced by names of files.
+fn check_input(input: &Path) -> anyhow::Result<()> {
     let text = input.to_string_lossy();
     if input.is_dir() {
         let what = format!("{text} is a folder; name its files, such as {text}/*.ply");

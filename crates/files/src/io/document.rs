@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::Format;
 use super::gltf::{GltfDocument, Image};
 use super::threemf::ThreeMfDocument;
 use super::usd::UsdDocument;
+use super::{Contents, Format};
 
 /// A file that was read, kept so that the same format can be written with all that a mesh does not hold.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,6 +22,13 @@ enum Kept {
     ThreeMf(ThreeMfDocument),
     /// A USD stage.
     Usd(UsdDocument),
+}
+
+impl Contents<'_> {
+    /// Whether the mesh comes from a glTF or GLB file.
+    pub(super) fn is_of_gltf(&self) -> bool {
+        self.document.is_some_and(|own| own.gltf().is_some())
+    }
 }
 
 impl FileDocument {

@@ -62,6 +62,7 @@ fn read_binary(bytes: &[u8]) -> Result<Loaded, IoError> {
     let mut surface = MeshBuilder::new(Format::Stl);
     surface.reserve_faces(count);
     let mut welder = Welder::with_capacity(count / 2 + 2);
+    let mut coloured = 0;
     for (facet, record) in body.chunks_exact(FACET).take(count).enumerate() {
         let corner = |i: usize| {
             let axis = |j: usize| {
@@ -70,15 +71,12 @@ fn read_binary(bytes: &[u8]) -> Result<Loaded, IoError> {
             };
             Vec3::new(axis(0), axis(1), axis(2)).as_dvec3()
         };
+        coloured += usize::from(record[FACET - 2..] != [0, 0]);
         let corners = [corner(0), corner(1), corner(2)];
         surface.push_triangle(weld(&mut welder, corners, || {
             Location::Item("facet", facet)
         })?);
     }
-    let facets = body.chunks_exact(FACET).take(count);
-    let coloured = facets
-        .filter(|record| record[FACET - 2..] != [0, 0])
-        .count();
     if coloured > 0 {
         surface.notes.push(format!(
             "facets with attribute bytes, such as colours, which are not read: {coloured} of {count}"

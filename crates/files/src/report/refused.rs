@@ -13,10 +13,11 @@ const MOST_REFUSED: usize = 3;
 /// Lines on holes that were not filled with the requested counterpart: with the reason, unless there are many.
 #[doc(hidden)]
 pub fn refused_lines(report: &FillReport, unit: Option<Unit>) -> Vec<String> {
-    let regions = report.regions.iter();
+    let is_refused =
+        |r: &&RegionReport| r.counterpart.as_ref().is_some_and(|c| c.refused.is_some());
+    let regions = report.regions.iter().filter(is_refused);
     let all: Vec<_> = regions
         .filter_map(|r| Some((r, refused(r, unit)?)))
-        .filter(|(r, _)| r.counterpart.as_ref().is_some_and(|c| c.refused.is_some()))
         .collect();
     if all.len() > MOST_REFUSED {
         return vec![format!(

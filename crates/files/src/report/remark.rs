@@ -46,11 +46,9 @@ impl Remark {
     /// The most important remark on a region; `outcome` is the outcome of a hole of it.
     pub fn of(region: &RegionReport, outcome: Option<&HoleOutcome>) -> Option<Self> {
         let unconverged = !region.levels.is_empty() && !region.converged;
-        let how = match outcome {
-            Some(outcome) => outcome.closure(),
-            None => region.closure.as_ref(),
-        };
-        Some(match how {
+        let of_hole = outcome.and_then(HoleOutcome::closure);
+        Some(match of_hole.or(region.closure.as_ref()) {
+            _ if matches!(outcome, Some(HoleOutcome::Open(_))) => Self::Open,
             None => Self::Open,
             _ if region.intersecting_faces > 0 => Self::Intersects,
             Some(Closure::Faired(Some(_))) => Self::NoSurface,

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use isomend_core::fill::{Closure, RegionReport};
+use isomend_core::fill::{Closure, HoleOutcome, RegionReport};
 use isomend_core::mend::{FillReport, HoleReport};
 use isomend_core::mesh::{HoleId, Unit};
 
@@ -79,18 +79,12 @@ pub fn closed_rows(report: &FillReport) -> Vec<ClosedRow<'_>> {
     let mut rows: Vec<ClosedRow> = Vec::new();
     for region in regions(report) {
         let own = region.holes.iter().filter_map(|id| holes.get(id).copied());
-        // Some holes of a region may be closed although others are not.
-        let is_closed = |h: &&HoleReport| h.outcome.closure().is_some();
-        let (closed, open): (Vec<_>, Vec<_>) = own.partition(is_closed);
-        let parts = [closed, open];
-        let count = parts.iter().filter(|own| !own.is_empty()).count();
-        for own in parts {
-            if count == 0 || !own.is_empty() {
-                rows.push(ClosedRow::new(region, &own, count > 1));
-            }
-            if count == 0 {
-                break;
-            }
+        // Some holes of a region may be open although others are closed.
+        let is_open = |h: &&HoleReport| matches!(h.outcome, HoleOutcome::Open(_));
+        let (open, others): (Vec<_>, Vec<_>) = own.partition(is_open);
+        match (&open[..], &others[..]) {
+            (own, []) | ([], own) => rows.push(ClosedRow::new(region, own, false)),
+            parts => rows.extend([parts.1, parts.0].map(|own| ClosedRow::new(region, own, true))),
         }
     }
     rows.retain(|row| row.region.has_surface() || row.remark.is_some());
@@ -303,7 +297,7 @@ fn small_regions(report: &FillReport, count: usize) -> String {
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
-    use isomend_core::fill::{AttemptFailure, HoleOutcome, NotSmooth, OpenReason};
+    use isomend_core::fill::{AttemptFailure, NotSmooth, OpenReason};
     use isomend_core::mend::Inspection;
     use isomend_core::mesh::Mesh;
 

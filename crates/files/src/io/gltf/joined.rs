@@ -55,14 +55,15 @@ impl Joined {
                 }
             }
         }
-        components.retain(|_, component| component.frames.len() > 1);
-        if components.is_empty() {
+        let joined = components.into_iter().filter(|(_, c)| c.frames.len() > 1);
+        let homes: BTreeMap<u32, u32> = joined
+            .map(|(set, c)| (set, most_corners(&c.corners) as u32))
+            .collect();
+        if homes.is_empty() {
             return Self::default();
         }
-        let home = (0..model.mesh.positions.len() as u32).map(|v| {
-            let component = components.get(&sets.find(v))?;
-            Some(most_corners(&component.corners) as u32)
-        });
+        let vertices = 0..model.mesh.positions.len() as u32;
+        let home = vertices.map(|v| homes.get(&sets.find(v)).copied());
         Self {
             home: home.collect(),
         }
@@ -73,10 +74,16 @@ impl Joined {
         Some((*self.home.get(face[0] as usize)?)? as usize)
     }
 
-    /// Whether a face of a block leaves it: its body is written under a node with another transform.
-    pub(super) fn leaves(&self, document: &GltfDocument, block: usize, face: [u32; 3]) -> bool {
-        self.home(face)
-            .is_some_and(|home| document.blocks[home].transform != document.blocks[block].transform)
+    /// The block to which a face of a block moves: its body is written under a node with another transform.
+    pub(super) fn new_home(
+        &self,
+        document: &GltfDocument,
+        block: usize,
+        face: [u32; 3],
+    ) -> Option<usize> {
+        let transform = |block: usize| document.blocks[block].transform;
+        let home = self.home(face);
+        home.filter(|home| transform(*home) != transform(block))
     }
 }
 

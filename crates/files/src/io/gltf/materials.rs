@@ -106,7 +106,6 @@ pub(super) fn turned(uv: &Attribute) -> Option<Attribute> {
 /// The attributes as another format than the source's needs them: between glTF and others all texture coordinates of two components are
 /// turned. None if they stay.
 pub(in super::super) fn all_turned(model: &Contents<'_>, format: Format) -> Option<Attributes> {
-    let is_of_gltf = model.document.is_some_and(|own| own.gltf().is_some());
     let is_for_gltf = matches!(format, Format::Gltf | Format::Glb);
     let attributes = model.attributes;
     // Integers that are no fractions count texels.
@@ -115,7 +114,7 @@ pub(in super::super) fn all_turned(model: &Contents<'_>, format: Format) -> Opti
     let is_turned = |a: &Attribute| is_pair(a) && is_fraction(a);
     let pools = attributes.corner.iter().map(|corner| &corner.pool);
     let mut every = attributes.vertex.iter().chain(pools);
-    if is_of_gltf == is_for_gltf || !every.any(is_turned) {
+    if model.is_of_gltf() == is_for_gltf || !every.any(is_turned) {
         return None;
     }
     let mut all = attributes.clone();

@@ -15,7 +15,7 @@ use super::scene::{Block, PlacedPrimitive};
 use super::values;
 use super::write::push_floats;
 use isomend_core::mesh::DisjointSets;
-use isomend_core::mesh::attributes::{LabelKind, NONE, PATCH_NAME, Role};
+use isomend_core::mesh::attributes::{LabelKind, Labels, NONE, PATCH_NAME, Role};
 
 /// The name of nodes and meshes of faces that left their own node.
 const JOINED_NAME: &str = "isomend_joined";
@@ -108,14 +108,14 @@ fn remove_faces(builder: &mut Builder, patches: &Patches<'_>) {
     let mut copied: BTreeMap<usize, usize> = BTreeMap::new();
     let mut emptied: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (part, faces) in document.kept_faces(patches.model) {
-        let stays = |face: &&[u32; 3]| !patches.joined.leaves(document, part.block, **face);
-        let faces: Vec<&[u32; 3]> = faces.iter().filter(stays).collect();
-        if faces.len() == part.faces.1 {
+        let new_home = |face: &[u32; 3]| patches.joined.new_home(document, part.block, *face);
+        let staying = || faces.iter().filter(|face| new_home(face).is_none());
+        if staying().count() == part.faces.1 {
             continue;
         }
         let block = &document.blocks[part.block];
         let mesh = own_mesh(builder, document, part, &mut copied);
-        if faces.is_empty() {
+        if staying().next().is_none() {
             emptied.entry(mesh).or_default().push(part.primitive);
             continue;
         }
@@ -124,7 +124,7 @@ fn remove_faces(builder: &mut Builder, patches: &Patches<'_>) {
             let [a, b, c] = face.map(|v| v - block.start);
             if mirrored { [a, c, b] } else { [a, b, c] }
         };
-        let corners: Vec<u32> = faces.into_iter().flat_map(local).collect();
+        let corners: Vec<u32> = staying().flat_map(local).collect();
         let indices = builder.indices(&corners);
         let primitive = &mut builder.list("meshes")[mesh]["primitives"][part.primitive];
         primitive["indices"] = json!(indices);
@@ -212,6 +212,7 @@ struct Patches<'a> {
     model: &'a Contents<'a>,
     /// The original vertex of each vertex that is a copy.
     origin: BTreeMap<u32, u32>,
+    materials: Option<&'a Labels>,
     joined: Joined,
     groups: BTreeMap<Group, Vec<[u32; 3]>>,
 }
@@ -222,6 +223,7 @@ impl<'a> Patches<'a> {
             document,
             model,
             origin: model.attributes.copies.iter().copied().collect(),
+            materials: model.attributes.labels_of(LabelKind::Material),
             joined: Joined::default(),
             groups: BTreeMap::new(),
         };
@@ -242,9 +244,7 @@ impl<'a> Patches<'a> {
         let kept = document.kept_faces(model);
         let kept = kept.flat_map(|(part, faces)| faces.iter().map(|face| (part.block, *face)));
         for (f, (block, face)) in kept.enumerate() {
-            if self.joined.leaves(document, block, face)
-                && let Some(home) = self.joined.home(face)
-            {
+            if let Some(home) = self.joined.new_home(document, block, face) {
                 self.add(f, home, false);
             }
         }
@@ -252,10 +252,9 @@ impl<'a> Patches<'a> {
 
     /// Adds a face to its group.
     fn add(&mut self, face: usize, block: usize, is_new: bool) {
-        let materials = self.model.attributes.labels_of(LabelKind::Material);
         let group = Group {
             block,
-            material: materials.map_or(NONE, |m| m.of_face[face]),
+            material: self.materials.map_or(NONE, |m| m.of_face[face]),
             is_new,
         };
         let faces = self.groups.entry(group).or_default();

@@ -39,9 +39,7 @@ fn notes(model: &Contents<'_>) -> Vec<String> {
         |a: &Attribute| matches!(a.role, Role::Uv(0) | Role::Normal | Role::Colour) && !of_face(a);
     let listed = all.listed_where(|a| !held(a), |_| false);
     let mut notes: Vec<String> = lost::note(&listed, Format::Obj).into_iter().collect();
-    if model.document.is_some_and(|d| d.gltf().is_some())
-        && all.labels_of(LabelKind::Material).is_some()
-    {
+    if model.is_of_gltf() && all.labels_of(LabelKind::Material).is_some() {
         notes.push(
             "materials are written by name only: no material file is made, and no textures"
                 .to_owned(),

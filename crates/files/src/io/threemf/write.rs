@@ -31,8 +31,8 @@ const GROUP: u32 = 1;
 /// Writes a package with one object per object label.
 pub(super) fn write(model: &Contents<'_>) -> Result<Written, IoError> {
     // glTF has metres by definition.
-    let is_gltf = model.document.is_some_and(|d| d.gltf().is_some());
-    let unit = model.attributes.unit.or(is_gltf.then_some(Unit::Metre));
+    let of_gltf = model.is_of_gltf().then_some(Unit::Metre);
+    let unit = model.attributes.unit.or(of_gltf);
     let properties = Properties::new(model);
     let text = markup(model, unit.unwrap_or(Unit::Millimetre), &properties);
     let bytes = packed(&text).map_err(|error| IoError::NotWritable {

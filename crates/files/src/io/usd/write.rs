@@ -89,9 +89,7 @@ fn without_place(model: &Contents<'_>) -> String {
 
 /// Writes the metadata of the stage; returns a remark if the unit is not known.
 fn header(out: &mut Lines, model: &Contents<'_>, document: Option<&UsdDocument>) -> Option<String> {
-    let is_gltf = model
-        .document
-        .is_some_and(|document| document.gltf().is_some());
+    let is_gltf = model.is_of_gltf();
     let own = document.and_then(|document| document.metres);
     // A unit of a stage that has no name here is kept.
     let unit = model

@@ -143,14 +143,14 @@ impl Cells {
         })
     }
 
-    /// Adds the cells of an unstructured grid according to their types. Returns the number of skipped points and lines.
+    /// Adds the cells of an unstructured grid according to their types.
     pub(super) fn add_typed(
         &self,
         format: Format,
         types: &[f64],
         surface: &mut MeshBuilder,
         arrays: &mut Arrays,
-    ) -> Result<usize, IoError> {
+    ) -> Result<(), IoError> {
         if types.len() != self.len() {
             let what = format!(
                 "there are {} cells, but {} cell types",
@@ -159,11 +159,10 @@ impl Cells {
             );
             return Err(IoError::malformed(format, Location::File, what));
         }
-        let mut skipped = 0;
         arrays.cells += self.len();
         self.each(format, "cell", 0, |cell, corners| {
             match (types[cell] as i64, corners) {
-                (1..=4, _) => skipped += 1,
+                (1..=4, _) => surface.skipped += 1,
                 (5 | 7 | 9, _) => surface.push_face(corners)?,
                 (6, _) => surface.push_strip(corners),
                 (8, [a, b, c, d]) => surface.push_face(&[*a, *b, *d, *c])?,
@@ -171,8 +170,7 @@ impl Cells {
             }
             arrays.set_origin(surface, cell);
             Ok(())
-        })?;
-        Ok(skipped)
+        })
     }
 }
 

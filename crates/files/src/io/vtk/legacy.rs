@@ -37,12 +37,7 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
                 reader.end_line();
                 let types = reader.numbers(count, Scalar::I32, "cell types")?;
                 let cells = grid.take().unwrap_or_default();
-                reader.skipped += cells.add_typed(
-                    Format::Vtk,
-                    &types,
-                    &mut reader.surface,
-                    &mut reader.arrays,
-                )?;
+                cells.add_typed(Format::Vtk, &types, &mut reader.surface, &mut reader.arrays)?;
             }
             b"FIELD" => reader.skip_field()?,
             b"METADATA" => reader.skip_metadata(),
@@ -83,7 +78,6 @@ pub(super) struct Reader<'a> {
     kind: Kind,
     /// Whether the kinds of cells came in the order of [`Kind`].
     ordered: bool,
-    skipped: usize,
 }
 
 impl<'a> Reader<'a> {
@@ -107,7 +101,6 @@ impl<'a> Reader<'a> {
             arrays: Arrays::default(),
             kind: Kind::Points,
             ordered: true,
-            skipped: 0,
         };
         let encoding = reader.word("ASCII or BINARY")?;
         reader.binary = encoding.eq_ignore_ascii_case(b"BINARY");
@@ -273,7 +266,7 @@ impl<'a> Reader<'a> {
         let (surface, arrays) = (&mut self.surface, &mut self.arrays);
         match kind {
             Kind::Points | Kind::Lines => {
-                self.skipped += cells.len();
+                surface.skipped += cells.len();
                 arrays.cells += cells.len();
                 Ok(())
             }
@@ -283,7 +276,6 @@ impl<'a> Reader<'a> {
     }
 
     fn finish(mut self) -> Result<Loaded, IoError> {
-        self.surface.skipped = self.skipped;
         if !self.ordered && !self.arrays.cell.is_empty() {
             self.arrays.cell.clear();
             let note = "cell data are left out, because the kinds of cells are not in VTK's order";

@@ -23,7 +23,6 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     let document = Document::parse(markup, "PolyData")?;
     let decoder = Decoder::new(&document, appended.as_ref(), Budget::new(bytes, ALLOWANCE));
     let mut surface = MeshBuilder::new(Format::Vtp);
-    let mut skipped = 0;
     let mut all = Arrays::default();
     for (number, piece) in document.pieces.iter().enumerate() {
         let base = surface.positions.len();
@@ -46,12 +45,11 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
             &mut surface,
             &mut arrays,
         )?;
-        skipped += others;
+        surface.skipped += others;
         arrays.cells -= all.cells;
         decoder.data(piece, surface.positions.len() - base, &mut arrays);
         all.append(arrays, number == 0);
     }
-    surface.skipped = skipped;
     all.finish(surface)
 }
 
