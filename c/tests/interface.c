@@ -1,5 +1,5 @@
 /* Tests of the C interface: results, wrong arguments, threads, cancellation. It makes its own meshes, prints times, and ends with 0 if
- * everything holds. With the argument "unmeasured" no times are measured, for a run under valgrind. */
+ * everything holds. With the argument "unmeasured" no times are measured and the meshes are smaller, for a run under valgrind. */
 #include <math.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -10,6 +10,8 @@
 #include "isomend.h"
 
 static int failures = 0;
+/* Vertices along a side of the small sheets, and quads along a side of a marked region. */
+static uint32_t side = 30, marked = 8;
 
 #define HOLDS(condition)                                                                                              \
     do {                                                                                                              \
@@ -61,7 +63,7 @@ static isomend_mesh *sheet(uint32_t n, uint32_t holes, int is_f32)
 
 static void results(void)
 {
-    isomend_mesh *mesh = sheet(30, 1, 1);
+    isomend_mesh *mesh = sheet(side, 1, 1);
     isomend_result *results[2];
     for (uint32_t threads = 1; threads <= 2; threads++) {
         isomend_options options = {.threads = threads};
@@ -70,7 +72,7 @@ static void results(void)
     isomend_mesh_free(mesh);
     isomend_result *r = results[0];
     size_t vertices = isomend_result_vertex_count(r), faces = isomend_result_face_count(r);
-    HOLDS(vertices > 900 && isomend_result_is_complete(r));
+    HOLDS(vertices > side * side && isomend_result_is_complete(r));
     HOLDS(vertices == isomend_result_vertex_count(results[1]));
     HOLDS(memcmp(isomend_result_vertices(r), isomend_result_vertices(results[1]), 3 * vertices * sizeof(double)) == 0);
     HOLDS(memcmp(isomend_result_faces(r), isomend_result_faces(results[1]), 3 * faces * sizeof(uint32_t)) == 0);
@@ -80,7 +82,7 @@ static void results(void)
     for (size_t i = 0; i < 3 * vertices; i++)
         HOLDS(floats[i] == (float)isomend_result_vertices(r)[i]);
     for (size_t v = 0; v < vertices; v++) {
-        int is_new = v >= 900;
+        int is_new = v >= side * side;
         HOLDS(isomend_result_vertex_origins(r)[v] == (is_new ? ISOMEND_NEW : v));
         HOLDS(is_new || isomend_result_expected_errors(r)[v] == 0);
     }
@@ -100,7 +102,7 @@ static void results(void)
 
 static void questions(void)
 {
-    isomend_mesh *mesh = sheet(30, 1, 0);
+    isomend_mesh *mesh = sheet(side, 1, 0);
     char *report = NULL;
     bool is_sound = true;
     HOLDS(isomend_check(mesh, "{\"thin\": 0.1, \"unit\": \"mm\"}", NULL, &is_sound, &report) == ISOMEND_OK);
@@ -139,10 +141,10 @@ static void masks(void)
     isomend_mesh *mesh = sheet(N, 0, 0);
     uint32_t faces[FACES], vertices[N * N];
     isomend_mask by_faces = {.faces = faces}, by_vertices = {.vertices = vertices};
-    for (uint32_t i = 10; i <= 18; i++)
-        for (uint32_t j = 10; j <= 18; j++) {
+    for (uint32_t i = 10; i <= 10 + marked; i++)
+        for (uint32_t j = 10; j <= 10 + marked; j++) {
             vertices[by_vertices.vertex_count++] = i * N + j;
-            for (uint32_t half = 0; half < 2 && i < 18 && j < 18; half++) {
+            for (uint32_t half = 0; half < 2 && i < 10 + marked && j < 10 + marked; half++) {
                 uint32_t face = 2 * (i * (N - 1) + j) + half;
                 is_marked[face] = true;
                 faces[by_faces.face_count++] = face;
@@ -302,7 +304,7 @@ static int smaller(const void *a, const void *b)
 /* A call with a token that is set already does nothing. */
 static void stopped_before(void)
 {
-    isomend_mesh *mesh = sheet(30, 1, 0);
+    isomend_mesh *mesh = sheet(side, 1, 0);
     isomend_cancel *cancel = isomend_cancel_new();
     isomend_options options = {.cancel = cancel};
     isomend_result *result = NULL;
@@ -325,7 +327,7 @@ enum { ROUNDS = 8 };
  */
 static void cancellation(void)
 {
-    isomend_mesh *mesh = sheet(200, 6, 0);
+    isomend_mesh *mesh = sheet(130, 4, 0);
     double late[ROUNDS] = {0}, begin = now();
     int stopped = 0;
     isomend_result *whole = NULL;
@@ -368,7 +370,7 @@ static int32_t third(double part, size_t done, size_t all, void *user)
 
 static void progress(void)
 {
-    isomend_mesh *mesh = sheet(400, 12, 0);
+    isomend_mesh *mesh = sheet(8 * side, 2 * side / 5, 0);
     isomend_result *result = NULL;
     int calls = 0;
     isomend_options options = {.progress = third, .user = &calls};
@@ -420,7 +422,7 @@ static void *fill_shared(void *given)
 
 static void shared_by_threads(void)
 {
-    isomend_mesh *mesh = sheet(30, 1, 0);
+    isomend_mesh *mesh = sheet(side, 1, 0);
     struct shared shared[3] = {{mesh, 0}, {mesh, 0}, {mesh, 0}};
     pthread_t threads[3];
     for (int i = 0; i < 3; i++)
@@ -435,6 +437,8 @@ int main(int count, char **arguments)
 {
     /* Under valgrind nothing is measured. */
     bool measures = count < 2 || strcmp(arguments[1], "unmeasured") != 0;
+    if (!measures)
+        side = 12, marked = 3;
     HOLDS(isomend_abi_version() == ISOMEND_ABI_VERSION && strlen(isomend_version()) > 4);
     results();
     questions();
