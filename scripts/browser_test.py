@@ -73,6 +73,8 @@ TARGET = """((query) => {
   window.hit = "nothing";
   addEventListener("click", (event) => { window.hit = own(event.target) ? "hit" : name(event.target); }, { capture: true, once: true });
   return at; })(%s)"""
+# Pixels of the screen along one of the page, where nobody looks at the pictures and no time is measured.
+COARSE = 0.5
 # Upper bound of a wait, in seconds: a wait that takes longer has failed.
 MOST_WAIT = 300
 # What the browser says where the page of a script is gone before the script has ended.
@@ -84,9 +86,11 @@ class Navigated(RuntimeError):
 
 
 class Browser:
-    """Chromium with one page, controlled through its debugging protocol."""
+    """Chromium with one page, controlled through its debugging protocol. `scale` is the number of pixels of the screen along one of the page: the
+    processor draws them, which takes most of the time of a test."""
 
-    def __init__(self, program, folder, offline=True):
+    def __init__(self, program, folder, offline=True, scale=1):
+        self.scale = scale
         command = [program, "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle",
                    "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars", "--no-first-run",
                    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-pings",
@@ -168,8 +172,12 @@ class Browser:
         """Waits until the page has no unfinished work of these kinds."""
         self.until(CALM % json.dumps(kinds), f"the page has no unfinished {', '.join(kinds)}")
 
+    def size(self, width, height):
+        """Gives the window a size in pixels of the page."""
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=self.scale, mobile=False)
+
     def open(self, page, width=1280, height=900):
-        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        self.size(width, height)
         # The page before may have the same address, and be ready.
         self.run("window.isLeft = true")
         self.call("Page.navigate", url=page if isinstance(page, str) else page.as_uri())
@@ -464,7 +472,7 @@ def main():
         pages = list(make_pages(arguments.isomend.resolve(), Path(folder)))
         profile = Path(folder) / "profile"
         profile.mkdir()
-        browser = Browser(chromium, profile)
+        browser = Browser(chromium, profile, scale=1 if arguments.keep else COARSE)
         try:
             for page in pages:
                 start = time.monotonic()

@@ -45,9 +45,9 @@ STAND = """(() => [...document.querySelectorAll("#view, #rail button, #fill-all,
 
 
 def resize(page, width, height):
-    page.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+    page.size(width, height)
     # The picture has the new size once the page has seen its own.
-    page.until(f"innerWidth === {width} && innerHeight === {height} && (({{ canvas }}) => canvas.width === canvas.clientWidth && canvas.height === canvas.clientHeight)(isomend.viewer)",
+    page.until(f"innerWidth === {width} && innerHeight === {height} && (({{ canvas: c }}) => c.width === Math.round(c.clientWidth * {page.scale}) && c.height === Math.round(c.clientHeight * {page.scale}))(isomend.viewer)",
                f"the window has {width} x {height} pixels")
     page.calm(PICTURE)
 

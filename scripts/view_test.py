@@ -28,7 +28,7 @@ from pathlib import Path
 
 import numpy as np
 
-from browser_test import MOST_WAIT, NAMES, ROOT, finish
+from browser_test import COARSE, MOST_WAIT, NAMES, ROOT, finish
 from left_out import left_out
 from view_choices import check_point, choices
 from view_clicks import clicks
@@ -448,7 +448,7 @@ def run_group(name, chromium, program, base, keep, slow):
     if keep:
         (keep / name).mkdir(parents=True, exist_ok=True)
     start = time.monotonic()
-    page = Page(chromium, profile, keep and keep / name, slow)
+    page = Page(chromium, profile, keep and keep / name, slow, 1 if keep or name in ALONE else COARSE)
     print(f"{name}:", flush=True)
     try:
         GROUPS[name](page, program, folder)

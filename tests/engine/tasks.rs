@@ -114,7 +114,7 @@ fn the_size_of_a_task_depends_on_its_region_and_not_on_the_mesh() {
 #[test]
 fn a_task_that_reaches_too_little_reports_it_and_closes_the_hole() {
     // A cap of 30 degrees: the box is widened twice for the rest of the sphere.
-    let cap = shapes::cut(&shapes::sphere(30), |p| p.z < 0.86);
+    let cap = shapes::cut(&shapes::sphere(20), |p| p.z < 0.86);
     let mut mesh = cap.clone();
     with(&mut mesh, &shapes::sphere(6), DVec3::new(60.0, 0.0, 0.0));
     let mut params = FillParams::default();
