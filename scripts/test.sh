@@ -202,9 +202,11 @@ join
 [ "$not_built" = 0 ] || exit 1
 stage 'tests of the library and the program' rust_tests
 stage 'examples in the documentation' documented_examples
+# The tests of the C interface and of the Python package work on one core for most of their time.
+beside 'C interface' scripts/c_test.sh target/ci
 stage 'commands of the pages' python3 scripts/check_docs.py --isomend "$ISOMEND"
-stage 'C interface' scripts/c_test.sh target/ci
 [ -n "$all" ] || stage 'tests of the Python package' python_tests
+join
 if [ -n "$all" ]; then
     # The browser waits much, and its measurements of time come last, when the others have ended.
     beside 'pages in a browser' browser
