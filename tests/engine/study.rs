@@ -148,7 +148,7 @@ fn the_graph_flow_stays_near_the_parametric_one() {
 #[test]
 fn the_claims_on_closed_surfaces_hold() {
     let settings = SurfacesSettings {
-        voxels: 24,
+        voxels: 30,
         runs: vec![
             (Closed::Sphere, 0.1),
             (Closed::Wave, 0.01),
