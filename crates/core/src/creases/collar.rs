@@ -1,8 +1,7 @@
 //! The collar of a rim: the faces around it, with normals smoothed except across creases.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 
 use super::rings::rings_of;
 use crate::cancel::Cancel;
@@ -269,7 +268,7 @@ impl Collar {
 /// For each face the faces across its edges, and for each edge of the rim the face next to it; `None` if one has none.
 fn neighbours(part: &Part, rim: &[u32]) -> (Vec<[u32; 3]>, Option<Vec<u32>>) {
     let faces = &part.mesh.faces;
-    let mut sides = HashMap::new();
+    let mut sides = FxHashMap::default();
     for (i, f) in faces.iter().enumerate() {
         (0..3).for_each(|k| {
             sides.insert((f[k], f[(k + 1) % 3]), i as u32);

@@ -1,6 +1,6 @@
 //! Creases between pairs of rim vertices given by the caller.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use super::rim_sides::RimSides;
 use super::{Continued, CreaseRefusal};
@@ -35,7 +35,7 @@ impl RimSides {
         // An edge is inside some pairs and outside the others; edges of one group agree on all of them.
         let group =
             |i: usize| -> Vec<bool> { pairs.iter().map(|&[a, b]| (a..b).contains(&i)).collect() };
-        let mut votes: HashMap<Vec<bool>, Vec<usize>> = HashMap::new();
+        let mut votes: FxHashMap<Vec<bool>, Vec<usize>> = FxHashMap::default();
         for (i, label) in self.labels.iter().enumerate() {
             votes.entry(group(i)).or_default().push(*label);
         }

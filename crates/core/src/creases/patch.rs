@@ -1,8 +1,7 @@
 //! The patch with creases: its parts triangulated and joined.
 
-use std::collections::{HashMap, HashSet};
-
 use glam::DVec3;
+use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
 use super::network::{CreaseLine, Network, ends, simple_loops};
 use super::rim_sides::RimSides;
@@ -110,7 +109,8 @@ impl RimSides {
 
     /// Checks that the faces use each edge of the rim once, and no directed edge twice.
     fn check_joined(&self, faces: &[[u32; 3]]) -> Result<(), CreaseRefusal> {
-        let mut edges: HashMap<(u32, u32), ()> = HashMap::with_capacity(3 * faces.len());
+        let mut edges: FxHashMap<(u32, u32), ()> =
+            FxHashMap::with_capacity_and_hasher(3 * faces.len(), FxBuildHasher);
         for f in faces {
             for (a, b) in [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])] {
                 if edges.insert((a, b), ()).is_some() || self.taken.contains(&(a, b)) {
@@ -119,7 +119,7 @@ impl RimSides {
             }
         }
         let rim = &self.collar.rim;
-        let on_rim: HashSet<(u32, u32)> = (0..rim.len())
+        let on_rim: FxHashSet<(u32, u32)> = (0..rim.len())
             .map(|i| (rim[i], rim[(i + 1) % rim.len()]))
             .collect();
         let is_right = |&(a, b): &(u32, u32)| match on_rim.contains(&(a, b)) {

@@ -1,8 +1,9 @@
 //! The smooth sides around a rim: which side continues each rim edge, and where creases end at the rim.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::BTreeSet;
 
 use glam::DVec3;
+use rustc_hash::FxHashSet;
 
 use super::CreaseRefusal;
 use super::collar::{Collar, median, rings};
@@ -80,7 +81,7 @@ pub(crate) struct RimSides {
     /// For each edge of the rim, the side that continues it.
     pub(super) labels: Vec<usize>,
     /// Directed edges of the mesh between vertices of the rim.
-    pub(super) taken: HashSet<(u32, u32)>,
+    pub(super) taken: FxHashSet<(u32, u32)>,
 }
 
 impl RimSides {
@@ -266,8 +267,8 @@ fn either(a: [bool; 2], b: [bool; 2]) -> [bool; 2] {
 }
 
 /// Directed edges of the mesh between vertices of a rim.
-fn edges_between(mesh: &Mesh, around: &VertexFaces, rim: &[u32]) -> HashSet<(u32, u32)> {
-    let on_rim: HashSet<u32> = rim.iter().copied().collect();
+fn edges_between(mesh: &Mesh, around: &VertexFaces, rim: &[u32]) -> FxHashSet<(u32, u32)> {
+    let on_rim: FxHashSet<u32> = rim.iter().copied().collect();
     let faces = rim.iter().flat_map(|&v| around.of(v));
     let sides = faces.flat_map(|&f| {
         let f = mesh.faces[f as usize];

@@ -1,6 +1,6 @@
 //! Removal of the innermost rings of faces around a rim, so that predictions can be tested against them.
 
-use std::collections::HashSet;
+use rustc_hash::FxHashSet;
 
 use crate::mesh::{Mesh, VertexFaces};
 
@@ -15,7 +15,7 @@ pub(crate) struct Widened {
 /// Removes the faces within some rings of a rim; `None` if no face would remain.
 pub(crate) fn without_rings(mesh: &Mesh, rim: &[u32], rings: u32) -> Option<Widened> {
     let (faces, _) = rings_of(mesh, &VertexFaces::new(mesh), rim, rings);
-    let taken: HashSet<u32> = faces.iter().copied().collect();
+    let taken: FxHashSet<u32> = faces.iter().copied().collect();
     let kept: Vec<u32> = (0..mesh.faces.len() as u32)
         .filter(|f| !taken.contains(f))
         .collect();

@@ -1,8 +1,7 @@
 //! Segmentation of a collar into smooth sides by region growing.
 
-use std::collections::HashSet;
-
 use glam::DVec3;
+use rustc_hash::FxHashSet;
 
 use super::collar::{Collar, median};
 use super::sheet::Sheet;
@@ -151,7 +150,7 @@ impl Collar {
 struct KnownPairs {
     /// How often each region grew: a pair is not tested again until one of them does.
     version: Vec<u32>,
-    apart: HashSet<(usize, usize, u32, u32)>,
+    apart: FxHashSet<(usize, usize, u32, u32)>,
 }
 
 /// Growing regions.
@@ -295,7 +294,7 @@ impl Growth<'_> {
         // Rows before `i` are done, but for the pairs of a region that has grown since.
         let mut known = KnownPairs {
             version: vec![0; self.list.len()],
-            apart: HashSet::new(),
+            apart: FxHashSet::default(),
         };
         let mut i = 0;
         while i < self.list.len() {

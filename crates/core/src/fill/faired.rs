@@ -1,8 +1,7 @@
 //! Candidates: refined triangulations of the rims, faired biharmonically and finished. They need no level set.
 
-use std::collections::HashSet;
-
 use glam::DVec3;
+use rustc_hash::FxHashSet;
 
 use super::candidate::{FinishReport, FinishedPatch, PatchInitialisation};
 use super::closure::Closure;
@@ -153,7 +152,7 @@ impl RegionProblem<'_> {
     /// Closes each hole by its own faired triangulation; none where one fails, or two rims touch.
     fn each_faired(&self, why: AttemptFailure, report: RegionReport) -> Option<RegionPatch> {
         // Rims that share a vertex cannot be filled separately: two patches could use the same edge.
-        let mut seen = HashSet::new();
+        let mut seen = FxHashSet::default();
         if !self
             .holes
             .iter()

@@ -1,7 +1,7 @@
 //! Index of a mesh that finds the neighbourhood of a patch without visiting the whole mesh.
 
 use std::cmp::Reverse;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::BinaryHeap;
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -64,7 +64,7 @@ impl<'a> Surroundings<'a> {
             }
         }
         let mut patches: Vec<Vec<u32>> = Vec::new();
-        let mut place = HashMap::new();
+        let mut place = FxHashMap::default();
         for (f, face) in faces.iter().enumerate() {
             let first = sets.find(f as u32);
             let unknown = face.iter().filter(|&&v| !self.is_known(v));

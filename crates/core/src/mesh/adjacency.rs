@@ -1,9 +1,9 @@
 //! Vertex-face adjacency, face normals and vertex normals.
 
-use std::collections::HashMap;
 use std::sync::OnceLock;
 
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 
 use super::{Mesh, area_vector};
 use crate::elementary::angle_between;
@@ -71,7 +71,7 @@ const LARGE_FAN: usize = 100;
 /// Normals of vertices, at the tips of large fans computed once.
 pub(crate) struct VertexNormals {
     around: VertexFaces,
-    of_fans: HashMap<u32, OnceLock<DVec3>>,
+    of_fans: FxHashMap<u32, OnceLock<DVec3>>,
 }
 
 impl VertexNormals {

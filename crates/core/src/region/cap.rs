@@ -3,10 +3,10 @@
 //! The side is determined by the nearest point of the mesh and the triangulations together, by its angle-weighted pseudonormal.
 //! So only the surroundings of the hole decide, and a mesh with reversed faces gets reversed signs.
 
-use std::collections::HashMap;
 use std::sync::OnceLock;
 
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 
 use super::distance::Wanted;
 use crate::mesh::triangulate::triangulate_loop;
@@ -32,7 +32,7 @@ struct Cap {
     joined: Mesh,
     normals: VertexNormals,
     /// Sums of the face normals at each edge of the triangulations.
-    edges: HashMap<(u32, u32), DVec3>,
+    edges: FxHashMap<(u32, u32), DVec3>,
     /// The faces of the triangulations.
     faces: Bvh,
     /// Whether every rim could be triangulated.
@@ -129,7 +129,7 @@ impl Cap {
         if first == count {
             return None;
         }
-        let mut edges: HashMap<(u32, u32), DVec3> = (first..count)
+        let mut edges: FxHashMap<(u32, u32), DVec3> = (first..count)
             .flat_map(|f| face_edges(&joined, f))
             .map(|edge| (edge, DVec3::ZERO))
             .collect();

@@ -24,7 +24,7 @@ const SHORT_BORDER: Tunable<f64> = tunable("repair.short_border", 1.0);
 /// Area to the power 3/2. Least volume of such a component: 0.094 for a sphere.
 const LEAST_VOLUME: Tunable<f64> = tunable("repair.least_volume", 0.02);
 
-/// Reorients the faces; returns the number of reversed ones.
+/// Reorients the faces; returns the number of reversed faces that come from the input.
 pub(super) fn orient(draft: &mut Draft) -> Result<usize, FillError> {
     let turned = {
         let found = draft.inspect()?;
@@ -38,10 +38,12 @@ pub(super) fn orient(draft: &mut Draft) -> Result<usize, FillError> {
         let turned: Vec<bool> = (0..draft.mesh.faces.len()).map(turn).collect();
         turned
     };
+    let mut given = 0;
     for f in (0..turned.len()).filter(|f| turned[*f]) {
         draft.reverse_face(f);
+        given += usize::from(draft.origins.faces[f].face != NONE);
     }
-    Ok(turned.iter().filter(|t| **t).count())
+    Ok(given)
 }
 
 /// For each component whether it is inside out after its faces were made to agree.

@@ -23,7 +23,7 @@ pub struct RepairSteps {
     pub flipped_edges: usize,
     /// Duplicate faces that were removed.
     pub duplicate_faces: usize,
-    /// Faces that were reversed.
+    /// Faces of the input that were reversed.
     pub reoriented_faces: usize,
     /// Copies of vertices that separate surfaces.
     pub split_vertices: usize,

@@ -1,9 +1,10 @@
 //! Assembly of the initial patch: the kept part of the extracted surface, zipped to the rim.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::cut::{self, Kept};
 use super::gap::{self, Loops};
@@ -249,7 +250,7 @@ pub(super) fn quality([a, b, c]: [DVec3; 3]) -> f64 {
 /// Number of connected components and Euler characteristic.
 fn topology(mesh: &PatchMesh) -> (usize, i64) {
     let mut sets = DisjointSets::new(mesh.position.len());
-    let mut edges = HashMap::new();
+    let mut edges = FxHashMap::default();
     for f in &mesh.faces {
         for k in 0..3 {
             let (a, b) = (f[k], f[(k + 1) % 3]);

@@ -1,9 +1,10 @@
 //! Cutting the extracted surface: the part that belongs to the hole, cleaned to a manifold with simple boundary loops.
 
-use std::collections::{HashMap, HashSet, VecDeque};
+use std::collections::VecDeque;
 
 use glam::DVec3;
 use rayon::prelude::*;
+use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
 use super::StitchInput;
 use crate::mesh::area_vector;
@@ -51,7 +52,7 @@ pub(super) fn cut(input: &StitchInput) -> Kept {
 fn make_manifold(faces: &mut Vec<[u32; 3]>, vertices: usize) {
     loop {
         let before = faces.len();
-        let mut edges = HashSet::with_capacity(3 * faces.len());
+        let mut edges = FxHashSet::with_capacity_and_hasher(3 * faces.len(), FxBuildHasher);
         faces.retain(|f| {
             let free = (0..3).all(|k| !edges.contains(&(f[k], f[(k + 1) % 3])));
             if free {
@@ -133,7 +134,7 @@ fn fans(v: u32, list: &[u32], faces: &[[u32; 3]]) -> Vec<Vec<u32>> {
 /// Drops components without boundary, and components that are tiny next to the largest.
 fn drop_components(faces: &mut Vec<[u32; 3]>) {
     let (component, len) = components(faces);
-    let edges: HashSet<(u32, u32)> = faces
+    let edges: FxHashSet<(u32, u32)> = faces
         .iter()
         .flat_map(|f| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])])
         .collect();
@@ -152,7 +153,7 @@ fn drop_components(faces: &mut Vec<[u32; 3]>) {
 
 /// The connected component of each face, and the number of faces of each component.
 fn components(faces: &[[u32; 3]]) -> (Vec<usize>, Vec<usize>) {
-    let mut by_edge = HashMap::with_capacity(3 * faces.len());
+    let mut by_edge = FxHashMap::with_capacity_and_hasher(3 * faces.len(), FxBuildHasher);
     for (i, f) in faces.iter().enumerate() {
         (0..3).for_each(|k| {
             by_edge.insert((f[k], f[(k + 1) % 3]), i);
@@ -207,7 +208,7 @@ fn compact(positions: &[DVec3], mut faces: Vec<[u32; 3]>) -> Kept {
 
 /// Finds the boundary loops, each with the component that it bounds.
 fn boundary_loops(kept: &mut Kept) {
-    let mut owner = HashMap::with_capacity(3 * kept.faces.len());
+    let mut owner = FxHashMap::with_capacity_and_hasher(3 * kept.faces.len(), FxBuildHasher);
     for (i, f) in kept.faces.iter().enumerate() {
         (0..3).for_each(|k| {
             owner.insert((f[k], f[(k + 1) % 3]), i);

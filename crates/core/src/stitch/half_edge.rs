@@ -1,8 +1,7 @@
 //! Half-edge mesh of a patch that can be flipped, split and collapsed in place.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
+use rustc_hash::{FxBuildHasher, FxHashMap};
 
 use super::StitchError;
 
@@ -38,7 +37,7 @@ impl PatchMesh {
     /// Fails if an edge would have more than two faces, or two faces of different orientation.
     pub(super) fn connect(&mut self) -> Result<(), StitchError> {
         self.faces.retain(|f| f[0] != NONE);
-        let mut by_edge = HashMap::with_capacity(self.faces.len() * 3);
+        let mut by_edge = FxHashMap::with_capacity_and_hasher(self.faces.len() * 3, FxBuildHasher);
         for (f, face) in self.faces.iter().enumerate() {
             for k in 0..3 {
                 let edge = (face[k], face[(k + 1) % 3]);

@@ -1,6 +1,6 @@
 //! Check that a patch is joined to its rims as a manifold.
 
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
 
 use super::{StitchError, StitchInput};
 
@@ -11,22 +11,22 @@ pub(super) fn check_joined(input: &StitchInput, faces: &[[u32; 3]]) -> Result<()
     let at = |v: u32| mesh.positions.get(v as usize).copied().unwrap_or_default();
     let sides = |f: &[u32; 3]| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])];
     // Rim edges in the patch's direction, and whether a face uses them.
-    let mut rim: HashMap<(u32, u32), bool> = HashMap::new();
+    let mut rim: FxHashMap<(u32, u32), bool> = FxHashMap::default();
     for lp in input.loops {
         (0..lp.len()).for_each(|i| {
             rim.insert((lp[i], lp[(i + 1) % lp.len()]), false);
         });
     }
     // Edges of the mesh between rim vertices, which the patch must not use.
-    let on_rim: HashSet<u32> = input.loops.iter().flatten().copied().collect();
-    let mut taken: HashSet<(u32, u32)> = HashSet::new();
+    let on_rim: FxHashSet<u32> = input.loops.iter().flatten().copied().collect();
+    let mut taken: FxHashSet<(u32, u32)> = FxHashSet::default();
     for (a, b) in mesh.faces.iter().flat_map(sides) {
         if on_rim.contains(&a) && on_rim.contains(&b) {
             taken.insert((a.min(b), a.max(b)));
         }
     }
     // Each directed edge occurs at most once in the patch and is a rim edge or new.
-    let mut edges = HashSet::with_capacity(3 * faces.len());
+    let mut edges = FxHashSet::with_capacity_and_hasher(3 * faces.len(), FxBuildHasher);
     for (a, b) in faces.iter().flat_map(sides) {
         let fresh = edges.insert((a, b));
         let allowed = match rim.get_mut(&(a, b)) {

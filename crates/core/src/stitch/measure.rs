@@ -1,8 +1,7 @@
 //! Quality measures of a patch: angles across the rim and the shape of its faces.
 
-use std::collections::{HashMap, HashSet};
-
 use glam::DVec3;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::Patch;
 use super::assemble::quality;
@@ -21,8 +20,8 @@ impl Patch {
         let edges = |f: [u32; 3]| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])];
         let normal = |f: [u32; 3]| area_vector(f.map(at)).normalize_or_zero();
         let old = self.faces.iter().flatten().copied().filter(|&v| v < len);
-        let rim: HashSet<u32> = old.collect();
-        let mut beyond: HashMap<(u32, u32), DVec3> = HashMap::new();
+        let rim: FxHashSet<u32> = old.collect();
+        let mut beyond: FxHashMap<(u32, u32), DVec3> = FxHashMap::default();
         for f in around {
             for (a, b) in edges(f) {
                 if rim.contains(&a) && rim.contains(&b) {

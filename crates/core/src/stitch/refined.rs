@@ -1,9 +1,8 @@
 //! Refined triangulations: patches that start as a triangulation of a rim and are refined to the face size around it (Liepa,
 //! "Filling holes in meshes", 2003, section 4).
 
-use std::collections::{HashMap, HashSet};
-
 use glam::DVec3;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::{Patch, StitchError};
 use crate::elementary::angle_between;
@@ -36,7 +35,7 @@ const REFINED_FACES_BESIDES: Tunable<usize> = tunable("stitch.refined_faces_besi
 /// If the rim cannot be triangulated, or too many faces would result because its edge lengths differ too much.
 pub fn refined_triangulation(mesh: &Mesh, rim: &[u32], factor: f64) -> Result<Patch, StitchError> {
     let faces = triangulate_loop(mesh, rim)?;
-    let local: HashMap<u32, u32> = rim.iter().copied().zip(0..).collect();
+    let local: FxHashMap<u32, u32> = rim.iter().copied().zip(0..).collect();
     let faces = faces.into_iter().map(|f| f.map(|v| local[&v])).collect();
     let mut work = Refinement::new(mesh, rim, factor, faces);
     work.flip();
@@ -59,7 +58,7 @@ pub fn refined_triangulation(mesh: &Mesh, rim: &[u32], factor: f64) -> Result<Pa
 /// Flips the edges of a patch of one rim after its vertices moved, until the triangulation is as Delaunay as possible.
 pub fn flipped(mesh: &Mesh, rim: &[u32], patch: &Patch) -> Patch {
     let count = mesh.positions.len() as u32;
-    let local: HashMap<u32, u32> = rim.iter().copied().zip(0..).collect();
+    let local: FxHashMap<u32, u32> = rim.iter().copied().zip(0..).collect();
     let number = |v: u32| match v.checked_sub(count) {
         Some(new) => Some(rim.len() as u32 + new),
         None => local.get(&v).copied(),
@@ -86,15 +85,15 @@ struct Refinement {
     size: Vec<f64>,
     faces: Vec<[u32; 3]>,
     /// Pairs of rim vertices (the smaller first) that are joined by an edge of the mesh or the rim.
-    taken: HashSet<(u32, u32)>,
+    taken: FxHashSet<(u32, u32)>,
 }
 
 impl Refinement {
     fn new(mesh: &Mesh, rim: &[u32], factor: f64, faces: Vec<[u32; 3]>) -> Self {
-        let local: HashMap<u32, u32> = rim.iter().copied().zip(0..).collect();
+        let local: FxHashMap<u32, u32> = rim.iter().copied().zip(0..).collect();
         let at = |v: u32| mesh.positions[v as usize];
         let mut lengths = vec![(0.0, 0.0); rim.len()];
-        let mut taken = HashSet::new();
+        let mut taken = FxHashSet::default();
         for f in &mesh.faces {
             for k in 0..3 {
                 let (a, b) = (f[k], f[(k + 1) % 3]);
@@ -145,7 +144,7 @@ impl Refinement {
 
     /// Flips edges as long as the sum of the angles opposite to an edge is larger than after the flip.
     fn flip(&mut self) {
-        let mut face_of: HashMap<(u32, u32), u32> = HashMap::new();
+        let mut face_of: FxHashMap<(u32, u32), u32> = FxHashMap::default();
         for (f, face) in self.faces.iter().enumerate() {
             for k in 0..3 {
                 face_of.insert((face[k], face[(k + 1) % 3]), f as u32);
@@ -164,7 +163,7 @@ impl Refinement {
         }
     }
 
-    fn flip_edge(&mut self, f: usize, k: usize, face_of: &mut HashMap<(u32, u32), u32>) -> bool {
+    fn flip_edge(&mut self, f: usize, k: usize, face_of: &mut FxHashMap<(u32, u32), u32>) -> bool {
         let face = self.faces[f];
         let (a, b, c) = (face[k], face[(k + 1) % 3], face[(k + 2) % 3]);
         let Some(&g) = face_of.get(&(b, a)) else {

@@ -1,9 +1,10 @@
 //! The rim: boundary loops in the direction of the patch, traced so that each loop bounds a single gap.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use glam::DVec3;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::{StitchError, StitchInput};
 use crate::elementary::{angle_between, atan2};
@@ -26,13 +27,13 @@ pub(super) struct Rims {
     /// For each loop, the input loop that its first edge comes from.
     pub(super) source: Vec<usize>,
     /// Edges of the mesh between rim vertices, the smaller index first.
-    pub(super) edges: HashSet<(u32, u32)>,
+    pub(super) edges: FxHashSet<(u32, u32)>,
     /// Unit normal of the surface at each rim vertex.
-    pub(super) normal: HashMap<u32, DVec3>,
+    pub(super) normal: FxHashMap<u32, DVec3>,
     /// Mean length of the mesh's edges at each rim vertex.
-    pub(super) length: HashMap<u32, f64>,
+    pub(super) length: FxHashMap<u32, f64>,
     /// The mesh face next to each directed rim edge.
-    pub(super) beyond: HashMap<(u32, u32), Beyond>,
+    pub(super) beyond: FxHashMap<(u32, u32), Beyond>,
     /// Mean dihedral angle (deviation from flat) at the mesh's edges at rim vertices, in radians; `None` without such edges.
     pub(super) angle_around: Option<f64>,
 }
@@ -108,15 +109,15 @@ fn validate(input: &StitchInput) -> Result<(), StitchError> {
 
 /// Normals, edges and edge lengths of the mesh at the rim vertices.
 fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
-    let on_rim: HashSet<u32> = input.loops.iter().flatten().copied().collect();
+    let on_rim: FxHashSet<u32> = input.loops.iter().flatten().copied().collect();
     let at = |v: u32| input.mesh.positions[v as usize];
     // Sums over the faces of the mesh that have a rim vertex.
-    let mut edges = HashSet::new();
-    let mut beyond = HashMap::new();
-    let mut first_normal: HashMap<(u32, u32), DVec3> = HashMap::new();
+    let mut edges = FxHashSet::default();
+    let mut beyond = FxHashMap::default();
+    let mut first_normal: FxHashMap<(u32, u32), DVec3> = FxHashMap::default();
     let mut angles = Vec::new();
-    let mut length: HashMap<u32, (f64, f64)> = HashMap::new();
-    let mut sum: HashMap<u32, DVec3> = HashMap::new();
+    let mut length: FxHashMap<u32, (f64, f64)> = FxHashMap::default();
+    let mut sum: FxHashMap<u32, DVec3> = FxHashMap::default();
     for f in input
         .mesh
         .faces
@@ -231,13 +232,13 @@ fn turns(
     input: &StitchInput,
     rims: &Rims,
     edges: &BTreeMap<(u32, u32), usize>,
-) -> HashMap<(u32, u32), u32> {
+) -> FxHashMap<(u32, u32), u32> {
     let mut at: BTreeMap<u32, (Vec<u32>, Vec<u32>)> = BTreeMap::new();
     for &(a, b) in edges.keys() {
         at.entry(a).or_default().1.push(b);
         at.entry(b).or_default().0.push(a);
     }
-    let mut next = HashMap::new();
+    let mut next = FxHashMap::default();
     for (v, (incoming, outgoing)) in at {
         let mut pairs: Vec<(f64, u32, u32)> = Vec::new();
         for &a in &incoming {
@@ -248,7 +249,7 @@ fn turns(
             );
         }
         pairs.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
-        let mut taken = HashSet::new();
+        let mut taken = FxHashSet::default();
         for (_, a, b) in pairs {
             if !next.contains_key(&(a, v)) && taken.insert(b) {
                 next.insert((a, v), b);

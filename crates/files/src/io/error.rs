@@ -105,12 +105,14 @@ pub enum IoError {
         advice: &'static str,
     },
     /// The file holds no faces.
-    #[error("{format}: {}", no_faces(*points))]
+    #[error("{format}: {}", no_faces(*points, *omitted))]
     NoFaces {
         /// The format of the file.
         format: Format,
         /// How many points there are.
         points: usize,
+        /// How many faces of one or two corners were left out.
+        omitted: usize,
     },
     /// All faces are degenerate.
     #[error(
@@ -137,7 +139,13 @@ pub enum IoError {
 
 const DAMAGED: &str = "the file looks damaged or cut short, so export or copy it again";
 
-fn no_faces(points: usize) -> String {
+fn no_faces(points: usize, omitted: usize) -> String {
+    if omitted > 0 {
+        return format!(
+            "the file has no faces of three or more corners, only {omitted} of one or two; check the export settings of the program \
+             that wrote the file"
+        );
+    }
     match points {
         0 => "the file has no faces and no points; export the mesh again".to_owned(),
         _ => format!(

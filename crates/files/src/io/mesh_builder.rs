@@ -157,6 +157,7 @@ impl MeshBuilder {
             return Err(IoError::NoFaces {
                 format: self.format,
                 points: self.positions.len(),
+                omitted: self.omitted.len(),
             });
         }
         let faces = self.cut_polygons(cut);

@@ -1,10 +1,10 @@
 //! Triangulation of a boundary loop in space: smallest dihedral angles, then least area (Liepa).
 
 use std::cmp::{Ordering, Reverse};
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::BinaryHeap;
 
 use glam::DVec3;
-
+use rustc_hash::{FxHashMap, FxHashSet};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -70,12 +70,12 @@ pub(crate) fn triangulate_loop_with_neighbours(
         return Err(TriangulationError::Index { vertex, len });
     }
     // Edges between rim vertices, which diagonals must not repeat, and normals of the faces at the rim.
-    let mut corner = HashMap::new();
+    let mut corner = FxHashMap::default();
     rim.iter().enumerate().for_each(|(i, &v)| {
         corner.entry(v).or_insert(i);
     });
-    let mut edges = std::collections::HashSet::new();
-    let mut normals = HashMap::new();
+    let mut edges = FxHashSet::default();
+    let mut normals = FxHashMap::default();
     for f in mesh.faces.iter().chain(others) {
         for k in 0..3 {
             let (a, b) = (f[k], f[(k + 1) % 3]);

@@ -8,9 +8,8 @@ mod size;
 mod smooth;
 mod untangle;
 
-use std::collections::HashMap;
-
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 
 use super::assemble::Assembled;
 use super::half_edge::{NONE, PatchMesh};
@@ -101,12 +100,12 @@ pub(super) struct Remesher<'a> {
     surface: &'a dyn Surface,
     centre: DVec3,
     /// The corners of mesh vertices that have several.
-    copies: HashMap<u32, Vec<u32>>,
+    copies: FxHashMap<u32, Vec<u32>>,
 }
 
 impl<'a> Remesher<'a> {
     pub(super) fn new(input: &'a StitchInput, patch: &'a mut Assembled) -> Self {
-        let mut copies: HashMap<u32, Vec<u32>> = HashMap::new();
+        let mut copies: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
         for (corner, &v) in patch.mesh.origin.iter().enumerate() {
             copies.entry(v).or_default().push(corner as u32);
         }

@@ -340,6 +340,9 @@ mod tests {
                 format!("faces of one or two corners, left out: 2, the first in line {line}");
             assert!(loaded.notes.contains(&note), "{:?}", loaded.notes);
         }
+        let only_edges = read_alone(b"v 0 0 0\nv 1 0 0\nf 1 2", Format::Obj);
+        let error = only_edges.unwrap_err().to_string();
+        assert!(error.contains("only 1 of one or two"), "{error}");
     }
 
     #[test]
