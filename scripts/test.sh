@@ -3,10 +3,10 @@
 # and Python 3.11 or newer.
 #
 #   scripts/test.sh          the tests above; a quarter of an hour in a fresh clone
-#   scripts/test.sh --all    also the library without files and with them alone, the Python wheel with the packages that it supports, checks
-#                            of written files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, a
-#                            minute of fuzzing, and time and memory of fills against the last release, if there is one. A check that cannot
-#                            run is left out, with a message; with CI=true this is a failure, except for the lints of the WebAssembly
+#   scripts/test.sh --all    also each feature of the library alone, the Python wheel with the packages that it supports, checks of written
+#                            files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, a minute of
+#                            fuzzing, and time and memory of fills against the last release, if there is one. A check that cannot run
+#                            is left out, with a message; with CI=true this is a failure, except for the lints of the WebAssembly
 #                            module: Rust's library for it cannot be fetched everywhere.
 #   scripts/test.sh --apps   also tests with large downloads or builds: the Blender extension in Blender's Python module, the website by
 #                            mdBook, the program as WebAssembly under Node.js and in Chromium
@@ -115,10 +115,10 @@ python_tests() {
     PYTHONPATH=$PWD/$site "$python" -m pytest -q python/tests
 }
 
-# Whether they compile without warnings; clippy has seen the same code with all features, and `study` and `view` only name a package each.
+# Whether each compiles without warnings; clippy has seen the same code with all features.
 parts_of_the_library() {
     local features said
-    for features in '' io; do
+    for features in '' io study view; do
         said=$(cargo check --quiet --color never --lib --no-default-features --features "$features" 2>&1) || said+=$'\nit does not compile'
         [ -z "$said" ] || { printf "with the features '%s':\n%s\n" "$features" "$said"; return 1; }
     done

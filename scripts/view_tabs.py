@@ -16,7 +16,7 @@ def same_state(page, what):
 def two_tabs(page, program, folder, mesh, profile):
     """What one tab does, the other one shows: steps, undo, a preview that is taken; only changes are sent to each."""
     server = Server(program, mesh, folder / "log.txt")
-    other = Page(page.process.args[0], profile, None)
+    other = Page(page.process.args[0], profile, None, scale=page.scale)
     try:
         for tab in (page, other):
             tab.start(server, width=1280, height=800)

@@ -56,7 +56,7 @@ class Site(Browser):
     def __init__(self, chromium, folder, address, keep):
         super().__init__(chromium, folder, offline=False)
         self.address, self.keep, self.wrong = address, keep, []
-        self.call("Emulation.setDeviceMetricsOverride", width=1280, height=800, deviceScaleFactor=1, mobile=False)
+        self.size(1280, 800)
         self.call("Page.navigate", url=address)
         self.until("document.readyState === 'complete'", "the site is loaded")
 

@@ -173,7 +173,7 @@ fn bytes_do_not_depend_on_threads_or_tasks() {
 #[test]
 fn without_symmetry_nothing_changes() {
     let mut random = Noise(9);
-    for round in 0..2 {
+    for round in 0..3 {
         let bump = |k: u32| {
             let width = 0.3 + 0.03 * f64::from(k);
             (

@@ -1,6 +1,6 @@
 //! `isomend repair` keeps parts of bodies that are inside out, and cavities.
 
-use crate::shapes::{cube, joined, moved, volume};
+use crate::shapes::{cube, cut, joined, moved, sphere, volume};
 use glam::DVec3;
 use isomend::check::{CheckParams, Verdict};
 use isomend::{Carried, Control, Mesh, RepairParams, Repaired, inspect, repair};
@@ -78,4 +78,16 @@ fn a_sheet_of_two_equal_sides_stays() {
     let repaired = repaired(&mesh);
     assert!(!repaired.mesh.faces.is_empty());
     assert!(!verdict(&repaired.mesh).is_sound());
+}
+
+#[test]
+fn only_faces_of_the_input_count_as_reversed() {
+    // A bowl shows its inside; its outside is known once its mouth is closed.
+    let mut bowl = cut(&sphere(8), |p| p.z > -0.2);
+    bowl.faces.iter_mut().for_each(|f| f.swap(1, 2));
+    let mut params = RepairParams::default();
+    params.borders = true;
+    let done = repair(&bowl, &params, &Carried::default(), &Control::new()).unwrap();
+    assert!(done.mesh.faces.len() > bowl.faces.len() && volume(&done.mesh) > 0.0);
+    assert_eq!(done.report.steps.reoriented_faces, bowl.faces.len());
 }

@@ -1,7 +1,7 @@
 //! The patch with creases: its parts triangulated and joined.
 
 use glam::DVec3;
-use rustc_hash::{FxBuildHasher, FxHashMap, FxHashSet};
+use rustc_hash::{FxBuildHasher, FxHashSet};
 
 use super::network::{CreaseLine, Network, ends, simple_loops};
 use super::rim_sides::RimSides;
@@ -109,11 +109,10 @@ impl RimSides {
 
     /// Checks that the faces use each edge of the rim once, and no directed edge twice.
     fn check_joined(&self, faces: &[[u32; 3]]) -> Result<(), CreaseRefusal> {
-        let mut edges: FxHashMap<(u32, u32), ()> =
-            FxHashMap::with_capacity_and_hasher(3 * faces.len(), FxBuildHasher);
+        let mut edges = FxHashSet::with_capacity_and_hasher(3 * faces.len(), FxBuildHasher);
         for f in faces {
             for (a, b) in [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])] {
-                if edges.insert((a, b), ()).is_some() || self.taken.contains(&(a, b)) {
+                if !edges.insert((a, b)) || self.taken.contains(&(a, b)) {
                     return Err(CreaseRefusal::NotManifold);
                 }
             }
@@ -123,12 +122,12 @@ impl RimSides {
             .map(|i| (rim[i], rim[(i + 1) % rim.len()]))
             .collect();
         let is_right = |&(a, b): &(u32, u32)| match on_rim.contains(&(a, b)) {
-            true => !edges.contains_key(&(b, a)),
+            true => !edges.contains(&(b, a)),
             // The opposite of an inner edge belongs to the patch too, and the mesh does not have such an edge.
-            false => edges.contains_key(&(b, a)) && !self.taken.contains(&(b, a)),
+            false => edges.contains(&(b, a)) && !self.taken.contains(&(b, a)),
         };
-        let has_all = on_rim.iter().all(|edge| edges.contains_key(edge));
-        match has_all && edges.keys().all(is_right) {
+        let has_all = on_rim.iter().all(|edge| edges.contains(edge));
+        match has_all && edges.iter().all(is_right) {
             true => Ok(()),
             false => Err(CreaseRefusal::NotManifold),
         }

@@ -38,12 +38,10 @@ pub(super) fn orient(draft: &mut Draft) -> Result<usize, FillError> {
         let turned: Vec<bool> = (0..draft.mesh.faces.len()).map(turn).collect();
         turned
     };
-    let mut given = 0;
-    for f in (0..turned.len()).filter(|f| turned[*f]) {
-        draft.reverse_face(f);
-        given += usize::from(draft.origins.faces[f].face != NONE);
-    }
-    Ok(given)
+    let reversed = || (0..turned.len()).filter(|f| turned[*f]);
+    reversed().for_each(|f| draft.reverse_face(f));
+    let is_of_input = |f: &usize| draft.origins.faces[*f].face != NONE;
+    Ok(reversed().filter(is_of_input).count())
 }
 
 /// For each component whether it is inside out after its faces were made to agree.
