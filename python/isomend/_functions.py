@@ -136,8 +136,8 @@ def fill(
         cell_data: Named values of faces, (m,) or (m, k).
         progress: Called as ``progress(part, done, regions)``, at most 20 times a second, in the calling thread: the part of the work
             that is done (0 to 1), regions done, all regions. The run stops if it returns ``False`` or raises an exception.
-        strict: Raise :class:`isomend.StrictError` unless the surface of every filled hole with more than four edges converged and
-            intersects nothing.
+        strict: Raise :class:`isomend.StrictError` unless every hole of more than four edges that was to be filled is closed well: by a
+            surface that continues its surroundings, or as asked for, that intersects nothing.
 
     Returns:
         The filled mesh, with a report.
@@ -250,7 +250,7 @@ def repair(
             predict the faces round the hole.
         voxel, energy, finish, sharp, like, grain, apart, edge_ratio: How holes are filled, as for :func:`fill`.
         threads, point_data, cell_data, progress: As for :func:`fill`.
-        strict: Raise :class:`isomend.StrictError` unless the result is sound and the surface of every patch converged.
+        strict: Raise :class:`isomend.StrictError` unless the result is sound and its holes are closed well.
 
     Returns:
         The repaired mesh, with a report.

@@ -423,8 +423,7 @@ def _mended_from(packed: bytes, given: Any) -> Mended:
 
 
 class StrictError(IsomendError):
-    """With ``strict=True``: some hole did not get a converged surface that is joined to its rim and intersects nothing, or a boundary
-    chain does not close, or a repaired mesh is not sound.
+    """With ``strict=True``: some hole is not closed well, or a boundary chain does not close, or a repaired mesh is not sound.
 
     Attributes:
         result: The result nevertheless; its ``report`` says what is wrong.

@@ -1,6 +1,7 @@
 //! `isomend check`: lists the defects of a mesh and says whether it is watertight and printable.
 
 use clap::Args;
+use isomend::Hole;
 use isomend::check::{CheckParams, DefectKind, Verdict};
 use isomend::job::{Checked, JobSpec, Looked, Work};
 use isomend::report::{Standing, verdict_lines};
@@ -62,7 +63,7 @@ fn shown(job: &JobSpec, checked: &Checked) -> Shown {
     let verdict = &checked.verdict;
     let [low, high] = checked.loaded.mesh.bounds();
     let mut lines = verdict_lines(verdict, low.distance(high), checked.unit);
-    if let Some(command) = next_command(verdict, &job.source.place.name()) {
+    if let Some(command) = next_command(verdict, &checked.found.holes, &job.source.place.name()) {
         lines.extend([String::new(), command]);
     }
     let width = console::width();
@@ -90,8 +91,9 @@ fn shown(job: &JobSpec, checked: &Checked) -> Shown {
     }
 }
 
-/// A line with the command that mends what the verdict names; `None` if there is nothing to mend, or only parts that are thin.
-fn next_command(verdict: &Verdict, name: &str) -> Option<String> {
+/// A line with the command that mends what the verdict names; `None` if there is nothing to mend, or only parts that are thin. A fill leaves
+/// outer borders open.
+fn next_command(verdict: &Verdict, holes: &[Hole], name: &str) -> Option<String> {
     if verdict.weld.is_some() || verdict.t_junctions > 0 {
         let weld = verdict.weld.filter(|_| !verdict.weld_by_default);
         let option = weld.map_or(String::new(), |(length, _)| format!(" --weld {length:e}"));
@@ -99,13 +101,24 @@ fn next_command(verdict: &Verdict, name: &str) -> Option<String> {
             "to close nearly closed boundaries: isomend repair {name} -o OUT{option}"
         ));
     }
+    let borders = holes.iter().filter(|h| h.outer_boundary).count();
+    let close = match borders {
+        0 => "",
+        _ => " --close-borders",
+    };
     let mut kinds = verdict.defects.iter().map(|defect| defect.kind);
     let is_mended = |kind| !matches!(kind, DefectKind::Thin | DefectKind::ThinWall);
     match kinds.clone().any(is_mended) {
         false => None,
-        true if kinds.all(|kind| kind == DefectKind::BoundaryEdge) => {
-            Some(format!("to close the holes: isomend fill {name} -o OUT"))
-        }
-        true => Some(format!("to mend it: isomend repair {name} -o OUT")),
+        true if kinds.all(|kind| kind == DefectKind::BoundaryEdge) => Some(match borders {
+            0 => format!("to close the holes: isomend fill {name} -o OUT"),
+            _ if borders == holes.len() => {
+                format!("to close the outer border: isomend repair {name} -o OUT{close}")
+            }
+            _ => format!(
+                "to close the holes: isomend fill {name} -o OUT; with the outer border: isomend repair {name} -o OUT{close}"
+            ),
+        }),
+        true => Some(format!("to mend it: isomend repair {name} -o OUT{close}")),
     }
 }

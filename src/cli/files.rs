@@ -9,7 +9,7 @@ use isomend::job::{
     Batch, BatchObserver, BatchResult, Deliverables, JobError, JobPlan, JobResult, JobSpec, Output,
     Place, Work,
 };
-use isomend::report::region_lines_in;
+use isomend::report::{named_holes, region_lines_in};
 use isomend::{Control, RegionReport, Step, Unit};
 
 use super::console::{self, Console};
@@ -92,6 +92,7 @@ impl FilesArgs {
             console,
             shown: &shown,
             several: batch.sources.len() > 1,
+            strict: batch.strict,
             prints_plans: !task.common.json.as_ref().is_some_and(Target::is_stdout),
         };
         let ended = batch.run(&mut printer, &Control::new().progress(&show));
@@ -180,6 +181,8 @@ struct Printer<'a> {
     console: &'a Console,
     shown: &'a RegionProgress<'a>,
     several: bool,
+    /// Whether holes that are not closed well are named.
+    strict: bool,
     /// Whether plans are printed, that is, the JSON report does not go to standard output.
     prints_plans: bool,
 }
@@ -225,6 +228,13 @@ impl BatchObserver for Printer<'_> {
             false => String::new(),
         };
         messages::done(done, &name, self.console);
+        let flawed = done.report.flawed();
+        if self.strict && !flawed.is_empty() {
+            let holes = named_holes(&flawed);
+            self.console.note(&format!(
+                "{name}{holes}: not closed well, which --strict asks for (-v says why)"
+            ));
+        }
         Ok(())
     }
 

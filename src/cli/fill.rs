@@ -36,8 +36,8 @@ pub struct FillArgs {
     #[command(flatten)]
     parameters: ParameterArgs<Fill>,
 
-    /// Exit with 3 unless every hole of more than four edges that was to be filled got a converged level-set surface that is joined to its
-    /// rim and intersects no other face, and sharp edges that end at its rim were continued.
+    /// Exit with 3 unless every hole of more than four edges that was to be filled is closed well: by a surface that continues its
+    /// surroundings, or as asked for, that intersects no other face. The holes that are not are named.
     #[arg(long)]
     strict: bool,
 

@@ -135,6 +135,9 @@ impl StudyArgs {
     }
 }
 
+/// Voxels. The coarsest grid in space.
+const COARSEST: usize = 16;
+
 /// Refuses wrong options before the experiment starts.
 fn check(args: &StudyArgs) -> anyhow::Result<()> {
     if let Some(json) = &args.json {
@@ -156,18 +159,30 @@ fn check(args: &StudyArgs) -> anyhow::Result<()> {
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot create the folder {}", folder.display()))?;
     }
-    if args.finest.is_some()
-        && !matches!(
-            args.name,
-            Experiment::Table1 | Experiment::Circle | Experiment::Surfaces | Experiment::Patches
-        )
-    {
-        bail!("--finest applies to table1, circle, surfaces and patches only");
+    match (args.finest, coarsest(args.name)) {
+        (Some(_), None) => bail!("--finest applies to table1, circle, surfaces and patches only"),
+        (Some(finest), Some(coarsest)) if finest < coarsest => {
+            bail!("--finest {finest} leaves no grid; the coarsest one there has {coarsest}")
+        }
+        _ => {}
     }
     if args.energy()? != Energy::Willmore && args.name != Experiment::Patches {
         bail!("--energy applies to patches only");
     }
     Ok(())
+}
+
+/// The coarsest grid of an experiment that `--finest` applies to.
+fn coarsest(name: Experiment) -> Option<usize> {
+    match name {
+        Experiment::Table1 => Table1Settings::default().cells.into_iter().min(),
+        Experiment::Circle => {
+            let runs = CircleSettings::default().runs.into_iter();
+            runs.map(|run| run.0).min()
+        }
+        Experiment::Surfaces | Experiment::Patches => Some(COARSEST),
+        _ => None,
+    }
 }
 
 fn experiment(
@@ -199,7 +214,7 @@ fn experiment(
         Experiment::Patches => {
             let mut settings = PatchesSettings::default();
             settings.flow.energy = energy;
-            settings.refinements.retain(|&r| 16 << r <= finest);
+            settings.refinements.retain(|&r| COARSEST << r <= finest);
             patches(&settings, observer)
         }
     }

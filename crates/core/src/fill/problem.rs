@@ -23,7 +23,7 @@ use crate::tuning::{Tunable, tunable};
 const FEW_FOR_LEVEL_SET: Tunable<usize> = tunable("fill.few_for_level_set", 12);
 
 /// Voxels. A wall is thin if its two sides are closer than this: the level set of one side then has too few nodes before the other.
-const THIN: Tunable<f64> = tunable("fill.thin", 2.0);
+const THIN: Tunable<f64> = tunable("fill.thin", 5.0);
 /// Cosine between the normals of a rim and of faces on the other side of its wall, at most.
 const OTHER_SIDE: Tunable<f64> = tunable("fill.other_side", -0.7);
 /// Upper bound of the rim vertices at which the thickness of a wall is looked at.

@@ -59,6 +59,8 @@ pub struct RegionReport {
     pub quality: Option<Quality>,
     /// The finish of its patch; none where it was not finished.
     pub finish: Option<FinishReport>,
+    /// The largest expected error of its new vertices, in the mesh's units; none where none is known.
+    pub largest_expected_error: Option<f64>,
     /// Sharp edges that were continued.
     pub creases: Vec<CreaseReport>,
     /// Number of sharp edges of the mesh that end at its rim. 0 where none are searched: at several rims, at a flat cap, where

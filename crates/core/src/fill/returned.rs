@@ -89,6 +89,7 @@ impl RegionReport {
         if let Some(quality) = &mut self.quality {
             scale(&mut quality.expected_error, unit);
         }
+        scale(&mut self.largest_expected_error, unit);
         for record in self.finish.iter_mut().flat_map(|f| &mut f.components) {
             return_record(record, unit);
         }

@@ -42,6 +42,8 @@ impl RegionProblem<'_> {
             false => self.with_grain(search(self)),
         };
         let quality = filled.quality();
+        let errors = filled.expected_error.iter().flatten().copied();
+        filled.report.largest_expected_error = errors.reduce(f64::max);
         let report = &mut filled.report;
         report.quality = Some(quality);
         report.id = self.id;

@@ -1,5 +1,7 @@
 //! Reports of fills, restorations and fairings. Plans are in `plan.rs`.
 
+use std::collections::HashMap;
+
 use serde::{Deserialize, Serialize};
 
 use super::inspection::Inspection;
@@ -131,23 +133,39 @@ impl FillReport {
         self.tally().open > 0 || (self.all_holes && !self.input.open_chains.is_empty())
     }
 
-    /// Whether every hole of more than four edges that was to be filled got a converged surface, flat cap, base, seam or
-    /// continued sides, joined to its rim without self-intersections, and every sharp edge that ends at its rim was continued.
+    /// Whether everything that was to be filled is closed well; see [`Self::flawed`].
     pub fn flawless(&self) -> bool {
-        let flawless = |hole: &HoleReport| match &hole.outcome {
-            HoleOutcome::Left(_) => true,
-            _ if hole.hole.edges <= FEW_EDGES.get() => true,
-            _ => self.regions.iter().any(|r| {
-                let whole = match r.closure {
-                    Some(Closure::LevelSet) => r.converged,
-                    Some(Closure::Flat | Closure::Base | Closure::Seam | Closure::Sides) => true,
-                    _ => false,
-                };
-                let is_sound = whole && r.intersecting_faces == 0 && r.not_continued.is_none();
-                r.id == hole.region && is_sound
-            }),
+        !self.incomplete() && self.flawed().is_empty()
+    }
+
+    /// The holes of more than four edges that were to be filled and are not closed well: they are open, or closed by a level set that did
+    /// not converge, by a triangulation because the level set found no surface, by triangles between the vertices of the rim or by an
+    /// offset shell; or the patch intersects other faces, or sharp edges that end at the rim were not continued.
+    pub fn flawed(&self) -> Vec<HoleId> {
+        let regions: HashMap<usize, &RegionReport> =
+            self.regions.iter().map(|r| (r.id, r)).collect();
+        let is_well = |hole: &&HoleReport| {
+            let region = regions.get(&hole.region);
+            let is_clean =
+                region.is_some_and(|r| r.intersecting_faces == 0 && r.not_continued.is_none());
+            match &hole.outcome {
+                HoleOutcome::Left(_) => true,
+                _ if hole.hole.edges <= FEW_EDGES.get() => true,
+                HoleOutcome::Open(_) => false,
+                HoleOutcome::Closed(how) => {
+                    is_clean
+                        && match how {
+                            Closure::LevelSet => region.is_some_and(|r| r.converged),
+                            Closure::RimTriangles(_)
+                            | Closure::OffsetShell(_)
+                            | Closure::Faired(Some(_)) => false,
+                            _ => true,
+                        }
+                }
+            }
         };
-        !self.incomplete() && self.holes.iter().all(flawless)
+        let flawed = self.holes.iter().filter(|hole| !is_well(hole));
+        flawed.map(|hole| hole.hole.id).collect()
     }
 
     /// Number of holes with each outcome.

@@ -161,6 +161,14 @@ impl RepairReport {
             let defect = Defect::named(DefectKind::ThinWall, faces);
             verdict.defects.push(defect);
         }
+        // The walls of the result are measured at more places: both name the thinnest.
+        for (number, shell) in &mut self.offset_shells {
+            let own = verdict.components.get(*number - 1);
+            let thinner = |l: &f64| shell.least_wall.is_some_and(|s| *l < s);
+            if let Some(own) = own.filter(|c| c.least_wall.as_ref().is_some_and(thinner)) {
+                (shell.least_wall, shell.thinnest_at) = (own.least_wall, own.thinnest_at);
+            }
+        }
         verdict.doubt = self.doubt;
         self.after = Some(verdict);
     }

@@ -83,8 +83,11 @@ impl Place {
             _ => Path::new("."),
         };
         if !folder.is_dir() {
-            let folder = folder.display();
-            return bad(format!("there is no folder {folder}; create it first"));
+            let name = folder.display();
+            return bad(match folder.exists() {
+                true => format!("{name} is a file, not a folder"),
+                false => format!("there is no folder {name}; create it first"),
+            });
         }
         Ok(())
     }

@@ -78,12 +78,21 @@ pub fn closed_rows(report: &FillReport) -> Vec<ClosedRow<'_>> {
     let holes: HashMap<HoleId, &HoleReport> = report.holes.iter().map(|h| (h.hole.id, h)).collect();
     let mut rows: Vec<ClosedRow> = Vec::new();
     for region in regions(report) {
+        // A later step of a repair may have closed some of its holes, and left others open on purpose.
         let own = region.holes.iter().filter_map(|id| holes.get(id).copied());
+        let is_own = |h: &&HoleReport| {
+            h.region == region.id && !matches!(h.outcome, HoleOutcome::Left(_))
+        };
+        let own: Vec<&HoleReport> = own.filter(is_own).collect();
+        if own.is_empty() && !region.holes.is_empty() {
+            continue;
+        }
+        let is_part = own.len() < region.holes.len();
         // Some holes of a region may be open although others are closed.
         let is_open = |h: &&HoleReport| matches!(h.outcome, HoleOutcome::Open(_));
-        let (open, others): (Vec<_>, Vec<_>) = own.partition(is_open);
+        let (open, others): (Vec<_>, Vec<_>) = own.into_iter().partition(is_open);
         match (&open[..], &others[..]) {
-            (own, []) | ([], own) => rows.push(ClosedRow::new(region, own, false)),
+            (own, []) | ([], own) => rows.push(ClosedRow::new(region, own, is_part)),
             parts => rows.extend([parts.1, parts.0].map(|own| ClosedRow::new(region, own, true))),
         }
     }
@@ -178,13 +187,14 @@ impl<'a> ClosedRow<'a> {
 
     fn line(&self, width: Option<usize>) -> String {
         let r = self.region;
-        let error = r.finish.as_ref().and_then(|f| f.largest_expected_error());
         let cells = Cells {
             hole: &short_list(&self.holes, r.components),
             diameter: &number(self.diameter),
             edges: &self.edges.to_string(),
             closed_by: closed_by(self.closure, width.is_some_and(|width| width < WIDE)),
-            error: &error.map_or("-".to_owned(), |e| significant(e, 2)),
+            error: &r
+                .largest_expected_error
+                .map_or("-".to_owned(), |e| significant(e, 2)),
             remark: self.remark.map(short).unwrap_or_default(),
         };
         let line = cells.line(width);

@@ -34,7 +34,7 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
         ),
         (
             d.reoriented_faces,
-            "faces flipped for the computation (unchanged in the output)",
+            "faces turned the other way than their component",
         ),
         (
             d.non_manifold_boundary_vertices,
@@ -324,8 +324,8 @@ pub fn chain_lines(chains: &[OpenChain]) -> Vec<String> {
     let line = |c: &OpenChain| {
         let [a, b] = c.ends.map(|p| point(p, c.length));
         format!(
-            "a boundary chain of {} edges does not close, from {a} to {b}: {}",
-            c.edges,
+            "a boundary chain of {} does not close, from {a} to {b}: {}",
+            counted(c.edges, "edge"),
             c.reason.text()
         )
     };

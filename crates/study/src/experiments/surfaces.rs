@@ -203,7 +203,15 @@ fn claims(report: &mut StudyReport, surface: Closed, run: &SurfaceRun, voxel: f6
         StatedBy::Theory,
         &format!("{name}: energy"),
         "falls in every step".to_owned(),
-        format!("{rises} rises in {} steps", run.evolution.steps.len()),
+        format!(
+            "{rises} rises in {} steps{}",
+            run.evolution.steps.len(),
+            if run.steady {
+                ""
+            } else {
+                ", not steady after them"
+            }
+        ),
         rises == 0 && run.steady,
     );
     claim_energy(report, surface, run);

@@ -40,6 +40,8 @@ const MOST: Tunable<usize> = tunable("fill.find.most", 4);
 const FEW_SAMPLES_QUICK: Tunable<usize> = tunable("fill.find.few_samples_quick", 150);
 const MANY_SAMPLES_QUICK: Tunable<usize> = tunable("fill.find.many_samples_quick", 600);
 const REFINED_QUICK: Tunable<usize> = tunable("fill.find.refined_quick", 3);
+/// Upper bound of the iterations of a fine alignment there: its result is aligned again with the faces round each hole.
+const FINE_QUICK: Tunable<usize> = tunable("fill.find.fine_quick", 15);
 /// Spans. Upper bound of the root mean square distance of a symmetry or pose.
 const FARTHEST: Tunable<f64> = tunable("fill.find.farthest", 0.1);
 /// Spans. A template whose rigid motions have a smaller distance is not scaled.
@@ -63,6 +65,8 @@ pub(super) struct Search {
     many: usize,
     /// Upper bound of the number of coarse results that are refined.
     refined: usize,
+    /// Upper bound of the iterations of a fine alignment.
+    fine: usize,
 }
 
 impl Search {
@@ -73,6 +77,7 @@ impl Search {
             few: FEW_SAMPLES.get(),
             many: MANY_SAMPLES.get(),
             refined: REFINED.get(),
+            fine: FINE.get(),
         }
     }
 
@@ -83,6 +88,7 @@ impl Search {
             few: FEW_SAMPLES_QUICK.get(),
             many: MANY_SAMPLES_QUICK.get(),
             refined: REFINED_QUICK.get(),
+            fine: FINE_QUICK.get(),
         }
     }
 }
@@ -229,13 +235,13 @@ fn best(
             &fine,
             target,
             end.motion,
-            &with(FINE.get(), KEPT.get()),
+            &with(search.fine, KEPT.get()),
             cancel,
         );
         // Then with nearly all samples, if these agree with the nearest: on a sphere with details the farthest samples are the details.
         let mut end = first;
         for kept in NEARLY_ALL {
-            let all = aligned(&fine, target, end.motion, &with(FINE.get(), kept), cancel);
+            let all = aligned(&fine, target, end.motion, &with(search.fine, kept), cancel);
             let own = distance(&fine, target, &all.motion, KEPT.get());
             if own <= AS_NEAR.get() * first.rms {
                 end = all;

@@ -13,9 +13,12 @@ use crate::fill::invented::CounterpartKind;
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, Mesh, Part, Topology, bounds};
 use crate::spatial::Bvh;
+use crate::tuning::{Tunable, tunable};
 
-/// Diagonals of the rims' bounding box: margin round that box within which the counterpart is used; it bounds the height of a missing part.
+/// See [`Counterpart::reach`]. It bounds the height of a missing part.
 const REACH: f64 = 1.0;
+/// The same for a mirror image that is weighed with a smooth patch: more than the width of the collar that is aligned with it.
+const REACH_WEIGHED: Tunable<f64> = tunable("fill.placed.reach_weighed", 0.5);
 
 /// The counterpart of a mesh, and the motions that map the mesh onto it.
 pub(crate) struct Counterpart<'a> {
@@ -24,6 +27,8 @@ pub(crate) struct Counterpart<'a> {
     /// Whether each vertex is on a boundary edge.
     border: Vec<bool>,
     is_mirror: bool,
+    /// Diagonals of the rims' bounding box: margin round that box within which it is used.
+    reach: f64,
     /// The best first.
     motions: Vec<Motion>,
 }
@@ -90,6 +95,9 @@ impl<'a> Counterpart<'a> {
         };
         let mut new = Self::new(Cow::Borrowed(mesh), topology);
         new.is_mirror = true;
+        if is_quick {
+            new.reach = REACH_WEIGHED.get();
+        }
         new.motions = match plane {
             Some([point, normal]) => vec![Motion::reflection(point, normal)],
             None => mirrors(mesh, &new.target(), &search, cancel),
@@ -117,6 +125,7 @@ impl<'a> Counterpart<'a> {
             bvh,
             border,
             is_mirror: false,
+            reach: REACH,
             motions: Vec::new(),
         }
     }
@@ -133,7 +142,7 @@ impl<'a> Counterpart<'a> {
     pub(crate) fn parts(&self, mesh: &Mesh, holes: &[&Hole]) -> Vec<PlacedPart> {
         let rims = || holes.iter().flat_map(|h| &h.rim).copied();
         let (low, high) = bounds(rims().map(|v| mesh.positions[v as usize]));
-        let margin = DVec3::splat(REACH * low.distance(high));
+        let margin = DVec3::splat(self.reach * low.distance(high));
         let (low, high) = (low - margin, high + margin);
         let part = |motion: &Motion| self.part(motion, low, high, &|v| rims().any(|r| r == v));
         self.motions.iter().map(part).collect()

@@ -18,7 +18,7 @@ use crate::fill::invented::CounterpartReport;
 use crate::fill::params::{FillParams, Finish};
 use crate::fill::problem::RegionProblem;
 use crate::mesh::{Hole, Mesh, area_vector};
-use crate::spatial::{Bvh, Closest};
+use crate::spatial::{Bvh, Closest, middle};
 use crate::tuning::{Tunable, tunable};
 
 /// Edges. Bounds of the rims whose patches are weighed with the mirror image: narrower holes are predicted well by their surroundings, and
@@ -179,7 +179,9 @@ impl RegionProblem<'_> {
     ) -> Option<Image> {
         let motion = collar.aligned(part, ROUNDS.get(), self.cancel).ok()?;
         let whole = Whole::new(part, &motion, local);
-        let bvh = Bvh::new(&whole.mesh, 0..whole.mesh.faces.len() as u32);
+        let all: Vec<u32> = (0..whole.mesh.faces.len() as u32).collect();
+        let centre = middle(&whole.mesh, all.iter().copied());
+        let bvh = Bvh::for_few(&whole.mesh, all, centre);
         let target = Target {
             mesh: &whole.mesh,
             bvh: &bvh,

@@ -6,6 +6,7 @@ use std::fmt::Write;
 use super::super::counterpart::{counterpart_text, grain_text};
 use super::super::counts::counted;
 use super::super::scene::Scene;
+use super::super::significant;
 use super::super::text::lost_creases;
 use super::{Badge, MOST_PLACES, MarkedDefect, add, escaped, listed, number, number_beside};
 use isomend_core::fill::{Closure, HoleOutcome, RegionReport};
@@ -99,7 +100,7 @@ impl OutcomeLabels {
                 add!(
                     out,
                     "<span class=\"why\">expected error up to {}</span>",
-                    number(error)
+                    error_number(error)
                 );
             }
             if let Some(object) = &h.hole.object {
@@ -145,7 +146,7 @@ impl OutcomeLabels {
                 } else {
                     h.region.to_string()
                 },
-                self.error(h).map_or_else(|| "–".to_owned(), number),
+                self.error(h).map_or_else(|| "–".to_owned(), error_number),
                 self.of(&h.outcome),
                 why,
                 id = h.hole.id,
@@ -241,20 +242,34 @@ pub fn notes(notes: &[String], scene: &Scene) -> String {
     out
 }
 
-/// The rows of the table of regions; regions for which no level set was solved share one row.
+/// An expected error: it is known to two digits.
+fn error_number(error: f64) -> String {
+    significant(error, 2).replace('-', "−")
+}
+
+/// The rows of the table of regions; regions for which no level set was solved share a row for each way in which they were
+/// closed.
 pub fn region_table(regions: &[RegionReport]) -> String {
     let mut out = String::new();
     let plain = |r: &RegionReport| r.levels.is_empty() && r.failed_attempts.is_empty();
     for r in regions.iter().filter(|r| !plain(r)) {
         region_row(&mut out, r);
     }
+    let mut kinds: Vec<&str> = Vec::new();
     let small = || regions.iter().filter(|r| plain(r));
-    if small().next().is_some() {
+    let name = |r: &RegionReport| r.closure.as_ref().map(Closure::name);
+    for kind in small().filter_map(name) {
+        if !kinds.contains(&kind) {
+            kinds.push(kind);
+        }
+    }
+    for kind in kinds {
+        let own = || small().filter(|r| name(r) == Some(kind));
         add!(
             out,
-            "<tr class=\"more\"><td colspan=\"12\">{}: closed with {} between rim vertices</td></tr>",
-            counted(small().count(), "more region"),
-            counted(small().map(|r| r.new_faces).sum(), "face")
+            "<tr class=\"more\"><td colspan=\"12\">{}: closed by {kind}, {}</td></tr>",
+            counted(own().count(), "more region"),
+            counted(own().map(|r| r.new_faces).sum(), "face")
         );
     }
     out
