@@ -48,7 +48,14 @@ fn strict_fails_if_only_rim_triangles_close_a_hole() {
     assert_eq!(region["closed_by"], "rim_triangles");
     assert!(region["seam_angle_mean"].is_null());
     assert!(!said.contains("seam"), "{said}");
-    assert_code(&desk.run(&[&arguments[..], &["--strict"]].concat()), 3);
+    let strict = desk.run(&[&arguments[..], &["--strict"]].concat());
+    assert_code(&strict, 3);
+    let why = "note: hole 1: not closed well, which --strict asks for (-v says why)";
+    assert!(
+        text(&strict.stderr).contains(why),
+        "{}",
+        text(&strict.stderr)
+    );
     let good = [
         "fill", "ball.ply", "-o", "out.ply", "--strict", "--json", "out.json",
     ];

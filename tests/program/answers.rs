@@ -2,7 +2,10 @@
 
 use std::process::Output;
 
+use isomend::io::Format;
+
 use crate::desk::{Desk, assert_code, text};
+use crate::shapes::sheet;
 
 /// A run in a terminal of a width that has colours.
 fn in_colours(desk: &Desk, arguments: &[&str], width: usize) -> Output {
@@ -160,6 +163,14 @@ fn check_names_the_command_that_mends() {
     let open = said(&["check", "ball.ply"]);
     assert!(
         open.ends_with("\nto close the holes: isomend fill ball.ply -o OUT\n"),
+        "{open}"
+    );
+    // A fill leaves the border of a sheet open.
+    desk.save("sheet.ply", &sheet(6), Format::Ply);
+    let open = said(&["check", "sheet.ply"]);
+    let command = "isomend repair sheet.ply -o OUT --close-borders";
+    assert!(
+        open.ends_with(&format!("\nto close the outer border: {command}\n")),
         "{open}"
     );
     assert_code(&desk.run(&["fill", "ball.ply", "-o", "whole.ply"]), 0);

@@ -496,6 +496,13 @@ fn a_study_refuses_invalid_options_before_it_starts() {
         1,
         &["--finest"],
     );
+    for name in ["table1", "circle", "patches", "surfaces"] {
+        assert_refused(
+            &desk.run(&["study", name, "--finest", "3"]),
+            1,
+            &["--finest 3 leaves no grid"],
+        );
+    }
 }
 
 #[test]

@@ -12,9 +12,10 @@ use super::reasons::NotSmooth;
 use super::reference::ReferenceSurface;
 use crate::cancel::Cancel;
 use crate::flow::BendingEnergy;
-use crate::mesh::{Hole, Mesh, face_normal};
+use crate::mesh::{Hole, Mesh, bounds, face_normal};
 use crate::region::{BoxSize, Region, Sphere, Start, VoxelSize};
 use crate::sdf::Sampler;
+use crate::spatial::{Bounds, BoxTree};
 use crate::stitch::close_seam;
 use crate::tuning::{Tunable, tunable};
 
@@ -103,22 +104,32 @@ impl RegionProblem<'_> {
             return false;
         };
         let reach = THIN.get() * self.region(&Attempt::first(self.params.energy)).voxel;
-        let margin = DVec3::splat(reach);
-        let has_other_side = |v: u32| {
-            let (p, normal) = (self.mesh.positions[v as usize], self.known.normal(v));
-            let is_other_side = |f: u32| {
-                let mut corners = self.mesh.corners(f).into_iter();
-                corners.any(|c| c.distance(p) < reach)
-                    && face_normal(self.mesh, f).dot(normal) < OTHER_SIDE.get()
-            };
-            let (low, high, mut found) = (p - margin, p + margin, false);
-            let bvh = self.known.bvh();
-            bvh.for_each_in_box(low, high, |f| found = found || is_other_side(f));
-            found
+        let at = |v: u32| self.mesh.positions[v as usize];
+        let samples: Vec<u32> = {
+            let step = hole.rim.len().div_ceil(THIN_SAMPLES);
+            hole.rim.iter().step_by(step).copied().collect()
         };
-        let step = hole.rim.len().div_ceil(THIN_SAMPLES);
-        let samples = || hole.rim.iter().step_by(step);
-        2 * samples().filter(|&&v| has_other_side(v)).count() > samples().count()
+        let normals: Vec<DVec3> = samples.iter().map(|&v| self.known.normal(v)).collect();
+        let is_other_side = |f: u32, sample: usize| {
+            let mut corners = self.mesh.corners(f).into_iter();
+            corners.any(|c| c.distance(at(samples[sample])) < reach)
+                && face_normal(self.mesh, f).dot(normals[sample]) < OTHER_SIDE.get()
+        };
+        let around: Vec<Bounds> = samples
+            .iter()
+            .map(|&v| Bounds::of_ball(at(v), reach))
+            .collect();
+        let tree = BoxTree::new(&around);
+        let (low, high) = bounds(samples.iter().map(|&v| at(v)));
+        let all = Bounds { low, high }.widened(reach);
+        let mut found = vec![false; samples.len()];
+        self.known.for_each_in_box(&all, |f| {
+            tree.for_each(&Bounds::of(self.mesh.corners(f)), |sample| {
+                let sample = sample as usize;
+                found[sample] = found[sample] || is_other_side(f, sample);
+            });
+        });
+        2 * found.iter().filter(|found| **found).count() > samples.len()
     }
 }
 

@@ -164,5 +164,6 @@ pub const MAX_DIAMETER: Parameter = Parameter {
     kind: Kind::Number(NumberBounds::POSITIVE, "LENGTH"),
     unit: MESH_UNIT,
     sentence: "Leave holes open that are wider than this, in the mesh's units.",
+    details: "Holes that are named are filled whatever their width.",
     ..Parameter::PLAIN
 };

@@ -152,20 +152,23 @@ impl<'a> Sampler<'a> {
         self.faces.all()
     }
 
+    /// Calls `visit` with every face whose bounding box meets the given one, including small components, without degenerate faces.
+    pub fn for_each_in_box(&self, bounds: &Bounds, mut visit: impl FnMut(u32)) {
+        match &self.near {
+            Some(near) => near.for_each_in_box(&self.faces, bounds, visit),
+            None => {
+                for tree in [self.faces.all(), self.faces.small()] {
+                    tree.for_each_in_box(bounds.low, bounds.high, &mut visit);
+                }
+            }
+        }
+    }
+
     /// The part of the mesh that meets the box from `low` to `high`, including small components and degenerate faces, with the
     /// given vertices.
     pub fn part(&self, low: DVec3, high: DVec3, vertices: impl Iterator<Item = u32>) -> Part {
         let mut faces = self.smooth.degenerate.clone();
-        match &self.near {
-            Some(near) => {
-                near.for_each_in_box(&self.faces, &Bounds { low, high }, |f| faces.push(f));
-            }
-            None => {
-                for tree in [self.faces.all(), self.faces.small()] {
-                    tree.for_each_in_box(low, high, |f| faces.push(f));
-                }
-            }
-        }
+        self.for_each_in_box(&Bounds { low, high }, |f| faces.push(f));
         faces.sort_unstable();
         Part::new(self.mesh, &faces, vertices)
     }

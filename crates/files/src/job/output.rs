@@ -106,7 +106,8 @@ impl Output {
     /// [`JobError::NoFormat`] and [`JobError::BinaryUsd`].
     pub fn new(place: impl Into<Place>, format: Option<Format>) -> Result<Self, JobError> {
         let place = place.into();
-        let by_extension = || Format::from_extension(place.path()?);
+        let name = place.name();
+        let by_extension = || Format::from_extension(Path::new(&name));
         if let Some(path) = place.path().filter(|path| Format::is_binary_usd(path)) {
             return Err(JobError::BinaryUsd {
                 path: path.to_path_buf(),
@@ -119,9 +120,7 @@ impl Output {
                 ascii: false,
                 make_folder: false,
             }),
-            None => Err(JobError::NoFormat {
-                path: place.path().unwrap_or(Path::new("")).to_path_buf(),
-            }),
+            None => Err(JobError::NoFormat { path: name.into() }),
         }
     }
 

@@ -80,9 +80,8 @@ pub fn closed_rows(report: &FillReport) -> Vec<ClosedRow<'_>> {
     for region in regions(report) {
         // A later step of a repair may have closed some of its holes, and left others open on purpose.
         let own = region.holes.iter().filter_map(|id| holes.get(id).copied());
-        let is_own = |h: &&HoleReport| {
-            h.region == region.id && !matches!(h.outcome, HoleOutcome::Left(_))
-        };
+        let is_own =
+            |h: &&HoleReport| h.region == region.id && !matches!(h.outcome, HoleOutcome::Left(_));
         let own: Vec<&HoleReport> = own.filter(is_own).collect();
         if own.is_empty() && !region.holes.is_empty() {
             continue;

@@ -14,8 +14,9 @@ use crate::tuning::{Tunable, tunable};
 
 /// Lower bound of the cosine between the normals of a sample and its partner: 60°.
 const PARTNER_COSINE: Tunable<f64> = tunable("fill.align.partner_cosine", 0.5);
-/// Converged if the step is below this, dimensionless: rotation in radians plus translation in spans plus change of scale.
-const SHORTEST_STEP: f64 = 1e-7;
+/// Step below which an alignment has converged to rounding, dimensionless: rotation in radians plus translation in spans plus change of
+/// scale.
+pub(super) const SHORTEST_STEP: f64 = 1e-7;
 /// Relative margin for the rounding of a distance that bounds a search.
 const NEARLY: f64 = 1e-9;
 
@@ -39,6 +40,8 @@ pub(super) struct Target<'a> {
 pub(super) struct Settings {
     /// Upper bound of the iterations.
     pub(super) rounds: usize,
+    /// An iteration with a shorter step is the last, as [`SHORTEST_STEP`].
+    pub(super) shortest_step: f64,
     /// Fraction of the samples used: those nearest to their partners.
     pub(super) kept: f64,
     /// Whether the scale is an unknown too.
@@ -156,7 +159,7 @@ pub(super) fn aligned(
             break;
         };
         motion = motion.then(&step);
-        if size < SHORTEST_STEP {
+        if size < settings.shortest_step {
             break;
         }
     }

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::align::{Aligned, Sample, Settings, Target, aligned, distance, samples};
+use super::align::{Aligned, SHORTEST_STEP, Sample, Settings, Target, aligned, distance, samples};
 use super::motion::Motion;
 use crate::cancel::Cancel;
 use crate::elementary::{cos, sin, sin_cos};
@@ -40,8 +40,10 @@ const MOST: Tunable<usize> = tunable("fill.find.most", 4);
 const FEW_SAMPLES_QUICK: Tunable<usize> = tunable("fill.find.few_samples_quick", 150);
 const MANY_SAMPLES_QUICK: Tunable<usize> = tunable("fill.find.many_samples_quick", 600);
 const REFINED_QUICK: Tunable<usize> = tunable("fill.find.refined_quick", 3);
-/// Upper bound of the iterations of a fine alignment there: its result is aligned again with the faces round each hole.
+/// Upper bound of the iterations of a fine alignment there, and the step that ends one: its result is aligned again with the faces round
+/// each hole.
 const FINE_QUICK: Tunable<usize> = tunable("fill.find.fine_quick", 15);
+const STEP_QUICK: Tunable<f64> = tunable("fill.find.step_quick", 1e-4);
 /// Spans. Upper bound of the root mean square distance of a symmetry or pose.
 const FARTHEST: Tunable<f64> = tunable("fill.find.farthest", 0.1);
 /// Spans. A template whose rigid motions have a smaller distance is not scaled.
@@ -67,6 +69,8 @@ pub(super) struct Search {
     refined: usize,
     /// Upper bound of the iterations of a fine alignment.
     fine: usize,
+    /// See [`Settings::shortest_step`].
+    shortest_step: f64,
 }
 
 impl Search {
@@ -78,6 +82,7 @@ impl Search {
             many: MANY_SAMPLES.get(),
             refined: REFINED.get(),
             fine: FINE.get(),
+            shortest_step: SHORTEST_STEP,
         }
     }
 
@@ -89,6 +94,7 @@ impl Search {
             many: MANY_SAMPLES_QUICK.get(),
             refined: REFINED_QUICK.get(),
             fine: FINE_QUICK.get(),
+            shortest_step: STEP_QUICK.get(),
         }
     }
 }
@@ -209,6 +215,7 @@ fn best(
 ) -> Vec<Aligned> {
     let with = |rounds, kept| Settings {
         rounds,
+        shortest_step: search.shortest_step,
         kept,
         scale: search.scale,
         ridge: RIDGE,

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::align::{Sample, Settings, Target, aligned};
+use super::align::{SHORTEST_STEP, Sample, Settings, Target, aligned};
 use super::motion::Motion;
 use super::placed::PlacedPart;
 use crate::cancel::Cancel;
@@ -117,15 +117,16 @@ impl Collar {
 
     /// Fits a part of a counterpart to the hole.
     pub(super) fn fitted(&self, part: &PlacedPart, cancel: &Cancel) -> Result<Fitted, NotLike> {
-        let motion = self.aligned(part, ROUNDS.get(), cancel)?;
+        let motion = self.aligned(part, (ROUNDS.get(), SHORTEST_STEP), cancel)?;
         self.joined(motion.moved(&part.mesh), part, cancel)
     }
 
-    /// The rigid motion that aligns a part of a counterpart with the collar, by at most `rounds` iterations.
+    /// The rigid motion that aligns a part of a counterpart with the collar; the bound of the iterations and the step that ends them as in
+    /// [`Settings`].
     pub(super) fn aligned(
         &self,
         part: &PlacedPart,
-        rounds: usize,
+        (rounds, shortest_step): (usize, f64),
         cancel: &Cancel,
     ) -> Result<Motion, NotLike> {
         let bvh = Bvh::new(&part.mesh, 0..part.mesh.faces.len() as u32);
@@ -138,6 +139,7 @@ impl Collar {
         let few: Vec<Sample> = few.copied().collect();
         let settings = Settings {
             rounds,
+            shortest_step,
             kept: KEPT.get(),
             scale: false,
             ridge: RIDGE,

@@ -33,6 +33,8 @@ const SAMPLES: Tunable<usize> = tunable("fill.weighed.samples", 1500);
 /// Upper bound of the iterations of the image's alignment with the faces round the hole: smooth walls slide on each other, so that 10
 /// left patches of a skull a tenth farther from the bone.
 const ROUNDS: Tunable<usize> = tunable("fill.weighed.rounds", 40);
+/// The step of an alignment that ends it, far below what the image is known to.
+const STEP: Tunable<f64> = tunable("fill.weighed.step", 1e-5);
 /// Lower bound of the fraction of the patch's vertices that have a partner on the mirror image.
 const LEAST_PARTNERS: Tunable<f64> = tunable("fill.weighed.least_partners", 0.9);
 /// Lower bound of the weight of a mirror image: below it, the smooth continuation stays as it is.
@@ -177,7 +179,9 @@ impl RegionProblem<'_> {
         collar: &Collar,
         (local, vertices, errors): (&Local, &[(DVec3, DVec3)], &[f64]),
     ) -> Option<Image> {
-        let motion = collar.aligned(part, ROUNDS.get(), self.cancel).ok()?;
+        let motion = collar
+            .aligned(part, (ROUNDS.get(), STEP.get()), self.cancel)
+            .ok()?;
         let whole = Whole::new(part, &motion, local);
         let all: Vec<u32> = (0..whole.mesh.faces.len() as u32).collect();
         let centre = middle(&whole.mesh, all.iter().copied());

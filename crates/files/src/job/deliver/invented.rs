@@ -8,7 +8,7 @@ use isomend_core::mend::FillReport;
 use isomend_core::mesh::{HoleId, Mesh, area_vector};
 use isomend_core::tuning::{Tunable, tunable};
 
-/// Expected errors. This multiple of a vertex's expected error has to be within the tolerance: about 92 % of the vertices
+/// Expected errors. This multiple of a vertex's expected error has to be within the tolerance: about 94 % of the vertices
 /// of a patch are closer to the true surface than twice their expected error.
 const SIGMAS: Tunable<f64> = tunable("deliver.sigmas", 2.0);
 
