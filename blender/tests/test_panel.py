@@ -99,7 +99,7 @@ def drawn(bpy, scene, extension):
         setattr(scene.isomend, name, value)
 
 
-def test_each_tab_shows_its_own_controls(bpy, scene, drawn):
+def test_each_tab_shows_its_own_controls(bpy, scene, extension, drawn):
     item = shapes.added(bpy, *shapes.globe(without=shapes.window()))
     for tab, own in OWN.items():
         others = set().union(*(controls for name, controls in OWN.items() if name != tab))
@@ -111,9 +111,10 @@ def test_each_tab_shows_its_own_controls(bpy, scene, drawn):
     assert "ISOMEND_UL_holes" in drawn(scope="ALL").drawn and "ISOMEND_UL_holes" not in drawn(tab="REPAIR").drawn
     bpy.ops.isomend.fill()
     assert "ISOMEND_UL_holes" not in drawn(tab="FILL").drawn and "isomend.show_error" in drawn(tab="CHECK").drawn
-    scene.isomend.progress, scene.isomend.progress_text = 0.25, "isomend: 25 %"
+    progress = extension.running.progress
+    progress.part, progress.text = 0.25, "isomend: 25 %"
     assert drawn().drawn == [("progress", 0.25, "isomend: 25 %")]
-    scene.isomend.progress = -1
+    progress.part = -1
     item.shape_key_add(name="Basis")
     for tab in OWN:
         seen = drawn(tab=tab).drawn
