@@ -54,6 +54,8 @@ class Taken:
         self.of_points = {name: at.values_of(mesh, name) for name in at.carried(mesh, "POINT")}
         self.of_corners = {name: at.values_of(mesh, name) for name in at.carried(mesh, "CORNER")}
         self.of_faces = {name: at.values_of(mesh, name) for name in at.carried(mesh, "FACE")}
+        # Without this attribute all faces are smooth. Faces that bmesh makes are flat, which adds it.
+        self.of_faces.setdefault("sharp_face", np.zeros((len(mesh.polygons), 1), bool))
         self.earlier_patch = at.marks_of(mesh, at.PATCH, "BOOLEAN", "FACE", len(mesh.polygons))
         self.earlier_errors = at.marks_of(mesh, at.SIGMA, "FLOAT", "POINT", len(mesh.vertices))
         self.weights = at.weights_of(item)
