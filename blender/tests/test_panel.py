@@ -193,6 +193,60 @@ def test_the_check_answers_and_selects_defects(bpy, scene, extension, drawn):
     assert bpy.ops.isomend.select_defects(kind="boundary_edge") == {"CANCELLED"}
 
 
+def moved(bpy, item):
+    item.data.vertices[0].co.z += 0.01
+
+
+def cut_elsewhere(bpy, item):
+    """Removes a vertex and its faces, which numbers the others anew."""
+    edit(bpy, item, lambda bmesh, bm: bmesh.ops.delete(bm, geom=bm.verts[700:701], context="VERTS"))
+
+
+def sorted_anew(bpy, item):
+    edit(bpy, item, lambda bmesh, bm: bm.verts.sort(key=lambda vertex: vertex.co.x))
+
+
+def closed_by_hand(bpy, item):
+    """Closes the hole by one polygon: the vertices stay as they are."""
+    edit(bpy, item, lambda bmesh, bm: bmesh.ops.holes_fill(bm, edges=bm.edges))
+
+
+def edit(bpy, item, change):
+    import bmesh
+
+    bm = bmesh.new()
+    bm.from_mesh(item.data)
+    bm.verts.ensure_lookup_table()
+    change(bmesh, bm)
+    bm.to_mesh(item.data)
+    bm.free()
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+@pytest.mark.parametrize("change", [moved, cut_elsewhere, sorted_anew, closed_by_hand])
+def test_lists_are_out_of_date_after_any_change_of_the_mesh(bpy, scene, capfd, change, mode):
+    item = shapes.added(bpy, *shapes.globe(without=shapes.window()))
+    scene.isomend.defects.clear()
+    bpy.ops.object.mode_set(mode=mode)
+    bpy.ops.isomend.find_holes()
+    bpy.ops.isomend.check()
+    for same in ("EDIT", "OBJECT"):
+        bpy.ops.object.mode_set(mode=same)
+        assert bpy.ops.isomend.select_hole(index=0) == {"FINISHED"} and item.mode == same
+    kind = scene.isomend.defects[0].kind
+    assert bpy.ops.isomend.select_defects(kind=kind) == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    change(bpy, item)
+    for elements in (item.data.vertices, item.data.edges, item.data.polygons):
+        elements.foreach_set("select", [False] * len(elements))
+    bpy.ops.object.mode_set(mode=mode)
+    assert bpy.ops.isomend.select_hole(index=0) == {"CANCELLED"} and "list of holes is out of date" in capfd.readouterr().out
+    assert bpy.ops.isomend.select_defects(kind=kind) == {"CANCELLED"} and "list of defects is out of date" in capfd.readouterr().out
+    assert item.mode == mode
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert not any(vertex.select for vertex in item.data.vertices)
+
+
 def test_switched_off_and_on(bpy, extension):
     extension.unregister()
     assert not hasattr(bpy.types.Scene, "isomend")
