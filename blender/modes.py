@@ -23,21 +23,27 @@ def object_mode():
 
 
 def enter(mode, items):
-    """Puts these objects, which include the active one, into a mode. Which objects are selected does not change."""
-    layer = bpy.context.view_layer.objects
-    # Blender puts the selected objects into edit mode together with the active one.
-    others = [item for item in layer if item.select_get() and item not in items]
-    added = [item for item in items if not item.select_get()]
-    set_selected(others, False)
-    set_selected(added, True)
+    """Puts these objects, which include the active one, into a mode. Which objects are selected and hidden does not change."""
+    layer = bpy.context.view_layer
+    before = [(item, item.select_get(), item.hide_get(), item.hide_select, item.hide_viewport) for item in layer.objects]
+    changing = [row for row in before if row[1] or row[0] in items]
+    # Blender puts the selected objects that can be seen into edit mode together with the active one.
+    for item, *_ in changing:
+        if item in items:
+            set_visibility(item, False, False, False)
+    layer.update()
+    for item, *_ in changing:
+        item.select_set(item in items)
     try:
         bpy.ops.object.mode_set(mode=mode)
     finally:
-        set_selected(others, True)
-        set_selected(added, False)
+        for item, selected, *hiding in changing:
+            item.select_set(selected)
+            if item in items:
+                set_visibility(item, *hiding)
 
 
-def set_selected(items, selected):
-    """Selects or deselects objects."""
-    for item in items:
-        item.select_set(selected)
+def set_visibility(item, hidden, unselectable, off):
+    """Sets whether an object is hidden in the view layer, cannot be selected, and is switched off in all viewports."""
+    item.hide_select, item.hide_viewport = unselectable, off
+    item.hide_set(hidden)
