@@ -1,5 +1,9 @@
 """Reads and writes attributes of Blender meshes as arrays; says which of them isomend continues on patches."""
 
+from contextlib import contextmanager
+
+import bmesh
+import bpy
 import numpy as np
 
 # For each type of attribute: the property with its values, the number of components, and the components' type.
@@ -26,6 +30,21 @@ PATCH = "isomend_patch"
 # bmesh is written to its mesh, also on leaving edit mode.
 PATCH_GROUP = "isomend patch"
 SIGMA = "isomend_sigma"
+
+
+@contextmanager
+def readable(item):
+    """The mesh of an object with the values of all its attributes. In edit mode it is a copy, which is removed after the `with` block:
+    attributes of a mesh in edit mode have no values in Python."""
+    if item.mode != "EDIT":
+        yield item.data
+        return
+    mesh = bpy.data.meshes.new("isomend")
+    try:
+        bmesh.from_edit_mesh(item.data).to_mesh(mesh)
+        yield mesh
+    finally:
+        bpy.data.meshes.remove(mesh)
 
 
 def carried(mesh, domain):
@@ -81,13 +100,12 @@ def marks_of(mesh, name, data_type, domain, count):
     return values_of(mesh, name)[:, 0]
 
 
-def weights_of(item):
-    """Weights of all vertex groups of an object, (vertices, groups)."""
-    vertices = item.data.vertices
-    weights = np.zeros((len(vertices), len(item.vertex_groups)), np.float32)
-    if weights.shape[1]:
-        for vertex in vertices:
+def weights_of(mesh, groups):
+    """Weights of the first `groups` vertex groups of a mesh, (vertices, groups)."""
+    weights = np.zeros((len(mesh.vertices), groups), np.float32)
+    if groups:
+        for vertex in mesh.vertices:
             for element in vertex.groups:
-                if element.group < weights.shape[1]:
+                if element.group < groups:
                     weights[vertex.index, element.group] = element.weight
     return weights

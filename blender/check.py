@@ -7,8 +7,10 @@ import numpy as np
 from bpy.props import StringProperty
 
 from . import settings
+from .modes import enter, object_mode
 from .refusals import OnMesh
 from .running import Running
+from .taken import digest_of
 
 
 class ISOMEND_OT_check(Running, bpy.types.Operator):
@@ -40,7 +42,7 @@ class ISOMEND_OT_check(Running, bpy.types.Operator):
             row = shown.defects.add()
             row.kind, row.count = defect.kind, defect.count
             row.polygons = json.dumps(np.unique(taken.polygons[defect.faces]).tolist())
-        shown.checked, shown.verdict = item.name, answer(verdict)
+        shown.checked, shown.checked_digest, shown.verdict = item.name, taken.digest, answer(verdict)
         self.report({"INFO" if verdict.sound else "WARNING"}, shown.verdict)
         return {"FINISHED"}
 
@@ -64,15 +66,14 @@ class ISOMEND_OT_select_defects(OnMesh, bpy.types.Operator):
     def execute(self, context):
         item, shown = context.active_object, context.scene.isomend
         found = [json.loads(row.polygons) for row in shown.defects if row.kind == self.kind]
-        if shown.checked != item.name or not found or max(found[0], default=0) >= len(item.data.polygons):
-            self.report({"WARNING"}, "The list of defects is out of date; check again")
-            return {"CANCELLED"}
-        mode = item.mode
+        with object_mode():
+            if shown.checked != item.name or not found or shown.checked_digest != digest_of(item.data):
+                self.report({"WARNING"}, "The list of defects is out of date; check again")
+                return {"CANCELLED"}
+            select_polygons(item.data, found[0])
         # The selection of faces is visible in edit mode only.
-        if mode == "EDIT":
-            bpy.ops.object.mode_set(mode="OBJECT")
-        select_polygons(item.data, found[0])
-        bpy.ops.object.mode_set(mode="EDIT")
+        if item.mode != "EDIT":
+            enter("EDIT", [item])
         bpy.ops.mesh.select_mode(type="FACE")
         return {"FINISHED"}
 

@@ -54,9 +54,8 @@ class ISOMEND_OT_show_error(OnMesh, bpy.types.Operator):
         if is_shown(context):
             context.view_layer.material_override = None
             return {"FINISHED"}
-        if context.active_object.mode == "EDIT":
-            context.active_object.update_from_editmode()
-        largest = float(at.values_of(context.active_object.data, at.SIGMA).max(initial=0))
+        with at.readable(context.active_object) as mesh:
+            largest = float(at.values_of(mesh, at.SIGMA).max(initial=0))
         if largest <= 0:
             self.report({"WARNING"}, "The mesh has no patches with an expected error")
             return {"CANCELLED"}

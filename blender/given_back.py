@@ -1,11 +1,14 @@
 """Writes a result of isomend into a Blender mesh: kept elements keep all their attributes, new elements are added after them."""
 
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import bmesh
+import bpy
 import numpy as np
 
 from . import attributes as at
+from .followers import Followers
 from .taken import TRIANGLE, VERTEX
 
 # Value of the attribute where there is no estimate of the error, as in files that isomend writes.
@@ -85,8 +88,8 @@ def turns(a, b):
 
 
 def give_back(item, taken, mended):
-    """Writes a result into the object's mesh. Returns the number of new vertices and of new faces. Raises `NotGivenBack`, before anything
-    is changed, if the mesh cannot hold the result."""
+    """Writes a result into the object's mesh, in object mode. Returns the number of new vertices and of new faces. Raises `NotGivenBack` if
+    the mesh cannot hold the result. The mesh is unchanged after any exception."""
     change = change_of(taken, mended)
     mesh = item.data
     number = (np.cumsum(change.needed) - 1)[change.sources]
@@ -94,15 +97,46 @@ def give_back(item, taken, mended):
     number[change.new] = vertices + np.arange(len(change.new))
     corners = number[mended.faces[np.concatenate([change.again, change.patch])]]
     refuse_duplicates(taken, change, corners)
-    rebuild(mesh, taken, change, taken.own_coordinates(mended.vertices[change.new]), corners)
-    # New faces are triangles at the end, so their loops are the last.
-    loops = len(mesh.loops) - corners.size
-    fill_points(item, taken, mended, change, vertices)
-    fill_corners(mesh, taken, mended, change, loops)
-    fill_faces(mesh, taken, mended, change, polygons)
-    mark(item, taken, mended, change, corners[len(change.again) :], vertices)
-    mesh.update()
+    with all_or_nothing(item) as followers:
+        rebuild(mesh, taken, change, taken.own_coordinates(mended.vertices[change.new]), corners)
+        # New faces are triangles at the end, so their loops are the last.
+        loops = len(mesh.loops) - corners.size
+        fill_points(item, taken, mended, change, vertices)
+        fill_corners(mesh, taken, mended, change, loops)
+        fill_faces(mesh, taken, mended, change, polygons)
+        mark(item, taken, mended, change, corners[len(change.again) :], vertices)
+        followers.follow(change.needed)
+        mesh.update()
     return len(change.new), len(change.patch)
+
+
+@contextmanager
+def all_or_nothing(item):
+    """Restores an object's mesh, its vertex groups, hooks and vertex parents if an exception leaves the `with` block."""
+    mesh, followers, groups = item.data, Followers(item.data), [group.name for group in item.vertex_groups]
+    # Since a data block is added, Blender stores a whole undo step, also in edit mode: undo then takes back the vertex group, too.
+    before = mesh.copy()
+    try:
+        yield followers
+    except BaseException:
+        overwrite(mesh, before)
+        for group in [group for group in item.vertex_groups if group.name not in groups]:
+            item.vertex_groups.remove(group)
+        followers.follow(np.ones(len(mesh.vertices), bool))
+        raise
+    finally:
+        bpy.data.meshes.remove(before)
+
+
+def overwrite(mesh, other):
+    """Replaces all elements and attributes of a mesh by those of another mesh."""
+    bm = bmesh.new()
+    try:
+        bm.from_mesh(other, face_normals=False, vertex_normals=False)
+        bm.to_mesh(mesh)
+    finally:
+        bm.free()
+    mesh.update()
 
 
 def refuse_duplicates(taken, change, corners):
@@ -121,8 +155,8 @@ def refuse_duplicates(taken, change, corners):
 
 
 def rebuild(mesh, taken, change, positions, corners):
-    """Removes polygons and vertices, adds vertices and triangles after all others, and reverses polygons. The mesh is written once, at the
-    end, so that it is unchanged if a step fails. Attributes of new elements are zero."""
+    """Removes polygons and vertices, adds vertices and triangles after all others, and reverses polygons. Attributes of new elements are
+    zero."""
     # With bmesh: `mesh.edges.add` of Blender 5.2 leaves values of attributes undefined, and fails on large meshes.
     if change.removed.any() or not change.needed.all() or len(corners):
         bm = bmesh.new()

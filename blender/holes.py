@@ -7,8 +7,10 @@ import numpy as np
 from bpy.props import BoolProperty, IntProperty
 
 from . import attributes as at
+from .modes import object_mode
 from .refusals import OnMesh
 from .running import Running
+from .taken import digest_of
 
 
 class ISOMEND_OT_find_holes(Running, bpy.types.Operator):
@@ -37,7 +39,7 @@ class ISOMEND_OT_find_holes(Running, bpy.types.Operator):
             row = settings.holes.add()
             row.number, row.edges, row.diameter = hole.id, hole.edges, hole.diameter * taken.scale
             row.is_outer_boundary, row.rim = hole.is_outer_boundary, json.dumps(hole.rim.tolist())
-        settings.holes_of = item.name
+        settings.holes_of, settings.holes_digest = item.name, taken.digest
         self.report({"INFO"}, f"{len(found)} {'hole' if len(found) == 1 else 'holes'}")
         return {"FINISHED"}
 
@@ -54,28 +56,28 @@ class ISOMEND_OT_select_hole(OnMesh, bpy.types.Operator):
 
     def execute(self, context):
         item, settings = context.active_object, context.scene.isomend
-        rim = json.loads(settings.holes[self.index].rim) if self.index < len(settings.holes) else []
-        if not rim or settings.holes_of != item.name or max(rim) >= len(item.data.vertices):
-            self.report({"WARNING"}, "The list of holes is out of date; find the holes again")
-            return {"CANCELLED"}
-        mode = item.mode
-        if mode != "OBJECT":
-            bpy.ops.object.mode_set(mode="OBJECT")
-        mesh = item.data
-        chosen, edges, polygons = (np.zeros(len(elements), bool) for elements in (mesh.vertices, mesh.edges, mesh.polygons))
-        chosen[rim] = True
-        ends = at.numbers(mesh.edges, "vertices", 2)
-        pairs = {tuple(sorted(pair)) for pair in zip(rim, rim[1:] + rim[:1])}
-        near = np.flatnonzero(chosen[ends].all(axis=1))
-        edges[[n for n in near if tuple(sorted(ends[n].tolist())) in pairs]] = True
-        for elements, marks in ((mesh.vertices, chosen), (mesh.edges, edges), (mesh.polygons, polygons)):
-            if self.extend:
-                marks |= at.numbers(elements, "select", dtype=bool)
-            elements.foreach_set("select", marks)
-        mesh.update()
-        if mode != "OBJECT":
-            bpy.ops.object.mode_set(mode=mode)
+        with object_mode():
+            is_listed = settings.holes_of == item.name and self.index < len(settings.holes)
+            if not is_listed or settings.holes_digest != digest_of(item.data):
+                self.report({"WARNING"}, "The list of holes is out of date; find the holes again")
+                return {"CANCELLED"}
+            select_rim(item.data, json.loads(settings.holes[self.index].rim), self.extend)
         return {"FINISHED"}
+
+
+def select_rim(mesh, rim, extend):
+    """Selects the vertices and edges of a rim; with `extend` what was selected before stays selected."""
+    chosen, edges, polygons = (np.zeros(len(elements), bool) for elements in (mesh.vertices, mesh.edges, mesh.polygons))
+    chosen[rim] = True
+    ends = at.numbers(mesh.edges, "vertices", 2)
+    pairs = {tuple(sorted(pair)) for pair in zip(rim, rim[1:] + rim[:1])}
+    near = np.flatnonzero(chosen[ends].all(axis=1))
+    edges[[n for n in near if tuple(sorted(ends[n].tolist())) in pairs]] = True
+    for elements, marks in ((mesh.vertices, chosen), (mesh.edges, edges), (mesh.polygons, polygons)):
+        if extend:
+            marks |= at.numbers(elements, "select", dtype=bool)
+        elements.foreach_set("select", marks)
+    mesh.update()
 
 
 CLASSES = (ISOMEND_OT_find_holes, ISOMEND_OT_select_hole)

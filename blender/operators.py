@@ -4,7 +4,9 @@ import bpy
 
 from . import settings
 from .given_back import NotGivenBack, give_back
+from .modes import object_mode
 from .running import Running
+from .taken import digest_of
 
 
 class NothingToDo(Exception):
@@ -32,17 +34,11 @@ class Mending(Running):
 
         try:
             mended = result()
-            mode = item.mode
-            if mode == "EDIT":
-                bpy.ops.object.mode_set(mode="OBJECT")
-            try:
-                if not taken.is_same(item):
+            with object_mode():
+                if digest_of(item.data) != taken.digest:
                     self.report({"ERROR"}, "The mesh was changed during the run; the result was discarded")
                     return {"CANCELLED"}
                 vertices, faces = give_back(item, taken, mended)
-            finally:
-                if mode == "EDIT":
-                    bpy.ops.object.mode_set(mode="EDIT")
         except isomend.Cancelled:
             self.report({"WARNING"}, "Cancelled; nothing was changed")
             return {"CANCELLED"}

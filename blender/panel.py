@@ -8,6 +8,7 @@ import bpy
 from . import attributes as at
 from . import expected_error, settings
 from .refusals import reason_against
+from .running import progress
 
 # Characters in a line of text, since labels of a panel do not wrap.
 WIDTH = 40
@@ -50,8 +51,8 @@ class ISOMEND_PT_panel(bpy.types.Panel):
         if reason:
             draw_text(layout, reason)
             return
-        if shown.progress >= 0:
-            layout.progress(factor=shown.progress, text=shown.progress_text)
+        if progress.part >= 0:
+            layout.progress(factor=progress.part, text=progress.text)
             return
         layout.row().prop(shown, "tab", expand=True)
         {"FILL": draw_fill, "RESTORE": draw_restore, "REPAIR": draw_repair, "CHECK": draw_check}[shown.tab](layout, context, shown)

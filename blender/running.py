@@ -1,5 +1,7 @@
 """Runs of work on the active mesh: from the panel in a thread, with progress, until Escape cancels it; from a script until the work is done."""
 
+from dataclasses import dataclass
+
 from .refusals import OnMesh, reason_against
 from .taken import Taken
 from .work import Work
@@ -9,6 +11,17 @@ PAUSE = 0.1
 
 # Events that change the view, which are passed on to Blender during a run.
 OF_VIEW = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "MOUSEMOVE"}
+
+
+@dataclass
+class Progress:
+    """Progress of a run in a thread, which the panel draws as a bar: the part done, from 0 to 1, negative if none runs, and a text."""
+
+    part: float = -1.0
+    text: str = ""
+
+
+progress = Progress()
 
 
 class Running(OnMesh):
@@ -82,14 +95,13 @@ class Running(OnMesh):
         self.clear_progress(context)
 
     def clear_progress(self, context):
-        """Removes the timer and the display of the progress."""
-        context.window_manager.event_timer_remove(self._timer)
+        """Removes the display of the progress and the timer."""
         self.show_progress(context, -1, None)
+        context.window_manager.event_timer_remove(self._timer)
 
     def show_progress(self, context, part, text):
         """Shows progress (`part` from 0 to 1, negative for none) in the panel and in the status bar."""
-        shown = context.scene.isomend
-        shown.progress, shown.progress_text = part, text or ""
+        progress.part, progress.text = part, text or ""
         if context.workspace is not None:
             context.workspace.status_text_set(text)
         if context.screen is not None:

@@ -124,23 +124,23 @@ class IsomendDefect(bpy.types.PropertyGroup):
 
 
 class IsomendSettings(bpy.types.PropertyGroup):
-    """The settings and the state that the panel shows."""
+    """The settings, and the last lists of holes and defects. All of it is saved with the scene; so progress is not kept here."""
 
     __annotations__ = {**common(), **of_fill(), **of_restore(), **of_fair(), **of_repair(), **of_check()}
 
     tab: EnumProperty(name="Tab", description="The controls that the panel shows", items=TABS)
 
-    # Progress of a run from 0 to 1, which the panel draws as a bar; negative if none runs.
-    progress: FloatProperty(default=-1, options={"SKIP_SAVE"})
-    progress_text: StringProperty(options={"SKIP_SAVE"})
-    holes: CollectionProperty(type=IsomendHole, options={"SKIP_SAVE"})
-    holes_of: StringProperty(options={"SKIP_SAVE"})
-    active_hole: IntProperty(options={"SKIP_SAVE"}, update=lambda settings, context: selected_in_list(settings, context))
+    # The list of holes, its object, and the hash of the mesh when the holes were found.
+    holes: CollectionProperty(type=IsomendHole)
+    holes_of: StringProperty()
+    holes_digest: StringProperty()
+    active_hole: IntProperty(update=lambda settings, context: selected_in_list(settings, context))
 
-    # The last check: its object (empty before the first check), its answer, and the defects found.
-    checked: StringProperty(options={"SKIP_SAVE"})
-    verdict: StringProperty(options={"SKIP_SAVE"})
-    defects: CollectionProperty(type=IsomendDefect, options={"SKIP_SAVE"})
+    # The last check: its object (empty before the first check), the hash of the mesh, the answer, and the defects found.
+    checked: StringProperty()
+    checked_digest: StringProperty()
+    verdict: StringProperty()
+    defects: CollectionProperty(type=IsomendDefect)
 
 
 def selected_in_list(settings, context):

@@ -1,5 +1,7 @@
 """Reads a Blender mesh into arrays for isomend: triangles, selections, attributes."""
 
+import hashlib
+
 import numpy as np
 
 from . import attributes as at
@@ -17,6 +19,7 @@ class Taken:
 
     Attributes:
         scale: Length of a unit of the arrays' coordinates in the scene, in Blender units.
+        digest: `digest_of` the mesh.
         vertices: float64 (n, 3). The mesh's own coordinates; if the object is scaled unequally along its axes, stretched as in the scene.
         triangles: int64 (m, 3), vertices of the triangles of all polygons.
         loops: (m, 3), the loops (face corners) of these triangles.
@@ -29,34 +32,35 @@ class Taken:
     """
 
     def __init__(self, item):
-        if item.mode == "EDIT":
-            item.update_from_editmode()
-        mesh = item.data
-        mesh.calc_loop_triangles()
-        self.own = at.numbers(mesh.vertices, "co", 3, np.float32)
         self.stretch, self.scale = stretch_of(item.matrix_world)
-        self.vertices = self.own.astype(np.float64)
+        with at.readable(item) as mesh:
+            self._read_elements(mesh)
+            self._read_values(mesh, len(item.vertex_groups))
+
+    def _read_elements(self, mesh):
+        mesh.calc_loop_triangles()
+        self.digest = digest_of(mesh)
+        self.vertices = at.numbers(mesh.vertices, "co", 3, np.float32).astype(np.float64)
         if self.stretch is not None:
             self.vertices = self.vertices @ self.stretch
         self.triangles = at.numbers(mesh.loop_triangles, "vertices", 3).astype(np.int64)
         self.loops = at.numbers(mesh.loop_triangles, "loops", 3)
         self.polygons = at.numbers(mesh.loop_triangles, "polygon_index")
-        self.corners = at.numbers(mesh.loops, "vertex_index")
         self.edges = at.numbers(mesh.edges, "vertices", 2)
         self.chosen_vertices = at.numbers(mesh.vertices, "select", dtype=bool)
         self.chosen_edges = at.numbers(mesh.edges, "select", dtype=bool)
         self.chosen_faces = at.numbers(mesh.polygons, "select", dtype=bool)
         self.sizes = (len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons))
-        self._read_values(item)
 
-    def _read_values(self, item):
-        mesh = item.data
+    def _read_values(self, mesh, groups):
         self.of_points = {name: at.values_of(mesh, name) for name in at.carried(mesh, "POINT")}
         self.of_corners = {name: at.values_of(mesh, name) for name in at.carried(mesh, "CORNER")}
         self.of_faces = {name: at.values_of(mesh, name) for name in at.carried(mesh, "FACE")}
+        # Without this attribute all faces are smooth. Faces that bmesh makes are flat, which adds it.
+        self.of_faces.setdefault("sharp_face", np.zeros((len(mesh.polygons), 1), bool))
         self.earlier_patch = at.marks_of(mesh, at.PATCH, "BOOLEAN", "FACE", len(mesh.polygons))
         self.earlier_errors = at.marks_of(mesh, at.SIGMA, "FLOAT", "POINT", len(mesh.vertices))
-        self.weights = at.weights_of(item)
+        self.weights = at.weights_of(mesh, groups)
         is_smooth = {a.name: a.data_type in at.SMOOTH for a in mesh.attributes}
         self.smooth_points = [name for name in self.of_points if is_smooth[name]]
         self.smooth_corners = [name for name in self.of_corners if is_smooth[name]]
@@ -113,13 +117,16 @@ class Taken:
             normal = np.linalg.solve(self.stretch, normal)
         return "mirror:" + ",".join(repr(float(value)) for value in (0, 0, 0, *normal))
 
-    def is_same(self, item):
-        """Whether the mesh still has the positions and polygons that were read."""
-        mesh = item.data
-        sizes = (len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons))
-        if sizes != self.sizes or not np.array_equal(at.numbers(mesh.loops, "vertex_index"), self.corners):
-            return False
-        return np.array_equal(at.numbers(mesh.vertices, "co", 3, np.float32), self.own)
+
+def digest_of(mesh):
+    """A hash of a mesh's positions and polygons and of its number of edges, as text. The same elements in another order give another hash.
+    It takes about 0.3 s for a million vertices."""
+    digest = hashlib.blake2b(digest_size=16)
+    digest.update(repr((len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons))).encode())
+    digest.update(at.numbers(mesh.vertices, "co", 3, np.float32).tobytes())
+    digest.update(at.numbers(mesh.loops, "vertex_index").tobytes())
+    digest.update(at.numbers(mesh.polygons, "loop_start").tobytes())
+    return digest.hexdigest()
 
 
 def stretch_of(matrix):

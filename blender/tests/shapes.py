@@ -55,6 +55,17 @@ def added(bpy, vertices, faces, name="mesh"):
     return item
 
 
+def select(item, inside):
+    """Selects the polygons whose centre a function accepts, with their edges and vertices, and nothing else."""
+    mesh = item.data
+    polygons = [p for p in mesh.polygons if inside(p.center)]
+    vertices = {v for p in polygons for v in p.vertices}
+    edges = {key for p in polygons for key in p.edge_keys}
+    mesh.polygons.foreach_set("select", [inside(p.center) for p in mesh.polygons])
+    mesh.vertices.foreach_set("select", [v.index in vertices for v in mesh.vertices])
+    mesh.edges.foreach_set("select", [e.key in edges for e in mesh.edges])
+
+
 def positions(mesh):
     """float32 (n, 3)."""
     values = np.zeros(3 * len(mesh.vertices), np.float32)

@@ -196,3 +196,18 @@ def test_marks_of_earlier_patches_stay_when_their_faces_are_added_again(bpy, sce
     assert set(sigma.tolist()) == {0.5, 0.25}
     group = item.vertex_groups["isomend patch"].index
     assert [any(g.group == group for g in v.groups) for v in mesh.vertices] == (sigma == 0.5).tolist()
+
+
+@pytest.mark.parametrize("flat", ["none", "one", "all"])
+@pytest.mark.parametrize("operator", ["fill", "restore", "fair", "repair"])
+def test_new_faces_are_as_smooth_as_the_faces_at_their_rim(bpy, scene, operator, flat):
+    item = shapes.added(bpy, *shapes.globe(without=shapes.window()))
+    choose(item, lambda centre: centre.z < -0.9)
+    count = len(item.data.polygons)
+    if flat != "all":
+        bpy.ops.object.shade_smooth()
+    if flat == "one":
+        item.data.polygons[0].use_smooth = False
+    assert getattr(bpy.ops.isomend, operator)() == {"FINISHED"}
+    smooth = [polygon.use_smooth for polygon in item.data.polygons]
+    assert len(smooth) != count and smooth.count(False) == {"none": 0, "one": 1, "all": len(smooth)}[flat]

@@ -99,7 +99,7 @@ def drawn(bpy, scene, extension):
         setattr(scene.isomend, name, value)
 
 
-def test_each_tab_shows_its_own_controls(bpy, scene, drawn):
+def test_each_tab_shows_its_own_controls(bpy, scene, extension, drawn):
     item = shapes.added(bpy, *shapes.globe(without=shapes.window()))
     for tab, own in OWN.items():
         others = set().union(*(controls for name, controls in OWN.items() if name != tab))
@@ -111,9 +111,10 @@ def test_each_tab_shows_its_own_controls(bpy, scene, drawn):
     assert "ISOMEND_UL_holes" in drawn(scope="ALL").drawn and "ISOMEND_UL_holes" not in drawn(tab="REPAIR").drawn
     bpy.ops.isomend.fill()
     assert "ISOMEND_UL_holes" not in drawn(tab="FILL").drawn and "isomend.show_error" in drawn(tab="CHECK").drawn
-    scene.isomend.progress, scene.isomend.progress_text = 0.25, "isomend: 25 %"
+    progress = extension.running.progress
+    progress.part, progress.text = 0.25, "isomend: 25 %"
     assert drawn().drawn == [("progress", 0.25, "isomend: 25 %")]
-    scene.isomend.progress = -1
+    progress.part = -1
     item.shape_key_add(name="Basis")
     for tab in OWN:
         seen = drawn(tab=tab).drawn
@@ -190,6 +191,60 @@ def test_the_check_answers_and_selects_defects(bpy, scene, extension, drawn):
     assert bpy.ops.isomend.check() == {"FINISHED"} and "Watertight and printable" in drawn().drawn
     assert bpy.ops.isomend.check(min_wall=3) == {"FINISHED"} and len(scene.isomend.defects) == 1, "the globe is thinner than 3"
     assert bpy.ops.isomend.select_defects(kind="boundary_edge") == {"CANCELLED"}
+
+
+def moved(bpy, item):
+    item.data.vertices[0].co.z += 0.01
+
+
+def cut_elsewhere(bpy, item):
+    """Removes a vertex and its faces, which numbers the others anew."""
+    edit(bpy, item, lambda bmesh, bm: bmesh.ops.delete(bm, geom=bm.verts[700:701], context="VERTS"))
+
+
+def sorted_anew(bpy, item):
+    edit(bpy, item, lambda bmesh, bm: bm.verts.sort(key=lambda vertex: vertex.co.x))
+
+
+def closed_by_hand(bpy, item):
+    """Closes the hole by one polygon: the vertices stay as they are."""
+    edit(bpy, item, lambda bmesh, bm: bmesh.ops.holes_fill(bm, edges=bm.edges))
+
+
+def edit(bpy, item, change):
+    import bmesh
+
+    bm = bmesh.new()
+    bm.from_mesh(item.data)
+    bm.verts.ensure_lookup_table()
+    change(bmesh, bm)
+    bm.to_mesh(item.data)
+    bm.free()
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+@pytest.mark.parametrize("change", [moved, cut_elsewhere, sorted_anew, closed_by_hand])
+def test_lists_are_out_of_date_after_any_change_of_the_mesh(bpy, scene, capfd, change, mode):
+    item = shapes.added(bpy, *shapes.globe(without=shapes.window()))
+    scene.isomend.defects.clear()
+    bpy.ops.object.mode_set(mode=mode)
+    bpy.ops.isomend.find_holes()
+    bpy.ops.isomend.check()
+    for same in ("EDIT", "OBJECT"):
+        bpy.ops.object.mode_set(mode=same)
+        assert bpy.ops.isomend.select_hole(index=0) == {"FINISHED"} and item.mode == same
+    kind = scene.isomend.defects[0].kind
+    assert bpy.ops.isomend.select_defects(kind=kind) == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    change(bpy, item)
+    for elements in (item.data.vertices, item.data.edges, item.data.polygons):
+        elements.foreach_set("select", [False] * len(elements))
+    bpy.ops.object.mode_set(mode=mode)
+    assert bpy.ops.isomend.select_hole(index=0) == {"CANCELLED"} and "list of holes is out of date" in capfd.readouterr().out
+    assert bpy.ops.isomend.select_defects(kind=kind) == {"CANCELLED"} and "list of defects is out of date" in capfd.readouterr().out
+    assert item.mode == mode
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert not any(vertex.select for vertex in item.data.vertices)
 
 
 def test_switched_off_and_on(bpy, extension):

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import shapes
+from test_panel import Layout
 
 
 class Operator:
@@ -58,10 +59,10 @@ def test_a_run_shows_progress_and_ends(bpy, scene, extension):
     assert operator.modal(context, event("X", "PRESS")) == {"RUNNING_MODAL"}, "the mesh cannot be changed"
     seen = set()
     while (answer := operator.modal(context, event("TIMER"))) == {"RUNNING_MODAL"}:
-        seen.add(scene.isomend.progress)
+        seen.add(extension.running.progress.part)
         time.sleep(0.01)
     assert answer == {"FINISHED"} and len(item.data.polygons) > count
-    assert len(seen) > 2 and all(0 <= part <= 1 for part in seen) and scene.isomend.progress == -1
+    assert len(seen) > 2 and all(0 <= part <= 1 for part in seen) and extension.running.progress.part == -1
     assert any("region" in (text or "") and "Esc cancels" in text for text in texts) and texts[-1] is None
     assert operator.said[0][1].startswith("9 of 9 holes closed")
 
@@ -94,6 +95,23 @@ def test_checks_and_lists_leave_the_window_usable(bpy, scene, extension, name, s
     operator = Operator(extension, **{name: True})
     operator.invoke(context, event("LEFTMOUSE"))
     assert operator.modal(context, event("ESC", "PRESS")) == {"CANCELLED"} and operator.said == [({"WARNING"}, "Cancelled")]
+
+
+def test_a_file_saved_during_a_run_opens_with_the_whole_panel(bpy, scene, extension, tmp_path):
+    item = shapes.plane_with_holes(bpy, 120, 3)
+    bpy.ops.isomend.find_holes()
+    texts, context = context_of(bpy, item)
+    operator = Operator(extension, fill=True)
+    operator.invoke(context, event("LEFTMOUSE"))
+    operator.modal(context, event("TIMER"))
+    path = str(tmp_path / "during.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+    operator.cancel(context)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    layout = Layout(bpy)
+    extension.panel.ISOMEND_PT_panel.draw(SimpleNamespace(layout=layout), bpy.context)
+    assert {"isomend.fill", "ISOMEND_UL_holes"} <= set(layout.drawn)
+    assert bpy.ops.isomend.select_hole(index=1) == {"FINISHED"}, "the list of holes was saved, too"
 
 
 def moved(mesh):
