@@ -356,7 +356,7 @@ def compare(a: Any, b: Any, *, samples: int = 100_000, threads: int | None = Non
     Raises:
         MeshError: A mesh has no face with an area.
         ParameterError: The number of samples is out of range.
-        TypeError: A mesh has none of these types.
+        MeshTypeError: A mesh has none of these types.
 
     >>> import isomend
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 from isomend import _isomend, _params
 from isomend._check import Verdict
 from isomend._errors import EmptyMaskError, IsomendError, ParameterError, functions_named
+from isomend._foreign import model_of_other
+from isomend._frozen import read_only
 from isomend._holes import CreaseEnd, Hole, crease_end_of, hole_of
 from isomend._isomend import Found, Mended as CoreMended, Model as CoreModel
 from isomend._masks import in_files
@@ -253,17 +255,16 @@ class Mended(Shape, Drawn):
 
     @property
     def is_patch(self) -> NDArray[Any]:
-        """bool (m,): whether each face is new."""
+        """bool (m,), read-only: whether each face is new."""
         import numpy as np
 
         kept = self._core.kept_size()[1]
-        return self._once("is_patch", lambda: np.arange(self._core.size()[1]) >= kept)
+        return self._once("is_patch", lambda: read_only(np.arange(self._core.size()[1]) >= kept))
 
     @property
     def sigma(self) -> NDArray[Any]:
-        """float64 (n,): expected error of each vertex in the units of the mesh; 0 for the input's vertices, NaN where it is
-        unknown."""
-        return self._once("sigma", self._core.sigma)
+        """float64 (n,), read-only: expected error of each vertex, in the mesh's units; 0 for the input's vertices, NaN where unknown."""
+        return self._once("sigma", lambda: read_only(self._core.sigma()))
 
     @property
     def report(self) -> dict[str, Any]:
@@ -288,15 +289,15 @@ class Mended(Shape, Drawn):
 
     @property
     def kept_vertices(self) -> NDArray[Any] | None:
-        """bool: whether each vertex of the input is kept; ``None`` if nothing was cut out."""
+        """bool, read-only: whether each vertex of the input is kept; ``None`` if nothing was cut out."""
         kept = self._core.kept()
-        return kept[0] if kept else None
+        return read_only(kept[0]) if kept else None
 
     @property
     def kept_faces(self) -> NDArray[Any] | None:
-        """bool: whether each face of the input is kept; ``None`` if nothing was cut out."""
+        """bool, read-only: whether each face of the input is kept; ``None`` if nothing was cut out."""
         kept = self._core.kept()
-        return kept[1] if kept else None
+        return read_only(kept[1]) if kept else None
 
     @property
     def complete(self) -> bool:
@@ -438,6 +439,14 @@ class StrictError(IsomendError):
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickles the error with its result."""
         return type(self), (str(self), self.result)
+
+
+def model_from(mesh: Any) -> Model:
+    """The model of a mesh that is not in a file, as :func:`isomend.as_model` takes it."""
+    if isinstance(mesh, Model):
+        return mesh
+    model: Model = mesh.model() if isinstance(mesh, Mended) else model_of_other(mesh, Model)
+    return model
 
 
 def _work(command: str, mark: Mask | None, parameters: Mapping[str, Any], faces: int) -> dict[str, Any]:

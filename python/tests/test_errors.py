@@ -224,7 +224,7 @@ def test_wrong_arguments_are_answered_with_what_is_wanted(sphere, call, said):
     ],
 )
 def test_meshes_of_the_wrong_kind_are_answered_with_the_right_call(sphere, call, said):
-    with pytest.raises(TypeError, match=said):
+    with pytest.raises(isomend.MeshTypeError, match=said) as caught:
         call(*sphere)
 
 
@@ -238,7 +238,7 @@ def test_a_scene_of_trimesh_is_answered_with_its_mesh(sphere):
 
 def test_errors_belong_to_the_package():
     errors = [value for value in vars(isomend).values() if isinstance(value, type) and issubclass(value, isomend.IsomendError)]
-    assert len(errors) == 8 and {error.__module__ for error in errors} == {"isomend"}
+    assert len(errors) == 9 and {error.__module__ for error in errors} == {"isomend"}
 
 
 def test_all_holes_can_be_named_and_bridges_need_two(sphere, filled):
