@@ -434,7 +434,7 @@ def restore(
         vertices: (n, 3). Or a mesh, as for :func:`fill`; the mask comes next then: ``restore("scan.ply", mark)``.
         faces: (m, 3).
         mark: bool (m,), or the indices of the faces to replace; or a mask as a dictionary, such as
-            ``{"balls": [[[0, 0, 1], 0.3]], "grow": 0.1}``.
+            ``{"balls": [[[0, 0, 1], 0.3]], "grow": 0.1}``. ``inside`` takes closed meshes of the kinds that ``vertices`` takes.
         point_data: Named values of vertices.
         cell_data: Named values of faces.
         options: ``keep_shape`` from 0 to 1 keeps part of the shape that was cut out; ``keep_vertices`` keeps the indices of

@@ -180,7 +180,7 @@ def words(name: str, values: Any, known: tuple[str, ...]) -> list[str]:
 
 
 def like(name: str, value: Any) -> str:
-    """A counterpart: ``mirror``, with or without a plane, or the path of a mesh."""
+    """A counterpart: ``mirror``, with or without a plane, or the path of a mesh; :mod:`isomend._files` makes paths of meshes."""
     try:
         text = os.fspath(value)
     except TypeError:
@@ -313,7 +313,7 @@ def _file(what: str, value: Any) -> str:
 def _closed(what: str, value: Any) -> str:
     """The path of the file of a closed mesh."""
     if not isinstance(value, (str, os.PathLike)):
-        raise ParameterError(f"{what} must be a model or the path of a file, but one is {value!r}")
+        raise ParameterError(f"{what} must be a mesh or the path of a file, but one is {value!r}")
     return _file(what, value)
 
 
