@@ -456,6 +456,7 @@ def restore(
     """
     model, mask = _marked(vertices, faces, mark, point_data, cell_data)
     if mask is None:
+        _params.params("restore", dict.fromkeys(_params.taken_apart(options)[1]))
         raise ParameterError("restore needs a mask: restore(vertices, faces, mark), or restore(mesh, mark)")
     return model.restore(mask, **options)
 

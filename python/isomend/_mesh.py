@@ -385,9 +385,9 @@ class Mended(Shape, Drawn):
             (None if patches is None else os.fspath(patches), None if piece is None else os.fspath(piece)),
             mark,
             unit,
-            None if tolerance is None else float(tolerance),
+            None if tolerance is None else _params.number("tolerance", tolerance),
             [texture, _continues(paint)],
-            None if clearance is None else float(clearance),
+            None if clearance is None else _params.number("clearance", clearance),
         )
         mended = Mended.__new__(Mended)
         mended._core, mended._made, mended._given = core, {}, self._given

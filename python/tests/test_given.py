@@ -32,9 +32,9 @@ def test_holes_stand_for_their_numbers():
     assert found.fill(flat=(first, 2)).report["outcomes"]["flat"] == 2
     bridged = found.fill(bridge=[found.holes])
     assert [region["holes"] for region in bridged.report["regions"]] == [[1, 2]]
-    with pytest.raises(isomend.ParameterError, match=r"^holes must be a list of hole numbers, such as \[1\], but is the hole 1$"):
+    with pytest.raises(isomend.ParameterError, match=r"^holes must be a list of hole numbers, such as \[1\], or 'all', but is the hole 1$"):
         found.fill(holes=first)
-    with pytest.raises(isomend.ParameterError, match=r"such as \[1\], but is 2$"):
+    with pytest.raises(isomend.ParameterError, match=r"such as \[1\], or 'all', but is 2$"):
         found.fill(holes=2)
     # A hole is no component.
     with pytest.raises(isomend.ParameterError, match="^each number of drop must be a whole number, but is the hole 1$"):
