@@ -29,6 +29,9 @@ def in_files(
     inside = mask.get("inside") if isinstance(mask, Mapping) else None
     meshes = [] if inside is None else _meshes(inside)
     like = parameters.get("like")
+    if meshes and isinstance(mask, Mapping):
+        # An iterator yields its meshes once.
+        mask = {**mask, "inside": meshes}
     given = [mesh for mesh in (*meshes, like) if mesh is not None and not _is_path(mesh)]
     if not given:
         yield mask, parameters

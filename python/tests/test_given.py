@@ -114,7 +114,7 @@ def test_meshes_of_all_kinds_stand_for_the_files_of_a_mask(tmp_path):
     mesh = isomend.Model(*shapes.open_sphere(around=24, latitudes=12, top=3))
     wanted = mesh.restore({"inside": tmp_path / "ball.ply"})
     assert wanted.report["removed_faces"] > 0
-    for given in meshes_of_all_kinds(*ball):
+    for given in (tmp_path / "ball.ply", *meshes_of_all_kinds(*ball)):
         for inside in (given, [given], (given, str(tmp_path / "ball.ply")), iter([given])):
             assert mesh.restore({"inside": inside}).vertices.tobytes() == wanted.vertices.tobytes()
         assert isomend.compare(given, given).kept.faces == len(ball[1])
