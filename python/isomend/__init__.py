@@ -22,6 +22,7 @@ from isomend._errors import (
     HoleIdError,
     IsomendError,
     MeshError,
+    MeshTypeError,
     ParameterError,
 )
 from isomend._functions import (
@@ -55,6 +56,7 @@ __all__ = [
     "IsomendError",
     "Mended",
     "MeshError",
+    "MeshTypeError",
     "Model",
     "ParameterError",
     "StrictError",

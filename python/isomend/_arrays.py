@@ -29,10 +29,13 @@ COMPONENTS = {"normal": (3,), "colour": (3, 4), "uv": (2,)}
 
 
 def unmasked(what: str, values: ArrayLike) -> NDArray[Any]:
-    """`values` as an array. A `ParameterError`, which names it `what`, if values are masked."""
+    """`values` as an array. A `ParameterError`, which names it `what`, if values are masked, or are lists that are no array."""
     if np.ma.isMaskedArray(values) and np.any(np.ma.getmaskarray(values)):
         raise ParameterError(f"{what} is a masked array with masked values; fill these values, or remove them")
-    return np.asarray(values)
+    try:
+        return np.asarray(values)
+    except ValueError as error:
+        raise ParameterError(f"{what} cannot be made an array, such as rows of different lengths: {error}") from None
 
 
 def table(what: str, values: ArrayLike) -> NDArray[Any]:

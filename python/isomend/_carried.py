@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import re
+from collections.abc import Mapping
 from typing import Any
 
 from isomend._remarks import beside_patches
@@ -19,6 +20,11 @@ SIGMA = "isomend_sigma"
 TEXTURE = re.compile(r"(uvs?|st|texture|tex_?coords?|tcoords|texture[ _]coordinates)[ _]?\d*", re.IGNORECASE)
 
 
+def copied(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Copies of named values: those of results are read-only, but what is in the mesh of another package belongs to the caller."""
+    return {name: values.copy() for name, values in data.items()}
+
+
 def values_of_vertices(mended: Any) -> tuple[dict[str, Any], list[str]]:
     """The named values of vertices for a mesh of another package, with expected errors; and remarks, which are also logged.
 
@@ -26,7 +32,7 @@ def values_of_vertices(mended: Any) -> tuple[dict[str, Any], list[str]]:
     the nearest vertex of the rim."""
     import numpy as np
 
-    points, remarks = dict(mended.point_data), []
+    points, remarks = copied(mended.point_data), []
     for name, values in mended.point_data.items():
         if values.shape[1:] != (2,) or values.dtype.kind != "f" or not TEXTURE.fullmatch(name):
             continue
@@ -126,11 +132,11 @@ def to_trimesh(mended: Any) -> Any:
     import trimesh
 
     points, remarks = values_of_vertices(mended)
-    cells: dict[str, Any] = dict(mended.cell_data)
+    cells = copied(mended.cell_data)
     colours = {"vertex_colors": points.pop("vertex_colors", None), "face_colors": cells.pop("face_colors", None)}
-    cells["isomend_patch"] = mended.is_patch
+    cells["isomend_patch"] = mended.is_patch.copy()
     return trimesh.Trimesh(
-        vertices=mended.vertices, faces=mended.faces, vertex_attributes=points,
+        vertices=mended.vertices.copy(), faces=mended.faces.copy(), vertex_attributes=points,
         face_attributes=cells, metadata={REPORT: json.dumps(reported(mended, remarks))}, process=False, validate=False,
         **{name: values for name, values in colours.items() if values is not None},
     )  # fmt: skip

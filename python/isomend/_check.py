@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from isomend import _isomend
+from isomend._frozen import read_only
 from isomend._reports import Drawn, report_of, shortened
 
 if TYPE_CHECKING:
@@ -21,8 +22,8 @@ class Defect:
         kind: ``boundary_edge`` (edges with one face only), ``non_manifold_edge``, ``non_manifold_vertex``, ``misoriented``, ``inside_out``,
             ``degenerate``, ``duplicate``, ``self_intersection`` (faces that intersect others), ``thin`` or ``thin_wall``.
         count: Number of edges, vertices, faces or components with the defect, depending on the kind.
-        faces: int64 (k,), indices of the faces at the defects, ascending.
-        places: float64 (p, 3), the centre of each connected group of these faces, in the units of the mesh.
+        faces: int64 (k,), read-only, indices of the faces at the defects, ascending.
+        places: float64 (p, 3), read-only, the centre of each connected group of these faces, in the units of the mesh.
     """
 
     kind: str
@@ -43,7 +44,7 @@ class Defects(dict[str, Defect]):
         kinds = _isomend.defect_kinds()
         if kind not in kinds:
             raise KeyError(f"there is no kind of defect {kind!r}; there are {', '.join(kinds)}")
-        return Defect(kind, 0, np.zeros(0, np.int64), np.zeros((0, 3)))
+        return Defect(kind, 0, read_only(np.zeros(0, np.int64)), read_only(np.zeros((0, 3))))
 
 
 class Verdict(Drawn):
@@ -78,7 +79,7 @@ class Verdict(Drawn):
         #: with the thinnest wall, from 1 in the order of first faces, and its position (``at``). None if there are no walls.
         self.walls: dict[str, Any] | None = self.report["walls"]
         #: The defects found, by kind, with all their faces and places. ``defects[kind]`` of a kind that was not found has the count 0.
-        self.defects: Defects = Defects((row[0], Defect(*row)) for row in core.defects())
+        self.defects: Defects = Defects((row[0], Defect(*row[:2], *map(read_only, row[2:]))) for row in core.defects())
 
     def __bool__(self) -> bool:
         return self.sound

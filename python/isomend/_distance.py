@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn, Union, overload
 
 from isomend import _isomend, _params
 from isomend._adapters import as_model, model_of
-from isomend._errors import FileError, ParameterError
+from isomend._errors import FileError, MeshTypeError, ParameterError
 from isomend._mesh import Model
 from isomend._volume import Volume
 
@@ -132,6 +132,7 @@ def surface(
         A manifold mesh. Without ``close`` it is open where it reaches the faces of the volume.
 
     Raises:
+        MeshTypeError: The argument is no volume.
         ParameterError: All values are on one side of the level, or a value is not finite.
         FileError: The file cannot be read.
 
@@ -143,7 +144,7 @@ def surface(
     """
     _params.refuse_unknown("surface", unknown, ("level", "close", "array", "threads"))
     if not isinstance(volume, (Volume, str, bytes, os.PathLike)):
-        raise TypeError(
+        raise MeshTypeError(
             f"surface takes a Volume, or the path or the bytes of a file with one, but is given {type(volume).__qualname__}; "
             "isomend.sdf(mesh) makes a volume of a mesh"
         )

@@ -18,6 +18,12 @@ class MeshError(IsomendError, ValueError):
     __module__ = "isomend"
 
 
+class MeshTypeError(IsomendError, TypeError):
+    """An argument that is no mesh of a type that the function takes."""
+
+    __module__ = "isomend"
+
+
 class HoleIdError(IsomendError, IndexError):
     """A hole number that the mesh does not have."""
 

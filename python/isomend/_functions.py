@@ -356,7 +356,7 @@ def compare(a: Any, b: Any, *, samples: int = 100_000, threads: int | None = Non
     Raises:
         MeshError: A mesh has no face with an area.
         ParameterError: The number of samples is out of range.
-        TypeError: A mesh has none of these types.
+        MeshTypeError: A mesh has none of these types.
 
     >>> import isomend
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -434,7 +434,7 @@ def restore(
         vertices: (n, 3). Or a mesh, as for :func:`fill`; the mask comes next then: ``restore("scan.ply", mark)``.
         faces: (m, 3).
         mark: bool (m,), or the indices of the faces to replace; or a mask as a dictionary, such as
-            ``{"balls": [[[0, 0, 1], 0.3]], "grow": 0.1}``.
+            ``{"balls": [[[0, 0, 1], 0.3]], "grow": 0.1}``. ``inside`` takes closed meshes of the kinds that ``vertices`` takes.
         point_data: Named values of vertices.
         cell_data: Named values of faces.
         options: ``keep_shape`` from 0 to 1 keeps part of the shape that was cut out; ``keep_vertices`` keeps the indices of
@@ -456,6 +456,7 @@ def restore(
     """
     model, mask = _marked(vertices, faces, mark, point_data, cell_data)
     if mask is None:
+        _params.params("restore", dict.fromkeys(_params.taken_apart(options)[1]))
         raise ParameterError("restore needs a mask: restore(vertices, faces, mark), or restore(mesh, mark)")
     return model.restore(mask, **options)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from isomend._frozen import read_only
 from isomend._reports import shortened
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ class Hole:
     Attributes:
         id: Its number, from 1, in the order of falling length; ``holes``, ``keep_open``, ``flat`` and ``bridge`` take these numbers, or
             the holes themselves.
-        rim: int64 (k,), its vertices in order, as indices into the mesh's vertices.
+        rim: int64 (k,), read-only, its vertices in order, as indices into the mesh's vertices.
         edges: Number of edges.
         length: Length of the rim.
         diameter: Largest distance of two vertices of the rim.
@@ -78,4 +79,4 @@ def hole_of(row: dict[str, Any], rim: NDArray[Any]) -> Hole:
     own = {name: row[name] for name in names}
     own["object"] = row.get("object")
     centre, normal = tuple(row["centre"]), tuple(row["normal"])
-    return Hole(rim=rim, centre=centre, normal=normal, is_outer_boundary=row["outer_boundary"], **own)
+    return Hole(rim=read_only(rim), centre=centre, normal=normal, is_outer_boundary=row["outer_boundary"], **own)

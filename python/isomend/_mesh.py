@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -10,9 +11,11 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 from isomend import _isomend, _params
 from isomend._check import Verdict
 from isomend._errors import EmptyMaskError, IsomendError, ParameterError, functions_named
+from isomend._files import in_files
+from isomend._foreign import model_of_other
+from isomend._frozen import read_only
 from isomend._holes import CreaseEnd, Hole, crease_end_of, hole_of
 from isomend._isomend import Found, Mended as CoreMended, Model as CoreModel
-from isomend._masks import in_files
 from isomend._remarks import incomplete, not_continued
 from isomend._reports import Drawn, report_of
 from isomend._shape import Shape
@@ -137,7 +140,8 @@ class Model(Shape):
     def plan(self, **options: Unpack[FillOptions]) -> dict[str, Any]:
         """What :meth:`fill` would do with the same options, as ``isomend fill --dry-run --json -`` prints it."""
         _, parameters = _params.taken_apart(options)
-        return report_of(self._core.plan(_params.as_json(_work("fill", None, parameters, 0))))
+        with in_files(None, parameters, model_from) as (_, chosen):
+            return report_of(self._core.plan(_params.as_json(_work("fill", None, chosen, 0))))
 
 
 class Inspection(Drawn):
@@ -191,18 +195,18 @@ class Inspection(Drawn):
     def each_task(self, take: Callable[[bytes], object], **options: Unpack[FillOptions]) -> None:
         """Calls ``take`` with the task of each region of a fill in order: bytes for :func:`isomend.solve_task`, in this process or
         another. :meth:`assemble` with the same options joins the patches, in the same order."""
-        _, parameters = _params.taken_apart(options)
-        self._core.each_task(_params.as_json(_params.params("fill", parameters)), take)
+        with _fill_params(options) as params:
+            self._core.each_task(params, take)
 
     def wide_task(self, region: int, **options: Unpack[FillOptions]) -> bytes:
         """The task of a region, by its index from 0, with all of the mesh that the region may use; see :func:`isomend.is_cramped`."""
-        _, parameters = _params.taken_apart(options)
-        return self._core.wide_task(_params.as_json(_params.params("fill", parameters)), region)
+        with _fill_params(options) as params:
+            return self._core.wide_task(params, region)
 
     def region_count(self, **options: Unpack[FillOptions]) -> int:
         """Number of regions of a fill. A region is one hole, or several that are filled together."""
-        _, parameters = _params.taken_apart(options)
-        return self._core.region_count(_params.as_json(_params.params("fill", parameters)))
+        with _fill_params(options) as params:
+            return self._core.region_count(params)
 
     def assemble(self, patches: Sequence[bytes], **options: Unpack[FillOptions]) -> Mended:
         """The mesh with the patches of all regions: the same, to the byte, as from :meth:`fill`.
@@ -217,8 +221,9 @@ class Inspection(Drawn):
         (4, 3)
         """
         run, parameters = _params.taken_apart(options)
-        work = _params.as_json({"fill": _params.params("fill", parameters)})
-        return _judged(Mended._made_of(self._model, self._core.assemble(work, list(patches))), run)
+        with in_files(None, parameters, model_from) as (_, chosen):
+            core = self._core.assemble(_params.as_json(_work("fill", None, chosen, 0)), list(patches))
+        return _judged(Mended._made_of(self._model, core), run)
 
 
 class Mended(Shape, Drawn):
@@ -253,17 +258,16 @@ class Mended(Shape, Drawn):
 
     @property
     def is_patch(self) -> NDArray[Any]:
-        """bool (m,): whether each face is new."""
+        """bool (m,), read-only: whether each face is new."""
         import numpy as np
 
         kept = self._core.kept_size()[1]
-        return self._once("is_patch", lambda: np.arange(self._core.size()[1]) >= kept)
+        return self._once("is_patch", lambda: read_only(np.arange(self._core.size()[1]) >= kept))
 
     @property
     def sigma(self) -> NDArray[Any]:
-        """float64 (n,): expected error of each vertex in the units of the mesh; 0 for the input's vertices, NaN where it is
-        unknown."""
-        return self._once("sigma", self._core.sigma)
+        """float64 (n,), read-only: expected error of each vertex, in the mesh's units; 0 for the input's vertices, NaN where unknown."""
+        return self._once("sigma", lambda: read_only(self._core.sigma()))
 
     @property
     def report(self) -> dict[str, Any]:
@@ -288,15 +292,15 @@ class Mended(Shape, Drawn):
 
     @property
     def kept_vertices(self) -> NDArray[Any] | None:
-        """bool: whether each vertex of the input is kept; ``None`` if nothing was cut out."""
+        """bool, read-only: whether each vertex of the input is kept; ``None`` if nothing was cut out."""
         kept = self._core.kept()
-        return kept[0] if kept else None
+        return read_only(kept[0]) if kept else None
 
     @property
     def kept_faces(self) -> NDArray[Any] | None:
-        """bool: whether each face of the input is kept; ``None`` if nothing was cut out."""
+        """bool, read-only: whether each face of the input is kept; ``None`` if nothing was cut out."""
         kept = self._core.kept()
-        return kept[1] if kept else None
+        return read_only(kept[1]) if kept else None
 
     @property
     def complete(self) -> bool:
@@ -381,9 +385,9 @@ class Mended(Shape, Drawn):
             (None if patches is None else os.fspath(patches), None if piece is None else os.fspath(piece)),
             mark,
             unit,
-            None if tolerance is None else float(tolerance),
+            None if tolerance is None else _params.number("tolerance", tolerance),
             [texture, _continues(paint)],
-            None if clearance is None else float(clearance),
+            None if clearance is None else _params.number("clearance", clearance),
         )
         mended = Mended.__new__(Mended)
         mended._core, mended._made, mended._given = core, {}, self._given
@@ -440,6 +444,14 @@ class StrictError(IsomendError):
         return type(self), (str(self), self.result)
 
 
+def model_from(mesh: Any) -> Model:
+    """The model of a mesh that is not in a file, as :func:`isomend.as_model` takes it."""
+    if isinstance(mesh, Model):
+        return mesh
+    model: Model = mesh.model() if isinstance(mesh, Mended) else model_of_other(mesh, Model)
+    return model
+
+
 def _work(command: str, mark: Mask | None, parameters: Mapping[str, Any], faces: int) -> dict[str, Any]:
     """The work of a command in the library's JSON form."""
     mask = None if mark is None else _params.mask_of(mark, faces)
@@ -449,13 +461,21 @@ def _work(command: str, mark: Mask | None, parameters: Mapping[str, Any], faces:
     return {command: params if command in ("fill", "repair") else [mask, params]}
 
 
+@contextlib.contextmanager
+def _fill_params(options: Mapping[str, Any]) -> Iterator[str]:
+    """The parameters of a fill as JSON."""
+    _, parameters = _params.taken_apart(options)
+    with in_files(None, parameters, model_from) as (_, chosen):
+        yield _params.as_json(_params.params("fill", chosen))
+
+
 def _mended(
     model: Model, core: CoreModel | Found, command: str, mark: Mask | None, options: Mapping[str, Any]
 ) -> Mended:
     """Runs a command on a mesh or on its inspection."""
     run, parameters = _params.taken_apart(options)
-    with in_files(mark, Model) as mask, functions_named():
-        work = _params.as_json(_work(command, mask, parameters, model._core.size()[1]))
+    with in_files(mark, parameters, model_from) as (mask, chosen), functions_named():
+        work = _params.as_json(_work(command, mask, chosen, model._core.size()[1]))
         done = core.mend(work, _threads(run.get("threads")), run.get("progress"))
     return _judged(Mended._made_of(model, done), run)
 

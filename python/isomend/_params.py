@@ -32,6 +32,8 @@ class RunOptions(TypedDict, total=False):
 
 
 RUN = ("threads", "progress", "strict")
+# The keyword of a mask.
+MARKED = {"restore": ("mark",), "fair": ("mark",)}
 # The options of calls that do not mend.
 CALL = {"check": ("threads",), "compare": ("threads",), "sdf": ("threads",)}
 
@@ -81,7 +83,7 @@ def number(name: str, value: Any) -> float:
         if is_bool(value) or isinstance(value, (str, bytes)):
             raise TypeError
         return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ParameterError(f"{name} must be a number, but is {value!r}") from None
 
 
@@ -94,22 +96,35 @@ def finite(name: str, value: Any) -> float:
 
 
 def positive(name: str, value: Any) -> float:
-    """A positive number. Infinity is refused later, by :func:`as_json`."""
+    """A positive number."""
     given = number(name, value)
     if not given > 0:
         raise ParameterError(f"{name} must be a positive number, but is {given:g}")
-    return given
+    return finite(name, given)
 
 
 def bounded(row: Row, value: Any) -> float:
-    """A number within the bounds of its parameter. Infinity is refused later, by :func:`as_json`."""
+    """A number within the bounds of its parameter."""
     given, low, high = number(row["name"], value), row["low"], row["high"]
     above = given > low or (given == low and not row["open"])
     below = high is None or given < high or (given == high and not row["open"])
     if not (above and below):
         shown = value if isinstance(value, int) else f"{given:g}"
         raise ParameterError(f"{row['name']} must be {row['allowed']}, but is {shown}")
+    if given == float("inf"):
+        raise ParameterError(f"{row['name']} must be a finite number, but is inf; leave out what has no bound")
     return given
+
+
+def word_or_bounded(row: Row, word: str, value: Any) -> float | None:
+    """A number within the bounds of its parameter; None for the word that may stand in its place."""
+    if isinstance(value, str) and value == word:
+        return None
+    try:
+        return bounded(row, value)
+    except ParameterError:
+        shown = f"{value:g}" if isinstance(value, float) else repr(value)
+        raise ParameterError(f"{row['name']} must be {row['allowed']} or {word!r}, but is {shown}") from None
 
 
 def choice(name: str, value: Any, choices: tuple[str, ...]) -> str:
@@ -132,11 +147,13 @@ def flag(name: str, value: Any) -> bool:
     return bool(value)
 
 
-def wholes(name: str, values: Any) -> list[int]:
-    """A list of numbers of holes, or of components for ``drop``; holes themselves stand for their numbers."""
+def wholes(name: str, values: Any, word: str | None = None) -> list[int]:
+    """A list of numbers of holes, or of components for ``drop``; holes themselves stand for their numbers. A message also names the word
+    that may stand in place of the list."""
     of_what, taken = ("component", ()) if name == "drop" else ("hole", Hole)
     if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
-        raise ParameterError(f"{name} must be a list of {of_what} numbers, such as [1], but is {_shown(values)}")
+        instead = f", or {word!r}" if word else ""
+        raise ParameterError(f"{name} must be a list of {of_what} numbers, such as [1]{instead}, but is {_shown(values)}")
     return [value.id if isinstance(value, taken) else whole(f"each number of {name}", value) for value in values]
 
 
@@ -180,7 +197,7 @@ def words(name: str, values: Any, known: tuple[str, ...]) -> list[str]:
 
 
 def like(name: str, value: Any) -> str:
-    """A counterpart: ``mirror``, with or without a plane, or the path of a mesh."""
+    """A counterpart: ``mirror``, with or without a plane, or the path of a mesh; :mod:`isomend._files` makes paths of meshes."""
     try:
         text = os.fspath(value)
     except TypeError:
@@ -200,7 +217,8 @@ def plain(row: Row, value: Any) -> Any:
     if kind == "words":
         return words(name, value, tuple(word["name"] for word in row["choices"]))
     if kind == "holes":
-        return None if isinstance(value, str) and value == "all" and row["placeholder"].startswith("all") else wholes(name, value)
+        word = "all" if row["placeholder"].startswith("all") else None
+        return None if word and isinstance(value, str) and value == word else wholes(name, value, word)
     if kind == "groups":
         return [together(name, group) for group in listed(name, value, "[[1, 2]]")]
     if kind == "like":
@@ -210,9 +228,10 @@ def plain(row: Row, value: Any) -> Any:
     if kind == "whole":
         return int(bounded(row, whole(name, value)))
     if kind == "voxel":
-        return value if isinstance(value, str) and value == "auto" else {"length": bounded(row, value)}
+        length = word_or_bounded(row, "auto", value)
+        return "auto" if length is None else {"length": length}
     if kind == "band":
-        return None if isinstance(value, str) and value == "full" else bounded(row, value)
+        return word_or_bounded(row, "full", value)
     return bounded(row, value)
 
 
@@ -225,7 +244,7 @@ def params(command: str, given: Mapping[str, Any]) -> dict[str, Any]:
         if now := _isomend.in_place_of(command, name):
             raise ParameterError(f"{command} has no parameter {name!r} any more: use {now}")
         if name not in rows:
-            raise ParameterError(f"{command} has no parameter {name!r}; it has {', '.join((*rows, *CALL.get(command, RUN)))}")
+            refuse_unknown(command, (name,), (*rows, *MARKED.get(command, ()), *CALL.get(command, RUN)))
         if value is None or not rows[name]["path"]:
             continue
         *steps, last = rows[name]["path"]
@@ -238,10 +257,14 @@ def params(command: str, given: Mapping[str, Any]) -> dict[str, Any]:
     return placed
 
 
-def refuse_unknown(function: str, unknown: Mapping[str, Any], known: tuple[str, ...]) -> None:
-    """A `ParameterError` if there are unknown keywords; it names the known ones."""
+def refuse_unknown(function: str, unknown: Iterable[str], known: tuple[str, ...]) -> None:
+    """A `ParameterError` if there are unknown keywords; it names the known ones, first the one that is spelt like the unknown one."""
+    import difflib
+
     for name in unknown:
-        raise ParameterError(f"{function} has no parameter {name!r}; it has {', '.join(known)}")
+        similar = difflib.get_close_matches(name, known, 1)
+        meant = f" (is {similar[0]} meant?)" if similar else ""
+        raise ParameterError(f"{function} has no parameter {name!r}{meant}; it has {', '.join(known)}")
 
 
 def mask_of(mask: Mask, faces: int) -> dict[str, Any]:
@@ -313,7 +336,7 @@ def _file(what: str, value: Any) -> str:
 def _closed(what: str, value: Any) -> str:
     """The path of the file of a closed mesh."""
     if not isinstance(value, (str, os.PathLike)):
-        raise ParameterError(f"{what} must be a model or the path of a file, but one is {value!r}")
+        raise ParameterError(f"{what} must be a mesh or the path of a file, but one is {value!r}")
     return _file(what, value)
 
 

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import pyvista
 
-from isomend._adapters import as_model, fair_mesh, fill_mesh, repair_mesh, restore_mesh, triangles_of
+from isomend._adapters import as_model, fair_mesh, fill_mesh, repair_mesh, restore_mesh
+from isomend._foreign import triangles_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

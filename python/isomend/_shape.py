@@ -6,6 +6,8 @@ import os
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from isomend._frozen import read_only, values_of
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
@@ -15,7 +17,7 @@ T = TypeVar("T")
 
 
 class Shape:
-    """The arrays of a mesh, made when first used. They are copies: changing them does not change the mesh."""
+    """The arrays of a mesh, made when first used. They are read-only: change a copy, and make a model of it by :class:`isomend.Model`."""
 
     _core: CoreModel | CoreMended
     _made: dict[str, Any]
@@ -29,32 +31,32 @@ class Shape:
 
     @property
     def vertices(self) -> NDArray[Any]:
-        """float64 (n, 3): coordinates in the units of the mesh."""
-        return self._once("vertices", self._core.vertices)
+        """float64 (n, 3), read-only: coordinates in the units of the mesh. ``isomend.Model(2 * mesh.vertices, mesh.faces)`` is twice as large."""
+        return self._once("vertices", lambda: read_only(self._core.vertices()))
 
     @property
     def faces(self) -> NDArray[Any]:
-        """int64 (m, 3): vertex indices of each triangle, counter-clockwise from outside."""
-        return self._once("faces", self._core.faces)
+        """int64 (m, 3), read-only: vertex indices of each triangle, counter-clockwise from outside."""
+        return self._once("faces", lambda: read_only(self._core.faces()))
 
     @property
     def point_data(self) -> dict[str, NDArray[Any]]:
-        """Named values of vertices: (n,) or (n, k) each, in their own types."""
+        """Named values of vertices: (n,) or (n, k) each, in their own types, read-only."""
         return self._once("point_data", lambda: self._data(self._core.point_data(), self._given[0]))
 
     @property
     def cell_data(self) -> dict[str, NDArray[Any]]:
-        """Named values of faces: (m,) or (m, k) each, in their own types."""
+        """Named values of faces: (m,) or (m, k) each, in their own types, read-only."""
         return self._once("cell_data", lambda: self._data(self._core.cell_data(), self._given[1]))
 
     @property
     def corner_data(self) -> dict[str, NDArray[Any]]:
-        """Named values of the corners of faces, such as texture coordinates with seams: (m, 3, k) each, NaN where a value is
-        missing."""
+        """Named values of the corners of faces, such as texture coordinates with seams: (m, 3, k) each, read-only, NaN where a value
+        is missing."""
         from isomend import _arrays
 
         rows = (self._core.size()[1], 3)
-        return self._once("corner_data", lambda: _arrays.taken(self._core.corner_data(), rows))
+        return self._once("corner_data", lambda: values_of(_arrays.taken(self._core.corner_data(), rows)))
 
     @property
     def notes(self) -> list[str]:
@@ -65,7 +67,7 @@ class Shape:
     def _data(values: Any, given: Mapping[str, ArrayLike] | None) -> dict[str, NDArray[Any]]:
         from isomend import _arrays
 
-        return _arrays.restored_types(_arrays.taken(values), given)
+        return values_of(_arrays.restored_types(_arrays.taken(values), given))
 
     def write(
         self,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from isomend import _isomend, _params
 from isomend._errors import ParameterError
+from isomend._frozen import read_only
 from isomend._reports import report_of
 
 if TYPE_CHECKING:
@@ -73,8 +74,9 @@ class Volume:
 
     @property
     def values(self) -> NDArray[Any]:
-        """float64 (nx, ny, nz): a copy of the values; ``values[i, j, k]`` belongs to the node at ``origin + spacing * (i, j, k)``."""
-        return self._core.values().reshape(self.dims, order="F")
+        """float64 (nx, ny, nz), read-only: ``values[i, j, k]`` belongs to the node at ``origin + spacing * (i, j, k)``. Change a copy, and make a
+        volume of it by :class:`isomend.Volume`."""
+        return read_only(self._core.values().reshape(self.dims, order="F"))
 
     @property
     def dims(self) -> tuple[int, int, int]:

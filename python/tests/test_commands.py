@@ -138,7 +138,7 @@ def test_invalid_options_of_a_repair_are_refused(sphere, options, what):
     with pytest.raises(isomend.ParameterError, match=what):
         isomend.repair(*sphere, **options)
     if "voxel" in options:
-        with pytest.raises(isomend.ParameterError, match="repair has no parameter 'hole'; it has weld, "):
+        with pytest.raises(isomend.ParameterError, match=r"repair has no parameter 'hole' \(is holes meant\?\); it has weld, "):
             isomend.Model(*sphere).repair(hole=[1])
 
 
@@ -267,7 +267,7 @@ def test_volumes_are_arrays_and_files(tmp_path):
         (lambda s: isomend.check(s[0], s[1][:0]), isomend.MeshError, "no faces"),
         (lambda s: isomend.sdf(*s, voxel=-1), isomend.ParameterError, "voxel must be a positive number"),
         (lambda s: isomend.sdf(*s, voxel=1e-6), isomend.ParameterError, "smallest voxel that fits"),
-        (lambda s: isomend.sdf(*s, band="half"), isomend.ParameterError, "band must be a number"),
+        (lambda s: isomend.sdf(*s, band="half"), isomend.ParameterError, "band must be a positive number or 'full', but is 'half'"),
         (lambda s: isomend.sdf(s[0], [[0, 0, 0]]), isomend.MeshError, "degenerate"),
         (lambda s: isomend.sdf(*s, voxel=0.2).write("a.vtk"), isomend.ParameterError, "end the name a.vtk in .vti"),
         (lambda s: isomend.sdf(*s, voxel=0.2).write("none/a.vti"), isomend.FileError, "no folder"),

@@ -32,6 +32,7 @@ TRIANGLE = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
         (TRIANGLE[0], [0, 1, 2], r"shape is \(3,\)"),
         ([[0, 0], [1, 0], [0, 1]], TRIANGLE[1], "shape"),
         ([[0, 0, np.inf], [1, 0, 0], [0, 1, 0]], TRIANGLE[1], "not a finite number"),
+        ([[0, 0, 0], [1, 0]], TRIANGLE[1], "vertices cannot be made an array, such as rows of different lengths"),
         ([["a", 0, 0]] * 3, TRIANGLE[1], "must be numbers"),
         (np.zeros((3, 3), complex), TRIANGLE[1], "must be numbers"),
         ([[2**53 + 1, 0, 0], [1, 0, 0], [0, 1, 0]], TRIANGLE[1], "beyond"),
@@ -55,16 +56,21 @@ def test_invalid_meshes_are_refused(vertices, faces, what):
         ({"holes": [1.5]}, isomend.ParameterError, "whole number"),
         ({"voxel": -1}, ValueError, "voxel must be a positive number"),
         ({"voxel": float("nan")}, isomend.ParameterError, "voxel must be a positive number"),
-        ({"voxel": "small"}, isomend.ParameterError, "must be a number"),
+        ({"voxel": "small"}, isomend.ParameterError, "voxel must be a positive number or 'auto', but is 'small'"),
         ({"voxel": 1e-9}, isomend.ParameterError, "too large a grid"),
         ({"energy": "wilmore"}, isomend.ParameterError, "energy must be one of 'willmore', 'curvature-variation'"),
-        ({"voxel": True}, isomend.ParameterError, "voxel must be a number"),
+        ({"voxel": True}, isomend.ParameterError, "voxel must be a positive number or 'auto', but is True"),
         ({"max_diameter": 0}, isomend.ParameterError, "max_diameter must be a positive number"),
         ({"edge_ratio": 50}, isomend.ParameterError, "edge_ratio must be a number between 0.05 and 20"),
         ({"threads": 0}, isomend.ParameterError, "threads must be a whole number from 1"),
         ({"threads": 5000}, isomend.ParameterError, "1024 at most"),
         ({"threads": -1}, isomend.ParameterError, "threads"),
-        ({"max_diameter": np.inf}, isomend.ParameterError, "leave out what has no bound"),
+        ({"max_diameter": np.inf}, isomend.ParameterError, "max_diameter must be a finite number, but is inf; leave out what has no bound"),
+        ({"max_diameter": 10**400}, isomend.ParameterError, "max_diameter must be a number"),
+        ({"base_offset": np.inf}, isomend.ParameterError, "base_offset must be a finite number"),
+        ({"voxel": np.inf}, isomend.ParameterError, "voxel must be a positive number or 'auto', but is inf"),
+        ({"holes": "every"}, isomend.ParameterError, r"holes must be a list of hole numbers, such as \[1\], or 'all', but is 'every'"),
+        ({"keep_open": "all"}, isomend.ParameterError, r"such as \[1\], but is 'all'"),
     ],
 )
 def test_invalid_parameters_are_refused(sphere, options, error, what):
@@ -74,7 +80,7 @@ def test_invalid_parameters_are_refused(sphere, options, error, what):
 
 
 def test_an_unknown_parameter_of_a_model_is_named(sphere):
-    with pytest.raises(isomend.ParameterError, match="fill has no parameter 'hole'; it has holes, max_diameter, "):
+    with pytest.raises(isomend.ParameterError, match=r"fill has no parameter 'hole' \(is holes meant\?\); it has holes, max_diameter, "):
         isomend.Model(*sphere).fill(hole=[1])
 
 
@@ -142,7 +148,10 @@ def test_files_are_named_as_by_errors_of_python(tmp_path, filled):
         ({"colours": ["ff0000,1.2.3"]}, "tolerance from 0 to 255"),
         ({"colours": [{"rgb": [255, 0, 0]}]}, "colours must have numbers from 0 to 1"),
         ({"colours": [{"red": 1}]}, "colours must be a text such as"),
-        ({"inside": [3]}, "inside must be a model or the path of a file"),
+        ({"inside": [3]}, "inside of the mask must be closed meshes, .* but builtins.int is no mesh"),
+        ({"inside": {"a": 1}}, "inside of the mask .* builtins.dict is no mesh"),
+        ({"inside": isomend.Volume(np.zeros((2, 2, 2)))}, "inside of the mask .* this is a volume, not a mesh"),
+        ({"inside": isomend.Model(*TRIANGLE)}, "^mesh 1 of inside cannot be used as a mask: its surface is not closed"),
         ({"materials": [1]}, "materials"),
         ({"grow": "far"}, "grow"),
         ({"box": []}, "'box'.*boxes"),
@@ -187,14 +196,23 @@ def test_the_path_of_a_mask_may_stand_alone(sphere, tmp_path):
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda v, f: isomend.fill(v, f, max_diam=60), "fill has no parameter 'max_diam'; it has holes, max_diameter, .*strict$"),
-        (lambda v, f: isomend.repair(v, f, hole=1), "repair has no parameter 'hole'; it has weld"),
+        (lambda v, f: isomend.fill(v, f, max_diam=60), r"fill has no parameter 'max_diam' \(is max_diameter meant\?\); it has holes, max_diameter, .*strict$"),
+        (lambda v, f: isomend.repair(v, f, hole=1), r"repair has no parameter 'hole' \(is holes meant\?\); it has weld"),
         (lambda v, f: isomend.restore((v, f), [0], hole=1), "restore has no parameter 'hole'; it has keep_shape"),
-        (lambda v, f: isomend.check(v, f, thinner=1), "check has no parameter 'thinner'; it has thin, min_wall, debris, threads$"),
-        (lambda v, f: isomend.compare((v, f), (v, f), sample=1), "compare has no parameter 'sample'; it has samples, threads$"),
+        (lambda v, f: isomend.check(v, f, thinner=1), r"check has no parameter 'thinner' \(is thin meant\?\); it has thin, min_wall, debris, threads$"),
+        (lambda v, f: isomend.compare((v, f), (v, f), sample=1), r"compare has no parameter 'sample' \(is samples meant\?\); it has samples, threads$"),
         (lambda v, f: isomend.sdf(v, f, size=1), "sdf has no parameter 'size'; it has voxel, band, threads$"),
         (lambda v, f: isomend.surface("a.vti", at=1), "surface has no parameter 'at'; it has level"),
         (lambda v, f: isomend.signed_distance(v, v, f, at=1), "signed_distance has no parameter 'at'; it has threads"),
+        (lambda v, f: isomend.restore(v, f, mask=[1, 2]), r"restore has no parameter 'mask' \(is mark meant\?\); it has keep_shape"),
+        (lambda v, f: isomend.fair(v, f, mask=[1, 2]), r"fair has no parameter 'mask' \(is mark meant\?\); it has strength"),
+        (lambda v, f: isomend.sdf(v, f, band="wide"), "band must be a positive number or 'full', but is 'wide'"),
+        (lambda v, f: isomend.fair(v, f, strength=np.inf), "strength must be a finite number"),
+        (lambda v, f: isomend.restore(v, f, {"balls": [[0, 0, -1, np.inf]]}), "the radius of each of the mask's balls must be a finite number"),
+        (lambda v, f: isomend.restore(v, f, [[1], [1, 2]]), "the mask cannot be made an array, such as rows of different lengths"),
+        (lambda v, f: isomend.fill(v, f, point_data={"a": [[1], [1, 2]]}), "point_data 'a' cannot be made an array"),
+        (lambda v, f: isomend.fill(v, f).delivering(tolerance="x"), "tolerance must be a number, but is 'x'"),
+        (lambda v, f: isomend.fill(v, f, like=5), "like must be 'mirror', .*, the path of a mesh, or a mesh, but builtins.int is no mesh"),
         (lambda v, f: isomend.fill(v, f, progress=5), r"progress must be a function, called as progress\(part, done, regions\), but is 5"),
         (lambda v, f: isomend.fill(v, f, strict="yes"), "strict must be True or False"),
         (lambda v, f: isomend.fill(v, f, holes=["a"]), "each number of holes must be a whole number, but is 'a'"),
@@ -224,8 +242,9 @@ def test_wrong_arguments_are_answered_with_what_is_wanted(sphere, call, said):
     ],
 )
 def test_meshes_of_the_wrong_kind_are_answered_with_the_right_call(sphere, call, said):
-    with pytest.raises(TypeError, match=said):
+    with pytest.raises(isomend.MeshTypeError, match=said) as caught:
         call(*sphere)
+    assert isinstance(caught.value, TypeError) and isinstance(caught.value, isomend.IsomendError)
 
 
 def test_a_scene_of_trimesh_is_answered_with_its_mesh(sphere):
@@ -238,7 +257,7 @@ def test_a_scene_of_trimesh_is_answered_with_its_mesh(sphere):
 
 def test_errors_belong_to_the_package():
     errors = [value for value in vars(isomend).values() if isinstance(value, type) and issubclass(value, isomend.IsomendError)]
-    assert len(errors) == 8 and {error.__module__ for error in errors} == {"isomend"}
+    assert len(errors) == 9 and {error.__module__ for error in errors} == {"isomend"}
 
 
 def test_all_holes_can_be_named_and_bridges_need_two(sphere, filled):

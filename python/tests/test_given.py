@@ -1,5 +1,8 @@
 """What functions take in place of what they name, and what they say of a mistake: holes for numbers, meshes for volumes, arrays for pairs."""
 
+import importlib
+import importlib.util
+
 import numpy as np
 import pytest
 import shapes
@@ -29,9 +32,9 @@ def test_holes_stand_for_their_numbers():
     assert found.fill(flat=(first, 2)).report["outcomes"]["flat"] == 2
     bridged = found.fill(bridge=[found.holes])
     assert [region["holes"] for region in bridged.report["regions"]] == [[1, 2]]
-    with pytest.raises(isomend.ParameterError, match=r"^holes must be a list of hole numbers, such as \[1\], but is the hole 1$"):
+    with pytest.raises(isomend.ParameterError, match=r"^holes must be a list of hole numbers, such as \[1\], or 'all', but is the hole 1$"):
         found.fill(holes=first)
-    with pytest.raises(isomend.ParameterError, match=r"such as \[1\], but is 2$"):
+    with pytest.raises(isomend.ParameterError, match=r"such as \[1\], or 'all', but is 2$"):
         found.fill(holes=2)
     # A hole is no component.
     with pytest.raises(isomend.ParameterError, match="^each number of drop must be a whole number, but is the hole 1$"):
@@ -90,6 +93,50 @@ def test_a_mesh_is_no_volume_and_the_other_way_round(tmp_path):
             with pytest.raises(isomend.FileError, match=r"it is a volume: isomend\.read_volume reads it, isomend\.surface") as error:
                 read(path)
             assert "'isomend" not in str(error.value) and error.value.filename == str(path)
+
+
+def meshes_of_all_kinds(vertices, faces):
+    """The same mesh as a model, a result, pairs of arrays and of lists, and a mesh of each installed package."""
+    model = isomend.Model(vertices, faces)
+    yield from (model, model.fill(), (vertices, faces), [vertices, faces], (vertices.tolist(), faces.tolist()))
+    for name, make in (
+        ("trimesh", lambda package: package.Trimesh(vertices, faces, process=False)),
+        ("pyvista", lambda package: package.PolyData.from_regular_faces(vertices, faces)),
+        ("meshio", lambda package: package.Mesh(vertices, [("triangle", faces)])),
+    ):
+        if importlib.util.find_spec(name):
+            yield make(importlib.import_module(name))
+
+
+def test_meshes_of_all_kinds_stand_for_the_files_of_a_mask(tmp_path):
+    ball = 0.4 * shapes.closed_sphere()[0] + (0, 0, -1), shapes.closed_sphere()[1]
+    isomend.Model(*ball).write(tmp_path / "ball.ply")
+    mesh = isomend.Model(*shapes.open_sphere(around=24, latitudes=12, top=3))
+    wanted = mesh.restore({"inside": tmp_path / "ball.ply"})
+    assert wanted.report["removed_faces"] > 0
+    for given in (tmp_path / "ball.ply", *meshes_of_all_kinds(*ball)):
+        for inside in (given, [given], (given, str(tmp_path / "ball.ply")), iter([given])):
+            assert mesh.restore({"inside": inside}).vertices.tobytes() == wanted.vertices.tobytes()
+        assert isomend.compare(given, given).kept.faces == len(ball[1])
+        assert isomend.signed_distance([[0, 0, -1]], given)[0] < -0.3
+    assert isomend.fair(mesh, {"inside": ball}, strength=0.3).report["command"] == "fair"
+
+
+def test_meshes_of_all_kinds_stand_for_a_counterpart(tmp_path):
+    ball = shapes.closed_sphere()
+    isomend.Model(*ball).write(tmp_path / "ball.ply")
+    vertices, faces = shapes.open_sphere()
+    wanted = isomend.fill(vertices, faces, like=tmp_path / "ball.ply")
+    assert wanted.report["regions"][0]["closed_by"] == "counterpart"
+    for given in meshes_of_all_kinds(*ball):
+        assert isomend.fill(vertices, faces, like=given).vertices.tobytes() == wanted.vertices.tobytes()
+    model, found, tasks = isomend.Model(*ball), isomend.inspect(vertices, faces), []
+    assert isomend.repair(vertices, faces, like=model).complete
+    assert isomend.Model(vertices, faces).plan(like=model)["dry_run"] and found.region_count(like=model) == 1
+    found.each_task(tasks.append, like=model)
+    wide = isomend.solve_task(found.wide_task(0, like=model))
+    for patches in ([isomend.solve_task(task) for task in tasks], [wide]):
+        assert found.assemble(patches, like=model).vertices.tobytes() == wanted.vertices.tobytes()
 
 
 def test_vertices_alone_are_no_mesh():

@@ -4,6 +4,7 @@ import inspect
 import json
 import re
 
+import numpy as np
 import pytest
 
 import isomend
@@ -66,9 +67,14 @@ def test_values_out_of_bounds_are_refused(sphere, command, row):
     for value in wrong:
         with pytest.raises(isomend.ParameterError, match=row["name"]):
             run(*arguments, **{row["name"]: value})
+    instead = {"voxel": " or 'auto'", "band": " or 'full'"}.get(row["kind"], "")
     bounds = [row["low"] - 1] if row["low"] is not None else []
     bounds += [row["high"] + 1] if row["high"] is not None else []
     for bound in bounds:
         value = int(bound) if row["kind"] == "whole" else bound
-        with pytest.raises(isomend.ParameterError, match=f"{row['name']} must be {row['allowed']}, but is "):
+        with pytest.raises(isomend.ParameterError, match=f"^{row['name']} must be {row['allowed']}{instead}, but is "):
             run(*arguments, **{row["name"]: value})
+    if row["kind"] in ("number", "voxel", "band"):
+        for value in (np.inf, -np.inf, np.nan):
+            with pytest.raises(isomend.ParameterError, match=f"^{row['name']} must be .*, but is {value}"):
+                run(*arguments, **{row["name"]: value})
