@@ -129,7 +129,7 @@ def all_or_nothing(item):
 
 
 def overwrite(mesh, other):
-    """Replaces all elements and attributes of a mesh by those of another mesh."""
+    """Replaces all elements and attributes of a mesh by the elements and attributes of another."""
     bm = bmesh.new()
     try:
         bm.from_mesh(other, face_normals=False, vertex_normals=False)

@@ -1,4 +1,4 @@
-"""Edit mode: results are those of object mode, all attributes included; modes, selections and undo steps are as the user expects."""
+"""Edit mode: results are the same as in object mode, with all attributes; modes, selections and undo steps are as the user expects."""
 
 import time
 

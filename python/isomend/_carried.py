@@ -21,7 +21,7 @@ TEXTURE = re.compile(r"(uvs?|st|texture|tex_?coords?|tcoords|texture[ _]coordina
 
 
 def copied(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Copies of named values: those of results are read-only, but what is in the mesh of another package belongs to the caller."""
+    """Copies of named values: the values of results are read-only, but what is in the mesh of another package belongs to the caller."""
     return {name: values.copy() for name, values in data.items()}
 
 

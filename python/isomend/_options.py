@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
-from typing import Literal
+from typing import Any, Literal
 
+from isomend._holes import CreaseEnd, Hole
 from isomend._params import RunOptions, Voxel
 
 
@@ -16,7 +16,7 @@ class SolveOptions(RunOptions, total=False):
     energy: Literal["willmore", "curvature-variation"]
     finish: Literal["auto", "willmore", "none"]
     sharp: Literal["auto", "off"]
-    like: str | os.PathLike[str] | None
+    like: Any
     grain: bool
     apart: bool
     edge_ratio: float | None
@@ -25,12 +25,12 @@ class SolveOptions(RunOptions, total=False):
 class FillOptions(SolveOptions, total=False):
     """The keywords of :func:`isomend.fill`."""
 
-    holes: Iterable[int] | Literal['all'] | None
+    holes: Iterable[int | Hole] | Literal['all'] | None
     max_diameter: float | None
-    keep_open: Iterable[int]
-    bridge: Iterable[Iterable[int]]
-    flat: Iterable[int]
-    crease: Iterable[tuple[int, int]]
+    keep_open: Iterable[int | Hole]
+    bridge: Iterable[Iterable[int | Hole]]
+    flat: Iterable[int | Hole]
+    crease: Iterable[Iterable[int | CreaseEnd]]
     flat_base: bool
     base_offset: float | None
 
@@ -50,12 +50,12 @@ class RepairOptions(SolveOptions, total=False):
     close_borders: bool
     wall: float | None
     min_wall: float | None
-    holes: Iterable[int] | Literal['all'] | None
+    holes: Iterable[int | Hole] | Literal['all'] | None
     max_diameter: float | None
-    keep_open: Iterable[int]
-    bridge: Iterable[Iterable[int]]
-    flat: Iterable[int]
-    crease: Iterable[tuple[int, int]]
+    keep_open: Iterable[int | Hole]
+    bridge: Iterable[Iterable[int | Hole]]
+    flat: Iterable[int | Hole]
+    crease: Iterable[Iterable[int | CreaseEnd]]
 
 
 class RestoreOptions(SolveOptions, total=False):

@@ -74,7 +74,7 @@ def test_named_values_refuse_changes_and_their_copies_are_free(valued):
 
 
 def own_arrays(mesh):
-    """The arrays of a mesh of another package; those of pyvista's faces are always read-only."""
+    """The arrays of a mesh of another package; pyvista's faces are always read-only."""
     if hasattr(mesh, "vertex_attributes"):
         return [mesh.vertices, mesh.faces, *mesh.vertex_attributes.values(), *mesh.face_attributes.values()]
     parts = [values for data in (mesh.point_data, mesh.cell_data) for values in (data[name] for name in data.keys())]  # noqa: SIM118

@@ -89,11 +89,14 @@ fn annotation(parameter: &Parameter) -> String {
             format!("Iterable[Literal[{}]]", names.join(", "))
         }
         Kind::Flag(_) => "bool".to_owned(),
-        Kind::Holes(true) => "Iterable[int] | Literal['all'] | None".to_owned(),
-        Kind::Holes(false) => "Iterable[int]".to_owned(),
-        Kind::Groups => "Iterable[Iterable[int]]".to_owned(),
-        Kind::Pairs => "Iterable[tuple[int, int]]".to_owned(),
-        Kind::Like => "str | os.PathLike[str] | None".to_owned(),
+        Kind::Holes(true) => "Iterable[int | Hole] | Literal['all'] | None".to_owned(),
+        // Numbers of components.
+        Kind::Holes(false) if parameter.name == "drop" => "Iterable[int]".to_owned(),
+        Kind::Holes(false) => "Iterable[int | Hole]".to_owned(),
+        Kind::Groups => "Iterable[Iterable[int | Hole]]".to_owned(),
+        Kind::Pairs => "Iterable[Iterable[int | CreaseEnd]]".to_owned(),
+        // A path, a mesh of isomend or of another package, or a pair of arrays.
+        Kind::Like => "Any".to_owned(),
     }
 }
 
@@ -113,10 +116,10 @@ fn the_option_classes_of_python_equal_the_tables() {
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
-from typing import Literal
+from typing import Any, Literal
 
+from isomend._holes import CreaseEnd, Hole
 from isomend._params import RunOptions, Voxel
 "
         .to_owned();
