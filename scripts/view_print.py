@@ -208,6 +208,7 @@ def components(page, program, folder, mesh):
     page.until_done()
     page.reaches(1, "the small cubes are deleted")
     page.until("document.querySelectorAll('#component-list li').length === 2", "the rest is listed")
+    page.until("document.querySelector('#result-line').textContent.startsWith('Removed: 2 components.')", "the card says what was removed")
     expect_same(page, folder, "without.ply", [program, "repair", mesh, "--debris", "0.01", "--skip", SKIPPED])
     page.click_on("#undo")
     page.reaches(0, "the deletion is undone")

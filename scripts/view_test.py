@@ -299,6 +299,9 @@ def check_save(page, program, folder, mesh, name):
         page.expect(save("mesh", path) and not (folder.parent / "out.ply").exists(), f"{path} is written")
     page.expect("replace" in save("mesh", saved.name), "a file is written over")
     page.expect(not save("mesh", saved.name, True), "a file is not written over")
+    page.expect(not page.run("document.querySelector('#overwrite').checked"), "the next file may be written over without a question")
+    page.fill_in("#save-path", "other.obj")
+    page.expect(page.run("document.querySelector('#save-format').value") == "obj", "the list of formats names another one than the file")
     wanted = saved.read_bytes()
     script = (folder / "recipe.sh").read_text()
     redone = folder / "redo"

@@ -128,11 +128,12 @@ export class Deliver {
   }
 
   /** Area and expected error of the patches, and the share that is within the tolerance. */
-  sentences({ area, percent, expected_error: { mean, largest, within_percent: within } }, tolerance) {
+  sentences({ area, percent, expected_error: { mean, largest, within_percent: within, unknown_percent: part } }, tolerance) {
     const format = (x, power = 1) => this.app.measure.format(x, power), known = mean !== null;
+    const expected = part > 0 ? "expected_in_part" : "expected";
     return {
       area: tr("invented", { area: format(area, 2), percent: digits(percent) }),
-      error: known ? tr("expected", { mean: format(mean), largest: format(largest) }) : tr("expected_unknown"),
+      error: known ? tr(expected, { mean: format(mean), largest: format(largest), part: digits(part) }) : tr("expected_unknown"),
       within: tolerance ? tr("within", { part: digits(within), tolerance: format(tolerance) }) : "",
     };
   }

@@ -22,8 +22,12 @@ export const DELIVER_WORDS = {
   invented: ["New surface: {area}, {percent} % of the surface.", "Ergänzt: {area}, {percent} % der Oberfläche."],
   invented_none: ["The last step has no patches.", "Der letzte Schritt hat keine Flicken."],
   expected: ["Expected error: {mean} on average, {largest} at most.", "Erwarteter Fehler: im Mittel {mean}, höchstens {largest}."],
+  expected_in_part: [
+    "Expected error: {mean} on average, {largest} at most, not known on {part} % of the new surface.",
+    "Erwarteter Fehler: im Mittel {mean}, höchstens {largest}, auf {part} % der neuen Fläche nicht bekannt.",
+  ],
   expected_unknown: ["Its expected error is unknown.", "Der erwartete Fehler ist unbekannt."],
   within: ["Twice the expected error is within {tolerance} on {part} % of it.", "Auf {part} % davon liegt der doppelte erwartete Fehler unter {tolerance}."],
   beyond: ["Not within the tolerance: patches of holes {holes}.", "Nicht in der Toleranz: Flicken der Löcher {holes}."],
-  no_piece: ["There is no piece: {reason}.", "Es gibt kein Stück: {reason}."],
+  no_piece: ["No piece can be made: {reason}.", "Ein Stück lässt sich nicht machen: {reason}."],
 };

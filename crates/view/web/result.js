@@ -2,7 +2,7 @@
 
 import { find, rising } from "../../report/viewer/controls.js";
 import { counterpartLine } from "./like.js";
-import { counts, outcomeWords, tr } from "./strings.js";
+import { counts, digits, outcomeWords, tr } from "./strings.js";
 import { putNumbers, worse } from "./verdict.js";
 
 /** Upper bound of the number of listed holes. */
@@ -17,15 +17,19 @@ function outcomesOf({ outcomes, holes = [] }) {
 
 /** What a step did, in a line. */
 export function stepLine(report) {
-  const { closed, left, open, all } = outcomesOf(report), { command } = report, parts = [];
+  const { closed, left, open, all } = outcomesOf(report), { command } = report, parts = [], steps = report.repair?.steps || {};
+  const removed = ["dropped", "debris", "inside"].reduce((sum, name) => sum + (steps[`${name}_components`] || 0), 0);
   if (command === "restore") parts.push(tr(open ? "restored_open" : "restored"));
   else if (command === "fair") parts.push(tr("smoothed"));
   else if (all > left) parts.push(tr("closed_of", { closed, all: counts("of_hole", all - left) }));
-  else if (!all) parts.push(tr("nothing_open"));
+  else if (!all && !removed) parts.push(tr("nothing_open"));
+  if (removed) parts.push(tr("components_removed", { components: counts("component", removed) }));
   if (open) parts.push(tr("still_open", { open }));
-  if (left) parts.push(tr("left_of", { left, all: counts("of_hole", all) }));
+  // A restoration concerns the holes in the marked region only.
+  if (left && command !== "restore") parts.push(tr("left_of", { left, all: counts("of_hole", all) }));
   if (report.outcomes?.intersecting_patches) parts.push(tr("patches_intersect", { count: report.outcomes.intersecting_patches }));
-  if (report.open_chains?.length) parts.push(tr("chains_open", { count: report.open_chains.length }));
+  // Chains of the input: of a repair the verdict on the result names what is open.
+  if (report.open_chains?.length && command !== "repair") parts.push(tr("chains_open", { count: report.open_chains.length }));
   return parts.join(" ");
 }
 
@@ -57,20 +61,21 @@ export class Result {
   }
 
   put(level, line, report, found) {
-    const { verdict } = this.app, error = report.invented?.expected_error?.largest, { closed, left, all } = outcomesOf(report);
+    const { verdict } = this.app, { largest: error, unknown_percent: part } = report.invented?.expected_error || {}, { closed, left, all } = outcomesOf(report);
     find("#result").dataset.level = level;
     find("#result-line").textContent = line;
     putNumbers(find("#result-numbers"), [
-      [all ? `${closed} / ${all - left}` : "–", tr("number_closed")],
-      [Number.isFinite(error) ? verdict.error(error) : "–", tr("number_error")],
-      [found?.walls ? verdict.length(found.walls.least) : found ? "–" : "…", tr("number_wall")],
+      [all > left ? `${closed} / ${all - left}` : "–", tr("number_closed")],
+      [Number.isFinite(error) ? verdict.error(error) : "–", [tr("number_error"), error && part > 0 && tr("unknown_on", { part: digits(part) })].filter(Boolean).join("; ")],
+      [found?.walls ? verdict.length(found.walls.least) : found ? "–" : "…", tr(found?.walls?.sampled ? "number_wall_sampled" : "number_wall")],
     ]);
   }
 
   /** Lists what became of each hole, those that are open first, with the expected error in the colour of the map; then the notes of the step. */
   list(report) {
     const errors = new Map((report.invented?.patches || []).flatMap(({ holes, expected_error: e }) => holes.map((id) => [id, e?.largest])));
-    const rank = { open: 0, closed: 1, left: 2 }, holes = [...report.holes || []].sort((a, b) => rank[a.outcome] - rank[b.outcome] || a.id - b.id);
+    const rank = { open: 0, closed: 1, left: 2 }, concerned = (report.holes || []).filter((hole) => report.command !== "restore" || hole.outcome !== "left");
+    const holes = concerned.sort((a, b) => rank[a.outcome] - rank[b.outcome] || a.id - b.id);
     const list = document.createElement("ul"), high = this.app.model.state.error_high || 1;
     list.append(...holes.slice(0, LISTED).map((hole) => {
       const item = document.createElement("li"), how = document.createElement("span"), right = document.createElement("span"), error = errors.get(hole.id);

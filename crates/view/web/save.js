@@ -12,6 +12,13 @@ export class Save {
     this.folder = new Folder(app);
     find("#save").addEventListener("click", () => this.save());
     find("#download").addEventListener("click", () => this.download());
+    // A name that is typed says the format, and is not the file that was to be replaced.
+    find("#save-path").addEventListener("input", () => {
+      find("#overwrite").checked = false;
+      const typed = /\.([^./]+)$/.exec(find("#save-path").value.trim())?.[1].toLowerCase(), { formats } = this.app.model.state;
+      if (find("#save-kind").value === "mesh" && formats.some((f) => f.extension === typed)) find("#save-format").value = typed;
+      this.app.deliver?.offerPaint();
+    });
     find("#save-path").addEventListener("keydown", (event) => event.key === "Enter" && this.save());
     find("#save-kind").addEventListener("change", () => this.suggest());
     find("#save-format").addEventListener("change", () => this.suggest());
@@ -42,8 +49,9 @@ export class Save {
       const kind = find("#save-kind").value, path = find("#save-path").value.trim();
       if (!path) throw new Error(tr("type_name"));
       const { path: where, bytes, patches, piece, notes = [], warnings = [] } = await this.write(kind, path, find("#overwrite").checked);
+      find("#overwrite").checked = false;
       find("#saved").textContent = tr("saved", { where: [where, patches, piece].filter(Boolean).join(", "), bytes: counts("byte", bytes) });
-      if (notes.length) find("#saved").textContent += ` ${notes.join("; ")}.`;
+      if (notes.length) find("#saved").textContent += ` ${notes.map((note) => note[0].toUpperCase() + note.slice(1)).join(". ")}.`;
       find("#save-trouble").textContent = warnings.join(" ");
     });
   }
@@ -59,7 +67,8 @@ export class Save {
     try {
       return await askJson("save", sent);
     } catch (error) {
-      if (error.status === 409 && !overwrite) error.message += error.message.includes("replace") ? "" : tr("tick_replace");
+      const taken = /^(.*) exists already$/.exec(error.message);
+      if (taken && !overwrite) error.message = tr("exists_already", { name: taken[1] });
       throw error;
     }
   }

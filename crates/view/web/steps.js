@@ -77,6 +77,7 @@ export class Steps {
     if (!this.forms.fill) return;
     const { kind } = this, { holes } = this.app, marked = this.app.marked();
     if (kind === "repair") this.app.bottom.show();
+    find("#preview").disabled = Boolean(this.job) || kind === "fill" && !holes.canFill();
     const on = {
       fill: holes.canFill() ? "" : holes.text(), restore: marked ? "" : tr("mark_first"), fair: marked ? "" : tr("on_surface"),
       repair: holes.caps().length ? tr("on_mesh_flat", { ids: holes.caps().join(", ") }) : "",
@@ -199,13 +200,14 @@ export class Steps {
   }
 
   buttons() {
-    for (const query of ["#run", "#preview"]) find(query).disabled = Boolean(this.job);
+    find("#run").disabled = Boolean(this.job);
+    if (this.job) find("#preview").disabled = true;
+    else this.describe();
     find("#fill-all").disabled = Boolean(this.job) || !this.app.holes.canFill();
     find("#fill-chosen").disabled = Boolean(this.job) || !this.app.holes.picked.size;
     const { undo, redo } = this.app.model.state;
     find("#undo").disabled = Boolean(this.job) || !undo;
     find("#redo").disabled = Boolean(this.job) || !redo;
-    if (!this.job) this.describe();
   }
 
   /** Cancels the run. */

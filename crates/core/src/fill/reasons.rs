@@ -43,7 +43,7 @@ pub enum NotSmooth {
     #[error("no flat cap could be made without more self-intersections")]
     Flat,
     /// In a repair: it was still open after the last steps, when no level set is solved any more.
-    #[error("it was still open after the last steps of the repair")]
+    #[error("it was open until the last steps of the repair")]
     LastSteps,
     /// The level set found no surface: the failure of the last attempt.
     #[error(transparent)]

@@ -105,8 +105,12 @@ fn walls(verdict: &Verdict, size: f64, unit: Option<Unit>) -> Option<String> {
         _ => format!(" in component {number}"),
     };
     let at = thinnest.thinnest_at.unwrap_or(thinnest.centre);
+    let of = match verdict.samples_walls() {
+        true => " of samples",
+        false => "",
+    };
     Some(format!(
-        "least thickness {}{own} at {}; mean {}",
+        "least thickness{of} {}{own} at {}; mean {}",
         Unit::text(unit, thinnest.least_wall?),
         point(at, size),
         Unit::text(unit, mean)

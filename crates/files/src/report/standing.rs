@@ -1,6 +1,7 @@
 //! How good an answer is, for its colour in terminals and reports.
 
 use isomend_core::check::Verdict;
+use isomend_core::fill::{HoleOutcome, LeftReason};
 use isomend_core::mend::FillReport;
 
 /// How good an answer is.
@@ -16,10 +17,15 @@ pub enum Standing {
 }
 
 impl Standing {
-    /// Yes if all holes are closed without intersections, no if one could not be closed, else in part.
+    /// Yes if all holes are closed without intersections, no if one could not be closed, else in part. Holes outside the marked region of a
+    /// restoration do not count.
     pub fn of_fill(report: &FillReport) -> Self {
         let tally = report.tally();
-        let is_whole = tally.left == 0 && tally.intersecting_patches == 0 && tally.open_chains == 0;
+        let not_marked = HoleOutcome::Left(LeftReason::NotMarked);
+        let outside = report.holes.iter().filter(|h| h.outcome == not_marked);
+        let is_whole = tally.left == outside.count()
+            && tally.intersecting_patches == 0
+            && tally.open_chains == 0;
         match tally.open {
             0 if is_whole => Self::Yes,
             0 => Self::InPart,

@@ -244,7 +244,7 @@ impl App {
         }
         let stem = self.input.file_stem().unwrap_or_default().to_string_lossy();
         let format = session.current().loaded.format;
-        let name = format!("{stem}.mended.{}", format.extension());
+        let name = format!("{stem}_mended.{}", format.extension());
         SavedAs {
             path: self.host.root.join(name),
             ascii: false,

@@ -1,6 +1,7 @@
 //! API requests for values that colour a mesh (curvature, distance, deviation, expected error, attributes), for textures, and for the
 //! check for defects.
 
+use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, PoisonError};
 
 use axum::extract::{Path, Query, State};
@@ -13,7 +14,7 @@ use super::super::app::{App, error_text};
 use super::super::container::Container;
 use super::super::deviation::deviation;
 use super::super::files::to_read;
-use super::super::state::State as MeshState;
+use super::super::state::{Origin, State as MeshState};
 use super::super::texture::{uv, v_points_up};
 use super::http::{Answer, Refused, bytes_answer, json_answer, long_work, work};
 use super::mesh::state_of;
@@ -175,7 +176,8 @@ fn deviations(
     Ok(values)
 }
 
-/// The expected errors of the vertices: 0 for vertices of the file, NaN where unknown.
+/// The expected errors of the vertices, or of the corners of faces where patches have no vertices of their own: 0 for vertices of the file,
+/// NaN where unknown.
 fn expected_errors(state: &MeshState) -> Result<Values, Refused> {
     let errors = &state.errors;
     if !errors.is_known() {
@@ -184,8 +186,49 @@ fn expected_errors(state: &MeshState) -> Result<Values, Refused> {
         ));
     }
     let mut values = Values::of_vertices(errors.0.clone(), "in the mesh's units");
+    let mesh = &state.loaded.mesh;
+    let unknown = unknown_faces(state);
+    if !unknown.is_empty() {
+        let corners = mesh.faces.iter().flatten();
+        values.on = "corner";
+        values.values = corners.map(|v| errors.0[*v as usize]).collect();
+        for face in unknown {
+            values.values[3 * face..][..3].fill(f32::NAN);
+        }
+    }
     values.range = Some([0.0, errors.high(OUTLIERS)]);
     Ok(values)
+}
+
+/// The faces of patches whose errors are unknown although their vertices are the input's, as of a triangulation of a rim: those that no
+/// other faces of patches join with a vertex whose error is known.
+fn unknown_faces(state: &MeshState) -> Vec<usize> {
+    let (mesh, origin, errors) = (&state.loaded.mesh, &state.origin, &state.errors.0);
+    let own = |f: &usize| origin[*f] != Origin::File;
+    let patches: Vec<usize> = (0..mesh.faces.len()).filter(own).collect();
+    let is_known = |f: &usize| mesh.faces[*f].iter().any(|v| errors[*v as usize] > 0.0);
+    let mut beside: HashMap<[u32; 2], Vec<usize>> = HashMap::new();
+    let edges = |f: usize| {
+        let [a, b, c] = mesh.faces[f];
+        [[a, b], [b, c], [c, a]].map(|[v, w]| [v.min(w), v.max(w)])
+    };
+    for &f in &patches {
+        for edge in edges(f) {
+            beside.entry(edge).or_default().push(f);
+        }
+    }
+    let mut waiting: Vec<usize> = patches.iter().copied().filter(is_known).collect();
+    let mut known: HashSet<usize> = waiting.iter().copied().collect();
+    while let Some(f) = waiting.pop() {
+        for &other in edges(f).iter().flat_map(|edge| &beside[edge]) {
+            if known.insert(other) {
+                waiting.push(other);
+            }
+        }
+    }
+    let is_own = |f: &usize| mesh.faces[*f].iter().all(|v| errors[*v as usize] == 0.0);
+    let unknown = patches.into_iter().filter(is_own);
+    unknown.filter(|f| !known.contains(f)).collect()
 }
 
 /// The values of an attribute of vertices, faces or corners; `name` is such as `attribute:quality`.

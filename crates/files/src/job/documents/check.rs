@@ -86,6 +86,8 @@ struct WallRow {
     component: usize,
     /// Where the thinnest wall is.
     at: Option<DVec3>,
+    /// Whether the walls were measured at a part of the faces only: a thinner place may have been missed.
+    sampled: bool,
 }
 
 /// A weld that closes boundary edges.
@@ -167,6 +169,7 @@ impl<'a> VerdictRow<'a> {
                 mean,
                 component,
                 at: thinnest.thinnest_at,
+                sampled: verdict.samples_walls(),
             }),
         }
     }
