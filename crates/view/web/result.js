@@ -17,7 +17,7 @@ function outcomesOf({ outcomes, holes = [] }) {
 
 /** What a step did, in a line. */
 export function stepLine(report) {
-  const { closed, left, open, all } = outcomesOf(report), { command } = report, parts = [], steps = report.repair?.steps || {};
+  const { closed, left, open, all } = outcomesOf(report), { command } = report, parts = [], steps = report.steps || {};
   const removed = ["dropped", "debris", "inside"].reduce((sum, name) => sum + (steps[`${name}_components`] || 0), 0);
   if (command === "restore") parts.push(tr(open ? "restored_open" : "restored"));
   else if (command === "fair") parts.push(tr("smoothed"));
