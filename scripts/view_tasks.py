@@ -282,7 +282,7 @@ def handing_over(page, program, folder):
         page.until(text("#deliver-said") + ".includes('within 0.5 mm on 100')", "the share within the tolerance is shown")
         page.expect("mm²" in page.run(text("#deliver-said")), "the new area has no unit")
         page.expect(not page.run(text("#deliver-trouble")), "all is right, but: " + page.run(text("#deliver-trouble")))
-        options = "--patches painted.mended_patches.ply --piece painted.mended_piece.stl --mark colour=0a64ff --tolerance 0.5 --unit mm"
+        options = "--patches painted_mended_patches.ply --piece painted_mended_piece.stl --mark colour=0a64ff --tolerance 0.5 --unit mm"
         page.until(text("#recipe") + f".includes({json.dumps(options)})", f"the recipe has {options}")
         page.fill_in("#colour", "sigma")
         page.until("isomend.display.coloured === 'sigma'", "expected errors are shown")

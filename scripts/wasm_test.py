@@ -110,7 +110,7 @@ def filled(site, program, folder, picture):
     shutil.copy(ROOT / "data/scan.ply", folder)
     (folder / "isomend").symlink_to(program.resolve())
     subprocess.run(["sh", "-c", recipe], cwd=folder, check=True, capture_output=True, env=os.environ | {"PATH": f"{folder}:{os.environ['PATH']}"})
-    site.expect(own == (folder / "scan.mended.ply").read_bytes(), f"the recipe gives other bytes than the page: {recipe}")
+    site.expect(own == (folder / "scan_mended.ply").read_bytes(), f"the recipe gives other bytes than the page: {recipe}")
     report = site.fetched("api/report/1").decode()
     site.expect("<title>" in report, "there is no report")
     saved = site.save("whole.ply", False)
