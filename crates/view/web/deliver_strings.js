@@ -1,8 +1,8 @@
-// Texts of the group "Hand over" in English and German, in the form of strings.js.
+// Texts of the group "Patches and unit" in English and German, in the form of strings.js.
 
 /** Each text by its name: English, then German. Names in braces are placeholders. */
 export const DELIVER_WORDS = {
-  hand_over: ["Hand over", "Übergeben"],
+  hand_over: ["Patches and unit", "Flicken und Einheit"],
   tolerance: ["tolerance", "Toleranz"],
   tolerance_title: ["The largest error allowed: holes whose patches may err by more are listed", "Der größte erlaubte Fehler: Löcher, deren Flicken stärker abweichen können, werden genannt"],
   tolerance_positive: ["the tolerance must be a positive number", "die Toleranz muss eine positive Zahl sein"],
