@@ -376,11 +376,9 @@ fn errors_of_corners(served: &Served, id: usize) -> Vec<f32> {
     let errors: Vec<f32> = array("values").chunks(4).map(float).collect();
     let (_, array) = served.arrays(&format!("api/mesh/{id}"));
     let index = |b: &[u8]| u32::from_le_bytes(b.try_into().unwrap()) as usize;
-    let corners = array("faces");
-    let corners = corners.chunks(4).map(index).enumerate();
     match header["on"] == "corner" {
-        true => corners.map(|(corner, _)| errors[corner]).collect(),
-        false => corners.map(|(_, vertex)| errors[vertex]).collect(),
+        true => errors,
+        false => array("faces").chunks(4).map(|b| errors[index(b)]).collect(),
     }
 }
 

@@ -1,4 +1,4 @@
-// The group "Hand over" of the tab Files: unit, tolerance, mark, files of patches and missing piece; figures of the new surface.
+// The group "Patches and unit" of the tab Save: unit, tolerance, mark, files of patches and missing piece; figures of the new surface.
 
 import { all, digits, find, numberIn } from "../../report/viewer/controls.js";
 import { keep, kept } from "./layout.js";
