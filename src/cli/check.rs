@@ -110,15 +110,12 @@ fn next_command(verdict: &Verdict, holes: &[Hole], name: &str) -> Option<String>
     let is_mended = |kind| !matches!(kind, DefectKind::Thin | DefectKind::ThinWall);
     match kinds.clone().any(is_mended) {
         false => None,
-        true if kinds.all(|kind| kind == DefectKind::BoundaryEdge) => Some(match borders {
-            0 => format!("to close the holes: isomend fill {name} -o OUT"),
-            _ if borders == holes.len() => {
-                format!("to close the outer border: isomend repair {name} -o OUT{close}")
-            }
-            _ => format!(
-                "to close the holes: isomend fill {name} -o OUT; with the outer border: isomend repair {name} -o OUT{close}"
-            ),
-        }),
+        true if kinds.all(|kind| kind == DefectKind::BoundaryEdge) => {
+            Some(match borders > 0 && borders == holes.len() {
+                true => format!("to close the outer border: isomend repair {name} -o OUT{close}"),
+                false => format!("to close the holes: isomend fill {name} -o OUT"),
+            })
+        }
         true => Some(format!("to mend it: isomend repair {name} -o OUT{close}")),
     }
 }

@@ -1,8 +1,8 @@
 // The card with the result of the last step: a line, three numbers, and a list of what became of each hole.
 
-import { find, rising } from "../../report/viewer/controls.js";
+import { digits, find, rising } from "../../report/viewer/controls.js";
 import { counterpartLine } from "./like.js";
-import { counts, digits, outcomeWords, tr } from "./strings.js";
+import { counts, outcomeWords, tr } from "./strings.js";
 import { putNumbers, worse } from "./verdict.js";
 
 /** Upper bound of the number of listed holes. */

@@ -14,7 +14,7 @@ use super::{
     base, counterpart, faired, finish_step, level_set, planar, rim_triangles, rounded, seam, sharp,
 };
 use crate::mesh::Hole;
-use crate::region::Start;
+use crate::region::{Start, VoxelSize};
 use crate::tuning::{Tunable, tunable};
 
 /// Edges. Rims of at most this many edges get one solve only: they determine little of the surface, and a finer grid adds
@@ -72,7 +72,10 @@ impl RegionProblem<'_> {
             many_rims: self.budget == 0 && self.holes.len() > MANY_RIMS.get(),
             faired_first: self.reference.is_none()
                 && (has_few_edges(self.holes, self.params)
-                    || self.params.finishes() && is_costly(faired_cost) && self.is_on_thin_wall()),
+                    || self.params.finishes()
+                        && self.params.voxel == VoxelSize::Auto
+                        && is_costly(faired_cost)
+                        && self.is_on_thin_wall()),
             faired_cost,
             budget: self.budget,
             spent: 0,
