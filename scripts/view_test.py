@@ -107,6 +107,8 @@ def check_colours(page):
     for colour in page.run("[...document.querySelector('#colour').options].map((o) => o.value)")[1:]:
         page.fill_in("#colour", colour)
         page.until(f"isomend.display.coloured === {colour!r} || document.querySelector('#message.trouble')", f"{colour} is shown")
+        if colour == "walls":
+            page.until("isomend.viewer.sides.after.surface.colour.kind === 5", "the walls are measured, for which no other colouring waits")
         page.expect(page.run("isomend.viewer.sides.after.surface.colour.kind") > 0, f"no {colour}: " + page.run("document.querySelector('#message').textContent"))
         differs(f"colour_{colour.split(':')[0]}")
     page.fill_in("#colour", "plain")
