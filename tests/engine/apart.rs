@@ -276,12 +276,7 @@ fn a_wide_patch_is_weighed_with_the_mirror_image() {
     assert!(image.weight.is_some_and(|w| w > 0.5), "{image:?}");
     assert!(rms < 0.5 * smooth, "{rms} {smooth}");
     // Expected errors are the combined ones, not far from the real ones.
-    let largest = report.regions[0]
-        .finish
-        .as_ref()
-        .unwrap()
-        .largest_expected_error()
-        .unwrap();
+    let largest = report.regions[0].largest_expected_error.unwrap();
     assert!(
         largest > 0.5 * rms && largest < 20.0 * rms,
         "{largest} {rms}"

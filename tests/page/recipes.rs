@@ -415,12 +415,9 @@ fn expected_errors_of_a_faired_region_are_unknown() {
         let mask = in_ball(&served, [-1.0, 0.0, 0.0], 0.55);
         let params = json!({ "extent": { "strength": 0.4 } });
         served.step(&json!({ "kind": "fair", "mask": mask, "params": params }));
-        let (errors, origins) = (errors_of_corners(&served, 2), origins(&served, 2));
+        let (errors, origins) = (errors_of_corners(&served, 2), &origins(&served, 2));
         let corners = |f: usize| 3 * f..3 * f + 3;
-        let of = |wanted: u8| {
-            let all = (0..origins.len()).filter(|f| origins[*f] == wanted);
-            all.collect::<Vec<_>>().into_iter()
-        };
+        let of = |wanted: u8| (0..origins.len()).filter(move |f| origins[*f] == wanted);
         let unknown = |f: usize| corners(f).filter(|corner| errors[*corner].is_nan()).count();
         let count = |wanted: u8| of(wanted).map(unknown).sum::<usize>();
         // Origin 1 is the faired region, 0 the input, 2 the fill before.

@@ -15,7 +15,9 @@ pub enum Denied {
     Outside(String),
     /// The path is invalid.
     Wrong(String),
-    /// The file exists and must not be replaced.
+    /// The file of this name exists, and was not to be replaced.
+    Exists(String),
+    /// The place is taken.
     Taken(String),
     /// The file does not exist.
     Missing(String),
@@ -25,6 +27,7 @@ impl Denied {
     /// The reason in words.
     pub fn words(self) -> String {
         match self {
+            Self::Exists(name) => format!("{name} exists already"),
             Self::Outside(what) | Self::Wrong(what) | Self::Taken(what) | Self::Missing(what) => {
                 what
             }
@@ -48,7 +51,7 @@ pub fn to_write(root: &Path, name: &str, overwrite: bool) -> Result<PathBuf, Den
             let what = format!("{name} is a link or a device, not a file");
             Err(Denied::Outside(what))
         }
-        Ok(_) if !overwrite => Err(Denied::Taken(format!("{name} exists already"))),
+        Ok(_) if !overwrite => Err(Denied::Exists(name.to_owned())),
         _ => Ok(path),
     }
 }
@@ -181,7 +184,7 @@ mod tests {
         assert_eq!(to_write(&root, whole.to_str().unwrap(), false), Ok(whole));
         assert!(matches!(
             to_write(&root, "old.ply", false),
-            Err(Denied::Taken(_))
+            Err(Denied::Exists(_))
         ));
         assert!(to_write(&root, "old.ply", true).is_ok());
         let elsewhere = top.join("secret.ply");

@@ -45,7 +45,7 @@ export class Defects {
       const { level, line } = this.app.verdict.judged(found), { walls } = found;
       verdict.textContent = line;
       verdict.dataset.level = level;
-      putNumbers(find("#check-numbers"), [[tr(found.closed ? "yes" : "no"), tr("number_closed")], [walls ? this.app.verdict.length(walls.least) : "–", tr(walls?.sampled ? "number_wall_sampled" : "number_wall")], [whole(found.components), tr("number_components")]]);
+      putNumbers(find("#check-numbers"), [[tr(found.closed ? "yes" : "no"), tr("number_closed")], this.app.verdict.wallNumber(walls), [whole(found.components), tr("number_components")]]);
       find("#wall-thinnest").replaceChildren(...this.thinnest(walls));
       const { marks = {}, defects = [] } = found, there = defects.filter((d) => d.count).map((d) => ({ ...d, ...marks[d.kind] }));
       find("#defect-list").replaceChildren(...there.map((defect) => this.defect(defect, id)));

@@ -3,15 +3,16 @@
 import { during } from "../../report/viewer/activity.js";
 import { tr } from "./strings.js";
 
-/** The error of a refused request, with the server's message. */
+/** The error of a refused request, with the server's message, and the name of a file that was not to be replaced. */
 class Refused extends Error {
   constructor(status, text) {
-    let words = text;
+    let words = text, exists;
     try {
-      words = JSON.parse(text).error;
+      ({ error: words, exists } = JSON.parse(text));
     } catch { /* Not JSON: the text itself. */ }
     super(words || tr("answered_with", { status }));
     this.status = status;
+    this.exists = exists;
   }
 }
 

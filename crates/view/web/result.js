@@ -61,13 +61,13 @@ export class Result {
   }
 
   put(level, line, report, found) {
-    const { verdict } = this.app, { largest: error, unknown_percent: part } = report.invented?.expected_error || {}, { closed, left, all } = outcomesOf(report);
+    const { verdict } = this.app, { largest: error, unknown_percent: part } = report.invented?.expected_error || {}, isKnown = Number.isFinite(error), { closed, left, all } = outcomesOf(report);
     find("#result").dataset.level = level;
     find("#result-line").textContent = line;
     putNumbers(find("#result-numbers"), [
       [all > left ? `${closed} / ${all - left}` : "–", tr("number_closed")],
-      [Number.isFinite(error) ? verdict.error(error) : "–", [tr("number_error"), error && part > 0 && tr("unknown_on", { part: digits(part) })].filter(Boolean).join("; ")],
-      [found?.walls ? verdict.length(found.walls.least) : found ? "–" : "…", tr(found?.walls?.sampled ? "number_wall_sampled" : "number_wall")],
+      [isKnown ? verdict.error(error) : "–", tr("number_error") + (isKnown && part > 0 ? `; ${tr("unknown_on", { part: digits(part) })}` : "")],
+      verdict.wallNumber(found?.walls, found ? "–" : "…"),
     ]);
   }
 

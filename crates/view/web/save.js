@@ -67,8 +67,7 @@ export class Save {
     try {
       return await askJson("save", sent);
     } catch (error) {
-      const taken = /^(.*) exists already$/.exec(error.message);
-      if (taken && !overwrite) error.message = tr("exists_already", { name: taken[1] });
+      if (error.exists) error.message = tr("exists_already", { name: error.exists });
       throw error;
     }
   }

@@ -77,7 +77,7 @@ export class Steps {
     if (!this.forms.fill) return;
     const { kind } = this, { holes } = this.app, marked = this.app.marked();
     if (kind === "repair") this.app.bottom.show();
-    find("#preview").disabled = Boolean(this.job) || kind === "fill" && !holes.canFill();
+    find("#preview").disabled = !this.canPreview();
     const on = {
       fill: holes.canFill() ? "" : holes.text(), restore: marked ? "" : tr("mark_first"), fair: marked ? "" : tr("on_surface"),
       repair: holes.caps().length ? tr("on_mesh_flat", { ids: holes.caps().join(", ") }) : "",
@@ -201,13 +201,18 @@ export class Steps {
 
   buttons() {
     find("#run").disabled = Boolean(this.job);
-    if (this.job) find("#preview").disabled = true;
-    else this.describe();
+    find("#preview").disabled = !this.canPreview();
     find("#fill-all").disabled = Boolean(this.job) || !this.app.holes.canFill();
     find("#fill-chosen").disabled = Boolean(this.job) || !this.app.holes.picked.size;
     const { undo, redo } = this.app.model.state;
     find("#undo").disabled = Boolean(this.job) || !undo;
     find("#redo").disabled = Boolean(this.job) || !redo;
+    if (!this.job) this.describe();
+  }
+
+  /** Whether a preview can be made: nothing runs, and a fill has a hole to fill. */
+  canPreview() {
+    return !this.job && (this.kind !== "fill" || this.app.holes.canFill());
   }
 
   /** Cancels the run. */

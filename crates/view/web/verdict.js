@@ -83,6 +83,11 @@ export class Verdict {
     return digits(x) + this.app.unit();
   }
 
+  /** The thinnest wall and what it is, for a list of numbers; `none` where no wall is known. */
+  wallNumber(walls, none = "–") {
+    return [walls ? this.length(walls.least) : none, tr(walls?.sampled ? "number_wall_sampled" : "number_wall")];
+  }
+
   /** An expected error with its unit: two significant digits, as in the terminal. */
   error(x) {
     return this.length(Number(x.toPrecision(2)));

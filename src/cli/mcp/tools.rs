@@ -131,9 +131,12 @@ impl Tools {
 
     /// The path of a file that may be written.
     fn writable(&self, name: &str, overwrite: bool) -> anyhow::Result<PathBuf> {
-        to_write(&self.root, name, overwrite).map_err(|denied| match denied {
-            Denied::Taken(what) => anyhow!("{what}; name another file, or set \"overwrite\""),
-            denied => anyhow!(denied.words()),
+        to_write(&self.root, name, overwrite).map_err(|denied| {
+            let advice = match denied {
+                Denied::Exists(_) => "; name another file, or set \"overwrite\"",
+                _ => "",
+            };
+            anyhow!("{}{advice}", denied.words())
         })
     }
 

@@ -179,14 +179,16 @@ pub(super) fn measure(
     Some(Defect::new(DefectKind::ThinWall, faces.len(), faces, mesh))
 }
 
+/// The number of faces of closed components.
+fn closed_faces(components: &[Component]) -> usize {
+    let closed = components.iter().filter(|c| c.closed);
+    closed.map(|c| c.faces).sum()
+}
+
 /// Samples the walls of closed components, at all faces or at every n-th face.
 fn samples(subject: &Subject, components: &[Component], all: bool) -> Vec<Sample> {
     let Subject { mesh, topology, .. } = *subject;
-    let total: usize = components
-        .iter()
-        .filter(|c| c.closed)
-        .map(|c| c.faces)
-        .sum();
+    let total = closed_faces(components);
     if total == 0 {
         return Vec::new();
     }
@@ -227,9 +229,7 @@ impl Verdict {
     /// Whether the walls were measured at a part of the faces only, since there are many and no least thickness was asked for: a thinner
     /// place may have been missed.
     pub fn samples_walls(&self) -> bool {
-        let closed = self.components.iter().filter(|c| c.closed);
-        let faces: usize = closed.map(|c| c.faces).sum();
-        self.params.min_wall.is_none() && faces > WALL_SAMPLES.get()
+        self.params.min_wall.is_none() && closed_faces(&self.components) > WALL_SAMPLES.get()
     }
 
     /// The thinnest wall of all components: the number of its component from 1, the component, and the area-weighted mean wall

@@ -53,15 +53,6 @@ impl FinishReport {
     pub(super) fn refuse(&mut self, record: fn(&mut FinishRecord)) {
         self.components.iter_mut().for_each(record);
     }
-
-    /// The largest expected error of any vertex.
-    pub fn largest_expected_error(&self) -> Option<f64> {
-        let components = self
-            .components
-            .iter()
-            .filter_map(|p| p.largest_expected_error);
-        components.reduce(f64::max)
-    }
 }
 
 /// A patch after its finish.

@@ -151,17 +151,14 @@ impl FillReport {
             match &hole.outcome {
                 HoleOutcome::Left(_) => true,
                 _ if hole.hole.edges <= FEW_EDGES.get() => true,
-                HoleOutcome::Open(_) => false,
-                HoleOutcome::Closed(how) => {
-                    is_clean
-                        && match how {
-                            Closure::LevelSet => region.is_some_and(|r| r.converged),
-                            Closure::RimTriangles(_)
-                            | Closure::OffsetShell(_)
-                            | Closure::Faired(Some(_)) => false,
-                            _ => true,
-                        }
+                HoleOutcome::Open(_)
+                | HoleOutcome::Closed(
+                    Closure::RimTriangles(_) | Closure::OffsetShell(_) | Closure::Faired(Some(_)),
+                ) => false,
+                HoleOutcome::Closed(Closure::LevelSet) => {
+                    is_clean && region.is_some_and(|r| r.converged)
                 }
+                HoleOutcome::Closed(_) => is_clean,
             }
         };
         let flawed = self.holes.iter().filter(|hole| !is_well(hole));

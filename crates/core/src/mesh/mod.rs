@@ -41,7 +41,7 @@ pub use measures::{area_vector, half_cotangents};
 pub use model::Model;
 pub use origins::{FaceOrigin, Origins};
 pub use part::Part;
-pub use sets::DisjointSets;
+pub use sets::{DisjointSets, connected};
 pub use topology::{Defects, Topology};
 pub use unit::Unit;
 pub use weld::Welder;

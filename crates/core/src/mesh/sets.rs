@@ -1,4 +1,8 @@
-//! Disjoint sets (union-find).
+//! Disjoint sets (union-find), and groups of connected faces.
+
+use std::collections::BTreeMap;
+
+use super::Mesh;
 
 /// Disjoint sets of the numbers below a count (union-find with path halving). The representative of a set is its smallest member,
 /// so it does not depend on the order of joins.
@@ -37,6 +41,36 @@ impl DisjointSets {
         self.parent[a.max(b) as usize] = a.min(b);
         a != b
     }
+}
+
+/// Groups of the given faces that are connected across edges, in the order of their first faces.
+///
+/// # Panics
+/// If a face is out of range.
+pub fn connected(mesh: &Mesh, faces: &[u32]) -> Vec<Vec<u32>> {
+    let mut edges: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * faces.len());
+    for (i, f) in (0..).zip(faces) {
+        let corners = mesh.faces[*f as usize];
+        for k in 0..3 {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            edges.push(([a.min(b), a.max(b)], i));
+        }
+    }
+    edges.sort_unstable();
+    let mut sets = DisjointSets::new(faces.len());
+    for pair in edges.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+        sets.join(pair[0].1, pair[1].1);
+    }
+    let mut place: BTreeMap<u32, usize> = BTreeMap::new();
+    let mut groups: Vec<Vec<u32>> = Vec::new();
+    for (i, f) in (0..).zip(faces) {
+        let group = *place.entry(sets.find(i)).or_insert_with(|| {
+            groups.push(Vec::new());
+            groups.len() - 1
+        });
+        groups[group].push(*f);
+    }
+    groups
 }
 
 #[cfg(test)]

@@ -103,7 +103,7 @@ pub fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
         None => "not closed".to_owned(),
     };
     if let Some(finish) = &r.finish {
-        line += &finished(finish, unit);
+        line += &finished(finish, r.largest_expected_error, unit);
     }
     line += &format!(", {}{}", counted(r.new_faces, "face"), timed(r.seconds));
     if r.closure == Some(Closure::LevelSet) && !r.levels.is_empty() && !r.converged {
@@ -150,7 +150,7 @@ pub fn lost_creases(r: &RegionReport) -> Option<String> {
 }
 
 /// How the triangles of a patch were smoothed at the end, and its largest expected error.
-fn finished(finish: &FinishReport, unit: Option<Unit>) -> String {
+fn finished(finish: &FinishReport, error: Option<f64>, unit: Option<Unit>) -> String {
     let blended = |p: &FinishRecord| p.result == FinishResult::Blend;
     let mut text = match finish.components.iter().any(blended) {
         true => ", smoothed and blended with the continued surroundings",
@@ -168,11 +168,8 @@ fn finished(finish: &FinishReport, unit: Option<Unit>) -> String {
     if finish.initialisation == PatchInitialisation::Triangulation {
         text += " starting from a triangulation";
     }
-    if let Some(expected_error) = finish.largest_expected_error() {
-        text += &format!(
-            ", expected error up to {}",
-            error_text(unit, expected_error)
-        );
+    if let Some(error) = error {
+        text += &format!(", expected error up to {}", error_text(unit, error));
     }
     text
 }

@@ -11,6 +11,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use super::super::app::{App, unless_panicked};
+use super::super::files::Denied;
 
 /// Upper bound of the size of a request with marked faces, in bytes.
 pub const MARKS: usize = 64 << 20;
@@ -19,11 +20,12 @@ pub const SMALL: usize = 64 << 10;
 /// Time limit for the arrival of a request's body.
 const ARRIVAL: Duration = Duration::from_secs(60);
 
-/// A refused request: status, reason, and the field of the request that is wrong.
+/// A refused request: status, reason, the field of the request that is wrong, and the name of a file that was not to be replaced.
 pub struct Refused {
     status: StatusCode,
     error: String,
     field: Option<&'static str>,
+    exists: Option<String>,
 }
 
 /// A response, or why the request was refused.
@@ -41,6 +43,14 @@ impl Refused {
     /// 409: another job is running, or a file exists already.
     pub fn conflict(error: impl Into<String>) -> Self {
         Self::new(StatusCode::CONFLICT, error)
+    }
+
+    /// 409: a file of this name exists, and was not to be replaced.
+    pub fn exists(name: String) -> Self {
+        Self {
+            exists: Some(name.clone()),
+            ..Self::conflict(Denied::Exists(name).words())
+        }
     }
 
     /// 404: the requested item does not exist.
@@ -64,13 +74,15 @@ impl Refused {
             status,
             error,
             field: None,
+            exists: None,
         }
     }
 }
 
 impl IntoResponse for Refused {
     fn into_response(self) -> Response {
-        let mut answer = json_answer(&json!({ "error": self.error, "where": self.field }));
+        let body = json!({ "error": self.error, "where": self.field, "exists": self.exists });
+        let mut answer = json_answer(&body);
         *answer.status_mut() = self.status;
         answer
     }

@@ -36,6 +36,7 @@ const REPORT_POLICY: &str = "sandbox allow-scripts; default-src 'none'; script-s
 impl From<Denied> for Refused {
     fn from(denied: Denied) -> Self {
         match denied {
+            Denied::Exists(name) => Self::exists(name),
             Denied::Outside(what) => Self::forbidden(what),
             Denied::Wrong(what) => Self::wrong(what, "path"),
             Denied::Taken(what) => Self::conflict(what),

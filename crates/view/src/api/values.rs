@@ -1,7 +1,6 @@
 //! API requests for values that colour a mesh (curvature, distance, deviation, expected error, attributes), for textures, and for the
 //! check for defects.
 
-use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, PoisonError};
 
 use axum::extract::{Path, Query, State};
@@ -21,6 +20,7 @@ use super::mesh::state_of;
 use isomend_core::check::CheckParams;
 use isomend_core::mend::Control;
 use isomend_core::mesh::attributes::{Attribute, Role};
+use isomend_core::mesh::connected;
 use isomend_files::io::read_path;
 use isomend_files::job::{Drawings, check as check_mesh};
 use isomend_files::report::scene::{curvature, distances};
@@ -193,7 +193,7 @@ fn expected_errors(state: &MeshState) -> Result<Values, Refused> {
         values.on = "corner";
         values.values = corners.map(|v| errors.0[*v as usize]).collect();
         for face in unknown {
-            values.values[3 * face..][..3].fill(f32::NAN);
+            values.values[3 * face as usize..][..3].fill(f32::NAN);
         }
     }
     values.range = Some([0.0, errors.high(OUTLIERS)]);
@@ -202,33 +202,19 @@ fn expected_errors(state: &MeshState) -> Result<Values, Refused> {
 
 /// The faces of patches whose errors are unknown although their vertices are the input's, as of a triangulation of a rim: those that no
 /// other faces of patches join with a vertex whose error is known.
-fn unknown_faces(state: &MeshState) -> Vec<usize> {
-    let (mesh, origin, errors) = (&state.loaded.mesh, &state.origin, &state.errors.0);
-    let own = |f: &usize| origin[*f] != Origin::File;
-    let patches: Vec<usize> = (0..mesh.faces.len()).filter(own).collect();
-    let is_known = |f: &usize| mesh.faces[*f].iter().any(|v| errors[*v as usize] > 0.0);
-    let mut beside: HashMap<[u32; 2], Vec<usize>> = HashMap::new();
-    let edges = |f: usize| {
-        let [a, b, c] = mesh.faces[f];
-        [[a, b], [b, c], [c, a]].map(|[v, w]| [v.min(w), v.max(w)])
-    };
-    for &f in &patches {
-        for edge in edges(f) {
-            beside.entry(edge).or_default().push(f);
-        }
+fn unknown_faces(state: &MeshState) -> Vec<u32> {
+    let (mesh, errors) = (&state.loaded.mesh, &state.errors.0);
+    let own = |f: &u32| state.origin[*f as usize] != Origin::File;
+    let patches: Vec<u32> = (0..mesh.faces.len() as u32).filter(own).collect();
+    let errors_of = |f: u32| mesh.faces[f as usize].map(|v| errors[v as usize]);
+    let is_bare = |f: &u32| errors_of(*f).iter().all(|e| *e == 0.0);
+    if !patches.iter().any(is_bare) {
+        return Vec::new();
     }
-    let mut waiting: Vec<usize> = patches.iter().copied().filter(is_known).collect();
-    let mut known: HashSet<usize> = waiting.iter().copied().collect();
-    while let Some(f) = waiting.pop() {
-        for &other in edges(f).iter().flat_map(|edge| &beside[edge]) {
-            if known.insert(other) {
-                waiting.push(other);
-            }
-        }
-    }
-    let is_own = |f: &usize| mesh.faces[*f].iter().all(|v| errors[*v as usize] == 0.0);
-    let unknown = patches.into_iter().filter(is_own);
-    unknown.filter(|f| !known.contains(f)).collect()
+    let is_unknown =
+        |patch: &Vec<u32>| !patch.iter().any(|f| errors_of(*f).iter().any(|e| *e > 0.0));
+    let unknown = connected(mesh, &patches).into_iter().filter(is_unknown);
+    unknown.flatten().filter(is_bare).collect()
 }
 
 /// The values of an attribute of vertices, faces or corners; `name` is such as `attribute:quality`.

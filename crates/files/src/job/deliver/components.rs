@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use isomend_core::mend::FillReport;
-use isomend_core::mesh::{DisjointSets, HoleId, Mesh};
+use isomend_core::mesh::{HoleId, Mesh, connected};
 
 /// A connected component of the new faces. It fills one hole, or several holes that a bridge joins.
 #[derive(Clone, Debug)]
@@ -36,7 +36,8 @@ pub(in crate::job) fn components(mesh: &Mesh, kept: usize, report: &FillReport) 
             [_] => BTreeMap::new(),
             holes => rim_places(mesh, holes, report),
         };
-        for faces in connected(mesh, first..last) {
+        let own: Vec<u32> = (first as u32..last as u32).collect();
+        for faces in connected(mesh, &own) {
             let holes = match &region.holes[..] {
                 [one] => vec![*one],
                 _ => holes_of(mesh, &faces, &rims),
@@ -93,33 +94,6 @@ fn holes_of(mesh: &Mesh, faces: &[u32], rims: &BTreeMap<[u64; 3], Vec<HoleId>>) 
     }
     let real = count.into_iter().filter(|(_, n)| *n > 1);
     real.map(|(hole, _)| hole).collect()
-}
-
-/// Groups of faces that are connected across edges, ordered by their first faces.
-fn connected(mesh: &Mesh, faces: std::ops::Range<usize>) -> Vec<Vec<u32>> {
-    let mut edges: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * faces.len());
-    for f in faces.clone() {
-        let corners = mesh.faces[f];
-        for k in 0..3 {
-            let (a, b) = (corners[k], corners[(k + 1) % 3]);
-            edges.push(([a.min(b), a.max(b)], (f - faces.start) as u32));
-        }
-    }
-    edges.sort_unstable();
-    let mut sets = DisjointSets::new(faces.len());
-    for pair in edges.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
-        sets.join(pair[0].1, pair[1].1);
-    }
-    let mut place: BTreeMap<u32, usize> = BTreeMap::new();
-    let mut groups: Vec<Vec<u32>> = Vec::new();
-    for f in 0..faces.len() as u32 {
-        let group = *place.entry(sets.find(f)).or_insert_with(|| {
-            groups.push(Vec::new());
-            groups.len() - 1
-        });
-        groups[group].push(faces.start as u32 + f);
-    }
-    groups
 }
 
 #[cfg(test)]
