@@ -38,6 +38,11 @@ def check_smoothing(page):
     page.drag([[x - 6, y], [x, y]])
     marked = page.run("isomend.mask().count")
     page.expect(marked > 3, f"{marked} faces are marked")
+    said = "document.querySelector('#mask-said').textContent"
+    page.expect("Reached" not in page.run(said), "a stroke far from all rims is said to reach one")
+    page.click_on("#invert")
+    page.expect("Reached" in page.run(said), "marks at all rims are said to reach none: " + page.run(said))
+    page.click_on("#unstroke")
     page.fill_in("#mask-name", "spot")
     page.click_on("#mask-keep")
     page.until(f"{ROWS}.length === 1", "the mask has a name")

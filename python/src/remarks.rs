@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use isomend::job::{Mended, OperationReport, Work};
 use isomend::report::{
     ClosedRow, ClosedTable, Remark, chain_lines, closed_rows, counted, defect_lines,
-    faired_measures, faired_part, kept_object, left_holes, lost_creases, named_holes, repair_lines,
-    significant, tally_line, weighed_lines,
+    faired_measures, faired_part, joined_holes, kept_object, left_holes, lost_creases, named_holes,
+    repair_lines, significant, tally_line, weighed_lines,
 };
 use isomend::{FairReport, FillReport, HoleId, HoleOutcome, LeftReason};
 
@@ -172,11 +172,11 @@ pub fn lines(mended: &Mended) -> Vec<String> {
     let mut lines = Vec::new();
     match &mended.extent {
         OperationReport::Faired(report) => return fairing_lines(mended, report),
-        OperationReport::Region(cut) => lines.push(format!(
-            "{} marked, {} cut out",
-            counted(cut.marked_faces, "face"),
-            cut.removed_faces
-        )),
+        OperationReport::Region(cut) => {
+            let marked = counted(cut.marked_faces, "face");
+            lines.push(format!("{marked} marked, {} cut out", cut.removed_faces));
+            lines.extend(joined_holes(cut));
+        }
         _ => {}
     }
     lines.extend(defect_lines(&report.input.defects));

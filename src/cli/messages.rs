@@ -3,8 +3,9 @@
 use isomend::io::{Format, Precision};
 use isomend::job::{JobPlan, JobResult, OperationReport, Work, WorkPlan};
 use isomend::report::{
-    Standing, counted, faired_measures, faired_part, kept_object, left_holes, length_beside,
-    level_lines, number, plan_lines, point, reason_lines, repair_lines_in, tally_line, timed,
+    Standing, counted, faired_measures, faired_part, joined_holes, kept_object, left_holes,
+    length_beside, level_lines, number, plan_lines, point, reason_lines, repair_lines_in,
+    tally_line, timed,
 };
 use isomend::{
     FairPlan, FairReport, FillReport, HoleOutcome, RegionReport, RepairReport, RestoreReport, Unit,
@@ -39,11 +40,12 @@ fn lines(lines: Vec<String>) -> String {
 }
 
 fn cut_plan(cut: &RestoreReport) -> String {
-    format!(
-        "{} marked, {} would be cut out\n",
-        counted(cut.marked_faces, "face"),
-        cut.removed_faces
-    )
+    let [marked, removed] = [cut.marked_faces, cut.removed_faces];
+    let cut_out = format!(
+        "{} marked, {removed} would be cut out",
+        counted(marked, "face")
+    );
+    lines([cut_out].into_iter().chain(joined_holes(cut)).collect())
 }
 
 fn fair_plan(report: &FairPlan, unit: Option<Unit>) -> String {
@@ -75,11 +77,11 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
             let [vertices, faces] = [counted(vertices, "vertex"), counted(faces, "face")];
             return console.say(&format!("{file}{vertices}, {faces} written"));
         }
-        OperationReport::Region(cut) => console.say(&format!(
-            "{} marked, {} cut out",
-            counted(cut.marked_faces, "face"),
-            cut.removed_faces
-        )),
+        OperationReport::Region(cut) => {
+            let marked = counted(cut.marked_faces, "face");
+            console.say(&format!("{marked} marked, {} cut out", cut.removed_faces));
+            joined_holes(cut).iter().for_each(|line| console.note(line));
+        }
         _ => {}
     }
     let report = &done.report;

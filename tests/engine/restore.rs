@@ -262,6 +262,10 @@ fn holes_in_the_marked_region_are_closed_and_others_stay_open() {
     assert_kept(&mesh, &restored);
     let report = &restored.fill;
     assert_eq!((report.holes.len(), report.regions.len()), (2, 1));
+    let before = isomend::inspect(&mesh).unwrap();
+    let joined = before.holes.iter().filter(|hole| hole.centre.x < 0.9);
+    let joined: Vec<_> = joined.map(|hole| hole.id).collect();
+    assert_eq!((joined.len(), &restored.report.joined_holes), (2, &joined));
     let after = isomend::inspect(&restored.mesh).unwrap();
     assert_eq!(after.holes.len(), 1);
     assert!(after.holes[0].centre.x > 0.9);

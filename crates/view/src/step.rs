@@ -20,7 +20,7 @@ use isomend_files::io::Format;
 use isomend_files::job::{
     JobError, JobResult, JobSpec, MaskSpec, OperationReport, Output, Source, Work,
 };
-use isomend_files::report::{Standing, counted, tally_line};
+use isomend_files::report::{Standing, counted, joined_holes, tally_line};
 
 /// A step that the page requests.
 #[derive(Clone, Debug, Deserialize)]
@@ -290,7 +290,9 @@ fn summary(done: &JobResult) -> String {
     let fill = || tally_line(&done.report);
     match &done.extent {
         OperationReport::Region(cut) => {
-            format!("{} cut out; {}", counted(cut.removed_faces, "face"), fill())
+            let cut_out = format!("{} cut out", counted(cut.removed_faces, "face"));
+            let parts = [Some(cut_out), joined_holes(cut), Some(fill())];
+            parts.into_iter().flatten().collect::<Vec<_>>().join("; ")
         }
         OperationReport::Faired(report) => format!(
             "moved by {} at most, {} root mean square",

@@ -160,7 +160,7 @@ class App {
     }
     const marked = count ? tr("marked", { count: counts("face", count), all: counts("face", faces) }) : tr("none_marked");
     const waits = tr(this.steps.previews.length ? "drop_previews" : "still_preparing_mask");
-    find("#mask-said").textContent = mask ? marked : `${marked} ${waits}`;
+    find("#mask-said").textContent = [marked, ...mask ? this.masks?.reachedWords() ?? [] : [waits]].join(" ");
     find("#mask-hide").disabled = !mask || !count && !this.masks?.isHidden;
     find("#mask-hide").textContent = tr(this.masks?.isHidden ? "mask_unhide" : "mask_hide");
     find("#unstroke").disabled = !mask?.done.length;

@@ -132,6 +132,28 @@ export class Masks {
     return facesIn((await askJson(`masks/${mask.mesh.id}?name=${encodeURIComponent(name)}`)).runs);
   }
 
+  /** The numbers of the holes that marked faces touch: a restoration closes them with the region. */
+  reached() {
+    const { mesh, on, count } = this.app.mask(), { positions: p, faces } = mesh, reached = new Set();
+    if (!count || !mesh.rims?.length) return [];
+    const rims = mesh.rimVertices ??= rimVertices(mesh);
+    for (let f = 0; f < on.length; f++) {
+      for (let c = 3 * f; on[f] && c < 3 * f + 3; c++) {
+        const i = 3 * faces[c], id = rims.first.has(p[i]) && rims.ids.get(placeKey(p, i));
+        if (id) reached.add(id);
+      }
+    }
+    return [...reached].sort((a, b) => a - b);
+  }
+
+  /** Sentences on the holes and borders that marked faces touch. */
+  reachedWords() {
+    const { holes } = this.app, reached = new Set(this.reached()), rows = holes.list.filter(({ id }) => reached.has(id));
+    const sentence = (text, found) => found.length ? [tr(text, { holes: namesOf(found.map((hole) => holes.nameOf(hole))) })] : [];
+    const isBorder = (hole) => holes.isBorder(hole);
+    return [...sentence("marked_reaches", rows.filter((hole) => !isBorder(hole))), ...sentence("marked_border", rows.filter(isBorder))];
+  }
+
   /** Lists the named masks of the current mesh. */
   list() {
     const focused = all("#masks button").indexOf(document.activeElement);
@@ -164,6 +186,26 @@ export class Masks {
 
 /** The name under which the program stores the region of the last step. */
 const LAST_REGION = "last region";
+
+/** Most names in a sentence. */
+const MOST_NAMES = 5;
+
+/** Names with commas; of many only the first. */
+const namesOf = (names) => names.slice(0, MOST_NAMES).join(", ") + (names.length > MOST_NAMES ? ", …" : "");
+
+const placeKey = (p, i) => `${p[i]} ${p[i + 1]} ${p[i + 2]}`;
+
+/** The holes by the places of their rim vertices; and the first coordinates of these, which are looked up faster. */
+function rimVertices({ rims, rimIds }) {
+  const ids = new Map(), first = new Set();
+  rims.forEach((rim, k) => {
+    for (let i = 0; i < rim.length; i += 3) {
+      ids.set(placeKey(rim, i), rimIds[k]);
+      first.add(rim[i]);
+    }
+  });
+  return { ids, first };
+}
 
 /** The face numbers of ranges. */
 function facesIn(runs) {

@@ -24,6 +24,8 @@ export const PAINT_WORDS = {
   undo_stroke: ["Undo stroke", "Strich zurück"],
   redo_stroke: ["Redo stroke", "Strich vor"],
   marked: ["{count} of {all} marked.", "{count} von {all} markiert."],
+  marked_reaches: ["Reached, and closed with it: {holes}.", "Erreicht und mit geschlossen: {holes}."],
+  marked_border: ["Reached, with nothing beyond to continue (take the marks away there): {holes}.", "Erreicht, ohne Fortsetzung dahinter (dort die Marken wegnehmen): {holes}."],
   none_marked: ["Nothing is marked.", "Nichts ist markiert."],
   nothing_marked_yet: ["Nothing is marked yet.", "Noch ist nichts markiert."],
   drop_previews: ["Take or drop the previews to paint.", "Zum Malen die Vorschauen übernehmen oder verwerfen."],

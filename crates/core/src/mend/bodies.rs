@@ -163,6 +163,13 @@ impl FillReport {
 }
 
 impl RestoreReport {
+    /// Numbers the joined holes of a body as in the mesh that contains it.
+    pub fn number_in_whole(&mut self, numbers: &BodyNumbers) {
+        for id in &mut self.joined_holes {
+            *id = numbers.holes.get(id).copied().unwrap_or(*id);
+        }
+    }
+
     /// Joins the reports of bodies.
     pub fn of_bodies(reports: Vec<Self>) -> Self {
         let mut all = Self::default();
@@ -170,6 +177,7 @@ impl RestoreReport {
             all.marked_faces += own.marked_faces;
             all.removed_faces += own.removed_faces;
             all.removed_vertices += own.removed_vertices;
+            all.joined_holes.extend(own.joined_holes);
             all.keep_shape = own.keep_shape;
         }
         all

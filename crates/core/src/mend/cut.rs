@@ -160,6 +160,22 @@ impl<'a> CutResult<'a> {
         [count(&self.removed), gone]
     }
 
+    /// The holes of the mesh before the cut whose rims are not rims any more.
+    pub(super) fn joined_holes(&self) -> Vec<HoleId> {
+        let origin = self.before.weld.iter().zip(&self.vertices);
+        let origin: Vec<u32> = origin.filter(|(_, kept)| **kept).map(|(w, _)| *w).collect();
+        let same = self
+            .found
+            .holes
+            .iter()
+            .filter(|h| !self.made.contains(&h.id));
+        let same: BTreeSet<Edge> = same.flat_map(|h| edges(&h.rim, &origin)).collect();
+        let own: Vec<u32> = (0..self.before.mesh.positions.len() as u32).collect();
+        let holes = self.before.holes.iter();
+        let joined = holes.filter(|h| edges(&h.rim, &own).iter().any(|e| !same.contains(e)));
+        joined.map(|h| h.id).collect()
+    }
+
     /// The remaining mesh.
     pub(super) fn into_kept(self) -> Remainder {
         Remainder {

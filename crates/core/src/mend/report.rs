@@ -194,6 +194,11 @@ pub struct RestoreReport {
     pub removed_faces: usize,
     /// Number of vertices removed with them.
     pub removed_vertices: usize,
+    /// Holes that the removed faces touch.
+    ///
+    /// Numbered as in the input; the patch closes them with the region.
+    #[serde(default)]
+    pub joined_holes: Vec<HoleId>,
     /// Fraction of the shape kept.
     pub keep_shape: f64,
 }

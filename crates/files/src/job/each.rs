@@ -177,7 +177,8 @@ impl Read<'_> {
                     found.plan(&task.local(&params.fill, &numbers, &found)?)?
                 }
                 Work::Restore(_, params) if marked.contains(&true) => {
-                    let plan = found.plan_restore(&marked, params)?;
+                    let mut plan = found.plan_restore(&marked, params)?;
+                    plan.cut.number_in_whole(&numbers);
                     // Holes are numbered as after the cut, which only the run makes.
                     numbers.holes.clear();
                     cuts.push(plan.cut);

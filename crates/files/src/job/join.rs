@@ -28,6 +28,11 @@ pub(super) fn joined(
     whole: &Inspection,
 ) -> Result<Made, JobError> {
     let mesh = Joined::new(bodies, &parts);
+    for Part { made, numbers } in &mut parts {
+        if let OperationReport::Region(cut) = &mut made.extent {
+            cut.number_in_whole(numbers);
+        }
+    }
     let kept_input = mesh.kept_input(input, &parts);
     let mut next = whole.holes.len() + 1;
     if matches!(kept_input, KeptInput::Cut(_)) {

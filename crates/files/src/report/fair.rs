@@ -1,7 +1,8 @@
-//! The report of a fairing as text.
+//! The report of a fairing, or of what a restoration cuts out, as text.
 
 use super::counted;
-use isomend_core::mend::{FairReport, KeptObject};
+use super::text::named_holes;
+use isomend_core::mend::{FairReport, KeptObject, RestoreReport};
 use isomend_core::mesh::{Unit, number};
 
 /// What was smoothed away, and the flow that did it.
@@ -41,4 +42,17 @@ pub fn faired_part(report: &FairReport, is_marked: bool) -> Option<String> {
 #[doc(hidden)]
 pub fn kept_object(object: &KeptObject) -> String {
     format!("{} stays unchanged: {}", object.name, object.reason)
+}
+
+/// The holes of the input that the region of a restoration reaches, which are closed with it. None if it reaches no hole.
+#[doc(hidden)]
+pub fn joined_holes(report: &RestoreReport) -> Option<String> {
+    let holes = &report.joined_holes[..];
+    let verb = if holes.len() == 1 { "is" } else { "are" };
+    (!holes.is_empty()).then(|| {
+        format!(
+            "the region reaches {} of the input, which {verb} closed with it",
+            named_holes(holes)
+        )
+    })
 }
