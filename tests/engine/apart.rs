@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use isomend::check::CheckParams;
 use isomend::glam::DVec3;
 use isomend::{
-    Control, CounterpartKind, FillParams, Finish, HoleOutcome, LeftReason, Mesh, RestoreParams,
-    fill, inspect,
+    Closure, Control, CounterpartKind, FillParams, Finish, HoleOutcome, LeftReason, Mesh,
+    NotSmooth, RestoreParams, fill, inspect,
 };
 
 use crate::shapes::{HALF, cut, joined, moved, sheet, slab, sphere, topology, volume};
@@ -117,6 +117,36 @@ fn the_border_of_an_island_stays_open() {
         outcomes.filter(|o| *o == left).count()
     };
     assert_eq!([open(false), open(true)], [1, 2]);
+}
+
+#[test]
+fn the_edge_of_an_opening_in_a_flat_or_coarse_wall_is_straight() {
+    let thin = |n: u32, bend: f64| {
+        let mut whole = slab(n);
+        for p in &mut whole.positions {
+            p.z = 0.05 * p.z + bend * p.x * p.x;
+        }
+        cut(&whole, |c| c.x.abs().max(c.y.abs()) < 0.5)
+    };
+    for open in [thin(16, 0.0), thin(4, 0.1)] {
+        let window = with_edge(&open);
+        // Turned inside out it is closed in the same way.
+        for is_turned in [false, true] {
+            let mut given = open.clone();
+            given
+                .faces
+                .iter_mut()
+                .filter(|_| is_turned)
+                .for_each(|f| f.swap(1, 2));
+            let filled = fill(&given, &FillParams::new()).unwrap();
+            let closure = Closure::RimTriangles(NotSmooth::StraightEdge);
+            assert_eq!(filled.report.regions[0].closure, Some(closure));
+            assert_eq!(topology(&filled.mesh), topology(&window));
+            let relative = volume(&filled.mesh).abs() / volume(&window);
+            assert!((relative - 1.0).abs() < 1e-3, "{relative}");
+            assert_eq!(filled.report.regions[0].intersecting_faces, 0);
+        }
+    }
 }
 
 /// A wall with a hole through it: heights of its upper and lower side.

@@ -57,6 +57,14 @@ fn a_patch_that_rises_far_above_its_rim_is_reported() {
     let region = &filled.report.regions[0];
     let rise = region.rise.unwrap();
     assert!((rise - 0.5).abs() < 0.03 && region.balloons(), "{rise}");
+    // Half of the rim's own height counts.
+    let wavy = cut(&sphere(14), |p| {
+        polar(p) < 90.0 + 25.0 * (2.0 * p.y.atan2(p.x)).cos()
+    });
+    let filled = fill(&wavy, &FillParams::default()).unwrap();
+    let region = &filled.report.regions[0];
+    let rise = region.rise.unwrap();
+    assert!((0.35..0.45).contains(&rise) && region.balloons(), "{rise}");
     let small = cut(&sphere(14), |p| polar(p) < 30.0);
     let filled = fill(&small, &FillParams::default()).unwrap();
     assert!(!filled.report.regions[0].balloons());

@@ -77,6 +77,7 @@ export const CAUSES = {
   not_marked: "nicht im Markierten",
   few_edges: "es hat höchstens vier Kanten",
   flat: "kein flacher Deckel ohne weitere Durchdringungen",
+  straight_edge: "gerade Kante einer Öffnung in einer ebenen oder groben Wand",
   last_steps: "bis zu den letzten Schritten der Reparatur offen",
   not_reached: "nicht erreicht",
   stopped: "abgebrochen",

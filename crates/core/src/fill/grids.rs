@@ -94,6 +94,8 @@ pub(super) type History = [(Attempt, Option<AttemptFailure>)];
 pub(super) struct RetryContext {
     /// Whether there is a counterpart after which it may be filled.
     pub(super) has_counterpart: bool,
+    /// Whether it is an opening in a wall, whose edge is straight.
+    pub(super) is_straight_opening: bool,
     /// Whether sharp edges are continued.
     pub(super) may_be_sharp: bool,
     /// Whether the voxel is automatic, so that it may be refined.
@@ -213,6 +215,7 @@ mod tests {
     fn region(may_refine: bool) -> RetryContext {
         RetryContext {
             has_counterpart: false,
+            is_straight_opening: false,
             may_be_sharp: false,
             may_refine,
             diameter: 1.0,

@@ -32,6 +32,7 @@ mod sharp;
 mod sides_error;
 mod so_far;
 mod stitching;
+mod straight_opening;
 mod strategy;
 
 pub(crate) use base_plane::BasePlane;

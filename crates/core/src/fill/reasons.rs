@@ -42,6 +42,9 @@ pub enum NotSmooth {
     /// A flat cap was requested, but could not be made or had more self-intersections.
     #[error("no flat cap could be made without more self-intersections")]
     Flat,
+    /// It is one side of a flat or coarse wall, of which the other side is open too: the edge of the opening is straight.
+    #[error("the edge of an opening in a flat or coarse wall is straight")]
+    StraightEdge,
     /// In a repair: it was still open after the last steps, when no level set is solved any more.
     #[error("it was open until the last steps of the repair")]
     LastSteps,
@@ -150,6 +153,7 @@ impl NotSmooth {
         match self {
             Self::FewEdges => "few_edges",
             Self::Flat => "flat",
+            Self::StraightEdge => "straight_edge",
             Self::LastSteps => "last_steps",
             Self::NoSurface(why) => why.key(),
         }

@@ -112,7 +112,8 @@ impl RegionProblem<'_> {
         }
     }
 
-    /// How far the vertices of the patch of a single hole rise beyond the rim's own extent along the rim's normal, in diameters.
+    /// How far the vertices of the patch of a single hole rise along the rim's normal beyond half of the rim's own extent there, in
+    /// diameters; 0 if they do not rise beyond all of it.
     pub(super) fn rise(&self, positions: &[DVec3]) -> Option<f64> {
         let ([hole], None) = (self.holes, self.reference) else {
             return None;
@@ -127,7 +128,11 @@ impl RegionProblem<'_> {
         };
         let (lowest, highest) = extent(&mut of_rim.into_iter());
         let (low, high) = extent(&mut positions.iter().map(height));
-        let rise = f64::max(high - highest, lowest - low).max(0.0) / hole.diameter;
+        let beyond = |reached: f64, own: f64| match reached > own {
+            true => (reached - 0.5 * own) / hole.diameter,
+            false => 0.0,
+        };
+        let rise = f64::max(beyond(high, highest), beyond(-low, -lowest));
         rise.is_finite().then_some(rise)
     }
 }

@@ -6,7 +6,7 @@ use super::candidate::FinishReport;
 use super::closure::Closure;
 use super::invented::{CounterpartReport, GrainReport};
 use super::quality::Quality;
-use super::reasons::{AttemptFailure, NotContinued};
+use super::reasons::{AttemptFailure, NotContinued, NotSmooth};
 use crate::mesh::HoleId;
 use crate::region::LevelReport;
 use crate::tuning::{Tunable, tunable};
@@ -42,8 +42,8 @@ pub struct RegionReport {
     pub seam_angle_mean: Option<f64>,
     /// Largest angle at the seam, in degrees.
     pub seam_angle_max: Option<f64>,
-    /// How far the patch of a single hole rises above its rim, along the rim's normal to either side and beyond the rim's own
-    /// extent, in diameters; none for other patches.
+    /// How far the patch of a single hole rises above its rim, along the rim's normal to either side and beyond half of the rim's own
+    /// extent, in diameters; 0 within that extent, none for other patches.
     pub rise: Option<f64>,
     /// New vertices.
     pub new_vertices: usize,
@@ -114,12 +114,13 @@ impl RegionReport {
         self.not_continued = why.filter(|why| asked_for || !is_by_sides || is_lost(why));
     }
 
-    /// Whether it has a surface of its own, not only triangles between the rims' vertices.
+    /// Whether it has a surface of its own, not only triangles between the rims' vertices; or the straight edge of an opening.
     pub fn has_surface(&self) -> bool {
-        let is_plain = matches!(
-            self.closure,
-            None | Some(Closure::Seam | Closure::RimTriangles(_))
-        );
+        let is_plain = match &self.closure {
+            None | Some(Closure::Seam) => true,
+            Some(Closure::RimTriangles(why)) => *why != NotSmooth::StraightEdge,
+            Some(_) => false,
+        };
         !self.levels.is_empty() || !is_plain && self.closure != Some(Closure::LevelSet)
     }
 

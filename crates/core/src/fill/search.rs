@@ -12,6 +12,7 @@ use super::so_far::{LevelEnd, Made, SoFar, Tried};
 use super::strategy::{Candidate, Ending, Step, is_costly, next_step};
 use super::{
     base, counterpart, faired, finish_step, level_set, planar, rim_triangles, rounded, seam, sharp,
+    straight_opening,
 };
 use crate::mesh::Hole;
 use crate::region::{Start, VoxelSize};
@@ -62,6 +63,7 @@ impl RegionProblem<'_> {
         let faired_cost = faired::cost(self);
         RetryContext {
             has_counterpart: self.has_counterpart(),
+            is_straight_opening: self.is_straight_opening(),
             may_be_sharp: self.may_be_sharp(),
             may_refine: refines(self.mesh, self.holes, self.params),
             diameter: self.diameter(),
@@ -164,6 +166,7 @@ fn make<'b>(problem: &'b RegionProblem<'_>, candidate: Candidate, so_far: &mut S
         Candidate::PlanarCap => planar::make(problem),
         Candidate::Base => base::make(problem),
         Candidate::Seam => seam::make(problem),
+        Candidate::Band => straight_opening::make(problem),
         Candidate::RimTriangles => rim_triangles::make(problem, so_far),
     };
     let quality = made.quality();
@@ -207,7 +210,7 @@ fn cost(problem: &RegionProblem<'_>, candidate: Candidate, so_far: &SoFar<'_>) -
         Candidate::PlanarCap => planar::cost(problem),
         Candidate::Base => base::cost(problem),
         // Triangles between existing vertices, or an already solved level set.
-        Candidate::Unconverged | Candidate::Seam | Candidate::RimTriangles => 0.0,
+        Candidate::Unconverged | Candidate::Seam | Candidate::Band | Candidate::RimTriangles => 0.0,
     }
 }
 

@@ -57,6 +57,8 @@ pub(super) enum Candidate {
     Base,
     /// Triangles between two rims that coincide.
     Seam,
+    /// Triangles between the rims on the two sides of a wall.
+    Band,
     /// Triangles between the vertices of each rim.
     RimTriangles,
 }
@@ -136,10 +138,11 @@ pub(super) fn next_step(
     }
 }
 
-/// The next step among the candidates that are made only where they predict the faces around the hole much better than a smooth patch:
-/// the first sound one is taken. None where all of them are made and none is sound.
+/// The next step among the candidates that are made only where they are preferred, or predict the faces around the hole much better than
+/// a smooth patch: the first sound one is taken. None where all of them are made and none is sound.
 fn preferred(made: &[Ending], region: &RetryContext) -> Option<Step> {
     let candidates = [
+        (region.is_straight_opening, Candidate::Band),
         (region.has_counterpart, Candidate::Counterpart),
         (region.may_be_sharp, Candidate::Sides),
         (region.may_be_sharp, Candidate::Rounded),

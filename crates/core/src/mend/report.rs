@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use serde::{Deserialize, Serialize};
 
 use super::inspection::Inspection;
-use crate::fill::{Closure, FEW_EDGES, HoleOutcome, LeftReason, RegionReport, Tally};
+use crate::fill::{Closure, FEW_EDGES, HoleOutcome, LeftReason, NotSmooth, RegionReport, Tally};
 use crate::mesh::{Defects, Hole, HoleId, Mesh, OpenChain};
 
 /// A hole and its outcome.
@@ -151,6 +151,7 @@ impl FillReport {
             match &hole.outcome {
                 HoleOutcome::Left(_) => true,
                 _ if hole.hole.edges <= FEW_EDGES.get() => true,
+                HoleOutcome::Closed(Closure::RimTriangles(NotSmooth::StraightEdge)) => is_clean,
                 HoleOutcome::Open(_)
                 | HoleOutcome::Closed(
                     Closure::RimTriangles(_) | Closure::OffsetShell(_) | Closure::Faired(Some(_)),

@@ -56,13 +56,18 @@ impl Hole {
     /// Whether two rims are the two sides of a wall: they face away from one another, lie nearer together than half their diameters, and
     /// are of similar size.
     pub fn is_across_wall(&self, other: &Self) -> bool {
+        self.is_opposite(other) && (self.centre - other.centre).dot(self.normal) > 0.0
+    }
+
+    /// Whether two rims are the two sides of a wall, or would be if the mesh were turned inside out.
+    pub fn is_opposite(&self, other: &Self) -> bool {
         let between = self.centre - other.centre;
         let (small, large) = (
             self.diameter.min(other.diameter),
             self.diameter.max(other.diameter),
         );
         let opposite = self.normal.dot(other.normal) < -0.5;
-        let away = between.dot(self.normal) > 0.0 && between.dot(other.normal) < 0.0;
+        let away = between.dot(self.normal) * between.dot(other.normal) < 0.0;
         opposite && away && between.length() < 0.5 * small && small > 0.5 * large
     }
 }

@@ -11,6 +11,7 @@
 //! holes in meshes", 2003 (triangulation of single loops).
 
 mod assemble;
+mod band;
 mod check;
 mod cut;
 mod error;
@@ -36,6 +37,7 @@ use crate::mesh::Mesh;
 use crate::sdf::Surface;
 use crate::spatial::intersecting;
 
+pub use band::{OpeningRim, band};
 pub use error::StitchError;
 pub use refined::{flipped, refined_triangulation};
 pub use seam::close_seam;
