@@ -353,6 +353,8 @@ def german(page):
     page.click_on("#previews > div:first-child button:nth-of-type(2)")
     page.until("!isomend.steps.previews.length && !!isomend.mask()", "the preview is dropped")
     text = page.run("document.body.innerText")
+    points = page.run("[...document.querySelectorAll('input[inputmode=decimal]')].filter((e) => /\\d\\.\\d/.test(e.value)).map((e) => e.id)")
+    page.expect(not points, f"fields with a decimal point in German: {points}")
     page.expect("Löcher" in text and "Holes" not in text and "{" not in text, "the page is not in German")
     # The English page has the same colours.
     check_layout(page, themes=())

@@ -1,6 +1,6 @@
 // The group "Counterpart": the shape that holes are filled with. Also the switch for texels, and what a report says about counterparts.
 
-import { all, find, numberIn } from "../../report/viewer/controls.js";
+import { all, find, number, numberIn } from "../../report/viewer/controls.js";
 import { counts, has, tr } from "./strings.js";
 
 /** The commands that offer a counterpart. */
@@ -115,7 +115,7 @@ export class Like {
   put([point, normal]) {
     const size = this.app.model.state.scene.radius, places = Math.min(15, Math.max(0, 5 - Math.floor(Math.log10(size || 1))));
     const put = (fields, values, digits) => fields.forEach((query, k) => {
-      find(query).value = String(Number(values[k].toFixed(digits)) + 0);
+      find(query).value = number(Number(values[k].toFixed(digits)) + 0, { maximumFractionDigits: digits, useGrouping: false });
       find(query).removeAttribute("aria-invalid");
     });
     put(POINT, point, places);

@@ -1,6 +1,6 @@
 // The point under a click: its coordinates, and a ball around it for a mask.
 
-import { numberIn } from "./controls.js";
+import { localised, numberIn } from "./controls.js";
 
 /** A coordinate with the precision of the page's data: about a millionth of the mesh's size. */
 function coordinate(x, radius) {
@@ -33,7 +33,7 @@ export class Point {
     this.pin = pin;
     this.at = null;
     this.radius = document.querySelector("#ball-radius");
-    this.radius.value = Number((header.radius / 10).toPrecision(3));
+    this.radius.value = localised(Number((header.radius / 10).toPrecision(3)));
     document.querySelector("#copy-point").addEventListener("click", () => this.take(false));
     document.querySelector("#copy-ball").addEventListener("click", () => this.take(true));
   }
