@@ -59,7 +59,7 @@ await test("arrays: kept bit for bit, with new vertices and faces after them", a
   assert.deepEqual(mesh.positions.subarray(0, positions.length), positions);
   assert.deepEqual(mesh.faces.subarray(0, faces.length), faces);
   assert.ok(mesh.faces.length > faces.length);
-  assert.equal(report.format, 2);
+  assert.equal(report.format, 3);
   await assert.rejects(fill({ positions, faces: [0, 1, 8] }), RangeError);
   await assert.rejects(fill({ positions: [0, 1], faces }), TypeError);
 });
