@@ -86,6 +86,30 @@ def check_smoothing(page):
     page.expect(page.run("isomend.tool") == "fair", "a step changes the tool")
 
 
+def check_one_side(page):
+    """With *only what faces me*, a stroke or a box over a hole marks nothing of the inner side that is seen through it."""
+    page.tab("paint")
+    page.expect(page.run("document.querySelector('#facing').checked"), "the tick is not set at first")
+    wide = page.run("isomend.holes.list.find((hole) => !hole.outer_boundary).id")
+    page.run(f"isomend.holes.choose({wide})")
+    page.settled()
+    rim = page.run(f"""(() => {{ const {{ viewer }} = isomend, {{ mesh }} = viewer.sides.after, rim = mesh.rims[mesh.rimIds.indexOf({wide})], points = [];
+      const b = viewer.canvas.getBoundingClientRect();
+      for (let i = 0; i < rim.length; i += 3) {{ const [x, y] = viewer.onPage([rim[i], rim[i + 1], rim[i + 2]], viewer.panes()[0]); points.push([b.x + x, b.y + y]); }}
+      return points; }})()""")
+    left, right = min(rim), max(rim)
+    top, bottom = min(y for _, y in rim), max(y for _, y in rim)
+    inner = "(() => { const { topology, mask } = isomend.paint.target(), { eye } = isomend.viewer.camera; let n = 0; for (let f = 0; f < mask.on.length; f++) n += mask.on[f] && topology.front(f, eye) < 0; return n; })()"
+    through = [[left[0] - 12 + (right[0] - left[0] + 24) * k / 24, left[1] + (right[1] - left[1]) * k / 24] for k in range(25)]
+    for tool, points in (("b", through), ("o", [[left[0] - 12, top - 12], [right[0] + 12, bottom + 12]])):
+        page.key(tool)
+        page.expect(page.run("document.querySelector('#facing').checkVisibility()"), f"the tick is not shown with the tool {tool}")
+        page.drag(points)
+        page.expect(page.run("isomend.mask().count") > 0, f"the tool {tool} marks nothing round a hole")
+        page.expect(page.run(inner) == 0, f"the tool {tool} marks {page.run(inner)} faces seen from inside")
+        page.click_on("#clear")
+
+
 def check_named(page):
     """A named mask is there after steps, says what is gone, and comes back with undo; it is there in another tab too."""
     whole = page.run(ROWS)
@@ -195,6 +219,7 @@ def masks(page, program, folder, mesh):
         check_hidden(page)
         check_folder(page, folder)
         check_recent(page)
+        check_one_side(page)
         # The tabs that show what this session has: masks, steps, a folder.
         check_layout(page, ["paint", "history", "save"], ())
         page.tell_troubles()

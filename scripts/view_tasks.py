@@ -311,7 +311,7 @@ def handing_over(page, program, folder):
         page.click_on("#download")
         page.until(text("#saved") + ".includes('_piece.stl')", "the piece is downloaded")
         page.fill_in("#tolerance", "0.000001")
-        page.until(text("#deliver-trouble") + ".includes('holes 1')", "holes that are not within the tolerance are listed")
+        page.until(text("#deliver-trouble") + ".includes('patches 1')", "patches that are not within the tolerance are listed")
         german_figures(page)
         page.tell_troubles()
         # A page that is open when its program ends would report errors.

@@ -322,6 +322,33 @@ fn unsaved_steps_are_kept_and_resumed() {
     assert!(desk::text(&refused.stderr).contains("is not the file of a session"));
 }
 
+#[test]
+fn steps_of_several_earlier_sessions_are_kept() {
+    let desk = Desk::new();
+    let nothing = desk.run(&["view", "ball.ply", "--resume", "--no-browser"]);
+    desk::assert_code(&nothing, 1);
+    let said = desk::text(&nothing.stderr).replace('\n', " ");
+    assert!(
+        said.contains("no unsaved steps of ball.ply are kept"),
+        "{said}"
+    );
+    for earlier in 0..4 {
+        let served = Served::new(&desk, &["ball.ply"]);
+        assert_eq!(served.state()["earlier"].is_string(), earlier > 0);
+        served.step(&fill(1));
+        // The file that was named has another name now.
+        assert!(served.state()["earlier"].is_null());
+        assert_eq!(served.signalled("-INT").0, Some(0));
+        let folder = desk.session().unwrap();
+        let files = fs::read_dir(folder.parent().unwrap()).unwrap();
+        let names = files.map(|file| file.unwrap().file_name().to_string_lossy().into_owned());
+        assert_eq!(
+            names.filter(|name| name.contains("ball.ply-")).count(),
+            earlier + 1
+        );
+    }
+}
+
 /// The choices on the current mesh: the action for each hole by its number, and the number of marked faces.
 fn chosen(served: &Served) -> (Value, u64) {
     let state = served.state();

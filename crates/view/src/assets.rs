@@ -15,7 +15,7 @@ const OWN_STYLE: &str = include_str!("../web/page.css");
 const LAYOUT: &str = include_str!("../web/layout.css");
 const WORKER: &str = include_str!("../web/worker.js");
 /// The page's own modules, in no order: `main.js` imports what it needs.
-const OWN: [Script; 47] = [
+const OWN: [Script; 48] = [
     ("aspects.js", include_str!("../web/aspects.js")),
     ("band.js", include_str!("../web/band.js")),
     ("bottom.js", include_str!("../web/bottom.js")),
@@ -44,6 +44,7 @@ const OWN: [Script; 47] = [
     ("main.js", include_str!("../web/main.js")),
     ("mask.js", include_str!("../web/mask.js")),
     ("masks.js", include_str!("../web/masks.js")),
+    ("rims.js", include_str!("../web/rims.js")),
     ("measure.js", include_str!("../web/measure.js")),
     ("memory.js", include_str!("../web/memory.js")),
     ("model.js", include_str!("../web/model.js")),

@@ -1,6 +1,7 @@
 //! The recovery file of a session: unsaved steps and choices, from which the session can be repeated.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -15,11 +16,19 @@ use isomend_files::job::Work;
 
 /// Upper bound of the size of a recovery file, in bytes. Its marked faces are ranges: a few MB for the most ragged mask of a large mesh.
 const MOST: u64 = 1 << 30;
+/// Upper bound of the number of files of earlier sessions that are kept beside the last one.
+const MOST_OLD: usize = 99;
 
 /// Why a session cannot be resumed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ResumeError {
+    /// No steps of the mesh are kept.
+    #[error("no unsaved steps of {} are kept; open it without --resume", input.display())]
+    Nothing {
+        /// The mesh.
+        input: PathBuf,
+    },
     /// The recovery file cannot be read.
     #[error("there are no steps to resume: {} cannot be read ({cause})", path.display())]
     Missing {
@@ -160,6 +169,10 @@ impl Store {
         };
         let bytes = match bytes {
             Ok(bytes) => bytes,
+            Err(cause) if file.is_none() && cause.kind() == ErrorKind::NotFound => {
+                let input = self.input.clone();
+                return Err(ResumeError::Nothing { input });
+            }
             Err(cause) => return Err(ResumeError::Missing { path, cause }),
         };
         let kept: SessionFile = match serde_json::from_slice(&bytes) {
@@ -204,6 +217,21 @@ impl Store {
         status.stored = of;
     }
 
+    /// A name of its own for the file of an earlier session, of which none is lost.
+    fn free_old_path(&self) -> PathBuf {
+        let first = std::iter::once("json.old".to_owned());
+        let names = first.chain((2..MOST_OLD).map(|number| format!("json.old{number}")));
+        let mut paths = names.map(|name| self.path.with_extension(name));
+        let is_free = |path: &PathBuf| fs::symlink_metadata(path).is_err();
+        let last = self.path.with_extension(format!("json.old{MOST_OLD}"));
+        paths.find(is_free).unwrap_or(last)
+    }
+
+    /// Whether the file has the steps of this session.
+    pub fn is_own(&self) -> bool {
+        self.status().own
+    }
+
     fn write(&self, is_another: bool, snapshot: Snapshot) -> std::io::Result<()> {
         let kept = SessionFile {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -212,7 +240,7 @@ impl Store {
             choices: snapshot.choices,
         };
         if is_another {
-            fs::rename(&self.path, self.path.with_extension("json.old"))?;
+            fs::rename(&self.path, self.free_old_path())?;
         }
         let text = serde_json::to_vec(&kept).map_err(std::io::Error::other)?;
         replace_unlinked(&self.path, &text)

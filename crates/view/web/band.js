@@ -20,8 +20,7 @@ export class Band {
       await app.display.setColour("deviation");
     }));
     for (const query of ["#band-low", "#band-high"]) find(query).addEventListener("change", () => {
-      const text = find(query).value.trim();
-      find(query).setAttribute("aria-invalid", Boolean(text) && !Number.isFinite(numberIn(text)));
+      for (const field of ["#band-low", "#band-high"].map(find)) field.setAttribute("aria-invalid", Boolean(field.value.trim()) && !Number.isFinite(numberIn(field.value)) || this.isInverted());
       if (BANDED.includes(app.display.colour)) app.display.setColour(app.display.colour);
     });
   }
@@ -31,10 +30,15 @@ export class Band {
     return find("#reference").value.trim();
   }
 
+  /** Whether the lower limit is above the upper one. */
+  isInverted() {
+    return numberIn(find("#band-low").value) > numberIn(find("#band-high").value);
+  }
+
   /** The limits of the band; null if none is set. */
   limits() {
     const [low, high] = ["#band-low", "#band-high"].map((query) => numberIn(find(query).value));
-    if (!Number.isFinite(low) && !Number.isFinite(high)) return null;
+    if (!Number.isFinite(low) && !Number.isFinite(high) || this.isInverted()) return null;
     return [Number.isFinite(low) ? low : -Infinity, Number.isFinite(high) ? high : Infinity];
   }
 
@@ -53,7 +57,7 @@ export class Band {
 
   /** Draws the histogram, red outside of the band, and the fraction within the band. */
   draw() {
-    const { values } = this, svg = find("#histogram"), limits = this.limits() || [-Infinity, Infinity], format = (x) => this.app.measure.format(x);
+    const { values } = this, svg = find("#histogram"), set = this.limits(), limits = set || [-Infinity, Infinity], format = (x) => this.app.measure.format(x);
     if (!values?.length) {
       svg.replaceChildren();
       find("#band-said").textContent = "";
@@ -79,7 +83,7 @@ export class Band {
       return bar;
     }));
     find("#band-said").textContent = count
-      ? tr("band_said", { least: format(least), most: format(most), rms: format(Math.sqrt(sum / count)), part: digits(100 * within / count), sigma: format(Math.sqrt(sum / count)) })
+      ? tr(set ? "band_said" : "band_unset", { least: format(least), most: format(most), rms: format(Math.sqrt(sum / count)), part: digits(100 * within / count), sigma: format(Math.sqrt(sum / count)) })
       : tr("band_none");
   }
 }

@@ -59,10 +59,10 @@ export class Defects {
   thinnest(walls) {
     if (!walls?.at) return [];
     return [newButton(tr("wall_place", { least: this.app.verdict.length(walls.least) }), () => {
-      const { viewer, views } = this.app, mesh = this.app.shown();
+      const { viewer, views } = this.app, mesh = this.app.shown(), { radius } = this.app.model.state.scene;
       if (!mesh) return;
       const centre = walls.at.map((x, k) => x - mesh.centre[k]), normal = normalNear(mesh, centre);
-      viewer.fly({ centre, axes: Math.hypot(...normal) ? frame(normal, views.up()) : viewer.camera.axes, reach: Math.max(12 * walls.least, 0.03 * this.app.model.state.scene.radius) });
+      viewer.fly({ centre, axes: Math.hypot(...normal) ? frame(normal, views.up()) : viewer.camera.axes, reach: Math.min(radius, Math.max(12 * walls.least, 0.03 * radius)) });
       this.app.labels.pin(centre);
     })];
   }
@@ -81,7 +81,8 @@ export class Defects {
       for (let f = 0; f < mesh.facts.length; f++) mesh.facts[f] &= ~MARKED;
       for (const f of faces) mesh.facts[f] |= MARKED;
       viewer.surfaces.get(mesh)?.changed();
-      if (!faces.length) return viewer.refresh();
+      // The thin walls that a repair made are counted only.
+      if (!faces.length) return kind === "thin_wall" ? find("#wall-thinnest button")?.click() : viewer.refresh();
       const face = faces[next++ % faces.length], [a, b, c] = cornersOf(mesh, face), centre = times(plus(plus(a, b), c), 1 / 3);
       const normal = cross(minus(b, a), minus(c, a)), reach = Math.max(12 * Math.hypot(...minus(b, a)), 1e-4 * viewer.camera.radius);
       viewer.fly({ centre, axes: Math.hypot(...normal) ? frame(normal, this.app.views.up()) : viewer.camera.axes, reach });

@@ -121,10 +121,16 @@ export class Deliver {
       put(tr("invented_none"));
     }
     const beyond = invented?.beyond_tolerance || [], troubles = [];
-    if (beyond.length) troubles.push(tr("beyond", { holes: beyond.join(", ") }));
+    if (beyond.length) troubles.push(this.beyond(beyond));
     if (piece && !piece.made) troubles.push(tr("no_piece", { reason: piece.reason }));
     find("#deliver-trouble").textContent = troubles.join(" ");
     return undefined;
+  }
+
+  /** The patches that are not within the tolerance: of a restoration by their own numbers, since the holes had others after the cut. */
+  beyond(holes) {
+    const { report } = this.app.model.current, patches = new Set((report?.holes || []).filter(({ id }) => holes.includes(id)).map(({ region }) => region));
+    return this.command === "restore" ? tr("beyond_patches", { patches: [...patches].join(", ") }) : tr("beyond", { holes: holes.join(", ") });
   }
 
   /** Area and expected error of the patches, and the share that is within the tolerance. */

@@ -2,7 +2,7 @@
 
 /** Each text by its name: English, then German. Names in braces are placeholders. */
 export const DELIVER_WORDS = {
-  hand_over: ["Patches and unit", "Flicken und Einheit"],
+  hand_over: ["Patches of the last step, and unit", "Flicken des letzten Schritts, Einheit"],
   tolerance: ["tolerance", "Toleranz"],
   tolerance_title: ["The largest error allowed: holes whose patches may err by more are listed", "Der größte erlaubte Fehler: Löcher, deren Flicken stärker abweichen können, werden genannt"],
   tolerance_positive: ["the tolerance must be a positive number", "die Toleranz muss eine positive Zahl sein"],
@@ -19,7 +19,7 @@ export const DELIVER_WORDS = {
   piece_file: ["the missing piece", "das fehlende Stück"],
   piece_title: ["The solid between the marked faces that were cut out and the patch, to print; after a restoration", "Der Körper zwischen den herausgeschnittenen Flächen und dem Flicken, zum Drucken; nach einer Erneuerung"],
   no_patches_yet: ["Fill, restore or repair first: the last step has no patches.", "Zuerst füllen, erneuern oder reparieren: der letzte Schritt hat keine Flicken."],
-  invented: ["New surface: {area}, {percent} % of the surface.", "Ergänzt: {area}, {percent} % der Oberfläche."],
+  invented: ["New surface of the last step: {area}, {percent} % of the surface.", "Ergänzt im letzten Schritt: {area}, {percent} % der Oberfläche."],
   invented_none: ["The last step has no patches.", "Der letzte Schritt hat keine Flicken."],
   expected: ["Expected error: {mean} on average, {largest} at most.", "Erwarteter Fehler: im Mittel {mean}, höchstens {largest}."],
   expected_in_part: [
@@ -28,6 +28,7 @@ export const DELIVER_WORDS = {
   ],
   expected_unknown: ["Its expected error is unknown.", "Der erwartete Fehler ist unbekannt."],
   within: ["Twice the expected error is within {tolerance} on {part} % of it.", "Auf {part} % davon liegt der doppelte erwartete Fehler unter {tolerance}."],
+  beyond_patches: ["Not within the tolerance: patches {patches}.", "Nicht in der Toleranz: Flicken {patches}."],
   beyond: ["Not within the tolerance: patches of holes {holes}.", "Nicht in der Toleranz: Flicken der Löcher {holes}."],
   no_piece: ["No piece can be made: {reason}.", "Ein Stück lässt sich nicht machen: {reason}."],
 };

@@ -261,7 +261,11 @@ export class Holes {
     // The program leaves an outer border open unless it faces a rim that is filled. Name all holes if it would leave one that is to be
     // filled, or may because another stays open; also if that list is the shorter one.
     const named = filled.some((id) => stays.has(id) || open.length && border.has(id)) || filled.length <= open.length;
-    return { holes: named ? filled : null, keep_open: named ? [] : open, flat: ids("flat"), bridge: groups, crease };
+    // A hole that is named is filled however wide it is.
+    const most = numberIn(this.app.steps.forms.fill?.values().max_diameter ?? ""), wide = chosen((h) => h.diameter > most && this.doing(h.id) === "fill");
+    const narrow = named ? filled.filter((id) => !wide.has(id)) : null;
+    if (narrow && !narrow.length) throw new Error(tr("all_stay_open"));
+    return { holes: narrow, keep_open: named ? [] : open, flat: ids("flat"), bridge: groups, crease };
   }
 
   /** The holes that a repair closes flat: those set so, and the one in the bottom. */

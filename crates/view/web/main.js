@@ -157,6 +157,7 @@ class App {
     if (mask && mask.sent !== mask.changes) {
       mask.sent = mask.changes;
       this.choices.mark(mask.mesh.id, mask.runs());
+      find("#mend-trouble").textContent = "";
     }
     const marked = count ? tr("marked", { count: counts("face", count), all: counts("face", faces) }) : tr("none_marked");
     const waits = tr(this.steps.previews.length ? "drop_previews" : "still_preparing_mask");

@@ -3,6 +3,7 @@
 import { all, find, localised, newButton, numberIn } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
 import { facesOf } from "./mask.js";
+import { holesAt } from "./rims.js";
 import { counts, tr, whole } from "./strings.js";
 
 export class Masks {
@@ -134,21 +135,14 @@ export class Masks {
 
   /** The numbers of the holes that marked faces touch: a restoration closes them with the region. */
   reached() {
-    const { mesh, on, count } = this.app.mask(), { positions: p, faces } = mesh, reached = new Set();
-    if (!count || !mesh.rims?.length) return [];
-    const rims = mesh.rimVertices ??= rimVertices(mesh);
-    for (let f = 0; f < on.length; f++) {
-      for (let c = 3 * f; on[f] && c < 3 * f + 3; c++) {
-        const i = 3 * faces[c], id = rims.first.has(p[i]) && rims.ids.get(placeKey(p, i));
-        if (id) reached.add(id);
-      }
-    }
-    return [...reached].sort((a, b) => a - b);
+    const { mesh, on, count } = this.app.mask(), reached = new Set();
+    for (let f = 0; count && f < on.length; f++) if (on[f]) for (const id of holesAt(mesh, f)) reached.add(id);
+    return reached;
   }
 
   /** Sentences on the holes and borders that marked faces touch. */
   reachedWords() {
-    const { holes } = this.app, reached = new Set(this.reached()), rows = holes.list.filter(({ id }) => reached.has(id));
+    const { holes } = this.app, reached = this.reached(), rows = holes.list.filter(({ id }) => reached.has(id));
     const sentence = (text, found) => found.length ? [tr(text, { holes: namesOf(found.map((hole) => holes.nameOf(hole))) })] : [];
     const isBorder = (hole) => holes.isBorder(hole);
     return [...sentence("marked_reaches", rows.filter((hole) => !isBorder(hole))), ...sentence("marked_border", rows.filter(isBorder))];
@@ -192,20 +186,6 @@ const MOST_NAMES = 5;
 
 /** Names with commas; of many only the first. */
 const namesOf = (names) => names.slice(0, MOST_NAMES).join(", ") + (names.length > MOST_NAMES ? ", …" : "");
-
-const placeKey = (p, i) => `${p[i]} ${p[i + 1]} ${p[i + 2]}`;
-
-/** The holes by the places of their rim vertices; and the first coordinates of these, which are looked up faster. */
-function rimVertices({ rims, rimIds }) {
-  const ids = new Map(), first = new Set();
-  rims.forEach((rim, k) => {
-    for (let i = 0; i < rim.length; i += 3) {
-      ids.set(placeKey(rim, i), rimIds[k]);
-      first.add(rim[i]);
-    }
-  });
-  return { ids, first };
-}
 
 /** The face numbers of ranges. */
 function facesIn(runs) {

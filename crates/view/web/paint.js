@@ -92,10 +92,12 @@ export class Paint {
   brush(target, at, erases) {
     const ink = this.tool === "fair" ? this.smoother.ink(target) : this.ink(target, erases);
     if (!ink) return null;
-    let last = null;
+    let last = null, side = 0;
     const dab = (to) => {
-      const start = performance.now(), met = this.met(to);
-      if (!met) { last = null; return; }
+      const start = performance.now(), met = this.met(to), own = met && Math.sign(target.topology.front(met.face, this.viewer.camera.eye));
+      // A stroke stays on the side of the surface on which it began: through a hole the pointer meets the other one.
+      side ||= own;
+      if (!met || this.facing && own && own !== side) { last = null; return; }
       this.dab(target, met, last || met.point, ink);
       last = met.point;
       this.times.push(performance.now() - start);
@@ -195,7 +197,10 @@ export class Paint {
     };
   }
 
-  /** Marks the faces whose centres are inside a polygon of the page; only visible faces if `facing` is set. */
+  /**
+   * Marks the faces whose centres are inside a polygon of the page. If `facing` is set, only visible ones, and of these only those that turn
+   * their outer side to the eye, if there are any: through a hole the inner side of others is seen.
+   */
   within(polygon, erases) {
     const { viewer } = this, target = this.target(), pane = this.pane(), { topology, mask } = target, { eye } = viewer.camera;
     const depth = this.facing ? viewer.depths(pane, Infinity) : null, slack = 0.004 * viewer.camera.reach;
@@ -212,7 +217,8 @@ export class Paint {
       faces.push(f);
     }
     if (!faces.length) return this.notify(tr("none_in_there"), true);
-    this.apply(() => mask.set(faces, erases ? 0 : 1));
+    const outer = this.facing ? faces.filter((f) => topology.front(f, eye) > 0) : [];
+    this.apply(() => mask.set(outer.length ? outer : faces, erases ? 0 : 1));
   }
 
   /** Grows or shrinks the mask by a length along the mesh's edges. */

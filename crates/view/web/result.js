@@ -8,6 +8,9 @@ import { putNumbers, worse } from "./verdict.js";
 /** Upper bound of the number of listed holes. */
 const LISTED = 300;
 
+/** The commands that concern the holes in the marked region only. */
+const ON_REGION = ["restore", "fair"];
+
 /** The number of holes that are closed, left open as asked, and open. A report counts the holes that were not chosen too, but does not list them. */
 function outcomesOf({ outcomes, holes = [] }) {
   const of = (outcome) => outcomes?.[outcome] ?? holes.filter((hole) => hole.outcome === outcome).length;
@@ -25,8 +28,7 @@ export function stepLine(report) {
   else if (!all && !removed) parts.push(tr("nothing_open"));
   if (removed) parts.push(tr("components_removed", { components: counts("component", removed) }));
   if (open) parts.push(tr("still_open", { open }));
-  // A restoration concerns the holes in the marked region only.
-  if (left && command !== "restore") parts.push(tr("left_of", { left, all: counts("of_hole", all) }));
+  if (left && !ON_REGION.includes(command)) parts.push(tr("left_of", { left, all: counts("of_hole", all) }));
   if (report.outcomes?.intersecting_patches) parts.push(tr("patches_intersect", { count: report.outcomes.intersecting_patches }));
   // Chains of the input: of a repair the verdict on the result names what is open.
   if (report.open_chains?.length && command !== "repair") parts.push(tr("chains_open", { count: report.open_chains.length }));
@@ -74,7 +76,7 @@ export class Result {
   /** Lists what became of each hole, those that are open first, with the expected error in the colour of the map; then the notes of the step. */
   list(report) {
     const errors = new Map((report.invented?.patches || []).flatMap(({ holes, expected_error: e }) => holes.map((id) => [id, e?.largest])));
-    const rank = { open: 0, closed: 1, left: 2 }, concerned = (report.holes || []).filter((hole) => report.command !== "restore" || hole.outcome !== "left");
+    const rank = { open: 0, closed: 1, left: 2 }, concerned = (report.holes || []).filter((hole) => !ON_REGION.includes(report.command) || hole.outcome !== "left");
     const holes = concerned.sort((a, b) => rank[a.outcome] - rank[b.outcome] || a.id - b.id);
     const list = document.createElement("ul"), high = this.app.model.state.error_high || 1;
     list.append(...holes.slice(0, LISTED).map((hole) => {
@@ -87,7 +89,8 @@ export class Result {
         swatch.style.background = rising(error / high);
         right.append(swatch, this.app.verdict.error(error));
       }
-      item.append(Object.assign(document.createElement("b"), { textContent: hole.id }), how, right);
+      // After a cut the holes have other numbers than on the page: its patches are counted.
+      item.append(Object.assign(document.createElement("b"), { textContent: ON_REGION.includes(report.command) ? hole.region || "–" : hole.id }), how, right);
       return item;
     }));
     const after = Object.assign(document.createElement("p"), { className: "hint", textContent: counterpartLine(report) });

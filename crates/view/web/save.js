@@ -48,9 +48,9 @@ export class Save {
     await this.app.attempt("#save-trouble", async () => {
       const kind = find("#save-kind").value, path = find("#save-path").value.trim();
       if (!path) throw new Error(tr("type_name"));
-      const { path: where, bytes, patches, piece, notes = [], warnings = [] } = await this.write(kind, path, find("#overwrite").checked);
+      const { path: where, bytes, patches, piece, files = [], notes = [], warnings = [] } = await this.write(kind, path, find("#overwrite").checked);
       find("#overwrite").checked = false;
-      find("#saved").textContent = tr("saved", { where: [where, patches, piece].filter(Boolean).join(", "), bytes: counts("byte", bytes) });
+      find("#saved").textContent = tr("saved", { where: files.join(", ") || where, bytes: counts("byte", bytes), others: [patches, piece].filter(Boolean).map((name) => `, ${name}`).join("") });
       if (notes.length) find("#saved").textContent += ` ${notes.map((note) => note[0].toUpperCase() + note.slice(1)).join(". ")}.`;
       find("#save-trouble").textContent = warnings.join(" ");
     });

@@ -3,6 +3,7 @@
 import { STROKE } from "../../report/viewer/geometry.js";
 import { find, numberIn } from "../../report/viewer/controls.js";
 import { runsOf } from "./net.js";
+import { holesAt } from "./rims.js";
 import { tr } from "./strings.js";
 
 /** Upper bound of the strength, in mean edges. */
@@ -34,12 +35,12 @@ export class Smoother {
     return { put: (faces) => this.add(faces), end: (broken) => broken ? this.clear() : this.run() };
   }
 
-  /** Marks the faces of the stroke; returns the range of changed faces, or null. */
+  /** Marks the faces of the stroke, but for those at rims, with which the holes would be closed; returns the range of changed faces, or null. */
   add(faces) {
     const { facts } = this.mesh;
     let first = Infinity, end = 0;
     for (const face of faces) {
-      if (facts[face] & STROKE) continue;
+      if (facts[face] & STROKE || holesAt(this.mesh, face).length) continue;
       facts[face] |= STROKE;
       this.faces.push(face);
       first = Math.min(first, face);

@@ -33,6 +33,7 @@ export class Steps {
     find("#fields").addEventListener("submit", (event) => { event.preventDefault(); this.run(this.kind); });
     find("#fields").addEventListener("input", () => {
       this.presets.follow(this.kind);
+      find("#mend-trouble").textContent = "";
       this.describe();
     });
     find("#ask-no").addEventListener("click", () => this.ask(null));
@@ -361,7 +362,7 @@ export class Steps {
   labelOf(s) {
     if (s.parent === null || s.parent === undefined) return tr("as_read");
     const kind = s.command[0], number = this.app.model.state.states.filter((other) => !other.preview).findIndex((other) => other.id === s.id);
-    return `${number > 0 ? number + " " : ""}${has("kind_" + kind) ? tr("kind_" + kind) : kind}`;
+    return `${number > 0 ? number + ". " : ""}${has("kind_" + kind) ? tr("kind_" + kind) : kind}`;
   }
 
   historyRow(s, isCurrent) {

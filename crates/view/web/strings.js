@@ -315,6 +315,7 @@ const WORDS = {
   low: ["band from", "Band von"],
   high: ["to", "bis"],
   histogram: ["Distribution of the distances", "Verteilung der Abstände"],
+  band_unset: ["{least} to {most}, root mean square {rms}", "{least} bis {most}, quadratisches Mittel {rms}"],
   band_said: ["{least} to {most}, root mean square {rms}; {part}% within the band", "{least} bis {most}, quadratisches Mittel {rms}; {part} % im Band"],
   band_none: ["No vertex has moved.", "Kein Punkt hat sich bewegt."],
   no_deviation: ["make a step first, or name a file to measure from", "zuerst einen Schritt machen oder eine Datei als Bezug nennen"],
@@ -355,7 +356,7 @@ const WORDS = {
   folder_made: ["The folder {path} is made; the file is saved in it.", "Der Ordner {path} ist angelegt; die Datei wird darin gesichert."],
   type_folder: ["type a name for the folder", "einen Namen für den Ordner eingeben"],
   type_name: ["type a file name below the folder named above", "einen Dateinamen unter dem genannten Ordner eingeben"],
-  saved: ["Saved {where} ({bytes}).", "Gesichert: {where} ({bytes})."],
+  saved: ["Saved {where} ({bytes}){others}.", "Gesichert: {where} ({bytes}){others}."],
   no_mask: ["nothing is marked: there is no mask to save", "nichts ist markiert: keine Maske zu sichern"],
   exists_already: [
     "{name} exists already. Tick “replace an existing file” to overwrite it.",

@@ -3,7 +3,7 @@
 import { begun } from "../../report/viewer/activity.js";
 import { digits, find, numberIn } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
-import { counts, tr } from "./strings.js";
+import { counts, tr, whole } from "./strings.js";
 
 /** Walls thinner than this fraction of the extent of the mesh are named even if no minimum wall is set. */
 const THIN = 1 / 500;
@@ -98,7 +98,7 @@ export class Verdict {
   judged({ sound, holes, defects = [], debris, walls, doubt }) {
     const reasons = [];
     if (holes) reasons.push(tr("open_holes", { holes: counts("hole", holes) }));
-    for (const { kind, count } of defects) if (count && !(kind === "boundary_edge" && holes)) reasons.push(`${tr("kind_" + kind)}: ${count}`);
+    for (const { kind, count } of defects) if (count && !(kind === "boundary_edge" && holes)) reasons.push(`${tr("kind_" + kind)}: ${whole(count)}`);
     if (doubt) reasons.push(tr("doubtful"));
     const wrong = defects.filter(({ kind }) => kind !== "thin_wall" || this.wall());
     if (!sound && !wrong.length && (doubt || defects.length)) return { level: "fair", line: tr("doubtful_shape") };

@@ -87,7 +87,7 @@ fn document(app: &App, known: Option<u64>) -> Value {
         "undo": undo,
         "redo": redo,
         "unsaved": unsaved,
-        "earlier": app.earlier.as_ref().map(|file| file.display().to_string()),
+        "earlier": app.earlier.as_ref().filter(|_| !app.store.is_own()).map(|file| file.display().to_string()),
         "session": { "path": app.store.path().display().to_string(), "error": app.store.error() },
         "choices": choices.actions(&current),
         "number_shifts": number_shifts(&current, &first),

@@ -356,14 +356,15 @@ fn checked(app: &App, state: &MeshState, params: &CheckParams) -> Result<Value, 
 }
 
 /// Puts the verdict of the repair that made the mesh in place of the check's: it knows which walls it has made, and how far the shape is
-/// doubtful. Only if both judge by the same minimum wall.
+/// doubtful. Only if both judge by the same minimum wall, or the check by none: the repair has chosen its own then.
 fn judged_by_repair(value: &mut Value, state: &MeshState) {
     let Some(step) = &state.step else { return };
     let after = &step.document["after"];
-    if after.is_null() || after["min_wall"] != value["min_wall"] {
+    let judges = value["min_wall"].is_null() || after["min_wall"] == value["min_wall"];
+    if after.is_null() || !judges {
         return;
     }
-    for name in ["sound", "reasons", "doubt"] {
+    for name in ["sound", "reasons", "doubt", "defects"] {
         value[name] = after[name].clone();
     }
 }
