@@ -2,7 +2,7 @@
 
 use crate::desk::Desk;
 use crate::served::Served;
-use crate::shapes::{joined, moved, sphere};
+use crate::shapes::{joined, moved, sheet, sphere};
 use glam::DVec3;
 use isomend::Mesh;
 use isomend::io::Format;
@@ -116,4 +116,28 @@ fn thickness_of_two_states_is_measured_in_turns() {
     for (x, y) in after.iter().zip(&before) {
         assert!((x - y).abs() < 1e-4, "{x} after the step, {y} before");
     }
+}
+
+#[test]
+fn the_check_has_the_verdict_of_the_repair_that_made_the_walls() {
+    let desk = Desk::new();
+    // Two bent sheets so near to each other that the shell of one has no room for thick walls.
+    let mut upper = sheet(12);
+    for p in &mut upper.positions {
+        p.z = 0.3 * (1.5 * p.x).sin() * p.y.cos();
+    }
+    let lower = moved(&upper, 1.0, DVec3::new(0.0, 0.0, -0.04));
+    desk.save("sheets.ply", &joined(&upper, &lower), Format::Ply);
+    let served = Served::new(&desk, &["sheets.ply"]);
+    let params = json!({ "borders": true });
+    served.step(&json!({ "kind": "repair", "params": params }));
+    let check = served.get("api/check/1").json();
+    assert_eq!(check["sound"], false, "{check}");
+    let reasons = check["reasons"].to_string();
+    assert!(reasons.contains("walls that the repair made"), "{reasons}");
+    let kinds = check["defects"].as_array().unwrap().iter();
+    assert!(kinds.map(|d| &d["kind"]).any(|kind| kind == "thin_wall"));
+    // By another minimum wall the mesh is judged for itself.
+    let own = served.get("api/check/1?min_wall=1e-9").json();
+    assert_eq!(own["sound"], true, "{own}");
 }

@@ -15,14 +15,14 @@ const SYMBOLS = { um: "µm" };
 /** The symbol of a unit of length. */
 export const symbolOf = (unit) => SYMBOLS[unit] || unit || "";
 
-/** Lets all lists of units choose the same one, which is kept for the next visit. `changed` is called after a choice. */
-export function useUnits(changed) {
-  const lists = all(".unit-choice");
+/** Lets all lists of units choose the same one, which is kept for the next visit of a file of this name. `changed` is called after a choice. */
+export function useUnits(name, changed) {
+  const lists = all(".unit-choice"), own = `unit/${name}`;
   for (const list of lists) {
-    list.value = kept("unit", "");
+    list.value = kept(own, "");
     list.addEventListener("change", () => {
       for (const other of lists) other.value = list.value;
-      keep("unit", list.value);
+      keep(own, list.value);
       changed();
     });
   }

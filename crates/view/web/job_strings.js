@@ -33,6 +33,8 @@ export const JOB_WORDS = {
   result_list: ["Each hole", "Jedes Loch"],
   closed_of: ["{closed} of {all} closed.", "{closed} von {all} geschlossen."],
   nothing_open: ["There was no hole to close.", "Es war kein Loch zu schließen."],
+  boundary_merged: ["Boundary vertices merged: {count}.", "Randpunkte verschmolzen: {count}."],
+  separate_caps: ["Not joined, but closed by separate caps: {ids}.", "Nicht verbunden, sondern getrennt geschlossen: {ids}."],
   components_removed: ["Removed: {components}.", "Entfernt: {components}."],
   left_of: ["{left} of {all} left open.", "{left} von {all} offen gelassen."],
   chains_open: ["Boundary chains that do not close: {count}.", "Randketten, die sich nicht schließen: {count}."],

@@ -2,7 +2,7 @@
 
 import { digits, find, rising } from "../../report/viewer/controls.js";
 import { counterpartLine } from "./like.js";
-import { counts, outcomeWords, tr } from "./strings.js";
+import { counts, outcomeWords, tr, whole } from "./strings.js";
 import { putNumbers, worse } from "./verdict.js";
 
 /** Upper bound of the number of listed holes. */
@@ -25,10 +25,12 @@ export function stepLine(report) {
   if (command === "restore") parts.push(tr(open ? "restored_open" : "restored"));
   else if (command === "fair") parts.push(tr("smoothed"));
   else if (all > left) parts.push(tr("closed_of", { closed, all: counts("of_hole", all - left) }));
-  else if (!all && !removed) parts.push(tr("nothing_open"));
+  else if (!all && !removed && !steps.welded_vertices) parts.push(tr("nothing_open"));
+  if (steps.welded_vertices) parts.push(tr("boundary_merged", { count: whole(steps.welded_vertices) }));
   if (removed) parts.push(tr("components_removed", { components: counts("component", removed) }));
   if (open) parts.push(tr("still_open", { open }));
   if (left && !ON_REGION.includes(command)) parts.push(tr("left_of", { left, all: counts("of_hole", all) }));
+  for (const { bridge, components, holes } of report.regions || []) if (bridge && components > 1) parts.push(tr("separate_caps", { ids: holes.join(" + ") }));
   if (report.outcomes?.intersecting_patches) parts.push(tr("patches_intersect", { count: report.outcomes.intersecting_patches }));
   // Chains of the input: of a repair the verdict on the result names what is open.
   if (report.open_chains?.length && command !== "repair") parts.push(tr("chains_open", { count: report.open_chains.length }));

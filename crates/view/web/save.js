@@ -33,14 +33,20 @@ export class Save {
     this.suggest();
   }
 
-  /** Suggests a file name for the chosen kind of file, in the folder of the present name. */
+  /** Suggests a file name for the chosen kind of file, in the folder of the present name; a name that was typed only gets another ending. */
   suggest() {
     const kind = find("#save-kind").value, stem = this.app.model.state.file.name.replace(/\.[^.]*$/, "");
     const ends = { mesh: `_mended.${find("#save-format").value}`, report: "_report.html", recipe: "_recipe.sh", mask: "_mask.txt" };
     find("#save-format-label").hidden = kind !== "mesh";
     find("#deliver").hidden = kind === "mask";
     this.app.deliver?.offerPaint();
-    find("#save-path").value = find("#save-path").value.replace(/[^/]*$/, "") + stem + ends[kind];
+    const field = find("#save-path"), [, folder, name] = /^(.*?)([^/]*)$/.exec(field.value);
+    if (name && name !== this.suggested) {
+      field.value = folder + name.replace(/(\.[^.]*)?$/, ends[kind].replace(/^[^.]*/, ""));
+    } else {
+      this.suggested = stem + ends[kind];
+      field.value = folder + this.suggested;
+    }
   }
 
   async save() {

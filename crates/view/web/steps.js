@@ -86,6 +86,7 @@ export class Steps {
     const which = kind === "fill" || kind === "repair" ? this.holesOf(kind) : marked ? ["--faces mask.txt"] : [];
     find("#mend-on").textContent = on[kind];
     const isCommand = kind !== "fill" || which[0].startsWith("--");
+    find("#copy-command").disabled = !isCommand;
     find("#mend-text").textContent = isCommand ? ["isomend", kind, ...which, ...this.typed(kind)].join(" ") : which[0];
   }
 
