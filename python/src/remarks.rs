@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use isomend::job::{Mended, OperationReport, Work};
 use isomend::report::{
-    ClosedRow, ClosedTable, Remark, chain_lines, closed_rows, counted, defect_lines,
+    ClosedRow, ClosedTable, Remark, chain_lines, closed_rows, counted, cut_out, defect_lines,
     faired_measures, faired_part, joined_holes, kept_object, left_holes, lost_creases, named_holes,
     repair_lines, significant, tally_line, weighed_lines,
 };
@@ -173,8 +173,7 @@ pub fn lines(mended: &Mended) -> Vec<String> {
     match &mended.extent {
         OperationReport::Faired(report) => return fairing_lines(mended, report),
         OperationReport::Region(cut) => {
-            let marked = counted(cut.marked_faces, "face");
-            lines.push(format!("{marked} marked, {} cut out", cut.removed_faces));
+            lines.push(cut_out(cut.marked_faces, cut.removed_faces));
             lines.extend(joined_holes(cut));
         }
         _ => {}

@@ -3,9 +3,9 @@
 use isomend::io::{Format, Precision};
 use isomend::job::{JobPlan, JobResult, OperationReport, Work, WorkPlan};
 use isomend::report::{
-    Standing, counted, faired_measures, faired_part, joined_holes, kept_object, left_holes,
-    length_beside, level_lines, number, plan_lines, point, reason_lines, repair_lines_in,
-    tally_line, timed,
+    Standing, counted, cut_out, faired_measures, faired_part, joined_holes, kept_object,
+    left_holes, length_beside, level_lines, number, plan_lines, point, reason_lines,
+    repair_lines_in, tally_line, timed,
 };
 use isomend::{
     FairPlan, FairReport, FillReport, HoleOutcome, RegionReport, RepairReport, RestoreReport, Unit,
@@ -78,8 +78,7 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
             return console.say(&format!("{file}{vertices}, {faces} written"));
         }
         OperationReport::Region(cut) => {
-            let marked = counted(cut.marked_faces, "face");
-            console.say(&format!("{marked} marked, {} cut out", cut.removed_faces));
+            console.say(&cut_out(cut.marked_faces, cut.removed_faces));
             joined_holes(cut).iter().for_each(|line| console.note(line));
         }
         _ => {}

@@ -98,7 +98,7 @@ export class Paint {
       // A stroke stays on the side of the surface on which it began: through a hole the pointer meets the other one.
       side ||= own;
       if (!met || this.facing && own && own !== side) { last = null; return; }
-      this.dab(target, met, last || met.point, ink);
+      this.dab(target, met, last || met.point, ink, side);
       last = met.point;
       this.times.push(performance.now() - start);
     };
@@ -122,8 +122,8 @@ export class Paint {
   }
 
   /** Marks the faces near the segment from the last point to this one, and draws them again. */
-  dab({ topology }, { face, point }, last, ink) {
-    const { eye } = this.viewer.camera, sign = Math.sign(topology.front(face, eye)) || 1, [x, y, z, w] = this.viewer.section;
+  dab({ topology }, { face, point }, last, ink, side) {
+    const { eye } = this.viewer.camera, sign = side || 1, [x, y, z, w] = this.viewer.section;
     const seen = (f) => !this.facing || topology.front(f, eye) * sign > 0;
     const kept = (f) => this.viewer.section === WHOLE || dot([x, y, z], topology.middle(f)) <= w;
     const faces = topology.along(face, point, last, this.radius, (f) => seen(f) && kept(f));

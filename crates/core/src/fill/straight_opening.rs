@@ -47,11 +47,12 @@ impl RegionProblem<'_> {
             return None;
         };
         let part = self.all.part_round(&[a.rim.clone(), b.rim.clone()]);
-        let side = |hole: &Hole| OpeningRim {
-            rim: local_rim(&part, hole),
-            conormals: hole.conormals.clone(),
-        };
-        let mut faces = band(&part.mesh, &side(a), &side(b))?;
+        let rims = [a, b].map(|hole| local_rim(&part, hole));
+        let sides = [(a, &rims[0]), (b, &rims[1])].map(|(hole, rim)| OpeningRim {
+            rim,
+            conormals: &hole.conormals,
+        });
+        let mut faces = band(&part.mesh, sides)?;
         let report = RegionReport {
             diameter: self.diameter(),
             components: 1,

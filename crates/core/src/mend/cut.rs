@@ -34,6 +34,8 @@ pub(super) struct CutResult<'a> {
     pub(super) found: Inspection<'static>,
     /// The numbers of the holes that the cut made or changed.
     made: Vec<HoleId>,
+    /// The holes of the mesh before the cut whose rims are not rims any more.
+    pub(super) joined_holes: Vec<HoleId>,
     /// For each hole the component of the removed faces that it bounds, as an index into `bounds`.
     part: Vec<Option<usize>>,
     /// The bounding boxes of the connected components of the removed faces.
@@ -63,7 +65,8 @@ impl<'a> CutResult<'a> {
             let found = Inspection::new(kept.mesh)?;
             let origin = before.weld.iter().zip(&kept.vertices);
             let origin: Vec<u32> = origin.filter(|(_, kept)| **kept).map(|(w, _)| *w).collect();
-            let rims: Vec<Vec<Edge>> = found.holes.iter().map(|h| edges(&h.rim, &origin)).collect();
+            let number = |v: u32| origin[v as usize];
+            let rims: Vec<Vec<Edge>> = found.holes.iter().map(|h| edges(&h.rim, number)).collect();
             let scraps = scraps(before, &found, &rims, &removed);
             if !scraps.is_empty() {
                 marked = removed;
@@ -98,6 +101,7 @@ impl<'a> CutResult<'a> {
         rims: &[Vec<Edge>],
     ) -> Result<Self, RestoreError> {
         let made = made(before, &found, rims)?;
+        let joined_holes = joined_holes(before, &found, rims, &made);
         let (of_edge, bounds) = parts(before, &removed);
         let part = rims
             .iter()
@@ -109,6 +113,7 @@ impl<'a> CutResult<'a> {
             vertices,
             found,
             made,
+            joined_holes,
             part,
             bounds,
         })
@@ -160,22 +165,6 @@ impl<'a> CutResult<'a> {
         [count(&self.removed), gone]
     }
 
-    /// The holes of the mesh before the cut whose rims are not rims any more.
-    pub(super) fn joined_holes(&self) -> Vec<HoleId> {
-        let origin = self.before.weld.iter().zip(&self.vertices);
-        let origin: Vec<u32> = origin.filter(|(_, kept)| **kept).map(|(w, _)| *w).collect();
-        let same = self
-            .found
-            .holes
-            .iter()
-            .filter(|h| !self.made.contains(&h.id));
-        let same: BTreeSet<Edge> = same.flat_map(|h| edges(&h.rim, &origin)).collect();
-        let own: Vec<u32> = (0..self.before.mesh.positions.len() as u32).collect();
-        let holes = self.before.holes.iter();
-        let joined = holes.filter(|h| edges(&h.rim, &own).iter().any(|e| !same.contains(e)));
-        joined.map(|h| h.id).collect()
-    }
-
     /// The remaining mesh.
     pub(super) fn into_kept(self) -> Remainder {
         Remainder {
@@ -212,12 +201,12 @@ fn key(v: u32, w: u32) -> Edge {
     (v.min(w), v.max(w))
 }
 
-/// The edges of a rim, in vertex numbers of the welded input.
-fn edges(rim: &[u32], origin: &[u32]) -> Vec<Edge> {
+/// The edges of a rim, in vertex numbers of the welded input: those that `number` has for its vertices.
+fn edges(rim: &[u32], number: impl Fn(u32) -> u32) -> Vec<Edge> {
     let next = rim.iter().cycle().skip(1);
     rim.iter()
         .zip(next)
-        .map(|(&v, &w)| key(origin[v as usize], origin[w as usize]))
+        .map(|(&v, &w)| key(number(v), number(w)))
         .collect()
 }
 
@@ -340,12 +329,11 @@ fn made(
     rims: &[Vec<Edge>],
 ) -> Result<Vec<HoleId>, RestoreError> {
     let old = boundary_edges(before);
-    let own: Vec<u32> = (0..before.mesh.positions.len() as u32).collect();
     let outer: BTreeSet<Edge> = before
         .holes
         .iter()
         .filter(|h| h.outer_boundary)
-        .flat_map(|h| edges(&h.rim, &own))
+        .flat_map(|h| edges(&h.rim, |v| v))
         .collect();
     let mut ids = Vec::new();
     for (hole, rim) in found.holes.iter().zip(rims) {
@@ -363,6 +351,21 @@ fn made(
         ids.push(hole.id);
     }
     Ok(ids)
+}
+
+/// The holes of the mesh before the cut whose rims are not rims any more; `made` are those that the cut made or changed.
+fn joined_holes(
+    before: &Inspection,
+    found: &Inspection,
+    rims: &[Vec<Edge>],
+    made: &[HoleId],
+) -> Vec<HoleId> {
+    let same = found.holes.iter().zip(rims);
+    let same = same.filter(|(hole, _)| !made.contains(&hole.id));
+    let same: BTreeSet<&Edge> = same.flat_map(|(_, rim)| rim).collect();
+    let is_joined = |rim: &[u32]| edges(rim, |v| v).iter().any(|e| !same.contains(e));
+    let joined = before.holes.iter().filter(|h| is_joined(&h.rim));
+    joined.map(|h| h.id).collect()
 }
 
 /// The connected components of the removed faces: the component at each edge along the cut, and their bounding boxes.

@@ -110,7 +110,7 @@ fn restore_report(cut: &CutResult, marked: &[bool], params: &RestoreParams) -> R
         marked_faces: count(marked),
         removed_faces,
         removed_vertices,
-        joined_holes: cut.joined_holes(),
+        joined_holes: cut.joined_holes.clone(),
         keep_shape: params.keep_shape,
     }
 }

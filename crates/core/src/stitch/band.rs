@@ -3,37 +3,33 @@
 use glam::DVec3;
 
 use super::sector::Outline;
-use super::zip::{Step, zip};
+use super::zip::ring;
 use crate::mesh::Mesh;
 
 /// A rim on one side of a wall.
-pub struct OpeningRim {
+#[derive(Clone, Copy)]
+pub struct OpeningRim<'a> {
     /// Its vertices, in the direction of the faces of a patch.
-    pub rim: Vec<u32>,
+    pub rim: &'a [u32],
     /// For each of its edges the direction in which the side would continue.
-    pub conormals: Vec<DVec3>,
+    pub conormals: &'a [DVec3],
 }
 
 /// The triangles of the edge of an opening: a ring between the rims on the two sides of a wall, straight across. At each rim they
 /// face the direction in which its side would continue.
 ///
 /// Faces use the directed edges `rim[i] → rim[i + 1]` of both rims. None if the rims share a vertex.
-pub fn band(mesh: &Mesh, first: &OpeningRim, second: &OpeningRim) -> Option<Vec<[u32; 3]>> {
-    if first.rim.iter().any(|v| second.rim.contains(v)) {
+pub fn band(mesh: &Mesh, sides: [OpeningRim; 2]) -> Option<Vec<[u32; 3]>> {
+    let [a, b] = sides;
+    if a.rim.iter().any(|v| b.rim.contains(v)) {
         return None;
     }
-    let steps = zip(&outline(mesh, first), &outline(mesh, second));
-    let (n, m) = (first.rim.len(), second.rim.len());
-    let (a, b) = (&first.rim, &second.rim);
-    let face = |step| match step {
-        Step::Rim(i, j) => [a[i], a[(i + 1) % n], b[j]],
-        Step::Inner(i, j) => [a[i], b[(j + m - 1) % m], b[j]],
-    };
-    Some(steps.into_iter().map(face).collect())
+    let [first, second] = sides.map(|side| outline(mesh, side));
+    Some(ring([a.rim, b.rim], [&first, &second]))
 }
 
 /// A rim whose normals are the means of the conormals of its edges at each vertex.
-fn outline(mesh: &Mesh, side: &OpeningRim) -> Outline {
+fn outline(mesh: &Mesh, side: OpeningRim) -> Outline {
     let n = side.rim.len();
     let normal = |i: usize| -> DVec3 {
         (side.conormals[i] + side.conormals[(i + n - 1) % n]).normalize_or_zero()
@@ -46,7 +42,7 @@ fn outline(mesh: &Mesh, side: &OpeningRim) -> Outline {
 mod tests {
     use super::*;
     use crate::mend::Inspection;
-    use crate::mesh::{Hole, area_vector};
+    use crate::mesh::area_vector;
 
     /// A plate between z = 0 and z = 0.1 with an opening of two quadrangles, of which the lower one is turned and has an edge more;
     /// without the edge of the opening.
@@ -90,11 +86,11 @@ mod tests {
             panic!("{} holes", found.holes.len());
         };
         assert!(a.is_across_wall(b));
-        let side = |hole: &Hole| OpeningRim {
-            rim: hole.rim.clone(),
-            conormals: hole.conormals.clone(),
-        };
-        let faces = band(&mesh, &side(a), &side(b)).unwrap();
+        let sides = [a, b].map(|hole| OpeningRim {
+            rim: &hole.rim,
+            conormals: &hole.conormals,
+        });
+        let faces = band(&mesh, sides).unwrap();
         assert_eq!(faces.len(), 9);
         for f in &faces {
             let corners = f.map(|v| mesh.positions[v as usize]);

@@ -6,7 +6,7 @@ use super::half_edge::PatchMesh;
 use super::matching::Gap;
 use super::rim::Rims;
 use super::sector::{Outline, nearest_pair};
-use super::zip::{Step, zip};
+use super::zip::ring;
 use super::{StitchError, StitchInput, StitchReport};
 use crate::mesh::triangulate::{Ground, Polygon, cut_ears, triangulate};
 use crate::tuning::{Tunable, tunable};
@@ -42,7 +42,9 @@ pub(super) fn fill(
         }
         // The common case: a ring of triangles between the rim and one boundary loop of the kept part.
         (&[rim], &[inner]) => {
-            let faces = ring(mesh, &loops.rim[rim], &loops.inner[inner]);
+            let loops = [&loops.rim[rim][..], &loops.inner[inner]];
+            let [outer, kept] = loops.map(|lp| outline(mesh, lp));
+            let faces = ring(loops, [&outer, &kept]);
             if agreement(mesh, &faces) < 0.0 {
                 return Err(StitchError::Orientation {
                     rim: rims.source[rim],
@@ -77,17 +79,6 @@ fn outline(mesh: &PatchMesh, lp: &[u32]) -> Outline {
         lp.iter()
             .map(|&v| (mesh.position[v as usize], mesh.normal[v as usize])),
     )
-}
-
-/// The ring of triangles between a rim loop and a boundary loop of the kept part.
-fn ring(mesh: &PatchMesh, rim: &[u32], inner: &[u32]) -> Vec<[u32; 3]> {
-    let (n, m) = (rim.len(), inner.len());
-    let steps = zip(&outline(mesh, rim), &outline(mesh, inner));
-    let face = |step| match step {
-        Step::Rim(i, j) => [rim[i], rim[(i + 1) % n], inner[j]],
-        Step::Inner(i, j) => [rim[i], inner[(j + m - 1) % m], inner[j]],
-    };
-    steps.into_iter().map(face).collect()
 }
 
 /// Mean cosine between the normals of faces and surface, weighted by area.

@@ -32,6 +32,17 @@ pub(super) enum Step {
 const ADVANCE_RIM: u8 = 1;
 const ADVANCE_INNER: u8 = 2;
 
+/// The triangles of the ring between two loops of vertices, whose outlines are `rim` and `inner`; see [`zip`].
+pub(super) fn ring(loops: [&[u32]; 2], [rim, inner]: [&Outline; 2]) -> Vec<[u32; 3]> {
+    let [a, b] = loops;
+    let (n, m) = (a.len(), b.len());
+    let face = |step| match step {
+        Step::Rim(i, j) => [a[i], a[(i + 1) % n], b[j]],
+        Step::Inner(i, j) => [a[i], b[(j + m - 1) % m], b[j]],
+    };
+    zip(rim, inner).into_iter().map(face).collect()
+}
+
 /// The ring of triangles between `rim` and `inner`, which both have the ring on their left and so run in opposite directions.
 ///
 /// Dynamic programming over all pairs of vertices: minimises the sum of the squared lengths of the edges across, with penalties

@@ -16,6 +16,12 @@ pub fn faired_measures(report: &FairReport, unit: Option<Unit>) -> String {
     )
 }
 
+/// How many faces were marked, and how many were cut out for them.
+#[doc(hidden)]
+pub fn cut_out(marked: usize, removed: usize) -> String {
+    format!("{} marked, {removed} cut out", counted(marked, "face"))
+}
+
 /// The part of the surface that was faired: marked by the caller, or all but the surroundings of the boundary. None if whole surfaces were
 /// replaced.
 #[doc(hidden)]
@@ -26,10 +32,7 @@ pub fn faired_part(report: &FairReport, is_marked: bool) -> Option<String> {
     };
     let removed = report.removed_faces;
     let text = match is_marked {
-        true => {
-            let marked = counted(report.marked_faces, "face");
-            format!("{marked} marked, {removed} cut out")
-        }
+        true => cut_out(report.marked_faces, removed),
         false => format!(
             "{} replaced; a strip along the boundary of the mesh stays, since it is open",
             counted(removed, "face")

@@ -27,7 +27,7 @@ pub use text::{summary_lines, tally_line};
 pub use {
     check::verdict_rows,
     counts::{counted, lengths_in, timed},
-    fair::{faired_measures, faired_part, joined_holes, kept_object},
+    fair::{cut_out, faired_measures, faired_part, joined_holes, kept_object},
     holes::{component_rows, crease_end_line, crease_end_table, hole_table},
     isomend_core::mesh::{length, length_beside, number, point, significant},
     missed::missed_lines,
