@@ -72,8 +72,11 @@ class Page(Browser):
         if self.keep:
             self.screenshot(self.keep / f"view_{name}.png")
 
-    def start(self, server, **size):
+    def start(self, server, forget=True, **size):
+        """Opens the page; unless `forget` is false, without the settings that an earlier test chose, such as the language."""
         self.troubles.clear()
+        if forget:
+            self.call("Network.clearBrowserCookies")
         self.open(server.address, **size)
         if self.run("document.documentElement.dataset.state") != "ready":
             raise RuntimeError(self.run("document.querySelector('#message').textContent"))

@@ -171,7 +171,6 @@ def paint_of_patches(page, program, folder):
         page.expect(page.run(f"{shown} && document.querySelector('#patch-paint-label').innerText.includes('Flicken bemalen')"), "in German the paint is not offered")
         page.expect(page.run("document.querySelector('#patch-paint').value") == "continue", "the change of the language loses the paint of patches")
         check_layout(page, ["save"], [False])
-        page.run("localStorage.clear()")
         page.tell_troubles()
         page.call("Page.navigate", url="about:blank")
     finally:

@@ -1,4 +1,4 @@
-"""Tests of the page of `isomend view` in Chromium: two tabs on one session, a task with keys only, a mesh that is shown coarse first. For
+"""Tests of the page of `isomend view` in Chromium: two tabs on one session, a page that is loaded again, a task with keys only, a mesh that is shown coarse first. For
 view_test.py."""
 
 from view_meshes import bumpy_ball
@@ -9,6 +9,10 @@ DIFFERENT = """(async () => { const { model } = isomend, whole = await new model
   return Object.keys(whole).filter((k) => JSON.stringify(whole[k]) !== JSON.stringify(own[k])); })()"""
 
 
+# What the page says at the foot of the view.
+SAID = "document.querySelector('#message').textContent"
+
+
 def same_state(page, what):
     page.expect(not (different := page.run(DIFFERENT)), f"{what}: the page has another state in {different}")
 
@@ -17,6 +21,7 @@ def two_tabs(page, program, folder, mesh, profile):
     """What one tab does, the other one shows: steps, undo, a preview that is taken; only changes are sent to each."""
     server = Server(program, mesh, folder / "log.txt")
     other = Page(page.process.args[0], profile, None, scale=page.scale)
+    page.requests.clear()
     try:
         for tab in (page, other):
             tab.start(server, width=1280, height=800)
@@ -32,6 +37,8 @@ def two_tabs(page, program, folder, mesh, profile):
         other.click_on("#undo")
         for tab in (page, other):
             tab.reaches(0, "both tabs show that it is undone")
+        page.until(f"{SAID}.startsWith('Changed in another tab')", "the other tab says that the mesh was changed here")
+        page.expect(other.run(SAID).startswith("Undone"), "the tab that undoes a step takes the change for another tab's")
         page.job("fill")
         page.run("isomend.holes.choose(isomend.holes.list[1].id)")
         page.click_on("#preview")
@@ -52,6 +59,45 @@ def two_tabs(page, program, folder, mesh, profile):
             tab.call("Page.navigate", url="about:blank")
     finally:
         other.close()
+        server.stop()
+
+
+def loaded_again(page, program, folder, mesh):
+    """A page that is loaded again keeps its fields, tab, theme and the chosen hole; settings hold for later starts of the program. A field with
+    a wrong value is marked when it is left."""
+    server = Server(program, mesh, folder / "log.txt")
+    try:
+        page.start(server, width=1280, height=800)
+        page.until("!!isomend.mask()", "the surface is prepared")
+        page.click_on("#theme")
+        theme = page.run("document.documentElement.dataset.theme")
+        page.run("isomend.holes.choose(isomend.holes.list[1].id)")
+        chosen = page.run("isomend.holes.chosen")
+        page.expect(f"Preview: Hole {chosen} only" in page.run("document.querySelector('#mend-on').textContent"), "it is not said what a preview shows")
+        page.fill_in("[id='fill--edge-ratio']", "0")
+        page.expect(page.run("document.querySelector('#mend-trouble').textContent").startswith("--edge-ratio must be"), "a wrong value is not named when its field is left")
+        page.expect(page.run("document.querySelector('[id=\"fill--edge-ratio\"]').getAttribute('aria-invalid')") == "true", "the field of a wrong value is not marked")
+        page.fill_in("[id='fill--edge-ratio']", "0.7")
+        page.expect(not page.run("document.querySelector('#mend-trouble').textContent"), "a value that was corrected is still called wrong")
+        page.fill_in("#unit", "mm")
+        page.tab("save")
+        page.leave("location.reload()")
+        page.until("document.documentElement?.dataset.state === 'ready' && !!isomend.mask()", "the page is loaded again")
+        kept = page.run("[document.querySelector('[id=\"fill--edge-ratio\"]').value, isomend.holes.chosen, isomend.tab, isomend.measure.unit, document.documentElement.dataset.theme]")
+        page.expect(kept == ["0.7", chosen, "save", "mm", theme], f"a page that is loaded again has {kept}")
+        # Another page with the same address, as another tab would open it.
+        page.run("(window.told = [], window.tab = new BroadcastChannel('isomend' + location.pathname), tab.onmessage = ({ data }) => told.push(data), tab.postMessage('opened'))")
+        page.until(f"told.includes('open') && {SAID}.includes('another tab')", "a page says that it is open in another tab")
+        later = Server(program, mesh, folder / "log_later.txt")
+        try:
+            page.start(later, forget=False, width=1280, height=800)
+            page.expect(page.run("document.documentElement.dataset.theme") == theme, "the theme is lost at the next start")
+            page.expect(page.run("document.querySelector('[id=\"fill--edge-ratio\"]').value") != "0.7", "another session has the fields of the first one")
+            page.tell_troubles()
+            page.call("Page.navigate", url="about:blank")
+        finally:
+            later.stop()
+    finally:
         server.stop()
 
 
@@ -100,6 +146,7 @@ def keys_only(page, program, folder, mesh):
 
 
 def tabs(page, program, folder, mesh):
+    loaded_again(page, program, folder, mesh)
     keys_only(page, program, folder, mesh)
     profile = folder.parent / "second"
     profile.mkdir()

@@ -358,7 +358,6 @@ def german(page):
     page.expect("Löcher" in text and "Holes" not in text and "{" not in text, "the page is not in German")
     # The English page has the same colours.
     check_layout(page, themes=())
-    page.run("localStorage.clear()")
 
 
 def german_figures(page):
@@ -370,7 +369,6 @@ def german_figures(page):
     shown = page.run("document.querySelector('#deliver-said').textContent")
     page.expect(re.search(r"\d,\d", shown) and not re.search(r"\d\.\d", shown), f"the figures in German are {shown!r}")
     check_layout(page, ["save"], ())
-    page.run("localStorage.clear()")
 
 
 def tasks(page, program, folder, mesh):

@@ -91,7 +91,6 @@ def on(page, program, folder, name, *works):
         begin(page, server)
         for work in works:
             work(page)
-        page.run("localStorage.clear()")
         page.tell_troubles()
         page.call("Page.navigate", url="about:blank")
     finally:

@@ -15,7 +15,7 @@ const OWN_STYLE: &str = include_str!("../web/page.css");
 const LAYOUT: &str = include_str!("../web/layout.css");
 const WORKER: &str = include_str!("../web/worker.js");
 /// The page's own modules, in no order: `main.js` imports what it needs.
-const OWN: [Script; 48] = [
+const OWN: [Script; 50] = [
     ("aspects.js", include_str!("../web/aspects.js")),
     ("band.js", include_str!("../web/band.js")),
     ("bottom.js", include_str!("../web/bottom.js")),
@@ -59,10 +59,12 @@ const OWN: [Script; 48] = [
     ("print_strings.js", include_str!("../web/print_strings.js")),
     ("result.js", include_str!("../web/result.js")),
     ("save.js", include_str!("../web/save.js")),
+    ("settings.js", include_str!("../web/settings.js")),
     ("smoother.js", include_str!("../web/smoother.js")),
     ("start.js", include_str!("../web/start.js")),
     ("steps.js", include_str!("../web/steps.js")),
     ("strings.js", include_str!("../web/strings.js")),
+    ("tabs.js", include_str!("../web/tabs.js")),
     ("topology.js", include_str!("../web/topology.js")),
     ("verdict.js", include_str!("../web/verdict.js")),
     ("views.js", include_str!("../web/views.js")),

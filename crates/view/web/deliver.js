@@ -1,7 +1,6 @@
 // The group "Patches and unit" of the tab Save: unit, tolerance, mark, files of patches and missing piece; figures of the new surface.
 
 import { all, digits, find, numberIn } from "../../report/viewer/controls.js";
-import { keep, kept } from "./layout.js";
 import { askJson } from "./net.js";
 import { tr } from "./strings.js";
 
@@ -15,14 +14,12 @@ const SYMBOLS = { um: "µm" };
 /** The symbol of a unit of length. */
 export const symbolOf = (unit) => SYMBOLS[unit] || unit || "";
 
-/** Lets all lists of units choose the same one, which is kept for the next visit of a file of this name. `changed` is called after a choice. */
-export function useUnits(name, changed) {
-  const lists = all(".unit-choice"), own = `unit/${name}`;
+/** Lets all lists of units choose the same one. `changed` is called after a choice. */
+export function useUnits(changed) {
+  const lists = all(".unit-choice");
   for (const list of lists) {
-    list.value = kept(own, "");
     list.addEventListener("change", () => {
       for (const other of lists) other.value = list.value;
-      keep(own, list.value);
       changed();
     });
   }

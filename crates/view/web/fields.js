@@ -36,6 +36,16 @@ function shownValue({ kind, sets, word }, value) {
   return value ?? "";
 }
 
+/** Whether a field holds a number. */
+const isNumber = (row) => !isBox(row) && row.kind !== "choice";
+
+/** What is wrong with the number in a field, or nothing. */
+function troubleWith({ input, kind, flag, low, high, open, allowed }) {
+  const text = input.value.trim(), value = numberIn(text), least = open ? value > low : value >= low, most = high === null || (open ? value < high : value <= high);
+  const isRight = !text || text === "auto" || Number.isFinite(value) && least && most && (kind !== "whole" || Number.isInteger(value));
+  return isRight ? "" : tr("must_be", { flag, allowed });
+}
+
 /** Whether two values of a field are equal; numbers are, with a decimal point as with a comma. */
 export function sameValue(a, b) {
   const [x, y] = [a, b].map((value) => numberIn(String(value)));
@@ -66,7 +76,7 @@ export class Form {
     input.setAttribute("aria-describedby", small.id);
     if (kind === "choice") input.append(...row.choices.map(({ name }) => new Option(has("c_" + name) ? tr("c_" + name) : name, name)));
     else input.type = isBox(row) ? "checkbox" : "text";
-    if (!isBox(row) && kind !== "choice") {
+    if (isNumber(row)) {
       input.inputMode = "decimal";
       input.placeholder = has("u_" + row.name) ? tr("u_" + row.name) : row.usual.replaceAll("`", "");
       input.title = input.placeholder;
@@ -97,13 +107,18 @@ export class Form {
     return params;
   }
 
-  readNumber({ input, kind, flag, path, low, high, open, allowed }, params) {
-    const text = input.value.trim(), value = numberIn(text), empty = !text || text === "auto";
-    const least = open ? value > low : value >= low, most = high === null || (open ? value < high : value <= high);
-    const right = empty || Number.isFinite(value) && least && most && (kind !== "whole" || Number.isInteger(value));
-    input.setAttribute("aria-invalid", !right);
-    if (!right) this.refuse(input, tr("must_be", { flag, allowed }));
-    if (!empty) putAt(params, path, kind === "voxel" ? { length: value } : value);
+  readNumber(item, params) {
+    const { input, kind, path } = item, trouble = troubleWith(item), value = numberIn(input.value);
+    if (trouble) this.refuse(input, trouble);
+    input.removeAttribute("aria-invalid");
+    if (!Number.isNaN(value)) putAt(params, path, kind === "voxel" ? { length: value } : value);
+  }
+
+  /** What is wrong with the value of a field, or nothing; the field is marked. */
+  troubleOf(input) {
+    const item = this.items.find((other) => other.input === input), trouble = item && isNumber(item) ? troubleWith(item) : "";
+    if (item) input.setAttribute("aria-invalid", Boolean(trouble));
+    return trouble;
   }
 
   refuse(input, words) {

@@ -2,26 +2,14 @@
 
 import { all, find, useTheme } from "../../report/viewer/controls.js";
 import { putIcons } from "./icons.js";
-import { remember } from "./memory.js";
+import { keep, kept } from "./settings.js";
 import { HELP, language, setLanguage, tr } from "./strings.js";
 
 /** What the button for the theme shows in each. */
-export const THEME_SIGNS = { dark: "☀", light: "☾" };
+const THEME_SIGNS = { dark: "☀", light: "☾" };
 
-/** A setting from the browser's local storage, or its default `usual`. */
-export function kept(name, usual) {
-  try {
-    return localStorage.getItem("isomend " + name) ?? usual;
-  } catch {
-    return usual;
-  }
-}
-
-export function keep(name, value) {
-  try {
-    localStorage.setItem("isomend " + name, value);
-  } catch { /* The browser allows no storage. */ }
-}
+/** Dark or light theme, which the browser keeps once it is chosen. */
+export const usePageTheme = (changed) => useTheme(changed, { names: THEME_SIGNS, chosen: kept("theme", null), choose: (theme) => keep("theme", theme) });
 
 /** Fills in the texts of the chosen language; tooltips name the key. */
 export function putWords() {
@@ -97,16 +85,12 @@ export function showIntro(app) {
   find("#intro").hidden = app.model.state.current !== 0 || app.model.state.states.length > 1 || kept("intro", "") === "seen";
 }
 
-/**
- * Reloads the page in another language; does not reload if the choices cannot be sent. The program keeps steps, choices and masks, memory.js
- * the state of the page. Undo of strokes, points that were clicked, and an outline that was not closed are lost.
- */
+/** Reloads the page in another language; does not reload if the choices cannot be sent. */
 async function changeLanguage(app) {
   const select = find("#language"), wanted = select.value;
   select.value = language();
   try {
     await app.choices?.flush();
-    if (app.deliver) remember(app);
   } catch (error) {
     app.say(error.message, true);
     return;
@@ -128,7 +112,7 @@ export function useLayout(app) {
   useFolds(app);
   useTabs(app);
   useHelp();
-  useTheme(() => app.viewer?.refresh(), THEME_SIGNS);
+  usePageTheme(() => app.viewer?.refresh());
   find("#intro-close").addEventListener("click", () => {
     find("#intro").hidden = true;
     keep("intro", "seen");

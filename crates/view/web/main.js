@@ -15,7 +15,7 @@ import { Display } from "./display.js";
 import { Holes } from "./holes.js";
 import { Defects } from "./defects.js";
 import { HoleCard } from "./hole_card.js";
-import { recallFields, recallView, recalled } from "./memory.js";
+import { recallFields, recallView, recalled, remember } from "./memory.js";
 import { Opener, useDrop } from "./opener.js";
 import { Result } from "./result.js";
 import { Verdict } from "./verdict.js";
@@ -27,6 +27,7 @@ import { Like } from "./like.js";
 import { Plane } from "./plane.js";
 import { Masks } from "./masks.js";
 import { Measure, MEASURES } from "./measure.js";
+import { Tabs } from "./tabs.js";
 import { Band } from "./band.js";
 import { Bottom } from "./bottom.js";
 import { Views } from "./views.js";
@@ -386,8 +387,10 @@ async function begin() {
   app.steps.presets.enable();
   app.open(app.tab);
   if (before) await recallView(app, before);
+  addEventListener("pagehide", () => remember(app));
   document.documentElement.dataset.state = "ready";
   if (state.earlier) app.say(tr("earlier_session", { path: state.earlier }));
+  app.tabs = new Tabs(app);
   await app.display.ready(viewer.sides.after.mesh);
   app.painted();
 }

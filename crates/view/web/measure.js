@@ -50,7 +50,7 @@ export class Measure {
     this.points = [];
     this.items = [];
     this.outline = null;
-    useUnits(app.model.state.file.name, () => this.changedUnit());
+    useUnits(() => this.changedUnit());
     find("#measure-clear").addEventListener("click", () => this.clear());
     find("#outline").addEventListener("click", () => this.cutOutline());
     this.changedUnit();

@@ -1,8 +1,8 @@
 // The main module of the start page of a folder: its meshes and the recent files, a file chooser, dropped files.
 
-import { find, useTheme } from "../../report/viewer/controls.js";
+import { find } from "../../report/viewer/controls.js";
 import { putIcons } from "./icons.js";
-import { THEME_SIGNS, putWords } from "./layout.js";
+import { putWords, usePageTheme } from "./layout.js";
 import { Opener, useDrop } from "./opener.js";
 import { language, setLanguage, tr } from "./strings.js";
 
@@ -14,7 +14,7 @@ async function beginStart() {
     setLanguage(find("#language").value);
     location.reload();
   });
-  useTheme(() => null, THEME_SIGNS);
+  usePageTheme(() => null);
   const opener = window.isomend = new Opener(find("#opener-box"));
   useDrop((files) => opener.send(files));
   await opener.update();

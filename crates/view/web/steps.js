@@ -31,6 +31,7 @@ export class Steps {
     find("#preview").addEventListener("click", () => this.run(this.kind, { preview: true, only: this.kind === "fill" ? app.holes.only() : null }));
     find("#defaults").addEventListener("click", () => this.presets.reset(this.kind));
     find("#fields").addEventListener("submit", (event) => { event.preventDefault(); this.run(this.kind); });
+    find("#fields").addEventListener("change", ({ target }) => { find("#mend-trouble").textContent = this.forms[this.kind].troubleOf(target); });
     find("#fields").addEventListener("input", () => {
       this.presets.follow(this.kind);
       find("#mend-trouble").textContent = "";
@@ -76,11 +77,11 @@ export class Steps {
   /** Shows the command that would run, and on which holes or faces. */
   describe() {
     if (!this.forms.fill) return;
-    const { kind } = this, { holes } = this.app, marked = this.app.marked();
+    const { kind } = this, { holes } = this.app, marked = this.app.marked(), only = holes.only();
     if (kind === "repair") this.app.bottom.show();
     find("#preview").disabled = !this.canPreview();
     const on = {
-      fill: holes.canFill() ? "" : holes.text(), restore: marked ? "" : tr("mark_first"), fair: marked ? "" : tr("on_surface"),
+      fill: !holes.canFill() ? holes.text() : only ? tr("preview_only", { what: only.length > 1 ? counts("hole", only.length) : tr("hole_name", { id: only[0] }) }) : "", restore: marked ? "" : tr("mark_first"), fair: marked ? "" : tr("on_surface"),
       repair: holes.caps().length ? tr("on_mesh_flat", { ids: holes.caps().join(", ") }) : "",
     };
     const which = kind === "fill" || kind === "repair" ? this.holesOf(kind) : marked ? ["--faces mask.txt"] : [];
@@ -231,7 +232,7 @@ export class Steps {
   /** Handles an event of the program. */
   async hear(name, data) {
     if (name === "progress") return this.progress(data);
-    if (name === "state") return this.app.refresh();
+    if (name === "state") return this.app.tabs.changed();
     const { job } = this;
     this.ended.add(data.job);
     this.end();
@@ -384,7 +385,7 @@ export class Steps {
 
   /** A link to the report of a step, which opens in a new tab. */
   report(id) {
-    return Object.assign(document.createElement("a"), { href: `api/report/${id}`, target: "_blank", rel: "noopener", textContent: tr("report") });
+    return Object.assign(document.createElement("a"), { href: `api/report/${id}`, target: "_blank", rel: "noopener", hreflang: "en", textContent: tr("report"), title: tr("report_title") });
   }
 
   /** Shows another state for comparison. */

@@ -7,6 +7,7 @@ import { CAUSES, JOB_WORDS } from "./job_strings.js";
 import { LIKE_WORDS } from "./like_strings.js";
 import { PAINT_WORDS } from "./paint_strings.js";
 import { PRINT_WORDS } from "./print_strings.js";
+import { keep, kept } from "./settings.js";
 
 /** Each text by its name: English, then German. Names in braces are placeholders. */
 const WORDS = {
@@ -34,6 +35,8 @@ const WORDS = {
   understood: ["Got it", "Verstanden"],
   not_saved: ["not saved", "nicht gesichert"],
   earlier_session: ["An earlier session of this file was not saved. Its steps are in {path}; isomend view --resume repeats them.", "Eine frühere Sitzung dieser Datei wurde nicht gesichert. Ihre Schritte stehen in {path}; isomend view --resume wiederholt sie."],
+  other_tab: ["This page is open in another tab too: both show the same steps, choices and masks.", "Diese Seite ist noch in einem anderen Tab offen: beide zeigen dieselben Schritte, Markierungen und Einstellungen der Löcher."],
+  changed_in_other_tab: ["Changed in another tab; now shown: {label}.", "In einem anderen Tab geändert; nun gezeigt: {label}."],
   cannot_show: ["The page cannot be shown: {error}", "Die Seite kann nicht gezeigt werden: {error}"],
   drop_here: ["Drop a mesh to open it, or a file of face numbers to mark these faces", "Ein Netz ablegen, um es zu öffnen, oder eine Datei mit Flächennummern, um diese Flächen zu markieren"],
   // Tools.
@@ -279,6 +282,7 @@ const WORDS = {
   no_answer: ["The program does not answer: it may have been stopped.", "Das Programm antwortet nicht: vielleicht wurde es beendet."],
   answered_with: ["the program answered with {status}", "das Programm antwortete mit {status}"],
   previews: ["Previews", "Vorschauen"],
+  preview_only: ["Preview: {what} only.", "Vorschau: nur {what}."],
   preview_number: ["Preview {number}", "Vorschau {number}"],
   now: ["Now", "Jetzt"],
   two_previews: ["The last two previews, side by side.", "Die letzten beiden Vorschauen nebeneinander."],
@@ -286,6 +290,7 @@ const WORDS = {
   take: ["Take", "Übernehmen"],
   drop: ["Drop", "Verwerfen"],
   report: ["report", "Bericht"],
+  report_title: ["Opens in a new tab", "Öffnet einen neuen Tab; der Bericht ist auf Englisch"],
   // Measure.
   unit: ["unit", "Einheit"],
   unit_length: ["mesh units", "Netzeinheiten"],
@@ -441,27 +446,15 @@ export const HELP = [
 ].map(([heading, names]) => [heading, names.map((name) => ["k_" + name, name === "finger" ? "h_drag" : "h_" + name])]);
 
 const LANGUAGES = ["en", "de"];
-const STORED = "isomend language";
-
-function storedLanguage() {
-  try {
-    return localStorage.getItem(STORED);
-  } catch {
-    return null;
-  }
-}
-
-let spoken = Math.max(0, LANGUAGES.indexOf(storedLanguage() || (navigator.language || "en").slice(0, 2)));
+let spoken = Math.max(0, LANGUAGES.indexOf(kept("language", (navigator.language || "en").slice(0, 2))));
 
 /** The language of the page, as in the attribute `lang`. */
 export const language = () => LANGUAGES[spoken];
 
-/** Sets the language, and stores it for the next visit. */
+/** Sets the language, also for the next visit. */
 export function setLanguage(name) {
   spoken = Math.max(0, LANGUAGES.indexOf(name));
-  try {
-    localStorage.setItem(STORED, language());
-  } catch { /* The browser allows no storage. */ }
+  keep("language", language());
 }
 
 const wordsOf = (name) => WORDS[name] || JOB_WORDS[name] || DELIVER_WORDS[name] || LIKE_WORDS[name] || PAINT_WORDS[name] || PRINT_WORDS[name];

@@ -2,7 +2,7 @@
 
 import { cross, dot, HALF_FIELD, minus, PARALLEL, plus, times, turned, frame } from "../../report/viewer/camera.js";
 import { all, find, localised } from "../../report/viewer/controls.js";
-import { kept, keep } from "./layout.js";
+import { kept, keep } from "./settings.js";
 
 const SVG_NAME = "http://www.w3.org/2000/svg";
 /** Angle of one roll, in radians. */
@@ -25,8 +25,7 @@ export class Views {
     find("#fit").addEventListener("click", () => this.fitSelected());
     find("#roll-left").addEventListener("click", () => this.roll(ROLL));
     find("#roll-right").addEventListener("click", () => this.roll(-ROLL));
-    find("#up").value = kept("up", "");
-    find("#up").addEventListener("change", () => { keep("up", find("#up").value); this.go("front"); });
+    find("#up").addEventListener("change", () => this.go("front"));
     for (const name of ["parallel", "upright"]) {
       find("#" + name).checked = kept(name, "") === "yes";
       find("#" + name).addEventListener("change", () => { keep(name, find("#" + name).checked ? "yes" : ""); this.set(); });

@@ -15,6 +15,9 @@ function tally(kind, by) {
   root.toggleAttribute("data-ready", !unfinished.size);
 }
 
+/** Whether work of a kind is unfinished. */
+export const isPending = (kind) => unfinished.has(kind);
+
 /** Begins a piece of work: frame, motion, flight, labels, request, worker or job. Returns a function that ends it; later calls do nothing. */
 export function begun(kind) {
   let ends = false;

@@ -151,15 +151,23 @@ export function useArrows(viewer) {
   });
 }
 
-/** Dark or light theme: follows the system until the button is used, which has a name in each theme. */
-export function useTheme(changed, names = { dark: "Light", light: "Dark" }) {
+/**
+ * Dark or light theme: follows the system until the button is used, which has a name in each theme. `chosen` is the theme that was chosen
+ * at an earlier visit, and `choose` is called with the one that the button chooses.
+ */
+export function useTheme(changed, { names = { dark: "Light", light: "Dark" }, chosen = null, choose = () => null } = {}) {
   const button = find("#theme"), dark = matchMedia("(prefers-color-scheme: dark)");
   const set = (theme) => {
     document.documentElement.dataset.theme = theme;
     button.textContent = names[theme];
     changed();
   };
-  set(dark.matches ? "dark" : "light");
-  dark.addEventListener("change", () => set(dark.matches ? "dark" : "light"));
-  button.addEventListener("click", () => set(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
+  let isChosen = Boolean(names[chosen]);
+  set(isChosen ? chosen : dark.matches ? "dark" : "light");
+  dark.addEventListener("change", () => isChosen || set(dark.matches ? "dark" : "light"));
+  button.addEventListener("click", () => {
+    isChosen = true;
+    set(document.documentElement.dataset.theme === "dark" ? "light" : "dark");
+    choose(document.documentElement.dataset.theme);
+  });
 }
