@@ -124,7 +124,7 @@ class App {
     find("#title").textContent = find("#title").title = state.file.name;
     document.title = `${state.file.name} – isomend view`;
     document.documentElement.toggleAttribute("data-unsaved", Boolean(state.unsaved));
-    find("#subtitle").textContent = `${counts("face", current.faces)}, ${counts("hole", state.holes.length)} · isomend ${state.program.version}${state.unsaved ? ` · ${tr("not_saved")}` : ""}`;
+    find("#subtitle").textContent = `${counts("face", current.faces)}, ${counts("hole", state.holes.length)}${state.unsaved ? ` · ${tr("not_saved")}` : ""} · isomend ${state.program.version}`;
     if (fresh) this.steps.against = false;
     if (fresh) await this.choices.load(state);
     if (fresh) this.defects.renew();
@@ -336,6 +336,7 @@ async function begin() {
     return mesh?.topology ? { mesh, mask: mesh.mask, topology: mesh.topology } : null;
   }, (words = "", trouble = false) => app.painted(words, trouble), app.smoother);
   app.masks = new Masks(app);
+  app.tabs = new Tabs(app);
   app.steps.start(parameters, defaults);
   app.like.start(parameters);
   app.measure.changedUnit();
@@ -390,7 +391,6 @@ async function begin() {
   addEventListener("pagehide", () => remember(app));
   document.documentElement.dataset.state = "ready";
   if (state.earlier) app.say(tr("earlier_session", { path: state.earlier }));
-  app.tabs = new Tabs(app);
   await app.display.ready(viewer.sides.after.mesh);
   app.painted();
 }
