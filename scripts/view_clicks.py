@@ -95,7 +95,7 @@ def filling(page, folder):
     back(page)
     page.run("isomend.holes.choose(isomend.holes.list[0].id)")
     page.settled()
-    near = page.run("isomend.labels.items.filter((item) => item.seen.after && item.hole.id !== isomend.holes.list[0].id).map((item) => item.hole.id)")
+    near = page.run("isomend.labels.items.filter((item) => item.seen.after && !isomend.holes.group(isomend.holes.list[0].id).includes(item.hole.id)).map((item) => item.hole.id)")
     # The label of a hole on the far side is seen through another hole, but its rim cannot be clicked.
     near = [hole for hole in near if page.run(f"{HOLE}({hole})") != [0, 0]]
     with Counted(page, "fill two holes as one", 5) as task:
@@ -123,7 +123,7 @@ def filling(page, folder):
 def bridges(page):
     """Joining takes the bridge of either hole, merges two bridges, and takes no name that is taken."""
     page.fill_in("#set-all", "fill")
-    a, b, c, d, e, f = page.run("isomend.holes.list.slice(0, 6).map((hole) => hole.id)")
+    a, b, c, d, e, f = page.run("isomend.holes.list.filter((hole) => !hole.joined.length).slice(0, 6).map((hole) => hole.id)")
     join = "((a, b) => { isomend.card.joins = a; isomend.card.join(b); return [...isomend.holes.bridges()].map(([name, ids]) => [name, ids.sort((x, y) => x - y)]); })"
     page.run(f"{join}({a}, {b})")
     found = page.run(f"{join}({c}, {d})")

@@ -48,8 +48,10 @@ from view_worked import worked
 def check_holes(page):
     """Two holes are chosen by clicks in the view, and filled."""
     holes = page.state()["holes"]
+    # Those that are joined are chosen together.
+    single = [hole for hole in holes if not hole["joined"]]
     page.fill_in("#set-all", "open")
-    for hole in (holes[0]["id"], holes[1]["id"]):
+    for hole in (single[0]["id"], single[1]["id"]):
         page.run(f"isomend.holes.choose({hole})")
         page.settled()
         page.run("isomend.holes.choose(null)")
@@ -57,18 +59,18 @@ def check_holes(page):
         page.until(f"isomend.holes.chosen === {hole}", f"a click in the view chooses hole {hole}")
         page.key("i")
     for key in "j", "i":
-        for hole in holes[:2]:
+        for hole in single[:2]:
             page.run(f"isomend.holes.choose({hole['id']}, false)")
             page.key(key)
         if key == "j":
             shown = page.run("isomend.holes.text()")
-            page.expect(shown.endswith(f"--bridge {holes[0]['id']}+{holes[1]['id']}"), f"a bridge is shown as {shown}")
-    wanted = f"--holes {holes[0]['id']},{holes[1]['id']}"
+            page.expect(shown.endswith(f"--bridge {single[0]['id']}+{single[1]['id']}"), f"a bridge is shown as {shown}")
+    wanted = f"--holes {single[0]['id']},{single[1]['id']}"
     page.expect(page.run("isomend.holes.text()") == wanted, f"the holes are not shown as {wanted}")
     page.run("isomend.viewer.fly(isomend.home())")
     page.settled()
     page.shot("holes")
-    page.fill_in("#narrower", str(holes[1]["diameter"] * 0.999))
+    page.fill_in("#narrower", str(single[1]["diameter"] * 0.999))
     few = page.run("document.querySelectorAll('#holes li').length")
     page.expect(0 < few < len(holes), f"filtered by size there are {few} of {len(holes)} holes")
     page.fill_in("#narrower", "")
@@ -299,8 +301,11 @@ def check_save(page, program, folder, mesh, name):
         page.expect(not trouble and (folder / path).stat().st_size > 100, f"{path}: {trouble}")
     for path in ("../out.ply", "/out.ply"):
         page.expect(save("mesh", path) and not (folder.parent / "out.ply").exists(), f"{path} is written")
-    page.expect("replace" in save("mesh", saved.name), "a file is written over")
-    page.expect(not save("mesh", saved.name, True), "a file is not written over")
+    page.expect(not save("mesh", saved.name), "a file of this session is not written over")
+    other = f"other{mesh.suffix}"
+    (folder / other).write_text("of another program")
+    page.expect("replace" in save("mesh", other) and (folder / other).read_text() == "of another program", "a file is written over")
+    page.expect(not save("mesh", other, True), "a file is not written over")
     page.expect(not page.run("document.querySelector('#overwrite').checked"), "the next file may be written over without a question")
     page.fill_in("#save-path", "other.obj")
     page.expect(page.run("document.querySelector('#save-format').value") == "obj", "the list of formats names another one than the file")

@@ -1,16 +1,17 @@
-//! The texts of the page are in six files, in English and in German.
+//! The texts of the page are in seven files, in English and in German.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The files of texts, each with the line that begins its table.
-const STRINGS: [(&str, &str); 6] = [
+const STRINGS: [(&str, &str); 7] = [
     ("strings.js", "const WORDS = {\n"),
     ("deliver_strings.js", "const DELIVER_WORDS = {\n"),
     ("job_strings.js", "const JOB_WORDS = {\n"),
     ("like_strings.js", "const LIKE_WORDS = {\n"),
     ("paint_strings.js", "const PAINT_WORDS = {\n"),
+    ("parameter_strings.js", "const PARAMETER_WORDS = {\n"),
     ("print_strings.js", "const PRINT_WORDS = {\n"),
 ];
 /// Parts of literals that are not texts for a user: CSS, command lines, keys of the program's tables, and the page's name.

@@ -15,7 +15,7 @@ const OWN_STYLE: &str = include_str!("../web/page.css");
 const LAYOUT: &str = include_str!("../web/layout.css");
 const WORKER: &str = include_str!("../web/worker.js");
 /// The page's own modules, in no order: `main.js` imports what it needs.
-const OWN: [Script; 50] = [
+const OWN: [Script; 51] = [
     ("aspects.js", include_str!("../web/aspects.js")),
     ("band.js", include_str!("../web/band.js")),
     ("bottom.js", include_str!("../web/bottom.js")),
@@ -54,6 +54,10 @@ const OWN: [Script; 50] = [
     ("overhangs.js", include_str!("../web/overhangs.js")),
     ("paint.js", include_str!("../web/paint.js")),
     ("paint_strings.js", include_str!("../web/paint_strings.js")),
+    (
+        "parameter_strings.js",
+        include_str!("../web/parameter_strings.js"),
+    ),
     ("plane.js", include_str!("../web/plane.js")),
     ("presets.js", include_str!("../web/presets.js")),
     ("print_strings.js", include_str!("../web/print_strings.js")),

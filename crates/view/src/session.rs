@@ -1,7 +1,7 @@
 //! A session: the history of meshes with undo and redo, previews, the running job, and the user's choices on each mesh.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::SystemTime;
 
@@ -334,8 +334,13 @@ impl Session {
         self.outputs.get(&id)
     }
 
-    /// Whether the current mesh differs from the one saved last.
+    /// Whether the current mesh differs from the one saved last, and from the input, which is never replaced.
     pub fn is_unsaved(&self) -> bool {
-        self.current().id != self.saved
+        ![self.saved, 0].contains(&self.current().id)
+    }
+
+    /// Whether a mesh of this session was saved to a path.
+    pub fn wrote(&self, path: &Path) -> bool {
+        self.outputs.values().any(|saved| saved.path == path)
     }
 }

@@ -57,6 +57,7 @@ pub struct State {
     pub replaced: Vec<[u32; 2]>,
     textures: OnceLock<Textures>,
     up: OnceLock<DVec3>,
+    mean_normal: OnceLock<DVec3>,
     /// Parameters and result of the last check for defects.
     pub checked: Mutex<Option<(CheckParams, Value)>>,
     /// The wall thickness at its faces, as far as it was asked for.
@@ -134,6 +135,7 @@ impl State {
             replaced: Vec::new(),
             textures: OnceLock::new(),
             up: OnceLock::new(),
+            mean_normal: OnceLock::new(),
             checked: Mutex::default(),
             thickness: Mutex::default(),
             piece: Mutex::default(),
@@ -218,6 +220,23 @@ impl State {
             0 => input.into(),
             depth => place_after(input, depth),
         }
+    }
+
+    /// The mean of the unit normal over its area: long if it is a sheet that faces one way, zero if it is closed.
+    pub fn mean_normal(&self) -> DVec3 {
+        *self.mean_normal.get_or_init(|| {
+            let Mesh {
+                positions, faces, ..
+            } = &self.loaded.mesh;
+            let (mut sum, mut area) = (DVec3::ZERO, 0.0);
+            for face in faces {
+                let [a, b, c] = face.map(|v| positions[v as usize]);
+                let own = (b - a).cross(c - a);
+                sum += own;
+                area += own.length();
+            }
+            sum / f64::max(area, f64::MIN_POSITIVE)
+        })
     }
 
     /// The axis that likely points up.

@@ -48,11 +48,19 @@ export class Defects {
       putNumbers(find("#check-numbers"), [[tr(found.closed ? "yes" : "no"), tr("number_closed")], this.app.verdict.wallNumber(walls), [whole(found.components), tr("number_components")]]);
       find("#wall-thinnest").replaceChildren(...this.thinnest(walls));
       const { marks = {}, defects = [] } = found, there = defects.filter((d) => d.count).map((d) => ({ ...d, ...marks[d.kind] }));
-      find("#defect-list").replaceChildren(...there.map((defect) => this.defect(defect, id)));
+      find("#defect-list").replaceChildren(...there.map((defect) => this.defect(defect, id)), ...this.small(found));
       find("#defect-list").dataset.none = tr("no_defects");
     } catch (error) {
       if (model.state.current === id && request === this.requests) verdict.textContent = error.message;
     }
+  }
+
+  /** A row for the small components, which are no defects but make a verdict doubtful; it leads to their list. */
+  small({ debris }) {
+    if (!debris) return [];
+    const item = document.createElement("li");
+    item.append(newButton(counts("debris", debris), () => this.app.aspects.choose("components")));
+    return [item];
   }
 
   /** A button that moves the view to the thinnest wall, if there is one. */
@@ -73,7 +81,7 @@ export class Defects {
     const item = document.createElement("li"), button = document.createElement("button"), select = document.createElement("button");
     let next = 0;
     button.type = select.type = "button";
-    button.textContent = `${name}: ${whole(count)}`;
+    button.textContent = this.app.verdict.nameOf(kind, count);
     button.title = tr("defect_title");
     button.addEventListener("click", () => {
       const { viewer } = this.app, mesh = this.app.mesh();
@@ -86,6 +94,7 @@ export class Defects {
       const face = faces[next++ % faces.length], [a, b, c] = cornersOf(mesh, face), centre = times(plus(plus(a, b), c), 1 / 3);
       const normal = cross(minus(b, a), minus(c, a)), reach = Math.max(12 * Math.hypot(...minus(b, a)), 1e-4 * viewer.camera.radius);
       viewer.fly({ centre, axes: Math.hypot(...normal) ? frame(normal, this.app.views.up()) : viewer.camera.axes, reach });
+      this.app.labels.pin(centre);
       return this.app.say(tr("face_summary", { face, name }) + (places.length ? tr("in_places", { places: counts("place", places.length) }) : ""));
     });
     select.textContent = tr("mark_these");

@@ -78,8 +78,9 @@ export class Form {
     else input.type = isBox(row) ? "checkbox" : "text";
     if (isNumber(row)) {
       input.inputMode = "decimal";
-      input.placeholder = has("u_" + row.name) ? tr("u_" + row.name) : row.usual.replaceAll("`", "");
-      input.title = input.placeholder;
+      const usual = row.usual.replaceAll("`", "");
+      input.placeholder = has("u_" + row.name) ? tr("u_" + row.name) : usual;
+      input.title = usual;
     }
     if (isBox(row)) input.checked = start;
     else input.value = start;

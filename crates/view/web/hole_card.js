@@ -17,8 +17,8 @@ export class HoleCard {
 
   /** Shows the card of a hole beside a point of the window; or joins the hole, if another one waits for it. */
   show(id, x, y) {
-    const { holes } = this.app, hole = holes.list.find((h) => h.id === id), card = find("#hole-card");
-    if (this.joins !== null && this.joins !== id) return this.join(id);
+    const { holes } = this.app, [first] = holes.group(id), hole = holes.list.find((h) => h.id === first), card = find("#hole-card");
+    if (this.joins !== null && !holes.group(id).includes(this.joins)) return this.join(id);
     this.id = id;
     const title = document.createElement("h2"), size = document.createElement("p"), close = newButton("", () => this.hide(), { className: "icon-button" }), actions = document.createElement("div");
     title.textContent = holes.nameOf(hole);
@@ -29,7 +29,7 @@ export class HoleCard {
     actions.append(...["fill", "flat", "open"].map((doing) => this.action(id, doing)));
     const run = newButton(tr("fill_it"), () => {
       this.hide();
-      this.app.steps.run("fill", { only: [id, ...hole.joined].sort((a, b) => a - b) });
+      this.app.steps.run("fill", { only: holes.group(id) });
     });
     run.className = "first";
     run.disabled = Boolean(this.app.steps.job) || holes.doing(id) === "open";
@@ -66,7 +66,7 @@ export class HoleCard {
     const { holes } = this.app, pair = [this.joins, id], bridges = holes.bridges();
     this.joins = null;
     const taken = pair.map((hole) => holes.doings.get(hole)).filter((doing) => bridges.has(doing)), bridge = taken[0] ?? holes.freeBridge();
-    const joined = [...new Set([...pair, ...taken.flatMap((name) => bridges.get(name))])].sort((a, b) => a - b);
+    const joined = [...new Set([...pair.flatMap((hole) => holes.group(hole)), ...taken.flatMap((name) => bridges.get(name))])].sort((a, b) => a - b);
     holes.put(joined.map((hole) => [hole, bridge]));
     holes.changed();
     this.app.say(tr("joined_now", { ids: joined.join(" + ") }));

@@ -2,7 +2,7 @@
 
 import { frame, minus } from "../../report/viewer/camera.js";
 import { all, digits, directionTo, find, numberIn } from "../../report/viewer/controls.js";
-import { outcomeWords, tr } from "./strings.js";
+import { counts, outcomeWords, tr } from "./strings.js";
 import { isInside } from "./paint.js";
 import { rimHoles } from "./display.js";
 
@@ -16,6 +16,7 @@ export class Holes {
   constructor(app) {
     this.app = app;
     this.list = [];
+    this.joined = new Map();
     this.doings = new Map();
     /** The hole that was chosen last, and all chosen holes. */
     this.chosen = null;
@@ -26,7 +27,7 @@ export class Holes {
     this.sort = { by: "id", falls: false };
     for (const query of ["#wider", "#narrower"]) find(query).addEventListener("input", () => this.filter());
     find("#set-all").addEventListener("change", () => {
-      this.put(this.listed().map(({ id }) => [id, find("#set-all").value]));
+      this.put(this.listed().flatMap(({ id }) => this.group(id)).map((id) => [id, find("#set-all").value]));
       find("#set-all").value = "";
       this.changed();
     });
@@ -61,6 +62,7 @@ export class Holes {
   update({ holes, choices, number_shifts: shifts }, fresh) {
     const same = !fresh && holes.length === this.list.length;
     this.list = holes;
+    this.joined = new Map(holes.map(({ id, joined }) => [id, joined]));
     this.shifts = shifts;
     if (same) return;
     if (fresh) this.doings = new Map(holes.map((hole) => [hole.id, choices[hole.id] ?? (hole.stays_open ? "open" : "fill")]));
@@ -72,8 +74,26 @@ export class Holes {
     this.filter();
   }
 
+  /** A hole and those that it is joined with, ascending: they are one row, chosen and treated as one. */
+  group(id) {
+    const joined = this.joined.get(id) ?? [];
+    return joined.length ? [id, ...joined].sort((a, b) => a - b) : [id];
+  }
+
+  /** The holes that are filled if the chosen ones are, ascending: with all of their bridges. */
+  filled() {
+    const bridges = this.bridges(), ids = [...this.picked].flatMap((id) => [id, ...bridges.get(this.doings.get(id)) ?? []]);
+    return [...new Set(ids)].sort((a, b) => a - b);
+  }
+
+  /** The name of the chosen holes if they are filled as one, else their number. */
+  chosenName() {
+    const ids = this.filled(), together = this.bridges().get(this.doings.get(this.chosen)) ?? this.group(this.chosen);
+    return ids.length === together.length ? tr("hole_within", { id: ids.join(" + ") }) : counts("hole", ids.length);
+  }
+
   nameOf(hole) {
-    return tr(this.isBorder(hole) ? "border_name" : "hole_name", { id: hole.id });
+    return tr(this.isBorder(hole) ? "border_name" : "hole_name", { id: this.group(hole.id).join(" + ") });
   }
 
   /** The number of a hole in the input file, if it is another one. */
@@ -86,7 +106,7 @@ export class Holes {
     return Boolean(hole.outer_boundary);
   }
 
-  /** The holes that pass the size filter, in the order of the list. */
+  /** The holes that pass the size filter, in the order of the list; of joined ones the first. */
   listed() {
     const bound = (query, none) => {
       const text = find(query).value.trim(), value = numberIn(text), right = !text || Number.isFinite(value) && value >= 0;
@@ -96,7 +116,7 @@ export class Holes {
     const low = bound("#wider", 0), high = bound("#narrower", Infinity), { by, falls } = this.sort, sign = falls ? -1 : 1;
     const key = (hole) => by === "doing" ? this.doing(hole.id) : hole[by];
     const order = (a, b) => key(a) < key(b) ? -sign : key(a) > key(b) ? sign : a.id - b.id;
-    return this.list.filter((hole) => hole.diameter >= low && hole.diameter <= high).sort(order);
+    return this.list.filter((hole) => hole.diameter >= low && hole.diameter <= high && this.group(hole.id)[0] === hole.id).sort(order);
   }
 
   /** Sorts by a column; a second call reverses the order. */
@@ -127,9 +147,10 @@ export class Holes {
     button.dataset.hole = hole.id;
     button.tabIndex = -1;
     button.append(part("name", hole.id), part("size", digits(hole.diameter)), part("edges", hole.edges));
-    if (hole.joined.length) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: ` + ${hole.joined.join(" + ")}` }));
-    const was = this.numberBefore(hole.id);
-    if (was) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("was_number", { was }) }));
+    const was = this.numberBefore(hole.id), { joined } = hole;
+    // Several numbers have no room.
+    if (joined.length) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: joined.length > 1 ? ` × ${joined.length + 1}` : ` + ${joined[0]}` }));
+    else if (was) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("was_number", { was }) }));
     // A border that is joined is filled with its partner.
     if (this.isBorder(hole) && !hole.joined.length) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("border_short") }));
     button.title = hole.outcome ? `${name}: ${outcomeWords(hole)}` : tr("row_title", { name, height: digits(hole.height, hole.diameter) + this.app.unit() });
@@ -179,7 +200,7 @@ export class Holes {
 
   /** Sets the action for a hole; if the hole is chosen, for all chosen holes. */
   set(id, doing) {
-    const ids = this.picked.has(id) ? [...this.picked] : [id];
+    const ids = this.picked.has(id) ? [...this.picked] : this.group(id);
     this.put(ids.map((one) => [one, doing]));
     this.changed();
     if (id === this.chosen) this.tell(this.list.find((hole) => hole.id === id));
@@ -188,7 +209,7 @@ export class Holes {
   /** Shows size and action of a hole in the message line. */
   tell({ id, diameter, height }) {
     const unit = this.app.unit();
-    this.app.say(tr("hole_summary", { id, diameter: digits(diameter) + unit, height: digits(height, diameter) + unit, doing: doingName(this.doing(id)) }));
+    this.app.say(tr("hole_summary", { id: this.group(id).join(" + "), diameter: digits(diameter) + unit, height: digits(height, diameter) + unit, doing: doingName(this.doing(id)) }));
   }
 
   /** Adds a hole to the last bridge, or to a first one if there is none. */
@@ -220,7 +241,7 @@ export class Holes {
     find("#fill-all").disabled = Boolean(this.app.steps.job) || !this.canFill();
     const { size } = this.picked;
     find("#fill-chosen").disabled = !size;
-    find("#fill-chosen").textContent = size > 1 ? tr("fill_these", { count: size }) : size ? tr("fill_hole", { id: this.chosen }) : tr("fill_this");
+    find("#fill-chosen").textContent = size ? tr("fill_chosen", { what: this.chosenName() }) : tr("fill_this");
     this.app.display.rims();
     this.app.steps.describe();
   }
@@ -299,15 +320,14 @@ export class Holes {
   }
 
   /** Chooses a hole and moves the view there. `adds` adds it to the chosen ones, `range` all holes of the list from the last one to it. */
-  choose(id, flies = true, { adds = false, range = false } = {}) {
-    const hole = this.list.find((h) => h.id === id), { viewer } = this.app, mesh = viewer.sides.after?.mesh, last = this.chosen;
+  choose(any, flies = true, { adds = false, range = false } = {}) {
+    const group = this.group(any), [id] = group, hole = this.list.find((h) => h.id === id), { viewer } = this.app, mesh = viewer.sides.after?.mesh, last = this.chosen;
     const ids = this.listed().map((h) => h.id), [from, to] = [ids.indexOf(last), ids.indexOf(id)].sort((a, b) => a - b);
-    const takesAway = adds && this.picked.has(id) && this.picked.size > 1;
+    const takesAway = adds && this.picked.has(id) && this.picked.size > group.length;
     if (!adds && !range) this.picked.clear();
-    if (range && hole && from >= 0) for (const one of ids.slice(from, to + 1)) this.picked.add(one);
-    else if (takesAway) this.picked.delete(id);
-    else if (hole) this.picked.add(id);
-    this.chosen = takesAway ? [...this.picked].pop() : hole ? id : null;
+    if (range && hole && from >= 0) for (const one of ids.slice(from, to + 1).flatMap((row) => this.group(row))) this.picked.add(one);
+    else for (const one of group) if (takesAway) this.picked.delete(one); else if (hole) this.picked.add(one);
+    this.chosen = takesAway ? this.group([...this.picked].pop())[0] : hole ? id : null;
     find(`#holes li[data-hole="${this.chosen}"]`)?.scrollIntoView({ block: "nearest" });
     const rim = mesh && this.chosen !== null ? mesh.rimIds.indexOf(this.chosen) : -1;
     viewer.selected = { region: 0, rim, mesh };
@@ -335,7 +355,7 @@ export class Holes {
     if (id === this.over) return;
     this.over = id;
     for (const row of all("#holes li.over")) row.classList.remove("over");
-    find(`#holes li[data-hole="${id}"]`)?.classList.add("over");
+    find(`#holes li[data-hole="${this.group(id)[0]}"]`)?.classList.add("over");
     this.drawOver();
   }
 

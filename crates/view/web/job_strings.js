@@ -57,6 +57,7 @@ export const JOB_WORDS = {
   open_holes: ["open: {holes}", "offen: {holes}"],
   doubtful: ["the repair has changed the shape", "die Reparatur hat die Form verändert"],
   doubtful_shape: ["Closed, but of doubtful shape.", "Geschlossen, aber von zweifelhafter Form."],
+  thinner_walls: ["walls thinner than {wall}: {faces}", "Wände dünner als {wall}: {faces}"],
   thin_somewhere: ["walls of {least}", "Wände von {least}"],
   defects: ["Defects", "Fehler"],
   // Opening.

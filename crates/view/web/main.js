@@ -122,7 +122,7 @@ class App {
     const state = known || await this.model.fetchState(), { current } = this.model, fresh = this.seen !== state.current;
     this.seen = state.current;
     find("#title").textContent = find("#title").title = state.file.name;
-    document.title = `${state.file.name} – isomend view`;
+    document.title = `${state.unsaved ? "● " : ""}${state.file.name} – isomend view`;
     document.documentElement.toggleAttribute("data-unsaved", Boolean(state.unsaved));
     find("#subtitle").textContent = `${counts("face", current.faces)}, ${counts("hole", state.holes.length)}${state.unsaved ? ` · ${tr("not_saved")}` : ""} · isomend ${state.program.version}`;
     if (fresh) this.steps.against = false;
@@ -294,7 +294,10 @@ function useOpener(app) {
   find("#open-button").addEventListener("click", show);
   find("#opener-close").addEventListener("click", () => dialog.close());
   useDrop((files) => {
-    if (files.length === 1 && /\.(txt|json|faces)$/i.test(files[0].name)) return app.masks.takeFile(files[0]);
+    if (files.length === 1 && /\.(txt|json|faces)$/i.test(files[0].name)) {
+      dialog.close();
+      return app.masks.takeFile(files[0]);
+    }
     show();
     return app.opener.send(files);
   });

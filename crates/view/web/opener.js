@@ -24,7 +24,7 @@ export class Opener {
     const label = Object.assign(part("label", tr("drop_or_choose")), { className: "chooser" });
     this.chooser = Object.assign(part("input"), { type: "file", id: "choose-file", multiple: true });
     label.append(this.chooser);
-    box.append(this.filter, this.trouble, this.said, this.recentHead, this.recent, this.folderHead, this.list, label);
+    box.append(label, this.filter, this.trouble, this.said, this.recentHead, this.recent, this.folderHead, this.list);
     this.filter.addEventListener("input", () => this.put());
     this.filter.addEventListener("keydown", (event) => event.key === "Enter" && this.open(this.matched()));
     this.chooser.addEventListener("change", () => {

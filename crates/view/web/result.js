@@ -1,6 +1,7 @@
 // The card with the result of the last step: a line, three numbers, and a list of what became of each hole.
 
-import { digits, find, rising } from "../../report/viewer/controls.js";
+import { frame, minus } from "../../report/viewer/camera.js";
+import { digits, find, newButton, rising } from "../../report/viewer/controls.js";
 import { counterpartLine } from "./like.js";
 import { counts, outcomeWords, tr, whole } from "./strings.js";
 import { putNumbers, worse } from "./verdict.js";
@@ -47,21 +48,28 @@ export class Result {
       this.closed.add(app.model.state.current);
       this.update();
     });
+    find("#result-open").addEventListener("click", () => {
+      this.closed.delete(app.model.state.current);
+      this.update();
+    });
   }
 
   /** Shows the result of the step that made the current mesh, unless it was closed. */
   async update() {
     const { current } = this.app.model, { report, standing } = current, number = ++this.updates;
-    find("#result").hidden = !report || this.closed.has(current.id) || this.app.steps.previews.length > 0;
+    const waits = !report || this.app.steps.previews.length > 0, isClosed = this.closed.has(current.id);
+    find("#result").hidden = waits || isClosed;
+    find("#result-open").hidden = waits || !isClosed;
     if (!report) return;
-    this.put(standing, stepLine(report), report, null);
+    const level = report.open_chains?.length && report.command !== "repair" ? "bad" : standing;
+    this.put(level, stepLine(report), report, null);
     this.list(report);
     if (find("#result").hidden) return;
     const found = await this.app.verdict.of(current.id).catch(() => null);
     if (!found || number !== this.updates || this.app.model.current.id !== current.id) return;
     // Of a repair only the mesh that it made is judged, as in the terminal.
     const { level: judged, line } = this.app.verdict.judged(found), isRepair = report.command === "repair", isWhole = found.closed || isRepair;
-    this.put(isRepair ? judged : isWhole ? worse(standing, judged) : standing, isWhole ? `${stepLine(report)} ${line}` : stepLine(report), report, found);
+    this.put(isRepair ? judged : isWhole ? worse(level, judged) : level, isWhole ? `${stepLine(report)} ${line}` : stepLine(report), report, found);
   }
 
   put(level, line, report, found) {
@@ -75,16 +83,24 @@ export class Result {
     ]);
   }
 
+  /** Moves the view to the place of a hole of the step. */
+  show({ centre, normal, diameter }) {
+    const { viewer, views } = this.app, mesh = this.app.shown();
+    if (!mesh) return;
+    viewer.fly({ centre: minus(centre, mesh.centre), axes: frame(normal, views.up()), reach: Math.max(0.85 * diameter, 1e-4 * viewer.camera.radius) });
+  }
+
   /** Lists what became of each hole, those that are open first, with the expected error in the colour of the map; then the notes of the step. */
   list(report) {
-    const errors = new Map((report.invented?.patches || []).flatMap(({ holes, expected_error: e }) => holes.map((id) => [id, e?.largest])));
+    const patches = report.invented?.patches || [], errors = new Map(patches.flatMap(({ holes, expected_error: e }) => holes.map((id) => [id, e?.largest])));
+    // The rims of one patch are one row.
+    const shared = new Map(patches.filter(({ holes }) => holes.length > 1).flatMap(({ holes }) => holes.map((id) => [id, holes])));
     const rank = { open: 0, closed: 1, left: 2 }, concerned = (report.holes || []).filter((hole) => !ON_REGION.includes(report.command) || hole.outcome !== "left");
-    const holes = concerned.sort((a, b) => rank[a.outcome] - rank[b.outcome] || a.id - b.id);
+    const holes = concerned.filter(({ id }) => !shared.has(id) || shared.get(id)[0] === id).sort((a, b) => rank[a.outcome] - rank[b.outcome] || a.id - b.id);
     const list = document.createElement("ul"), high = this.app.model.state.error_high || 1;
     list.append(...holes.slice(0, LISTED).map((hole) => {
-      const item = document.createElement("li"), how = document.createElement("span"), right = document.createElement("span"), error = errors.get(hole.id);
+      const item = document.createElement("li"), how = newButton(outcomeWords(hole), () => this.show(hole), { className: "link" }), right = document.createElement("span"), error = errors.get(hole.id);
       item.className = hole.outcome;
-      how.textContent = outcomeWords(hole);
       right.className = "of-error";
       if (Number.isFinite(error)) {
         const swatch = Object.assign(document.createElement("i"), { className: "swatch" });
@@ -92,7 +108,7 @@ export class Result {
         right.append(swatch, this.app.verdict.error(error));
       }
       // After a cut the holes have other numbers than on the page: its patches are counted.
-      item.append(Object.assign(document.createElement("b"), { textContent: ON_REGION.includes(report.command) ? hole.region || "–" : hole.id }), how, right);
+      item.append(Object.assign(document.createElement("b"), { textContent: ON_REGION.includes(report.command) ? hole.region || "–" : (shared.get(hole.id) ?? [hole.id]).join(" + ") }), how, right);
       return item;
     }));
     const after = Object.assign(document.createElement("p"), { className: "hint", textContent: counterpartLine(report) });

@@ -7,7 +7,7 @@ import { askJson } from "./net.js";
 import { formsIn } from "./fields.js";
 import { Presets } from "./presets.js";
 import { stepLine } from "./result.js";
-import { counts, has, tr } from "./strings.js";
+import { counts, has, language, tr } from "./strings.js";
 
 /** Completed fraction of a run from which on the remaining time is shown. */
 const MIN_SHARE = 0.04;
@@ -81,7 +81,7 @@ export class Steps {
     if (kind === "repair") this.app.bottom.show();
     find("#preview").disabled = !this.canPreview();
     const on = {
-      fill: !holes.canFill() ? holes.text() : only ? tr("preview_only", { what: only.length > 1 ? counts("hole", only.length) : tr("hole_name", { id: only[0] }) }) : "", restore: marked ? "" : tr("mark_first"), fair: marked ? "" : tr("on_surface"),
+      fill: !holes.canFill() ? holes.text() : only ? tr("preview_only", { what: holes.chosenName() }) : "", restore: marked ? "" : tr("mark_first"), fair: marked ? "" : tr("on_surface"),
       repair: holes.caps().length ? tr("on_mesh_flat", { ids: holes.caps().join(", ") }) : "",
     };
     const which = kind === "fill" || kind === "repair" ? this.holesOf(kind) : marked ? ["--faces mask.txt"] : [];
@@ -188,7 +188,7 @@ export class Steps {
     const { since, share, moved } = this.job, now = Date.now() / 1000, gone = Math.max(0, now - since);
     // A run that makes no progress for a time is not about to end.
     const left = Math.max(gone * (1 - share) / share, now - moved);
-    const rest = share > MIN_SHARE && gone > 2 ? tr("time_left", { time: clock(left) }) : "";
+    const rest = share > MIN_SHARE && gone > 2 && left >= 1 ? tr("time_left", { time: clock(left) }) : "";
     find("#job-time").textContent = clock(gone) + rest;
   }
 
@@ -253,7 +253,9 @@ export class Steps {
     if (hole && stage === "ended") this.regions.delete(hole);
     else if (hole) this.regions.set(hole, share ?? this.regions.get(hole));
     const ended = regions ? tr("regions_done", { done: region ?? 0, all: counts("region", regions) }) : "";
-    find("#job-line").textContent = [ended, line].filter(Boolean).join("; ");
+    // The program's line is in English.
+    const own = language() === "en" ? line : "";
+    find("#job-line").textContent = [ended, own].filter(Boolean).join("; ");
     const parts = [...this.regions.values()].reduce((sum, part) => sum + (part || 0), 0), total = regions ? ((region ?? 0) + parts) / regions : share;
     if (Number.isFinite(total)) {
       if (total > this.job.share) this.job.moved = Date.now() / 1000;

@@ -6,6 +6,7 @@ import { DELIVER_WORDS } from "./deliver_strings.js";
 import { CAUSES, JOB_WORDS } from "./job_strings.js";
 import { LIKE_WORDS } from "./like_strings.js";
 import { PAINT_WORDS } from "./paint_strings.js";
+import { PARAMETER_WORDS } from "./parameter_strings.js";
 import { PRINT_WORDS } from "./print_strings.js";
 import { keep, kept } from "./settings.js";
 
@@ -131,6 +132,7 @@ const WORDS = {
   doing_flat: ["close flat", "flach schließen"],
   doing_bridge: ["bridge {number}", "Brücke {number}"],
   hole_name: ["Hole {id}", "Loch {id}"],
+  hole_within: ["hole {id}", "Loch {id}"],
   border_name: ["Border {id}", "Rand {id}"],
   border_short: ["· border", "· Rand"],
   row_title: ["{name}, {height} high. Ctrl or Shift chooses several.", "{name}, {height} hoch. Strg oder Umschalt wählt mehrere."],
@@ -143,8 +145,7 @@ const WORDS = {
   no_holes: ["The mesh has no holes.", "Das Netz hat keine Löcher."],
   fill: ["Fill", "Füllen"],
   fill_this: ["Only this hole", "Nur dieses"],
-  fill_hole: ["Only hole {id}", "Nur Loch {id}"],
-  fill_these: ["Only these {count}", "Nur diese {count}"],
+  fill_chosen: ["Only {what}", "Nur {what}"],
   bridge_alone: ["{bridge} has one hole only, {id}: a bridge joins two or more", "{bridge} hat nur ein Loch, {id}: eine Brücke verbindet zwei oder mehr"],
   nothing_to_fill: ["There are no holes to fill.", "Es gibt keine Löcher zu füllen."],
   all_stay_open: ["Every hole is to stay open: set one to be filled.", "Alle Löcher bleiben offen: eines auf „füllen“ stellen."],
@@ -166,7 +167,7 @@ const WORDS = {
   kind_non_manifold_edge: ["non-manifold edges", "nicht mannigfaltige Kanten"],
   kind_non_manifold_vertex: ["non-manifold vertices", "nicht mannigfaltige Ecken"],
   kind_misoriented: ["misoriented edges", "Kanten mit widersprüchlicher Orientierung"],
-  kind_inside_out: ["components inside out", "umgestülpte Komponenten"],
+  kind_inside_out: ["components inside out", "umgestülpte Stücke"],
   kind_degenerate: ["degenerate faces", "entartete Flächen"],
   kind_duplicate: ["duplicate faces", "doppelte Flächen"],
   kind_self_intersection: ["self-intersections", "Selbstdurchdringungen"],
@@ -203,7 +204,7 @@ const WORDS = {
   preset_sound: ["Repair defects", "Fehler beheben"],
   preset_sound_hint: ["Holes, self-intersections, orientation; outer borders of open sheets stay open.", "Löcher, Durchdringungen, Orientierung; äußere Ränder offener Flächen bleiben offen."],
   preset_print: ["Make printable", "Druckbar machen"],
-  preset_print_hint: ["Like Repair defects, but outer borders are closed too, and components hidden inside are removed.", "Wie Fehler beheben, aber auch äußere Ränder werden geschlossen und Komponenten im Inneren entfernt."],
+  preset_print_hint: ["Like Repair defects, but outer borders are closed too, and components hidden inside are removed.", "Wie Fehler beheben, aber auch äußere Ränder werden geschlossen und Stücke im Inneren entfernt."],
   preset_solid: ["Make it solid", "Massiv machen"],
   preset_solid_hint: ["For generated meshes with an outer and an inner skin: the inner one is removed, pinholes are closed.", "Für erzeugte Netze mit äußerer und innerer Haut: Die innere wird entfernt, Nadellöcher werden geschlossen."],
   preset_block: ["Terrain on a base", "Gelände auf Sockel"],
@@ -222,48 +223,6 @@ const WORDS = {
   fair_all: ["Nothing is marked any more: smooth the whole surface?", "Nichts ist mehr markiert: die ganze Oberfläche glätten?"],
   exclude: ["{a} and {b} exclude each other", "{a} und {b} schließen sich aus"],
   must_be: ["{flag} must be {allowed}, or empty for the default", "{flag}: erlaubt ist {allowed}, oder leer für die Vorgabe"],
-  p_edge_ratio: ["Fineness of the new faces", "Feinheit der neuen Flächen"],
-  s_edge_ratio: ["Length of new edges relative to the surrounding ones: 0.5 is twice as fine.", "Länge neuer Kanten im Verhältnis zu denen ringsum: 0.5 ist doppelt so fein."],
-  p_max_diameter: ["Leave larger holes open", "Größere Löcher offen lassen"],
-  s_max_diameter: ["Holes wider than this stay open.", "Löcher, die breiter sind, bleiben offen."],
-  p_keep_shape: ["Share of the old shape to keep", "Von der alten Form bleibt"],
-  s_keep_shape: ["0 keeps nothing of it, 1 everything.", "0 behält nichts davon, 1 alles."],
-  p_strength: ["Smooth features narrower than", "Wegglätten, was schmaler ist als"],
-  s_strength: ["Features narrower than this length disappear.", "Merkmale, die schmaler sind, verschwinden."],
-  p_time: ["Flow time", "Flusszeit"],
-  p_voxel: ["Grid size", "Gitterweite"],
-  p_energy: ["Smoothness", "Glattheit"],
-  p_finish: ["Finish", "Nachbearbeitung"],
-  p_apart: ["Close each rim by itself", "Jeden Rand für sich schließen"],
-  s_apart: ["Both sides of a wall get a patch of their own, as for an implant.", "Beide Seiten einer Wand erhalten je einen Flicken, wie für ein Implantat."],
-  p_sharp: ["Sharp edges", "Scharfe Kanten"],
-  p_variant: ["Scheme", "Verfahren"],
-  p_time_step: ["Time step", "Zeitschritt"],
-  p_steps: ["Maximum number of steps", "Höchstzahl der Schritte"],
-  p_flat_base: ["Flat base with walls", "Flacher Sockel mit Wänden"],
-  s_flat_base: ["Straight walls down from the outer borders of open sheets.", "Gerade Wände von den äußeren Rändern offener Flächen nach unten."],
-  p_base_offset: ["Depth of the base", "Tiefe des Sockels"],
-  p_surface: ["Output", "Ergebnis"],
-  p_weld: ["Merge boundary vertices nearer than", "Randpunkte verbinden, näher als"],
-  p_debris: ["Remove small components", "Kleine Komponenten entfernen"],
-  s_debris: ["Components with less than this share of the largest one's area, from 0 to 1.", "Komponenten mit weniger als diesem Anteil der Fläche der größten, von 0 bis 1."],
-  p_drop_inside: ["Remove components inside others", "Komponenten im Inneren anderer entfernen"],
-  p_solid: ["Make double-skinned bodies solid", "Doppelwandige Körper massiv machen"],
-  p_skip_duplicates: ["Keep duplicates", "Doppelte behalten"],
-  p_skip_orientation: ["Keep the orientation", "Orientierung behalten"],
-  "p_skip_non-manifold": ["Keep non-manifold edges", "Nicht mannigfaltige Kanten behalten"],
-  p_skip_intersections: ["Keep self-intersections", "Durchdringungen behalten"],
-  p_drop_unused: ["Drop unused vertices", "Unbenutzte Punkte entfernen"],
-  p_skip_holes: ["Leave holes open", "Löcher offen lassen"],
-  p_close_borders: ["Close outer borders", "Äußere Ränder schließen"],
-  s_close_borders: ["Otherwise they stay open.", "Sonst bleiben sie offen."],
-  p_wall: ["Wall thickness", "Wanddicke"],
-  s_wall: ["For walls at outer borders that no flat cap closes.", "Für Wände an äußeren Rändern, die kein flacher Deckel schließt."],
-  p_min_wall: ["Minimum wall thickness", "Mindestwanddicke"],
-  "c_curvature-variation": ["even curvature", "gleichmäßige Krümmung"],
-  c_willmore: ["least bending", "geringste Biegung"],
-  u_strength: ["8 edges", "8 Kanten"],
-  u_edge_ratio: ["default", "Vorgabe"],
   // Runs.
   running: ["{what}", "{what}"],
   preview_of: ["Preview: {what}", "Vorschau: {what}"],
@@ -289,6 +248,7 @@ const WORDS = {
   one_preview: ["A preview: take it, drop it, or make another one with other parameters to compare.", "Eine Vorschau: übernehmen, verwerfen oder zum Vergleich eine weitere mit anderen Werten machen."],
   take: ["Take", "Übernehmen"],
   drop: ["Drop", "Verwerfen"],
+  result_open: ["Result of the step", "Ergebnis des Schritts"],
   report: ["report", "Bericht"],
   report_title: ["Opens in a new tab", "Öffnet einen neuen Tab; der Bericht ist auf Englisch"],
   // Measure.
@@ -418,10 +378,14 @@ const WORDS = {
   h_tools: ["turn, brush, smoothing brush, box, lasso, component, to creases, distance; erase", "drehen, Pinsel, Glättpinsel, Rechteck, Lasso, Stück, bis Kante, Abstand; löschen"],
   k_mask: ["[ ], G D V, H", "[ ], G D V, H"],
   h_mask: ["brush smaller and larger; grow, shrink, invert; hide the mask", "Pinsel kleiner und größer; Maske größer, kleiner, umkehren; ausblenden"],
+  k_save: ["Ctrl+S", "Strg+S"],
+  h_save: ["save", "sichern"],
+  k_right_click: ["right click", "Rechtsklick"],
+  h_right_click: ["the card of a hole", "die Karte eines Lochs"],
   k_undo: ["Ctrl+Z, Ctrl+Y", "Strg+Z, Strg+Y"],
   h_undo: ["undo and redo: strokes in Restore damage, else steps, as with the smoothing brush", "zurück und vor: Striche unter Schaden beheben, sonst Schritte, wie beim Glättpinsel"],
   k_esc: ["Esc", "Esc"],
-  h_esc: ["cancel an outline, a measurement or the run", "Umriss, Messung oder Lauf abbrechen"],
+  h_esc: ["close a card; cancel an outline, a measurement or the run", "eine Karte schließen; Umriss, Messung oder Lauf abbrechen"],
 };
 
 /** Nouns for counts: singular and plural, in English and in German. */
@@ -440,9 +404,9 @@ const COUNTED = {
 
 /** The help dialog: headings, each with rows of keys or gestures and their effect. */
 export const HELP = [
-  ["help_mouse", ["drag", "right", "wheel", "double", "click", "alt_click"]], ["help_touch", ["finger", "fingers", "tap"]],
+  ["help_mouse", ["drag", "right", "wheel", "double", "click", "right_click", "alt_click"]], ["help_touch", ["finger", "fingers", "tap"]],
   ["help_view", ["arrows", "enter", "views", "fit", "show", "surface"]], ["help_holes", ["holes", "list", "doing"]],
-  ["help_paint", ["tools", "mask"]], ["help_steps", ["undo", "esc"]],
+  ["help_paint", ["tools", "mask"]], ["help_steps", ["undo", "save", "esc"]],
 ].map(([heading, names]) => [heading, names.map((name) => ["k_" + name, name === "finger" ? "h_drag" : "h_" + name])]);
 
 const LANGUAGES = ["en", "de"];
@@ -457,7 +421,7 @@ export function setLanguage(name) {
   keep("language", language());
 }
 
-const wordsOf = (name) => WORDS[name] || JOB_WORDS[name] || DELIVER_WORDS[name] || LIKE_WORDS[name] || PAINT_WORDS[name] || PRINT_WORDS[name];
+const wordsOf = (name) => WORDS[name] || JOB_WORDS[name] || DELIVER_WORDS[name] || LIKE_WORDS[name] || PAINT_WORDS[name] || PARAMETER_WORDS[name] || PRINT_WORDS[name];
 
 export const has = (name) => Boolean(wordsOf(name));
 

@@ -93,12 +93,18 @@ export class Verdict {
     return this.length(Number(x.toPrecision(2)));
   }
 
+  /** A defect with its number; thin walls with the minimum. */
+  nameOf(kind, count) {
+    const wall = kind === "thin_wall" && this.wall();
+    return wall ? tr("thinner_walls", { wall: this.length(wall), faces: counts("face", count) }) : `${tr("kind_" + kind)}: ${whole(count)}`;
+  }
+
   /** The level of a check, and its line: `bad` only if there are defects; a mesh without any whose shape a repair has changed, or to which
    * a repair has given thin walls, is `fair`. */
   judged({ sound, holes, defects = [], debris, walls, doubt }) {
     const reasons = [];
     if (holes) reasons.push(tr("open_holes", { holes: counts("hole", holes) }));
-    for (const { kind, count } of defects) if (count && !(kind === "boundary_edge" && holes)) reasons.push(`${tr("kind_" + kind)}: ${whole(count)}`);
+    for (const { kind, count } of defects) if (count && !(kind === "boundary_edge" && holes)) reasons.push(this.nameOf(kind, count));
     if (doubt) reasons.push(tr("doubtful"));
     const wrong = defects.filter(({ kind }) => kind !== "thin_wall" || this.wall());
     if (!sound && !wrong.length && (doubt || defects.length)) return { level: "fair", line: tr("doubtful_shape") };

@@ -79,8 +79,8 @@ pub(super) fn choose(
     Ok((outcomes, chosen))
 }
 
-/// Groups the chosen holes into regions. The rims of one flat cap form a region, also if there are several. Holes of few edges and holes
-/// with flat caps or bases form regions of their own. Rims of small components join the hole around them, or are left open.
+/// Groups the chosen holes into regions. The rims of one flat cap form a region, also if there are several. Holes of few edges that no
+/// bridge names and holes with flat caps or bases form regions of their own. Rims of small components join the hole around them, or are left open.
 pub(super) fn groups(
     found: &Inspection,
     params: &FillParams,
@@ -91,7 +91,7 @@ pub(super) fn groups(
     let is_small = |h: usize| found.bounds_small_component(h);
     let is_alone = |h: usize| {
         let hole = &found.holes[h];
-        hole.edges <= FEW_EDGES.get() && !is_small(h)
+        hole.edges <= FEW_EDGES.get() && !is_small(h) && !params.bridges(&[hole.id])
             || params.is_flat(hole.id)
             || params.is_on_base(hole) && !is_small(h)
     };

@@ -281,6 +281,9 @@ fn attribute_rows(attributes: &Attributes) -> Vec<Value> {
 /// Cosine of the angle against the up axis within which the first hole is one in the top or in the bottom (37°).
 const UPRIGHT: f64 = 0.8;
 
+/// Length of the mean normal of a mesh above which it counts as a sheet that faces one way.
+const FACES_ONE_WAY: f64 = 0.3;
+
 /// The initial view: facing the first hole of the input file that is no outer border, or from a corner if there is none.
 fn scene(app: &App, state: &MeshState, first: &MeshState) -> Value {
     let [low, high] = state.bounds;
@@ -299,6 +302,10 @@ fn scene(app: &App, state: &MeshState, first: &MeshState) -> Value {
         Some(normal) if normal.dot(up) > -UPRIGHT => normal,
         _ => corner(0.4),
     };
+    // An open sheet is not shown from behind.
+    let net = first.mean_normal();
+    let is_behind = net.length() > FACES_ONE_WAY && towards.dot(net) < 0.0;
+    let towards = if is_behind { net } else { towards };
     json!({
         "centre": app.centre.to_array(),
         "radius": 0.5 * size.length(),
