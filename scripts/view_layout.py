@@ -9,7 +9,7 @@ TABS = ("holes", "paint", "print", "check", "measure", "history", "save")
 # The visible controls, with their boxes.
 SEEN = """(() => { const seen = (e) => e.checkVisibility({ visibilityProperty: true }) && e.getBoundingClientRect().width > 2;
   return [...document.querySelectorAll("header button, header select, #rail :is(button, select, label), #panel :is(button, select, summary, output), .compare label")]
-    .filter((e) => seen(e) && !e.closest("ol, #masks, #mender > details, .pane details, .hidden, #fields, label label, #presets, #gizmo")).map((e) => { const b = e.getBoundingClientRect();
+    .filter((e) => seen(e) && !e.closest("ol, #masks, #summary, #mender > details, .pane details, .hidden, #fields, label label, #presets, #gizmo")).map((e) => { const b = e.getBoundingClientRect();
       return [e.id || e.dataset.words || e.textContent.trim(), b.left, b.top, b.right, b.bottom, !!e.closest("label") && e.tagName !== "LABEL"]; }); })()"""
 # Elements other than lists whose content does not fit, so that they scroll.
 SCROLLS = """[...document.querySelectorAll("html, body, #rail, #panel, [role=tabpanel]")].filter((e) => e.checkVisibility() && !e.querySelector("details[open]") &&

@@ -87,8 +87,8 @@ def loaded_again(page, program, folder, mesh):
         kept = page.run("[document.querySelector('[id=\"fill--edge-ratio\"]').value, isomend.holes.chosen, isomend.tab, isomend.measure.unit, document.documentElement.dataset.theme]")
         page.expect(kept == ["0.7", chosen, "save", "mm", theme], f"a page that is loaded again has {kept}")
         # Another page with the same address, as another tab would open it.
-        page.run("(window.told = [], window.tab = new BroadcastChannel('isomend' + location.pathname), tab.onmessage = ({ data }) => told.push(data), tab.postMessage('opened'))")
-        page.until(f"told.includes('open') && {SAID}.includes('another tab')", "a page says that it is open in another tab")
+        page.run("(window.heard = [], window.tab = new BroadcastChannel('isomend' + location.pathname), tab.onmessage = ({ data }) => heard.push(data), tab.postMessage('opened'))")
+        page.until(f"heard.includes('open') && {SAID}.includes('another tab')", "a page says that it is open in another tab")
         later = Server(program, mesh, folder / "log_later.txt")
         try:
             page.start(later, forget=False, width=1280, height=800)

@@ -50,7 +50,8 @@ impl Defect {
     }
 }
 
-/// The centres of the groups of faces, edges or vertices connected by vertices, in the order of their first members.
+/// A place of each group of faces, edges or vertices connected by vertices, in the order of their first members: the mean of their
+/// centres, of faces the centre that is nearest to it, so that it lies on the surface.
 fn places<const N: usize>(mesh: &Mesh, items: &[[u32; N]]) -> Vec<DVec3> {
     let corners = (0..).zip(items).flat_map(|(i, item)| item.map(|v| (v, i)));
     let mut corners: Vec<(u32, u32)> = corners.collect();
@@ -59,14 +60,35 @@ fn places<const N: usize>(mesh: &Mesh, items: &[[u32; N]]) -> Vec<DVec3> {
     for pair in corners.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
         sets.join(pair[0].1, pair[1].1);
     }
+    let centre = |item: &[u32; N]| {
+        let all: DVec3 = item.iter().map(|v| mesh.positions[*v as usize]).sum();
+        all / N as f64
+    };
     let mut sums: Vec<(DVec3, f64)> = vec![(DVec3::ZERO, 0.0); items.len()];
     for (i, item) in (0..).zip(items) {
-        let all: DVec3 = item.iter().map(|v| mesh.positions[*v as usize]).sum();
         let sum = &mut sums[sets.find(i) as usize];
-        *sum = (sum.0 + all / N as f64, sum.1 + 1.0);
+        *sum = (sum.0 + centre(item), sum.1 + 1.0);
     }
-    let some = sums.into_iter().filter(|(_, count)| *count > 0.0);
-    some.map(|(sum, count)| sum / count).collect()
+    let means: Vec<DVec3> = sums.iter().map(|(sum, count)| sum / count).collect();
+    // The nearest centre of each group, and its distance.
+    let mut nearest: Vec<(DVec3, f64)> = vec![(DVec3::ZERO, f64::INFINITY); items.len()];
+    for (i, item) in (0..).zip(items) {
+        let group = sets.find(i) as usize;
+        let distance = centre(item).distance(means[group]);
+        if distance < nearest[group].1 {
+            nearest[group] = (centre(item), distance);
+        }
+    }
+    let groups = (0..items.len()).filter(|group| sums[*group].1 > 0.0);
+    groups
+        .map(|group| {
+            if N == 3 {
+                nearest[group].0
+            } else {
+                means[group]
+            }
+        })
+        .collect()
 }
 
 /// Defects visible from the connectivity: boundary edges, non-manifold edges and vertices, and edges whose faces disagree in

@@ -156,7 +156,8 @@ pub struct Defect {
     pub count: usize,
     /// The affected faces, ascending.
     pub faces: Vec<u32>,
-    /// Places: the centre of each connected group of these faces, in the order of their first faces.
+    /// A place of each connected group of these faces, in the order of their first faces: the mean of its edges or vertices, or the face
+    /// centre that is nearest to the mean.
     pub places: Vec<DVec3>,
 }
 
