@@ -126,6 +126,33 @@ def check_mask(page):
     page.expect(page.run("isomend.steps.job === null"), "a run begins although it was not wanted")
 
 
+def check_joined(page, number):
+    """Joined rims are one row, chosen, filled and kept open together."""
+    group, rows = page.run(f"isomend.holes.group({number})"), page.run("[...document.querySelectorAll('#holes li')].map((row) => Number(row.dataset.hole))")
+    page.expect(len(group) > 1 and [hole for hole in rows if hole in group] == [min(group)], f"the joined rims {group} are the rows {rows}")
+    page.run(f"isomend.holes.choose({number}, false)")
+    page.expect(page.run("isomend.holes.only()") == group, f"of the joined rims {group} these are chosen: {page.run('isomend.holes.only()')}")
+    page.expect(" + ".join(map(str, group)) in page.run("document.querySelector('#fill-chosen').textContent"), "the button names other holes than it fills")
+    page.run(f"isomend.holes.set({number}, 'open')")
+    page.expect(f"--keep-open {','.join(map(str, group))}" in page.run("isomend.holes.text()"), "joined rims are not kept open together: " + page.run("isomend.holes.text()"))
+    page.run(f"isomend.holes.set({number}, 'fill')")
+    page.run("isomend.holes.choose(null)")
+
+
+def check_card(page):
+    """The card of a step can be closed and opened again, and its rows lead to the holes."""
+    page.click_on("#result-close")
+    page.expect(page.run("document.querySelector('#result').hidden"), "the card is not closed")
+    page.click_on("#result-open")
+    page.expect(page.run("!document.querySelector('#result').hidden && document.querySelector('#result-open').hidden"), "a closed card is not opened again")
+    before = page.run("[...isomend.viewer.camera.centre]")
+    page.click_on("#outcome summary")
+    page.click_on("#summary .link")
+    page.settled()
+    page.expect(page.run("[...isomend.viewer.camera.centre]") != before, "a row of the card does not lead to its hole")
+    page.click_on("#outcome summary")
+
+
 def check_defaults(page, program, folder, mesh):
     """Filling with all defaults writes the bytes of `isomend fill`, which joins outer borders with the rims that they face."""
     mesh = shutil.copy(mesh, folder / "defaults.ply")
@@ -141,10 +168,12 @@ def check_defaults(page, program, folder, mesh):
             first = page.run(f"isomend.holes.group({number})[0]")
             row = page.run(f"document.querySelector('#holes li[data-hole=\"{first}\"]').textContent")
             page.expect("+" in row or "×" in row, f"the row of border {number} names no rim that it is joined with: {row!r}")
+        check_joined(page, joined[0])
         page.expect(page.run("isomend.holes.text()") == "--holes all", "the page proposes " + page.run("isomend.holes.text()"))
         page.click_on("#fill-all")
         page.until_done()
         page.reaches(1, "all holes are filled")
+        check_card(page)
         page.tab("save")
         page.fill_in("#save-path", by_page.name)
         page.click_on("#save")
