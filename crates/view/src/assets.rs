@@ -13,7 +13,7 @@ const START: &str = include_str!("../web/start.html");
 const OWN_STYLE: &str = include_str!("../web/page.css");
 /// The page's layout.
 const LAYOUT: &str = include_str!("../web/layout.css");
-const WORKER: &str = include_str!("../web/worker.js");
+const WORKER: Script = ("worker.js", include_str!("../web/worker.js"));
 /// The page's own modules, in no order: `main.js` imports what it needs.
 const OWN: [Script; 51] = [
     ("aspects.js", include_str!("../web/aspects.js")),
@@ -90,7 +90,10 @@ pub fn asset(name: &str) -> Option<(&'static str, String)> {
             [STYLE, OWN_STYLE, LAYOUT].join("\n"),
         ),
         "page.js" => ("text/javascript; charset=utf-8", SCRIPT.clone()),
-        "worker.js" => ("text/javascript; charset=utf-8", WORKER.to_owned()),
+        "worker.js" => (
+            "text/javascript; charset=utf-8",
+            bundle(WORKER.0, &[WORKER]),
+        ),
         _ => return None,
     };
     Some((kind, text))
@@ -114,5 +117,6 @@ mod tests {
         for main in ["main.js", "start.js"] {
             isomend_files::report::scripts::check(main, &super::OWN);
         }
+        isomend_files::report::scripts::check("worker.js", &[super::WORKER]);
     }
 }

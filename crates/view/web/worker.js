@@ -1,6 +1,7 @@
 // Worker that prepares a mesh: welds vertices at the same position, finds the faces round each, sorts the faces
 // along a space-filling curve, and makes a coarse version for a moving view. Also computes ambient occlusion.
-"use strict";
+
+import { bends, round } from "../../report/viewer/bends.js";
 
 /** Number of faces, about, of the coarse version of a large mesh. */
 const THIN = 40_000;
@@ -30,62 +31,6 @@ function welded(positions) {
     }
   }
   return first;
-}
-
-/** The faces round each vertex: entries starts[v] to starts[v + 1] of the list for vertex v. */
-function round(corners, count) {
-  const starts = new Uint32Array(count + 1);
-  for (let i = 0; i < corners.length; i++) starts[corners[i] + 1]++;
-  for (let v = 0; v < count; v++) starts[v + 1] += starts[v];
-  const next = starts.slice(), list = new Uint32Array(corners.length);
-  for (let i = 0; i < corners.length; i++) list[next[corners[i]]++] = i / 3 | 0;
-  return { starts, list };
-}
-
-/** Cosine of the angle between two faces from which on the edge or corner between them is drawn sharp (40°). */
-const SHARP = 0.766;
-
-/** A unit vector in octahedral encoding, with 16 bits for each of the two coordinates, as the shaders read it. */
-function folded(x, y, z) {
-  const size = Math.abs(x) + Math.abs(y) + Math.abs(z) || 1;
-  let u = x / size, v = y / size;
-  if (z < 0) [u, v] = [(1 - Math.abs(v)) * (u < 0 ? -1 : 1), (1 - Math.abs(u)) * (v < 0 ? -1 : 1)];
-  return Math.round((u + 1) * 32767.5) | Math.round((v + 1) * 32767.5) << 16;
-}
-
-/**
- * A normal for each corner: of the faces round its vertex that are at less than the sharp angle to its face, weighted by their areas. Null if
- * no edge is sharp and no vertices coincide: then one normal for each vertex is enough.
- */
-function bends(positions, corners, { starts, list }, isWelded) {
-  const normals = new Float32Array(corners.length), sizes = new Float32Array(corners.length / 3), found = new Uint32Array(corners.length);
-  for (let i = 0; i < corners.length; i += 3) {
-    const a = 3 * corners[i], b = 3 * corners[i + 1], c = 3 * corners[i + 2];
-    const ex = positions[b] - positions[a], ey = positions[b + 1] - positions[a + 1], ez = positions[b + 2] - positions[a + 2];
-    const gx = positions[c] - positions[a], gy = positions[c + 1] - positions[a + 1], gz = positions[c + 2] - positions[a + 2];
-    const x = ey * gz - ez * gy, y = ez * gx - ex * gz, z = ex * gy - ey * gx;
-    normals[i] = x;
-    normals[i + 1] = y;
-    normals[i + 2] = z;
-    sizes[i / 3] = Math.sqrt(x * x + y * y + z * z);
-  }
-  let sharp = 0;
-  for (let i = 0; i < corners.length; i++) {
-    const f = 3 * (i / 3 | 0), least = SHARP * sizes[f / 3], nx = normals[f], ny = normals[f + 1], nz = normals[f + 2];
-    let x = 0, y = 0, z = 0;
-    for (let at = starts[corners[i]]; at < starts[corners[i] + 1]; at++) {
-      const g = 3 * list[at];
-      if (nx * normals[g] + ny * normals[g + 1] + nz * normals[g + 2] < least * sizes[g / 3]) {
-        sharp++;
-        continue;
-      }
-      x += normals[g];
-      y += normals[g + 1];
-      z += normals[g + 2];
-    }
-    found[i] = folded(x, y, z);
-  }
-  return sharp || isWelded ? found : null;
 }
 
 /** Spreads ten bits, with two zeros between them, for a Morton code. */

@@ -7,8 +7,9 @@
 pub type Script = (&'static str, &'static str);
 
 /// The modules of the viewer, in any order.
-const VIEWER: [Script; 10] = [
+const VIEWER: [Script; 11] = [
     ("activity.js", include_str!("viewer/activity.js")),
+    ("bends.js", include_str!("viewer/bends.js")),
     ("camera.js", include_str!("viewer/camera.js")),
     ("controls.js", include_str!("viewer/controls.js")),
     ("geometry.js", include_str!("viewer/geometry.js")),

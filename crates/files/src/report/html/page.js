@@ -5,6 +5,7 @@ import { cross, frame, minus } from "../viewer/camera.js";
 import { Viewer } from "../viewer/viewer.js";
 import { Labels } from "../viewer/labels.js";
 import { Point } from "../viewer/point.js";
+import { bendsOfBoth } from "../viewer/bends.js";
 import { all, digits, directionTo, find, showScale, useArrows, usePointers, useTheme } from "../viewer/controls.js";
 
 const data = JSON.parse(find("#data").textContent);
@@ -191,6 +192,7 @@ async function begin() {
   const open = data.holes.map((hole) => hole.open ? 1 : 0), { rims } = mesh;
   viewer.setSide("before", { mesh, ranges: [mesh.parts.kept, mesh.parts.gone], rims, kinds: open, colours: ["bad"] });
   viewer.setSide("after", { mesh, ranges: [mesh.parts.kept, mesh.parts.new], rims, kinds: open, strength: 0.55 });
+  viewer.surfaces.get(mesh).setBends(bendsOfBoth(mesh));
   labels = new Labels(viewer, find("#labels"), data.holes, rims);
   labels.setPoints(data.ends.map((at, i) => ({ id: i + 1, at })));
   point = new Point(data.scene, (at) => labels.pin(at));
