@@ -463,6 +463,7 @@ fn each(tag: &BytesStart<'_>, mut take: impl FnMut(&str, &str)) -> Result<(), St
 
 /// A part name in the form used for comparison: lower case, without a leading slash.
 pub(super) fn part_name(name: &str) -> String {
+    let name = name.replace('\\', "/");
     name.trim_start_matches('/').to_ascii_lowercase()
 }
 
