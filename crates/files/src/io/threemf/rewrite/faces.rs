@@ -188,7 +188,8 @@ impl<'a> PlacedObject<'a> {
         is_used.contains(&false)
     }
 
-    /// Adds to ranges of heights those of its triangles in the build, in the file and in the mesh.
+    /// Extends ranges of heights in the build by its triangles: the first range by the triangles of the file, the second by its faces in
+    /// the mesh.
     pub(super) fn add_heights(&self, [before, after]: &mut [[f64; 2]; 2]) {
         let add = |[low, high]: &mut [f64; 2], z: f64| {
             (*low, *high) = (low.min(z), high.max(z));
