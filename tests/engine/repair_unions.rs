@@ -298,3 +298,60 @@ fn faces_that_a_union_keeps_stay_in_their_order() {
     assert!(kept.len() > 100);
     assert!(kept.is_sorted(), "faces that stay have changed their order");
 }
+
+#[test]
+fn faces_turned_the_wrong_way_on_bodies_that_are_united_keep_their_origin() {
+    let body = joined(&cube(4), &moved(&sphere(4), 1.3, DVec3::splat(4.0)));
+    let intended = repair(
+        &body,
+        &RepairParams::default(),
+        &Carried::default(),
+        &Control::new(),
+    )
+    .unwrap();
+    // Faces of the cube far from the ball, next to each other and apart.
+    let is_far = |f: &usize| {
+        let centre = body.faces[*f].map(|v| body.positions[v as usize]);
+        centre
+            .iter()
+            .all(|p| p.max_element() <= 4.0 && p.min_element() <= 1.0)
+    };
+    let far: Vec<usize> = (0..body.faces.len()).filter(is_far).collect();
+    for wrong in [
+        vec![far[0]],
+        vec![far[0], far[9], far[20]],
+        vec![far[2], far[3]],
+    ] {
+        let mut mesh = body.clone();
+        wrong.iter().for_each(|f| mesh.faces[*f].swap(1, 2));
+        let done = repair(
+            &mesh,
+            &RepairParams::default(),
+            &Carried::default(),
+            &Control::new(),
+        )
+        .unwrap();
+        let steps = &done.report.steps;
+        assert!(steps.united_bodies >= 2);
+        assert_eq!(
+            [steps.closing_faces, steps.reoriented_faces],
+            [0, wrong.len()]
+        );
+        assert!((volume(&done.mesh) / volume(&intended.mesh) - 1.0).abs() < 1e-12);
+        // All faces come from the input, and the wrong ones are there, turned.
+        assert_eq!(done.origins.faces.len(), done.mesh.faces.len());
+        for f in &wrong {
+            let own = done.origins.faces.iter().zip(&done.mesh.faces);
+            let own: Vec<_> = own.filter(|(o, _)| o.face as usize == *f).collect();
+            let [(origin, face)] = own[..] else {
+                panic!("{f}: {own:?}");
+            };
+            let before = mesh.faces[*f].map(|v| mesh.positions[v as usize]);
+            let now = face.map(|v| done.mesh.positions[v as usize]);
+            assert_eq!(now, origin.corners.map(|k| before[usize::from(k)]));
+            let [a, b, c] = origin.corners;
+            assert!([[0, 2, 1], [2, 1, 0], [1, 0, 2]].contains(&[a, b, c]));
+        }
+        assert_eq!(done.report.lost_faces, intended.report.lost_faces);
+    }
+}

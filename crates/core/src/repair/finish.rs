@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::draft::KeepVertices;
-use super::{Carried, Repaired, Run, report, shell_walls};
+use super::{Carried, Repaired, Run, report, shell_walls, turned};
 use crate::mend::FillError;
 use crate::mesh::topology::NONE;
 
@@ -20,6 +20,7 @@ impl Run<'_> {
         for &region in self.draft.region.iter().filter(|r| **r != NONE) {
             self.report.fill.regions[region as usize].new_faces += 1;
         }
+        turned::recognise(&mut self.draft, self.input, &mut self.report.steps);
         let mut places = shell_walls::places(&self.draft, &self.report.walls);
         let done = self.draft.finish(self.input, &keep, carried.in_place);
         let mut report = self.report;

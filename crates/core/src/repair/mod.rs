@@ -41,6 +41,7 @@ mod shell_vertex;
 mod shell_walls;
 mod solid;
 mod steps;
+mod turned;
 mod twins;
 mod union;
 mod widen;

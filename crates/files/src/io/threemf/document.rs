@@ -87,6 +87,11 @@ pub(super) struct PlacedPart {
 }
 
 impl Placement {
+    /// The name of the model part that contains its object, and the object's number there.
+    pub(super) fn key(&self) -> (&str, u32) {
+        (&self.model, self.object)
+    }
+
     /// The index of the part of a face, counted from the first of the object; the number of parts if it belongs to none.
     pub(super) fn part_of(&self, face: usize) -> usize {
         // The ranges of the parts are sorted and disjoint.

@@ -461,8 +461,9 @@ fn each(tag: &BytesStart<'_>, mut take: impl FnMut(&str, &str)) -> Result<(), St
     Ok(())
 }
 
-/// A part name in the form used for comparison: lower case, without a leading slash.
+/// A part name in the form used for comparison: lower case, slashes for backslashes, none in front.
 pub(super) fn part_name(name: &str) -> String {
+    let name = name.replace('\\', "/");
     name.trim_start_matches('/').to_ascii_lowercase()
 }
 

@@ -16,6 +16,9 @@ pub(super) type Recounts = BTreeMap<(String, u32), Recount>;
 /// The components of the objects of the main model: model part and number of each.
 pub(super) type Components = BTreeMap<u32, Vec<(String, u32)>>;
 
+/// The kind of the parts that the number of faces of a whole object counts. A part without a kind is one of them.
+const COUNTED_PART: &str = "normal_part";
+
 /// A file of a slicer that is being corrected.
 pub(super) struct Config<'a> {
     pub(super) text: &'a str,
@@ -23,6 +26,8 @@ pub(super) struct Config<'a> {
     pub(super) main: &'a str,
     pub(super) recounts: &'a Recounts,
     pub(super) components: &'a Components,
+    /// The parts of each object that the object's number of faces counts.
+    pub(super) counted: BTreeMap<u32, Vec<u32>>,
 }
 
 /// What was corrected.
@@ -34,6 +39,12 @@ pub(super) struct Corrected {
 }
 
 impl Config<'_> {
+    /// What became of a part of an object, if its mesh changed.
+    fn part(&self, object: u32, part: u32) -> Option<&Recount> {
+        let mut components = self.components.get(&object)?.iter();
+        self.recounts.get(components.find(|(_, id)| *id == part)?)
+    }
+
     /// Corrects ranges of volumes (PrusaSlicer, SuperSlicer) and numbers of faces (Bambu Studio, OrcaSlicer).
     pub(super) fn corrected(&self) -> Corrected {
         let mut done = Corrected {
@@ -114,19 +125,18 @@ impl Config<'_> {
                 }
             }
             "mesh_stat" => {
-                let components = object.and_then(|id| self.components.get(&id));
-                let own = components.and_then(|all| all.iter().find(|(_, id)| Some(*id) == part));
-                if let Some(recount) = own.and_then(|own| self.recounts.get(own)) {
+                if let (Some(object), Some(part)) = (object, part)
+                    && let Some(recount) = self.part(object, part)
+                {
                     self.set(tag, "face_count", recount.triangles[1], edits);
                 }
             }
             "metadata" if part.is_none() => {
-                let Some(old) = number(tag, "face_count") else {
+                let (Some(old), Some(object)) = (number(tag, "face_count"), object) else {
                     return;
                 };
-                let components = object.and_then(|id| self.components.get(&id));
-                let recounts = components.into_iter().flatten();
-                let recounts = recounts.filter_map(|own| self.recounts.get(own));
+                let parts = self.counted.get(&object).into_iter().flatten();
+                let recounts = parts.filter_map(|part| self.part(object, *part));
                 let mut new = old as usize;
                 for Recount { triangles, .. } in recounts {
                     new = (new + triangles[1]).saturating_sub(triangles[0]);
@@ -145,4 +155,30 @@ impl Config<'_> {
             edits.replace(range, value);
         }
     }
+}
+
+/// The parts of each object that the object's number of faces counts, by their numbers.
+pub(super) fn counted_parts(text: &str) -> BTreeMap<u32, Vec<u32>> {
+    let mut counted: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    let mut reader = quick_xml::Reader::from_str(text);
+    let mut object = None;
+    while let Ok(event) = reader.read_event() {
+        match event {
+            Event::Eof => break,
+            Event::Start(tag) | Event::Empty(tag) => match tag.name().as_ref() {
+                "object" => object = number(&tag, "id"),
+                "part" => {
+                    let subtype = tag.try_get_attribute("subtype").ok().flatten();
+                    let is_counted = subtype.is_none_or(|own| own.value == COUNTED_PART);
+                    let part = number(&tag, "id").filter(|_| is_counted);
+                    if let (Some(object), Some(part)) = (object, part) {
+                        counted.entry(object).or_default().push(part);
+                    }
+                }
+                _ => {}
+            },
+            _ => {}
+        }
+    }
+    counted
 }

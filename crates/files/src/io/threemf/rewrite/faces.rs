@@ -119,6 +119,10 @@ pub(super) struct PlacedObject<'a> {
     pub(super) object: &'a Object,
     pub(super) model: &'a Contents<'a>,
     pub(super) parts: &'a FacesOfParts,
+    /// Whether vertices that neither the file nor the mesh uses are left out.
+    pub(super) drops_unused: bool,
+    /// Whether that is all that is to be changed.
+    pub(super) only_unused: bool,
 }
 
 impl<'a> PlacedObject<'a> {
@@ -173,6 +177,29 @@ impl<'a> PlacedObject<'a> {
         for f in self.faces() {
             let face = self.model.mesh.faces[f as usize];
             face.iter().for_each(|v| of_file[*v as usize] = NONE);
+        }
+    }
+
+    /// Whether the object has vertices that none of its triangles uses.
+    pub(super) fn has_unused(&self) -> bool {
+        let mut is_used = vec![false; self.object.positions.len()];
+        let corners = self.object.triangles.iter().flat_map(|t| t.corners);
+        corners.for_each(|v| is_used[v as usize] = true);
+        is_used.contains(&false)
+    }
+
+    /// Extends ranges of heights in the build by its triangles: the first range by the triangles of the file, the second by its faces in
+    /// the mesh.
+    pub(super) fn add_heights(&self, [before, after]: &mut [[f64; 2]; 2]) {
+        let add = |[low, high]: &mut [f64; 2], z: f64| {
+            (*low, *high) = (low.min(z), high.max(z));
+        };
+        for v in self.object.triangles.iter().flat_map(|t| t.corners) {
+            let p = self.object.positions[v as usize];
+            add(before, self.placement.placed(p).z);
+        }
+        for v in self.faces().flat_map(|f| self.model.mesh.faces[f as usize]) {
+            add(after, self.model.mesh.positions[v as usize].z);
         }
     }
 

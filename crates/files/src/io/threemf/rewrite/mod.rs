@@ -10,8 +10,11 @@ mod faces;
 mod object;
 mod outline;
 #[cfg(test)]
+mod project_tests;
+#[cfg(test)]
 mod tests;
 mod triangle;
+mod vertices;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,13 +24,21 @@ use super::model::unit_word;
 use super::package::{Models, Package, listed};
 use super::settings::{PARTS, VOLUMES};
 use super::write::{ISOMEND, MATERIAL};
-use configs::{Components, Config, Recounts};
+use configs::{Components, Config, Recounts, counted_parts};
 use edits::Edits;
 use faces::{FacesOfParts, PlacedObject, sorted};
 use isomend_core::mesh::Unit;
 use isomend_core::mesh::attributes::NONE;
-use object::{ModelText, NewFaces, ObjectText};
+use object::{ModelText, NewFaces, ObjectText, Recount};
 use outline::Outline;
+
+/// The files with the heights of layers along each object: of PrusaSlicer and SuperSlicer; of Bambu Studio and OrcaSlicer.
+const LAYER_HEIGHTS: [&str; 2] = [
+    "Metadata/Slic3r_PE_layer_heights_profile.txt",
+    "Metadata/layer_heights_profile.txt",
+];
+/// Millimetres. Slicers drop the heights of layers of an object whose height differs from theirs by more than this.
+const MOST_OTHER_HEIGHT: f64 = 1e-3;
 
 /// Writes the package of a document with the faces of a mesh. The inner error is the reason why the mesh cannot be written into it.
 pub(super) fn rewrite(
@@ -47,6 +58,7 @@ pub(super) fn rewrite(
         model,
         models: &models,
         sorted: &sorted,
+        drops_unused: uses_all_vertices(model),
         texts: BTreeMap::new(),
         recounts: Recounts::new(),
         notes: Vec::new(),
@@ -76,6 +88,8 @@ struct Rewriting<'a> {
     model: &'a Contents<'a>,
     models: &'a Models,
     sorted: &'a [FacesOfParts],
+    /// Whether unused vertices of the file are left out: the mesh has none.
+    drops_unused: bool,
     /// The new texts of parts by their names.
     texts: BTreeMap<String, String>,
     recounts: Recounts,
@@ -102,6 +116,12 @@ impl<'a> Rewriting<'a> {
                 continue;
             }
             let Some(text) = package.exact_text(name)? else {
+                let mut own = objects.into_iter().flatten();
+                if unit.is_none() && own.all(|(_, placed)| placed.only_unused) {
+                    self.notes
+                        .push(format!("unused vertices stay in {name}, which is no text"));
+                    continue;
+                }
                 return Ok(Err(format!("{name} holds bytes that are no text")));
             };
             let wanted: BTreeSet<u32> = objects.into_iter().flatten().map(|(id, _)| *id).collect();
@@ -119,45 +139,53 @@ impl<'a> Rewriting<'a> {
             };
             let mut needs = Needs::default();
             for (id, placed) in objects.into_iter().flatten() {
-                match self.object(&own, (name, *id), *placed, &mut edits) {
-                    Ok(()) => {
-                        let done = &self.recounts[&(name.clone(), *id)];
+                match self.object(&own, *id, *placed, &mut edits) {
+                    Ok(None) => {}
+                    Ok(Some(done)) => {
                         needs.marks |= done.has_marks;
                         needs.properties |= done.has_new_properties;
                         needs.none |= done.takes_none;
+                        self.recounts.insert((name.clone(), *id), done);
                     }
                     Err(reason) => return Ok(Err(reason)),
                 }
             }
             declare(&own, &needs, &mut edits);
-            self.texts.insert(name.clone(), edits.applied(&text));
+            if !edits.is_empty() {
+                self.texts.insert(name.clone(), edits.applied(&text));
+            }
         }
         Ok(Ok(()))
     }
 
-    /// The objects whose meshes changed, by model and number, each in the place of which the mesh is written.
+    /// The placed meshes of the document whose objects are known.
+    fn placed(&self) -> impl Iterator<Item = PlacedObject<'a>> + use<'a> {
+        let (models, model, drops_unused) = (self.models, self.model, self.drops_unused);
+        let placements = self.document.placements.iter().zip(self.sorted);
+        placements.filter_map(move |(placement, parts)| {
+            let part = models.parts.get(&placement.model)?;
+            Some(PlacedObject {
+                placement,
+                object: part.objects.get(&placement.object)?,
+                model,
+                parts,
+                drops_unused,
+                only_unused: false,
+            })
+        })
+    }
+
+    /// The objects whose meshes changed, by model and number, each in the place of which the mesh is written; with those that only lose
+    /// unused vertices.
     fn changed(&mut self) -> BTreeMap<&'a str, BTreeMap<u32, PlacedObject<'a>>> {
         let mut changed: BTreeMap<&str, BTreeMap<u32, PlacedObject<'_>>> = BTreeMap::new();
         let mut same: BTreeMap<(&str, u32), bool> = BTreeMap::new();
         let mut differing = BTreeSet::new();
-        let placements = self.document.placements.iter();
-        for (placement, parts) in placements.zip(self.sorted) {
-            let Some(part) = self.models.parts.get(&placement.model) else {
-                continue;
-            };
-            let Some(object) = part.objects.get(&placement.object) else {
-                continue;
-            };
-            let own = PlacedObject {
-                placement,
-                object,
-                model: self.model,
-                parts,
-            };
+        for own in self.placed() {
             own.find_vertices(&mut self.scratch[0]);
             let is_same = own.is_same(&self.scratch[0]);
             own.forget_vertices(&mut self.scratch[0]);
-            let key = (&placement.model[..], placement.object);
+            let key = own.placement.key();
             let first = changed.get(key.0).and_then(|all| all.get(&key.1));
             let differs = match first {
                 Some(first) => !first.is_like(&own),
@@ -175,7 +203,7 @@ impl<'a> Rewriting<'a> {
             .document
             .placements
             .iter()
-            .filter(|p| differing.contains(&(&p.model[..], p.object)))
+            .filter(|p| differing.contains(&p.key()))
             .map(|p| &p.name[..])
             .collect();
         if !names.is_empty() {
@@ -185,17 +213,74 @@ impl<'a> Rewriting<'a> {
                 listed(&names)
             ));
         }
+        for own in self.placed().filter(|own| own.drops_unused) {
+            let (model, id) = own.placement.key();
+            let is_changed = changed.get(model).is_some_and(|all| all.contains_key(&id));
+            if !is_changed && own.has_unused() {
+                let own = PlacedObject {
+                    only_unused: true,
+                    ..own
+                };
+                changed.entry(model).or_default().insert(id, own);
+            }
+        }
         changed
     }
 
-    /// Writes a changed object.
+    /// Writes a changed object. Returns what became of it; nothing if it stays.
     fn object(
         &mut self,
         own: &ModelText<'_>,
-        (name, id): (&str, u32),
+        id: u32,
         placed: PlacedObject<'_>,
         edits: &mut Edits,
-    ) -> Result<(), String> {
+    ) -> Result<Option<Recount>, String> {
+        placed.find_vertices(&mut self.scratch[0]);
+        let written = self.lists(own, id, placed, edits);
+        placed.forget_vertices(&mut self.scratch[0]);
+        let recount = match written {
+            Err(reason) if placed.only_unused => {
+                self.notes
+                    .push(format!("unused vertices of object {id} stay: {reason}"));
+                return Ok(None);
+            }
+            written => written?,
+        };
+        let outline = &own.outline.objects[&id];
+        if !recount.lost.is_empty() {
+            self.notes.push(format!(
+                "left out, because they refer to vertices and triangles of object {id}, which changed: {}",
+                listed(&Vec::from_iter(&recount.lost))
+            ));
+        }
+        if !outline.comments.is_empty() {
+            self.notes.push(format!(
+                "comments between the vertices and triangles of object {id}, left out: {}",
+                outline.comments.len()
+            ));
+        }
+        if recount.keeps_unused {
+            self.notes.push(format!(
+                "unused vertices of object {id} stay: {}",
+                outline.numbered_by()
+            ));
+        }
+        if outline.has_slices && !placed.only_unused {
+            self.notes.push(format!(
+                "the slices of object {id} were made of the mesh before"
+            ));
+        }
+        Ok((!placed.only_unused).then_some(recount))
+    }
+
+    /// Writes the lists of vertices and triangles of an object whose vertices were found.
+    fn lists(
+        &mut self,
+        own: &ModelText<'_>,
+        id: u32,
+        placed: PlacedObject<'_>,
+        edits: &mut Edits,
+    ) -> Result<Recount, String> {
         let unusual = || format!("the markup of object {id} is unusual");
         let outline = own.outline.objects.get(&id).ok_or_else(unusual)?;
         let counts = [outline.points.len(), outline.faces.len()];
@@ -208,29 +293,17 @@ impl<'a> Rewriting<'a> {
         if placed.faces().next().is_none() {
             return Err(format!("no triangle is left of object {id}"));
         }
+        if placed.only_unused && !outline.others.is_empty() {
+            return Err(outline.numbered_by());
+        }
         let [of_file, number_of] = &mut self.scratch;
-        placed.find_vertices(of_file);
         let written = ObjectText {
             model: own,
             own: placed,
             outline,
             of_file,
         };
-        let recount = written.write(edits, number_of)?;
-        placed.forget_vertices(of_file);
-        if !recount.lost.is_empty() {
-            self.notes.push(format!(
-                "left out, because they refer to vertices and triangles of object {id}, which changed: {}",
-                listed(&Vec::from_iter(&recount.lost))
-            ));
-        }
-        if outline.has_slices {
-            self.notes.push(format!(
-                "the slices of object {id} were made of the mesh before"
-            ));
-        }
-        self.recounts.insert((name.to_owned(), id), recount);
-        Ok(())
+        written.write(edits, number_of)
     }
 
     /// Corrects the files of slicers.
@@ -262,6 +335,7 @@ impl<'a> Rewriting<'a> {
                 main: &self.models.main,
                 recounts: &self.recounts,
                 components: &components,
+                counted: counted_parts(&text),
             };
             let done = config.corrected();
             for (count, what) in [
@@ -299,7 +373,44 @@ impl<'a> Rewriting<'a> {
             let note = "the package has G-code of the mesh before: slice it again";
             self.notes.push(note.to_owned());
         }
+        let mut files = LAYER_HEIGHTS.into_iter();
+        if let Some(file) = files.find(|name| package.has(name)) {
+            let names = self.of_other_height();
+            if !names.is_empty() {
+                self.notes.push(format!(
+                    "slicers drop the variable layer heights in {file} of objects whose height changed: {}",
+                    listed(&names)
+                ));
+            }
+        }
     }
+
+    /// The names of the objects whose height in the build changed by more than slicers allow.
+    fn of_other_height(&self) -> Vec<&'a str> {
+        if self.recounts.is_empty() {
+            return Vec::new();
+        }
+        let mut heights: BTreeMap<&str, [[f64; 2]; 2]> = BTreeMap::new();
+        for own in self.placed() {
+            let none = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+            own.add_heights(heights.entry(&own.placement.name).or_insert(none));
+        }
+        let millimetres = 1000.0 * self.document.unit.metres();
+        let is_other = |[before, after]: &[[f64; 2]; 2]| {
+            let [before, after] = [before, after].map(|[low, high]| high - low);
+            ((after - before) * millimetres).abs() > MOST_OTHER_HEIGHT
+        };
+        let other = heights.iter().filter(|(_, own)| is_other(own));
+        other.map(|(name, _)| *name).collect()
+    }
+}
+
+/// Whether faces use all vertices of a mesh.
+fn uses_all_vertices(model: &Contents<'_>) -> bool {
+    let mut is_used = vec![false; model.mesh.positions.len()];
+    let corners = model.mesh.faces.iter().flatten();
+    corners.for_each(|v| is_used[*v as usize] = true);
+    !is_used.contains(&false)
 }
 
 fn set_unit(outline: &Outline, unit: Unit, edits: &mut Edits) {

@@ -1,7 +1,6 @@
 //! Writes the changed mesh of an object into the text of its model.
 
 use std::collections::BTreeSet;
-use std::fmt::Write as _;
 use std::ops::Range;
 
 use quick_xml::events::Event;
@@ -139,6 +138,8 @@ pub(super) struct Recount {
     pub(super) unpainted: usize,
     /// Names of elements of its mesh that were left out, since they number its vertices or triangles.
     pub(super) lost: BTreeSet<String>,
+    /// Whether unused vertices stay that were to be left out, since elements number its vertices.
+    pub(super) keeps_unused: bool,
     /// Whether it lists patches.
     pub(super) has_marks: bool,
     /// Whether new properties were written for its triangles.
@@ -182,10 +183,9 @@ impl ObjectText<'_> {
         // Elements that number vertices or triangles stay true only if all of these keep their numbers.
         let keeps_numbers = self.own.placement.parts.len() == 1 && self.keeps_triangles();
         let keeps_all = keeps_numbers && !self.outline.others.is_empty();
-        edits.replace(
-            self.outline.vertices.clone(),
-            self.vertices(number_of, keeps_all)?,
-        );
+        recount.keeps_unused = keeps_all && self.own.drops_unused && self.own.has_unused();
+        let vertices = self.vertices(number_of, keeps_all)?;
+        edits.replace(self.outline.vertices.clone(), vertices);
         let triangles = self.triangles(number_of, &mut recount);
         edits.replace(self.outline.triangles.clone(), triangles);
         self.own.forget_vertices(number_of);
@@ -244,92 +244,8 @@ impl ObjectText<'_> {
         (0..old).all(is_old)
     }
 
-    /// The vertices, part by part: first the vertices of the file in their order, then new ones. Fills in the number of each vertex of the mesh.
-    fn vertices(&self, number_of: &mut [u32], keeps_all: bool) -> Result<String, String> {
-        let (own, points) = (&self.own, &self.outline.points);
-        let back = own.placement.back();
-        let back = back.ok_or("the transform of a changed object has no inverse")?;
-        let lead = self.lead(&self.outline.vertices, points.first());
-        let parts = self.vertices_of_parts(keeps_all);
-        let (mut out, mut next) = (String::new(), 0);
-        let mut used = vec![NONE; points.len()];
-        for f in own.faces() {
-            for v in own.model.mesh.faces[f as usize] {
-                if let Some(first) = used.get_mut(self.of_file[v as usize] as usize) {
-                    *first = (*first).min(v);
-                }
-            }
-        }
-        for (part, faces) in parts.iter().zip(own.parts) {
-            for &point in part {
-                out.push_str(lead);
-                out.push_str(&self.model.text[points[point as usize].clone()]);
-                if let Some(number) = number_of.get_mut(used[point as usize] as usize) {
-                    *number = next;
-                }
-                next += 1;
-            }
-            let corners = faces.iter().flat_map(|f| own.model.mesh.faces[*f as usize]);
-            let mut new: Vec<u32> = corners.filter(|v| number_of[*v as usize] == NONE).collect();
-            new.sort_unstable();
-            new.dedup();
-            for v in new {
-                out.push_str(lead);
-                // A copy of a vertex of the file has the same text.
-                match points.get(self.of_file[v as usize] as usize) {
-                    Some(range) => out.push_str(&self.model.text[range.clone()]),
-                    None => {
-                        let p = back(own.model.mesh.positions[v as usize]);
-                        let prefix = &self.model.outline.prefix;
-                        let _ = write!(
-                            out,
-                            "<{prefix}vertex x=\"{}\" y=\"{}\" z=\"{}\"/>",
-                            p.x, p.y, p.z
-                        );
-                    }
-                }
-                number_of[v as usize] = next;
-                next += 1;
-            }
-        }
-        out.push_str(self.tail(&self.outline.vertices, points.last()));
-        Ok(out)
-    }
-
-    /// The vertices of the file that stay, for each part. A vertex stays if a face uses it, or if no triangle of the file did.
-    fn vertices_of_parts(&self, keeps_all: bool) -> Vec<Vec<u32>> {
-        let (own, parts) = (&self.own, &self.own.placement.parts);
-        let count = own.object.positions.len();
-        let mut part_of = vec![NONE; count];
-        for (t, triangle) in own.object.triangles.iter().enumerate() {
-            let part = own.placement.part_of(t) as u32;
-            for v in triangle.corners {
-                part_of[v as usize] = part_of[v as usize].min(part);
-            }
-        }
-        let mut stays: Vec<bool> = part_of.iter().map(|p| keeps_all || *p == NONE).collect();
-        for f in own.faces() {
-            for v in own.model.mesh.faces[f as usize] {
-                if let Some(stays) = stays.get_mut(self.of_file[v as usize] as usize) {
-                    *stays = true;
-                }
-            }
-        }
-        let mut all = vec![Vec::new(); parts.len() + 1];
-        let mut last = 0;
-        for (v, part) in part_of.into_iter().enumerate() {
-            if part != NONE {
-                last = part as usize;
-            }
-            if stays[v] {
-                all[last].push(v as u32);
-            }
-        }
-        all
-    }
-
     fn triangles(&self, number_of: &[u32], recount: &mut Recount) -> String {
-        let lead = self.lead(&self.outline.triangles, self.outline.faces.first());
+        let lead = self.lead(&self.outline.triangles, &self.outline.faces);
         let (mut out, mut first) = (String::new(), 0);
         for (part, faces) in self.own.parts.iter().enumerate() {
             for &f in faces {
@@ -342,7 +258,7 @@ impl ObjectText<'_> {
             }
             first += faces.len();
         }
-        out.push_str(self.tail(&self.outline.triangles, self.outline.faces.last()));
+        out.push_str(self.tail(&self.outline.triangles, &self.outline.faces));
         out
     }
 
@@ -421,17 +337,5 @@ impl ObjectText<'_> {
             (None, Some(empty_group)) => edits.replace(empty_group, group(element)),
             (None, None) => edits.insert(self.outline.start.end, group(element)),
         }
-    }
-
-    /// The blanks before each element of a list; a line break if the list is empty.
-    fn lead(&self, list: &Range<usize>, first: Option<&Range<usize>>) -> &str {
-        let blank = first.and_then(|first| self.model.text.get(list.start..first.start));
-        blank.unwrap_or("\n")
-    }
-
-    /// The blanks after the last element of a list.
-    fn tail(&self, list: &Range<usize>, last: Option<&Range<usize>>) -> &str {
-        let text = last.and_then(|last| self.model.text.get(last.end..list.end));
-        text.unwrap_or("\n")
     }
 }

@@ -6,6 +6,7 @@ use std::ops::Range;
 use quick_xml::events::{BytesStart, Event};
 
 use super::super::model::PATCH_FACES;
+use super::super::package::listed;
 use super::super::values::number;
 use super::edits::value_range;
 
@@ -47,16 +48,29 @@ pub(super) struct ObjectOutline {
     /// Between the tags of the list of triangles, and each triangle.
     pub(super) triangles: Range<usize>,
     pub(super) faces: Vec<Range<usize>>,
+    /// Comments and processing instructions between these.
+    pub(super) comments: Vec<Range<usize>>,
     /// Other elements of the mesh, with their names.
     pub(super) others: Vec<(String, Range<usize>)>,
 }
 
 impl ObjectOutline {
-    /// Whether its lists hold vertices and triangles only, with blanks between them.
+    /// The reason why its vertices must keep their numbers.
+    pub(super) fn numbered_by(&self) -> String {
+        let names: BTreeSet<&String> = self.others.iter().map(|(name, _)| name).collect();
+        let names = listed(&Vec::from_iter(names));
+        format!("elements may refer to vertices by number: {names}")
+    }
+
+    /// Whether its lists hold vertices and triangles only, with blanks and comments between them.
     pub(super) fn is_plain(&self, text: &str) -> bool {
         let is_plain = |list: &Range<usize>, elements: &[Range<usize>]| {
-            let ends = elements.iter().map(|element| element.end);
-            let starts = elements.iter().map(|element| element.start);
+            let comments = self.comments.iter();
+            let comments = comments.filter(|c| list.contains(&c.start));
+            let mut all: Vec<&Range<usize>> = elements.iter().chain(comments).collect();
+            all.sort_unstable_by_key(|range| range.start);
+            let ends = all.iter().map(|range| range.end);
+            let starts = all.iter().map(|range| range.start);
             let gaps = [list.start].into_iter().chain(ends);
             let mut gaps = gaps.zip(starts.chain([list.end]));
             gaps.all(|(from, to)| text.get(from..to).is_some_and(|gap| gap.trim().is_empty()))
@@ -88,6 +102,7 @@ impl Outline {
                     walk.end(to..to);
                 }
                 Ok(Event::End(_)) => walk.end(from..to),
+                Ok(Event::Comment(_) | Event::PI(_)) => walk.comment(from..to),
                 Ok(_) => {}
             }
         }
@@ -155,6 +170,23 @@ impl Walk<'_> {
                 outline.prefixes.insert(prefix.to_owned());
                 (outline.namespaces).insert(namespace, format!("{prefix}:"));
             }
+        }
+    }
+
+    /// Lists a comment or a processing instruction between the elements of a list of a wanted object.
+    fn comment(&mut self, range: Range<usize>) {
+        let Some(id) = self.object.filter(|id| self.wanted.contains(id)) else {
+            return;
+        };
+        let core = |depth: usize| {
+            let open: Option<&(String, _)> = self.open.get(depth);
+            open.map_or("", |(name, _)| core_name(name, &self.outline.prefix))
+        };
+        let is_in_list = self.open.len() == 5 && core(3) == "mesh";
+        let is_in_list = is_in_list && ["vertices", "triangles"].contains(&core(4));
+        let own = self.outline.objects.get_mut(&id);
+        if let Some(own) = own.filter(|_| is_in_list) {
+            own.comments.push(range);
         }
     }
 

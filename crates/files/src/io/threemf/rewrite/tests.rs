@@ -8,7 +8,7 @@ use isomend_core::mesh::attributes::LabelKind;
 use isomend_core::mesh::{FaceOrigin, Mesh, Origins};
 
 /// An open tetrahedron as an object; `inside` stands at the end of its mesh, `of_face` gives attributes of its triangles.
-fn open(id: u32, inside: &str, of_face: &str) -> String {
+pub(super) fn open(id: u32, inside: &str, of_face: &str) -> String {
     let points = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]];
     let points: String = points
         .map(|[x, y, z]| format!("\n<vertex x=\"{x}.0\" y=\"{y}\" z=\"{z}\" s:a=\"1\"/>"))
@@ -21,19 +21,23 @@ fn open(id: u32, inside: &str, of_face: &str) -> String {
     )
 }
 
-fn read(bytes: &[u8]) -> Loaded {
+pub(super) fn read(bytes: &[u8]) -> Loaded {
     read_alone(bytes, Format::ThreeMf).unwrap()
 }
 
 /// The file with further faces.
-fn filled(loaded: &Loaded, faces: &[[u32; 3]]) -> Written {
+pub(super) fn filled(loaded: &Loaded, faces: &[[u32; 3]]) -> Written {
     let mut mesh = loaded.mesh.clone();
     mesh.faces.extend(faces);
     let done = transfer(&loaded.mesh, &loaded.attributes, mesh);
     written(loaded, &done.mesh, &done.attributes)
 }
 
-fn written(loaded: &Loaded, mesh: &Mesh, attributes: &isomend_core::mesh::Attributes) -> Written {
+pub(super) fn written(
+    loaded: &Loaded,
+    mesh: &Mesh,
+    attributes: &isomend_core::mesh::Attributes,
+) -> Written {
     let contents = Contents {
         mesh,
         attributes,
@@ -42,11 +46,11 @@ fn written(loaded: &Loaded, mesh: &Mesh, attributes: &isomend_core::mesh::Attrib
     model_to_bytes(&contents, Format::ThreeMf, &WriteOptions::default()).unwrap()
 }
 
-fn text(written: &Written) -> String {
+pub(super) fn text(written: &Written) -> String {
     parts_of(&written.bytes)["3D/3dmodel.model"].clone()
 }
 
-const ITEM: &str = "<item objectid=\"1\"/>";
+pub(super) const ITEM: &str = "<item objectid=\"1\"/>";
 
 #[test]
 fn only_the_lists_of_a_filled_object_change() {
