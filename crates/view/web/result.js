@@ -61,7 +61,7 @@ export class Result {
     find("#result").hidden = waits || isClosed;
     find("#result-open").hidden = waits || !isClosed;
     if (!report) return;
-    const level = report.open_chains?.length && report.command !== "repair" ? "bad" : standing;
+    const level = report.open_chains?.length && report.command === "fill" ? "bad" : standing;
     this.put(level, stepLine(report), report, null);
     this.list(report);
     if (find("#result").hidden) return;
@@ -87,7 +87,7 @@ export class Result {
   show({ centre, normal, diameter }) {
     const { viewer, views } = this.app, mesh = this.app.shown();
     if (!mesh) return;
-    viewer.fly({ centre: minus(centre, mesh.centre), axes: frame(normal, views.up()), reach: Math.max(0.85 * diameter, 1e-4 * viewer.camera.radius) });
+    viewer.fly({ centre: minus(centre, mesh.centre), axes: Math.hypot(...normal) ? frame(normal, views.up()) : viewer.camera.axes, reach: Math.max(0.85 * diameter, 1e-4 * viewer.camera.radius) });
   }
 
   /** Lists what became of each hole, those that are open first, with the expected error in the colour of the map; then the notes of the step. */
