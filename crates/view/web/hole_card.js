@@ -41,10 +41,21 @@ export class HoleCard {
     card.replaceChildren(title, close, size, actions, run, join);
     putIcons(card);
     card.hidden = false;
-    const { offsetWidth: wide, offsetHeight: high } = card, left = x + ASIDE + wide < innerWidth - MARGIN ? x + ASIDE : Math.max(MARGIN, x - ASIDE - wide);
+    const { offsetWidth: wide, offsetHeight: high } = card, [from, to] = this.span(first, x);
+    const fits = (at) => at >= MARGIN && at + wide < innerWidth - MARGIN, left = [to + ASIDE, from - ASIDE - wide, x + ASIDE].find(fits) ?? Math.max(MARGIN, x - ASIDE - wide);
     card.style.left = left + "px";
     card.style.top = Math.max(MARGIN, Math.min(y - 20, innerHeight - high - MARGIN)) + "px";
     return undefined;
+  }
+
+  /** The first and the last place of a rim from left to right in the window, with the place `x` of a click, so that the card stands beside it. */
+  span(id, x) {
+    const { viewer } = this.app, mesh = this.app.shown(), rim = mesh?.rims[mesh.rimIds.indexOf(id)] ?? [], pane = viewer.panes().at(-1), places = [x];
+    for (let k = 0; k < rim.length; k += 3) {
+      const at = viewer.onPage(rim.subarray(k, k + 3), pane);
+      if (at) places.push(at[0] + viewer.canvas.getBoundingClientRect().x);
+    }
+    return [places.reduce((a, b) => Math.min(a, b)), places.reduce((a, b) => Math.max(a, b))];
   }
 
   /** A choice of the action for the hole. */
