@@ -106,6 +106,27 @@ fn the_recipe_writes_the_same_patches_and_piece() {
     }
 }
 
+/// A second save to the same name replaces what the session wrote, but no file of others that is written with it.
+#[test]
+fn files_of_others_are_not_replaced_with_those_of_the_session() {
+    let desk = Desk::new();
+    let served = restored(&desk, Format::Ply);
+    let save = |patches: bool| {
+        let sent = json!({ "kind": "mesh", "path": "out.ply", "deliver": { "patches": patches } });
+        served.post("api/save", &sent)
+    };
+    assert_eq!(save(false).status, 200);
+    assert_eq!(save(false).status, 200);
+    let other = desk.path("out_patches.ply");
+    fs::write(&other, "of another program").unwrap();
+    let refused = save(true);
+    assert_eq!(refused.status, 409, "{}", refused.json());
+    assert_eq!(fs::read(&other).unwrap(), b"of another program");
+    fs::remove_file(&other).unwrap();
+    assert_eq!(save(true).status, 200);
+    assert_eq!(save(true).status, 200);
+}
+
 #[test]
 fn figures_measure_the_new_surface_by_the_tolerance() {
     let desk = Desk::new();

@@ -81,6 +81,9 @@ static SCRIPT: LazyLock<String> = LazyLock::new(|| bundle("main.js", &OWN));
 #[cfg(not(target_family = "wasm"))]
 static START_SCRIPT: LazyLock<String> = LazyLock::new(|| bundle("start.js", &OWN));
 
+/// The worker with the modules that it shares with the viewer.
+static WORKER_SCRIPT: LazyLock<String> = LazyLock::new(|| bundle(WORKER.0, &[WORKER]));
+
 /// The content of a file of the page, with its media type.
 pub fn asset(name: &str) -> Option<(&'static str, String)> {
     let (kind, text) = match name {
@@ -90,10 +93,7 @@ pub fn asset(name: &str) -> Option<(&'static str, String)> {
             [STYLE, OWN_STYLE, LAYOUT].join("\n"),
         ),
         "page.js" => ("text/javascript; charset=utf-8", SCRIPT.clone()),
-        "worker.js" => (
-            "text/javascript; charset=utf-8",
-            bundle(WORKER.0, &[WORKER]),
-        ),
+        "worker.js" => ("text/javascript; charset=utf-8", WORKER_SCRIPT.clone()),
         _ => return None,
     };
     Some((kind, text))

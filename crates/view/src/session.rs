@@ -339,8 +339,15 @@ impl Session {
         ![self.saved, 0].contains(&self.current().id)
     }
 
-    /// Whether a mesh of this session was saved to a path.
+    /// Whether a mesh of this session, its patches or its missing piece were saved to a path.
     pub fn wrote(&self, path: &Path) -> bool {
-        self.outputs.values().any(|saved| saved.path == path)
+        self.outputs.values().any(|saved| {
+            let wanted = &saved.deliverables;
+            let files = [&wanted.patches, &wanted.piece].into_iter().flatten();
+            saved.path == path
+                || files
+                    .into_iter()
+                    .any(|file| file.place.path() == Some(path))
+        })
     }
 }

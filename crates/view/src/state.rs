@@ -15,7 +15,7 @@ use super::words::Command;
 use isomend_core::check::CheckParams;
 use isomend_core::fill::{HoleOutcome, LeftReason};
 use isomend_core::mend::{Control, CreaseEnd, FillPlan, FillReport, PlannedHole};
-use isomend_core::mesh::{Hole, HoleId, Mesh};
+use isomend_core::mesh::{Hole, HoleId, Mesh, area_vector};
 use isomend_files::io::Loaded;
 use isomend_files::job::{
     Drawings, INTERMEDIATE, JobError, Mended, Place, Source, Work, default_plan, inspect,
@@ -225,13 +225,10 @@ impl State {
     /// The mean of the unit normal over its area: long if it is a sheet that faces one way, zero if it is closed.
     pub fn mean_normal(&self) -> DVec3 {
         *self.mean_normal.get_or_init(|| {
-            let Mesh {
-                positions, faces, ..
-            } = &self.loaded.mesh;
+            let mesh = &self.loaded.mesh;
             let (mut sum, mut area) = (DVec3::ZERO, 0.0);
-            for face in faces {
-                let [a, b, c] = face.map(|v| positions[v as usize]);
-                let own = (b - a).cross(c - a);
+            for f in 0..mesh.faces.len() as u32 {
+                let own = area_vector(mesh.corners(f));
                 sum += own;
                 area += own.length();
             }

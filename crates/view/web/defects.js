@@ -1,7 +1,7 @@
 // The check: a verdict, three numbers, and a list of defects; a click marks the faces of a defect and moves the view there.
 
 import { cornersOf, MARKED } from "../../report/viewer/geometry.js";
-import { cross, frame, minus, plus, times } from "../../report/viewer/camera.js";
+import { cross, minus, plus, times } from "../../report/viewer/camera.js";
 import { find, newButton } from "../../report/viewer/controls.js";
 import { counts, tr, whole } from "./strings.js";
 import { putNumbers } from "./verdict.js";
@@ -67,10 +67,10 @@ export class Defects {
   thinnest(walls) {
     if (!walls?.at) return [];
     return [newButton(tr("wall_place", { least: this.app.verdict.length(walls.least) }), () => {
-      const { viewer, views } = this.app, mesh = this.app.shown(), { radius } = this.app.model.state.scene;
+      const mesh = this.app.shown(), { radius } = this.app.model.state.scene;
       if (!mesh) return;
-      const centre = walls.at.map((x, k) => x - mesh.centre[k]), normal = normalNear(mesh, centre);
-      viewer.fly({ centre, axes: Math.hypot(...normal) ? frame(normal, views.up()) : viewer.camera.axes, reach: Math.min(radius, Math.max(12 * walls.least, 0.03 * radius)) });
+      const centre = minus(walls.at, mesh.centre);
+      this.app.views.look(centre, normalNear(mesh, centre), Math.min(radius, Math.max(12 * walls.least, 0.03 * radius)));
       this.app.labels.pin(centre);
     })];
   }
@@ -92,8 +92,7 @@ export class Defects {
       // The thin walls that a repair made are counted only.
       if (!faces.length) return kind === "thin_wall" ? find("#wall-thinnest button")?.click() : viewer.refresh();
       const face = faces[next++ % faces.length], [a, b, c] = cornersOf(mesh, face), centre = times(plus(plus(a, b), c), 1 / 3);
-      const normal = cross(minus(b, a), minus(c, a)), reach = Math.max(12 * Math.hypot(...minus(b, a)), 1e-4 * viewer.camera.radius);
-      viewer.fly({ centre, axes: Math.hypot(...normal) ? frame(normal, this.app.views.up()) : viewer.camera.axes, reach });
+      this.app.views.look(centre, cross(minus(b, a), minus(c, a)), Math.max(12 * Math.hypot(...minus(b, a)), 1e-4 * viewer.camera.radius));
       this.app.labels.pin(centre);
       return this.app.say(tr("face_summary", { face, name }) + (places.length ? tr("in_places", { places: counts("place", places.length) }) : ""));
     });

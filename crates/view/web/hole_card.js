@@ -17,7 +17,7 @@ export class HoleCard {
 
   /** Shows the card of a hole beside a point of the window; or joins the hole, if another one waits for it. */
   show(id, x, y) {
-    const { holes } = this.app, [first] = holes.group(id), hole = holes.list.find((h) => h.id === first), card = find("#hole-card");
+    const { holes } = this.app, [first] = holes.group(id), hole = holes.byId.get(first), card = find("#hole-card");
     if (this.joins !== null && !holes.group(id).includes(this.joins)) return this.join(id);
     this.id = id;
     const title = document.createElement("h2"), size = document.createElement("p"), close = newButton("", () => this.hide(), { className: "icon-button" }), actions = document.createElement("div");
@@ -50,12 +50,8 @@ export class HoleCard {
 
   /** The first and the last place of a rim from left to right in the window, with the place `x` of a click, so that the card stands beside it. */
   span(id, x) {
-    const { viewer } = this.app, mesh = this.app.shown(), rim = mesh?.rims[mesh.rimIds.indexOf(id)] ?? [], pane = viewer.panes().at(-1), places = [x];
-    for (let k = 0; k < rim.length; k += 3) {
-      const at = viewer.onPage(rim.subarray(k, k + 3), pane);
-      if (at) places.push(at[0] + viewer.canvas.getBoundingClientRect().x);
-    }
-    return [places.reduce((a, b) => Math.min(a, b)), places.reduce((a, b) => Math.max(a, b))];
+    const { holes, viewer } = this.app, { left } = viewer.canvas.getBoundingClientRect();
+    return holes.onPage(id).reduce(([from, to], [at]) => [Math.min(from, left + at), Math.max(to, left + at)], [x, x]);
   }
 
   /** A choice of the action for the hole. */

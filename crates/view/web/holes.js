@@ -16,7 +16,7 @@ export class Holes {
   constructor(app) {
     this.app = app;
     this.list = [];
-    this.joined = new Map();
+    this.byId = new Map();
     this.doings = new Map();
     /** The hole that was chosen last, and all chosen holes. */
     this.chosen = null;
@@ -62,7 +62,7 @@ export class Holes {
   update({ holes, choices, number_shifts: shifts }, fresh) {
     const same = !fresh && holes.length === this.list.length;
     this.list = holes;
-    this.joined = new Map(holes.map(({ id, joined }) => [id, joined]));
+    this.byId = new Map(holes.map((hole) => [hole.id, hole]));
     this.shifts = shifts;
     if (same) return;
     if (fresh) this.doings = new Map(holes.map((hole) => [hole.id, choices[hole.id] ?? (hole.stays_open ? "open" : "fill")]));
@@ -76,19 +76,18 @@ export class Holes {
 
   /** A hole and those that it is joined with, ascending: they are one row, chosen and treated as one. */
   group(id) {
-    const joined = this.joined.get(id) ?? [];
-    return joined.length ? [id, ...joined].sort((a, b) => a - b) : [id];
+    return [id, ...this.byId.get(id)?.joined ?? []].sort((a, b) => a - b);
   }
 
-  /** The holes that are filled if the chosen ones are, ascending: with all of their bridges. */
-  filled() {
-    const bridges = this.bridges(), ids = [...this.picked].flatMap((id) => [id, ...bridges.get(this.doings.get(id)) ?? []]);
-    return [...new Set(ids)].sort((a, b) => a - b);
+  /** The holes that are filled if these are, ascending: with all of their bridges. */
+  withBridges(ids) {
+    const bridges = this.bridges(), all = ids.flatMap((id) => [id, ...bridges.get(this.doings.get(id)) ?? []]);
+    return [...new Set(all)].sort((a, b) => a - b);
   }
 
   /** The name of the chosen holes if they are filled as one, else their number. */
   chosenName() {
-    const ids = this.filled(), together = this.bridges().get(this.doings.get(this.chosen)) ?? this.group(this.chosen);
+    const ids = this.withBridges([...this.picked]), together = this.bridges().get(this.doings.get(this.chosen)) ?? this.group(this.chosen);
     return ids.length === together.length ? tr("hole_within", { id: ids.join(" + ") }) : counts("hole", ids.length);
   }
 
@@ -203,7 +202,7 @@ export class Holes {
     const ids = this.picked.has(id) ? [...this.picked] : this.group(id);
     this.put(ids.map((one) => [one, doing]));
     this.changed();
-    if (id === this.chosen) this.tell(this.list.find((hole) => hole.id === id));
+    if (id === this.chosen) this.tell(this.byId.get(id));
   }
 
   /** Shows size and action of a hole in the message line. */
@@ -222,13 +221,13 @@ export class Holes {
     const numberOf = (name) => Number(name.replace("bridge ", "")), names = [...this.bridges().keys(), this.freeBridge()];
     const offered = [...DOINGS, ...names.sort((a, b) => numberOf(a) - numberOf(b))], offer = offered.join();
     const rows = all("#holes li"), first = rows.find((row) => Number(row.dataset.hole) === this.chosen) || rows[0];
-    const byId = new Map(this.list.map((hole) => [hole.id, hole])), unit = this.app.unit();
+    const unit = this.app.unit();
     for (const item of rows) {
       const id = Number(item.dataset.hole), doing = this.doing(id), shows = [doing, this.picked.has(id), offer, unit, item === first].join();
       // A row that shows the same already is left as it is: with a thousand rows writing all takes longer than drawing the mesh.
       if (this.written.get(item) === shows) continue;
       this.written.set(item, shows);
-      const select = item.querySelector("select"), button = item.querySelector(".hole"), hole = byId.get(id);
+      const select = item.querySelector("select"), button = item.querySelector(".hole"), hole = this.byId.get(id);
       if ([...select.options].map((option) => option.value).join() !== offer) select.replaceChildren(...offered.map((value) => new Option(doingName(value), value)));
       select.value = doing;
       item.dataset.doing = doing.split(" ")[0];
@@ -266,7 +265,7 @@ export class Holes {
     const groups = [...this.bridges().values()];
     if (only) {
       const own = groups.filter((group) => group.length > 1 && group.some((id) => only.includes(id)));
-      const holes = [...new Set([...only, ...own.flat()])].sort((a, b) => a - b), flat = holes.filter((id) => this.doing(id) === "flat");
+      const holes = this.withBridges(only), flat = holes.filter((id) => this.doing(id) === "flat");
       return { holes, keep_open: [], flat, bridge: own, crease: this.app.creases.params(holes) };
     }
     const crease = this.app.creases.params(null);
@@ -321,7 +320,7 @@ export class Holes {
 
   /** Chooses a hole and moves the view there. `adds` adds it to the chosen ones, `range` all holes of the list from the last one to it. */
   choose(any, flies = true, { adds = false, range = false } = {}) {
-    const group = this.group(any), [id] = group, hole = this.list.find((h) => h.id === id), { viewer } = this.app, mesh = viewer.sides.after?.mesh, last = this.chosen;
+    const group = this.group(any), [id] = group, hole = this.byId.get(id), { viewer } = this.app, mesh = viewer.sides.after?.mesh, last = this.chosen;
     const ids = this.listed().map((h) => h.id), [from, to] = [ids.indexOf(last), ids.indexOf(id)].sort((a, b) => a - b);
     const takesAway = adds && this.picked.has(id) && this.picked.size > group.length;
     if (!adds && !range) this.picked.clear();
@@ -336,13 +335,14 @@ export class Holes {
     if (!hole) return;
     this.tell(hole);
     if (!flies || rim < 0 || adds || range) return;
-    viewer.fly(this.place(hole, mesh, rim));
+    const { diameter } = hole, centre = minus(hole.centre, mesh.centre);
+    this.look(hole, mesh, directionTo({ centre, diameter }, mesh.rims[rim]));
   }
 
-  /** The camera position with the best view of a hole. */
-  place(hole, mesh, rim) {
-    const centre = hole.centre.map((x, k) => x - mesh.centre[k]), towards = directionTo({ centre, diameter: hole.diameter }, mesh.rims[rim]);
-    return { centre, axes: frame(towards, this.app.views.up()), reach: Math.max(0.85 * hole.diameter, 1e-4 * this.app.viewer.camera.radius) };
+  /** Moves the view to a hole, seen along a direction. */
+  look({ centre, diameter }, mesh, towards) {
+    const { viewer, views } = this.app;
+    views.look(minus(centre, mesh.centre), towards, Math.max(0.85 * diameter, 1e-4 * viewer.camera.radius));
   }
 
   step(by) {
@@ -360,14 +360,17 @@ export class Holes {
   }
 
   drawOver() {
-    const { viewer } = this.app, mesh = this.app.shown(), at = mesh && this.over ? mesh.rimIds.indexOf(this.over) : -1;
-    const line = find("#over"), pane = viewer.panes().find((p) => p.side === "after"), rim = at >= 0 ? mesh.rims[at] : [];
-    const points = [];
+    find("#over").setAttribute("points", this.onPage(this.over).map((place) => place.map((x) => x.toFixed(1)).join(",")).join(" "));
+  }
+
+  /** The places of a hole's rim in the view, in pixels, without those behind the eye; none without a hole. */
+  onPage(id) {
+    const { viewer } = this.app, mesh = this.app.shown(), rim = mesh?.rims[mesh.rimIds.indexOf(id)] ?? [], pane = viewer.panes().find((p) => p.side === "after"), places = [];
     for (let k = 0; pane && k < rim.length; k += 3) {
       const place = viewer.onPage(rim.subarray(k, k + 3), pane);
-      if (place) points.push(place.map((x) => x.toFixed(1)).join(","));
+      if (place) places.push(place);
     }
-    line.setAttribute("points", points.join(" "));
+    return places;
   }
 
   /** The number of the hole whose rim or opening is under a point of the view; null if there is none. */

@@ -134,8 +134,8 @@ export class Mask {
 /** Face numbers from the text of a `--faces` file: one a line, or a JSON array. */
 export function facesOf(text, count) {
   const trimmed = text.trim();
-  const numbers = trimmed.startsWith("[") ? JSON.parse(trimmed) : trimmed.split(/\s+/).filter(Boolean);
-  const isWrong = (n) => !Number.isInteger(Number(n)) || n < 0 || n >= count, wrong = Array.isArray(numbers) ? numbers.find(isWrong) : trimmed;
-  if (wrong !== undefined) throw new Error(tr("no_face_number", { wrong: String(wrong).slice(0, 20), last: count - 1 }));
-  return numbers.map(Number);
+  const isArray = trimmed.startsWith("["), words = isArray ? JSON.parse(trimmed) : trimmed.split(/\s+/).filter(Boolean), numbers = isArray ? words : words.map(Number);
+  const wrong = numbers.findIndex((n) => !Number.isInteger(n) || n < 0 || n >= count);
+  if (wrong >= 0) throw new Error(tr("no_face_number", { wrong: String(words[wrong]).slice(0, 20), last: count - 1 }));
+  return numbers;
 }

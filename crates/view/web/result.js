@@ -1,6 +1,5 @@
 // The card with the result of the last step: a line, three numbers, and a list of what became of each hole.
 
-import { frame, minus } from "../../report/viewer/camera.js";
 import { digits, find, newButton, rising } from "../../report/viewer/controls.js";
 import { counterpartLine } from "./like.js";
 import { counts, outcomeWords, tr, whole } from "./strings.js";
@@ -84,22 +83,20 @@ export class Result {
   }
 
   /** Moves the view to the place of a hole of the step. */
-  show({ centre, normal, diameter }) {
-    const { viewer, views } = this.app, mesh = this.app.shown();
-    if (!mesh) return;
-    viewer.fly({ centre: minus(centre, mesh.centre), axes: Math.hypot(...normal) ? frame(normal, views.up()) : viewer.camera.axes, reach: Math.max(0.85 * diameter, 1e-4 * viewer.camera.radius) });
+  show(hole) {
+    const mesh = this.app.shown();
+    if (mesh) this.app.holes.look(hole, mesh, hole.normal);
   }
 
   /** Lists what became of each hole, those that are open first, with the expected error in the colour of the map; then the notes of the step. */
   list(report) {
-    const patches = report.invented?.patches || [], errors = new Map(patches.flatMap(({ holes, expected_error: e }) => holes.map((id) => [id, e?.largest])));
-    // The rims of one patch are one row.
-    const shared = new Map(patches.filter(({ holes }) => holes.length > 1).flatMap(({ holes }) => holes.map((id) => [id, holes])));
+    const patches = new Map((report.invented?.patches || []).flatMap((patch) => patch.holes.map((id) => [id, patch])));
     const rank = { open: 0, closed: 1, left: 2 }, concerned = (report.holes || []).filter((hole) => !ON_REGION.includes(report.command) || hole.outcome !== "left");
-    const holes = concerned.filter(({ id }) => !shared.has(id) || shared.get(id)[0] === id).sort((a, b) => rank[a.outcome] - rank[b.outcome] || a.id - b.id);
+    // The rims of one patch are one row.
+    const rims = (id) => patches.get(id)?.holes ?? [id], holes = concerned.filter(({ id }) => rims(id)[0] === id).sort((a, b) => rank[a.outcome] - rank[b.outcome] || a.id - b.id);
     const list = document.createElement("ul"), high = this.app.model.state.error_high || 1;
     list.append(...holes.slice(0, LISTED).map((hole) => {
-      const item = document.createElement("li"), how = newButton(outcomeWords(hole), () => this.show(hole), { className: "link" }), right = document.createElement("span"), error = errors.get(hole.id);
+      const item = document.createElement("li"), how = newButton(outcomeWords(hole), () => this.show(hole), { className: "link" }), right = document.createElement("span"), error = patches.get(hole.id)?.expected_error?.largest;
       item.className = hole.outcome;
       right.className = "of-error";
       if (Number.isFinite(error)) {
@@ -108,7 +105,7 @@ export class Result {
         right.append(swatch, this.app.verdict.error(error));
       }
       // After a cut the holes have other numbers than on the page: its patches are counted.
-      item.append(Object.assign(document.createElement("b"), { textContent: ON_REGION.includes(report.command) ? hole.region || "–" : (shared.get(hole.id) ?? [hole.id]).join(" + ") }), how, right);
+      item.append(Object.assign(document.createElement("b"), { textContent: ON_REGION.includes(report.command) ? hole.region || "–" : rims(hole.id).join(" + ") }), how, right);
       return item;
     }));
     const after = Object.assign(document.createElement("p"), { className: "hint", textContent: counterpartLine(report) });

@@ -74,6 +74,12 @@ export class Views {
     this.app.viewer.fly(this.fit(this.axesOf(name)));
   }
 
+  /** Moves to a place, seen along a direction; if that is zero, as one looks now. */
+  look(centre, towards, reach) {
+    const { viewer } = this.app;
+    viewer.fly({ centre, axes: Math.hypot(...towards) ? frame(towards, this.up()) : viewer.camera.axes, reach });
+  }
+
   /** The initial view, in which the mesh just fits. */
   home() {
     return this.fit(frame(this.app.model.state.scene.towards, this.up()));

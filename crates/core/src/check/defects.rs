@@ -64,31 +64,29 @@ fn places<const N: usize>(mesh: &Mesh, items: &[[u32; N]]) -> Vec<DVec3> {
         let all: DVec3 = item.iter().map(|v| mesh.positions[*v as usize]).sum();
         all / N as f64
     };
+    let centres: Vec<DVec3> = items.iter().map(centre).collect();
+    let groups: Vec<usize> = (0..items.len() as u32)
+        .map(|i| sets.find(i) as usize)
+        .collect();
     let mut sums: Vec<(DVec3, f64)> = vec![(DVec3::ZERO, 0.0); items.len()];
-    for (i, item) in (0..).zip(items) {
-        let sum = &mut sums[sets.find(i) as usize];
-        *sum = (sum.0 + centre(item), sum.1 + 1.0);
+    for (centre, group) in centres.iter().zip(&groups) {
+        let sum = &mut sums[*group];
+        *sum = (sum.0 + centre, sum.1 + 1.0);
     }
-    let means: Vec<DVec3> = sums.iter().map(|(sum, count)| sum / count).collect();
-    // The nearest centre of each group, and its distance.
-    let mut nearest: Vec<(DVec3, f64)> = vec![(DVec3::ZERO, f64::INFINITY); items.len()];
-    for (i, item) in (0..).zip(items) {
-        let group = sets.find(i) as usize;
-        let distance = centre(item).distance(means[group]);
-        if distance < nearest[group].1 {
-            nearest[group] = (centre(item), distance);
-        }
-    }
-    let groups = (0..items.len()).filter(|group| sums[*group].1 > 0.0);
-    groups
-        .map(|group| {
-            if N == 3 {
-                nearest[group].0
-            } else {
-                means[group]
+    let mut places: Vec<DVec3> = sums.iter().map(|(sum, count)| sum / count).collect();
+    if N == 3 {
+        let mut nearest = vec![(f64::INFINITY, DVec3::ZERO); items.len()];
+        for (centre, group) in centres.iter().zip(&groups) {
+            let distance = centre.distance(places[*group]);
+            if distance < nearest[*group].0 {
+                nearest[*group] = (distance, *centre);
             }
-        })
-        .collect()
+        }
+        places = nearest.into_iter().map(|(_, centre)| centre).collect();
+    }
+    let of_groups = places.into_iter().zip(sums);
+    let of_groups = of_groups.filter(|(_, (_, count))| *count > 0.0);
+    of_groups.map(|(place, _)| place).collect()
 }
 
 /// Defects visible from the connectivity: boundary edges, non-manifold edges and vertices, and edges whose faces disagree in

@@ -45,6 +45,7 @@ pub use sets::{DisjointSets, connected};
 pub use topology::{Defects, Topology};
 pub use unit::Unit;
 pub use weld::Welder;
+pub(crate) use weld::corner_key;
 pub use weld::{weld_map, weld_map_of_bodies, welded};
 
 /// Maximum absolute coordinate: squares of areas, which contain fourth powers of lengths up to three times as large, must not

@@ -115,11 +115,24 @@ impl Welder {
     }
 }
 
+/// A key of a position: the same for positions that are equal.
+fn position_key(point: DVec3) -> [u64; 3] {
+    // Adding zero turns minus zero into zero.
+    point.to_array().map(|x| (x + 0.0).to_bits())
+}
+
+/// A key of the corners of a face: the same in each order of the corners.
+pub(crate) fn corner_key(corners: [DVec3; 3]) -> [[u64; 3]; 3] {
+    let mut key = corners.map(position_key);
+    key.sort_unstable();
+    key
+}
+
 fn hash(point: DVec3) -> u64 {
     let mut hasher = FxHasher::default();
-    // Adding zero turns minus zero into zero.
-    let bits = point.to_array().map(|x| (x + 0.0).to_bits());
-    bits.into_iter().for_each(|x| hasher.write_u64(x));
+    position_key(point)
+        .into_iter()
+        .for_each(|x| hasher.write_u64(x));
     hasher.finish()
 }
 

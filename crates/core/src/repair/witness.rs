@@ -15,7 +15,7 @@ use super::draft::Draft;
 use crate::check::ShapeDoubt;
 use crate::mend::FillError;
 use crate::mesh::topology::NONE;
-use crate::mesh::{Mesh, area_vector};
+use crate::mesh::{Mesh, area_vector, corner_key};
 use crate::spatial::{Bvh, WindingTree, closest_on_triangle};
 use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
@@ -201,22 +201,15 @@ impl Witness {
     /// of what is lost.
     fn lost(&self, draft: &Draft, result: &Bvh, asked: &HashSet<u32>) -> (f64, DVec3) {
         let living = draft.origins.living(self.faces.len());
-        let bits = |p: [DVec3; 3]| p.map(|p| p.to_array().map(|x| (x + 0.0).to_bits()));
-        let mut there: HashSet<[[u64; 3]; 3]> = HashSet::new();
-        for (f, _) in living.iter().enumerate().filter(|(_, lives)| **lives) {
-            let mut corners = bits(self.faces[f]);
-            corners.sort_unstable();
-            there.insert(corners);
-        }
+        let there = living.iter().zip(&self.faces).filter(|(lives, _)| **lives);
+        let there: HashSet<_> = there.map(|(_, corners)| corner_key(*corners)).collect();
         let outer = |f: u32| -> (f64, bool) {
             let corners = self.faces[f as usize];
             let area = 0.5 * area_vector(corners).length();
             let is_lost = !living[f as usize] && !asked.contains(&f) && area > 0.0 && {
-                let mut key = bits(corners);
-                key.sort_unstable();
                 let centre = corners.iter().sum::<DVec3>() / 3.0;
                 let is_near = || result.closest(centre, self.near).is_some();
-                !there.contains(&key) && !is_near() && !self.is_inner(corners)
+                !there.contains(&corner_key(corners)) && !is_near() && !self.is_inner(corners)
             };
             (area, is_lost)
         };

@@ -9,7 +9,6 @@ use serde_json::{Value, json};
 
 use super::super::app::{App, error_text};
 use super::super::deliver::{beside, mark_text, patches_extension, piece_extension};
-use super::super::files::to_write;
 use super::http::{Answer, Refused, json_answer, long_work};
 use super::mesh::state_of;
 use isomend_files::io::Format;
@@ -116,8 +115,8 @@ pub fn saved_row(app: &App, id: u32) -> Value {
 }
 
 impl App {
-    /// Checks that the files of deliverables may be written: below the folder, over no input, and over no other file unless `overwrite` is
-    /// set.
+    /// Checks that the files of deliverables may be written: below the folder, over no input, and over no file that this session did not
+    /// write unless `overwrite` is set.
     pub(super) fn check_files(
         &self,
         wanted: &Deliverables,
@@ -128,7 +127,7 @@ impl App {
             let name = path.to_str().ok_or_else(|| {
                 Refused::wrong("the name of the file is not valid Unicode", "path")
             })?;
-            self.refuse_input(&to_write(&self.host.root, name, overwrite)?)?;
+            self.refuse_input(&self.to_write(name, overwrite)?)?;
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! API requests that save meshes, reports, recipes and masks, and that load masks.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use axum::body::Body;
@@ -114,7 +114,7 @@ pub async fn save(State(app): State<Arc<App>>, body: Body) -> Answer {
 
 impl App {
     fn save_content(&self, request: &SaveRequest) -> Result<Value, Refused> {
-        let path = to_write(&self.host.root, &request.path, self.may_replace(request))?;
+        let path = self.to_write(&request.path, request.overwrite)?;
         request.kind.check(&path)?;
         self.refuse_input(&path)?;
         let id = request.id.unwrap_or_else(|| self.session().current().id);
@@ -148,11 +148,13 @@ impl App {
         Ok(json!({ "path": self.shown(&path), "bytes": bytes, "notes": [] }))
     }
 
-    /// Whether a request may replace a file: if it says so, or if it saves a mesh where this session has saved one before.
-    fn may_replace(&self, request: &SaveRequest) -> bool {
-        let path = to_write(&self.host.root, &request.path, true);
-        let is_own = path.is_ok_and(|path| self.session().wrote(&path));
-        request.overwrite || request.kind == Content::Mesh && is_own
+    /// The path of a file to write. A file that this session wrote is replaced without `overwrite`.
+    pub(super) fn to_write(&self, name: &str, overwrite: bool) -> Result<PathBuf, Denied> {
+        let path = to_write(&self.host.root, name, true)?;
+        match overwrite || self.session().wrote(&path) {
+            true => Ok(path),
+            false => to_write(&self.host.root, name, false),
+        }
     }
 
     /// Saves a mesh, and the files that are handed over with it.
@@ -163,7 +165,7 @@ impl App {
         path: &Path,
     ) -> Result<Value, Refused> {
         let wanted = request.deliver.clone().unwrap_or_default().beside(path)?;
-        self.check_files(&wanted, self.may_replace(request))?;
+        self.check_files(&wanted, request.overwrite)?;
         let mut output = Output::new(path, None).map_err(refused)?;
         output.ascii = request.ascii;
         let saved = self.save_mesh(state, &output, &wanted).map_err(refused)?;

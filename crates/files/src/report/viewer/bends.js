@@ -14,7 +14,7 @@ export function round(corners, count, left = [0, 0]) {
 const SHARP = 0.766;
 
 /** A unit vector in octahedral encoding, with 16 bits for each of the two coordinates, as the shaders read it. */
-function folded(x, y, z) {
+export function folded(x, y, z) {
   const size = Math.abs(x) + Math.abs(y) + Math.abs(z) || 1;
   let u = x / size, v = y / size;
   if (z < 0) [u, v] = [(1 - Math.abs(v)) * (u < 0 ? -1 : 1), (1 - Math.abs(u)) * (v < 0 ? -1 : 1)];

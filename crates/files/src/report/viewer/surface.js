@@ -1,5 +1,7 @@
 // A mesh on the graphics card: its arrays in textures, drawn by chunks of faces.
 
+import { folded } from "./bends.js";
+
 /** Faces of a chunk; a chunk is drawn or skipped as a whole. */
 const CHUNK = 256;
 /** Number of faces in view from which on a coarse version with clusters is drawn, if there is one. */
@@ -9,19 +11,6 @@ const GROUP = 16;
 
 /** No colouring; see [Surface.setColour]. */
 const PLAIN = { kind: 0, on: 0, span: [0, 1], images: [], skipKept: false, gaps: false, limits: [-1, 1] };
-
-/** Unit vectors in octahedral encoding, with 16 bits for each of the two coordinates. */
-function foldedNormals(normals) {
-  const folded = new Uint32Array(normals.length / 3);
-  for (let i = 0; i < folded.length; i++) {
-    const x = normals[3 * i], y = normals[3 * i + 1], z = normals[3 * i + 2];
-    const size = Math.abs(x) + Math.abs(y) + Math.abs(z) || 1;
-    let u = x / size, v = y / size;
-    if (z < 0) [u, v] = [(1 - Math.abs(v)) * (u < 0 ? -1 : 1), (1 - Math.abs(u)) * (v < 0 ? -1 : 1)];
-    folded[i] = Math.round((u + 1) * 32767.5) | Math.round((v + 1) * 32767.5) << 16;
-  }
-  return folded;
-}
 
 /** Bounding boxes of chunks of faces: six numbers each, low then high. */
 function chunkBoxes({ positions, faces }) {
@@ -110,12 +99,11 @@ export class Surface {
     this.bits = Math.min(12, Math.log2(gl.getParameter(gl.MAX_TEXTURE_SIZE)) | 0);
     const { positions, normals, faces, facts } = this.mesh, count = positions.length / 3;
     const vertices = new Uint32Array(4 * count), whole = new Uint32Array(positions.buffer, positions.byteOffset, positions.length);
-    const folded = foldedNormals(normals);
     for (let i = 0; i < count; i++) {
       vertices[4 * i] = whole[3 * i];
       vertices[4 * i + 1] = whole[3 * i + 1];
       vertices[4 * i + 2] = whole[3 * i + 2];
-      vertices[4 * i + 3] = folded[i];
+      vertices[4 * i + 3] = folded(normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]);
     }
     this.put("vertex", gl.RGBA32UI, vertices, 4);
     if (this.order) this.setOrder(this.order);

@@ -112,6 +112,13 @@ fn find_by_vertices(model: &Contents<'_>, homes: &mut [Option<Home>]) {
     }
 }
 
+/// Whether triangles use all vertices up to a number.
+pub(super) fn uses_all(count: usize, triangles: impl Iterator<Item = [u32; 3]>) -> bool {
+    let mut is_used = vec![false; count];
+    triangles.flatten().for_each(|v| is_used[v as usize] = true);
+    !is_used.contains(&false)
+}
+
 /// An object of the file in one of its places, with its faces in the mesh.
 #[derive(Clone, Copy)]
 pub(super) struct PlacedObject<'a> {
@@ -182,10 +189,8 @@ impl<'a> PlacedObject<'a> {
 
     /// Whether the object has vertices that none of its triangles uses.
     pub(super) fn has_unused(&self) -> bool {
-        let mut is_used = vec![false; self.object.positions.len()];
-        let corners = self.object.triangles.iter().flat_map(|t| t.corners);
-        corners.for_each(|v| is_used[v as usize] = true);
-        is_used.contains(&false)
+        let triangles = self.object.triangles.iter();
+        !uses_all(self.object.positions.len(), triangles.map(|t| t.corners))
     }
 
     /// Extends ranges of heights in the build by its triangles: the first range by the triangles of the file, the second by its faces in

@@ -26,7 +26,7 @@ use super::settings::{PARTS, VOLUMES};
 use super::write::{ISOMEND, MATERIAL};
 use configs::{Components, Config, Recounts, counted_parts};
 use edits::Edits;
-use faces::{FacesOfParts, PlacedObject, sorted};
+use faces::{FacesOfParts, PlacedObject, sorted, uses_all};
 use isomend_core::mesh::Unit;
 use isomend_core::mesh::attributes::NONE;
 use object::{ModelText, NewFaces, ObjectText, Recount};
@@ -58,7 +58,7 @@ pub(super) fn rewrite(
         model,
         models: &models,
         sorted: &sorted,
-        drops_unused: uses_all_vertices(model),
+        drops_unused: uses_all(model.mesh.positions.len(), model.mesh.faces.iter().copied()),
         texts: BTreeMap::new(),
         recounts: Recounts::new(),
         notes: Vec::new(),
@@ -403,14 +403,6 @@ impl<'a> Rewriting<'a> {
         let other = heights.iter().filter(|(_, own)| is_other(own));
         other.map(|(name, _)| *name).collect()
     }
-}
-
-/// Whether faces use all vertices of a mesh.
-fn uses_all_vertices(model: &Contents<'_>) -> bool {
-    let mut is_used = vec![false; model.mesh.positions.len()];
-    let corners = model.mesh.faces.iter().flatten();
-    corners.for_each(|v| is_used[*v as usize] = true);
-    !is_used.contains(&false)
 }
 
 fn set_unit(outline: &Outline, unit: Unit, edits: &mut Edits) {
