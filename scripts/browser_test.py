@@ -73,8 +73,8 @@ TARGET = """((query) => {
   window.hit = "nothing";
   addEventListener("click", (event) => { window.hit = own(event.target) ? "hit" : name(event.target); }, { capture: true, once: true });
   return at; })(%s)"""
-# Pixels of the screen along one of the page, where nobody looks at the pictures and no time is measured.
-COARSE = 0.5
+# Options of the browser where nobody looks at the pictures and no time is measured: the processor draws, which takes most of the time of a test.
+COARSE = ["--webgl-antialiasing-mode=none", "--disable-gpu-compositing"]
 # Upper bound of a wait, in seconds: a wait that takes longer has failed.
 MOST_WAIT = 300
 # What the browser says where the page of a script is gone before the script has ended.
@@ -86,17 +86,17 @@ class Navigated(RuntimeError):
 
 
 class Browser:
-    """Chromium with one page, controlled through its debugging protocol. `scale` is the number of pixels of the screen along one of the page: the
-    processor draws them, which takes most of the time of a test."""
+    """Chromium with one page, controlled through its debugging protocol. With `coarse` it draws half as many pixels along each side, without
+    antialiasing."""
 
-    def __init__(self, program, folder, offline=True, scale=1):
-        self.scale = scale
+    def __init__(self, program, folder, offline=True, coarse=False):
+        self.coarse = coarse
         command = [program, "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle",
                    "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars", "--no-first-run",
                    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-pings",
                    # On a slow machine a picture may take longer than the 10 s after which Chromium restarts its drawing process.
                    "--disable-gpu-watchdog", "--disable-background-timer-throttling", "--disable-renderer-backgrounding",
-                   "--remote-debugging-port=0", "--remote-allow-origins=*", f"--user-data-dir={folder}", "about:blank"]
+                   "--remote-debugging-port=0", "--remote-allow-origins=*", f"--user-data-dir={folder}", *(COARSE if coarse else []), "about:blank"]
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         port = folder / "DevToolsActivePort"
         deadline = time.monotonic() + MOST_WAIT
@@ -174,7 +174,7 @@ class Browser:
 
     def size(self, width, height):
         """Gives the window a size in pixels of the page."""
-        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=self.scale, mobile=False)
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=0.5 if self.coarse else 1, mobile=False)
 
     def open(self, page, width=1280, height=900):
         self.size(width, height)
@@ -472,7 +472,7 @@ def main():
         pages = list(make_pages(arguments.isomend.resolve(), Path(folder)))
         profile = Path(folder) / "profile"
         profile.mkdir()
-        browser = Browser(chromium, profile, scale=1 if arguments.keep else COARSE)
+        browser = Browser(chromium, profile, coarse=not arguments.keep)
         try:
             for page in pages:
                 start = time.monotonic()

@@ -4,7 +4,7 @@
 #
 #   scripts/test.sh          the tests above; a quarter of an hour in a fresh clone
 #   scripts/test.sh --all    also each feature of the library alone, the Python wheel with the packages that it supports, checks of written
-#                            files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, a minute of
+#                            files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, half a minute of
 #                            fuzzing, and time and memory of fills against the last release, if there is one. A check that cannot run
 #                            is left out, with a message; with CI=true this is a failure, except for the lints of the WebAssembly
 #                            module: Rust's library for it cannot be fetched everywhere.
@@ -76,8 +76,9 @@ targets=(--lib --bin isomend --test engine --test house --test page --test progr
 export ISOMEND=$PWD/target/ci/isomend
 python=.venv/bin/python
 
+# The libraries, and all tests at once: while one package waits for another, the tests of a third are compiled.
 build() {
-    cargo build "${selection[@]}" "${targets[@]}"
+    cargo build "${selection[@]}" --lib --bin isomend --tests
 }
 
 rust_tests() {
@@ -119,12 +120,12 @@ python_tests() {
 parts_of_the_library() {
     local features said
     for features in '' io study view; do
-        said=$(cargo check --quiet --color never --lib --no-default-features --features "$features" 2>&1) || said+=$'\nit does not compile'
+        said=$(cargo check --quiet --color never --profile ci --lib --no-default-features --features "$features" 2>&1) || said+=$'\nit does not compile'
         [ -z "$said" ] || { printf "with the features '%s':\n%s\n" "$features" "$said"; return 1; }
     done
     # The part that is compiled for WebAssembly alone.
     if command -v rustup > /dev/null && rustup target add wasm32-wasip1 > /dev/null 2>&1; then
-        cargo clippy --quiet --package isomend-wasm --target wasm32-wasip1 -- -D warnings
+        cargo clippy --quiet --profile ci --package isomend-wasm --target wasm32-wasip1 -- -D warnings
     else
         echo "left out: the WebAssembly module, since Rust's library for it cannot be installed"
     fi
@@ -214,7 +215,7 @@ if [ -n "$all" ]; then
     stage 'parts of the library by themselves' parts_of_the_library
     stage 'written files, by other programs' written_files
     join
-    stage 'fuzz targets on mutated seeds' scripts/fuzz.sh 60
+    stage 'fuzz targets on mutated seeds' scripts/fuzz.sh 30
     stage 'speed against the last release' speed
 fi
 if [ -n "$apps" ]; then

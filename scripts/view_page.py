@@ -50,8 +50,8 @@ PANES = {"fill": "holes", "restore": "paint", "fair": "paint", "repair": "print"
 class Page(Browser):
     """The page, with a user's actions."""
 
-    def __init__(self, program, folder, keep, slow=1, scale=1):
-        super().__init__(program, folder, offline=False, scale=scale)
+    def __init__(self, program, folder, keep, slow=1, coarse=False):
+        super().__init__(program, folder, offline=False, coarse=coarse)
         self.wrong, self.keep = [], keep
         # The browser's own brake: the page's scripts take `slow` times as long.
         self.call("Emulation.setCPUThrottlingRate", rate=slow)

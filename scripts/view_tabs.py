@@ -20,7 +20,7 @@ def same_state(page, what):
 def two_tabs(page, program, folder, mesh, profile):
     """What one tab does, the other one shows: steps, undo, a preview that is taken; only changes are sent to each."""
     server = Server(program, mesh, folder / "log.txt")
-    other = Page(page.process.args[0], profile, None, scale=page.scale)
+    other = Page(page.process.args[0], profile, None, coarse=page.coarse)
     page.requests.clear()
     try:
         for tab in (page, other):

@@ -28,7 +28,7 @@ from pathlib import Path
 
 import numpy as np
 
-from browser_test import COARSE, MOST_WAIT, NAMES, ROOT, finish
+from browser_test import MOST_WAIT, NAMES, ROOT, finish
 from left_out import left_out
 from view_choices import check_point, choices
 from view_clicks import clicks
@@ -458,7 +458,7 @@ def run_group(name, chromium, program, base, keep, slow):
     if keep:
         (keep / name).mkdir(parents=True, exist_ok=True)
     start = time.monotonic()
-    page = Page(chromium, profile, keep and keep / name, slow, 1 if keep or name in ALONE else COARSE)
+    page = Page(chromium, profile, keep and keep / name, slow, coarse=not keep and name not in ALONE)
     print(f"{name}:", flush=True)
     try:
         GROUPS[name](page, program, folder)

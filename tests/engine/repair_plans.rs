@@ -385,7 +385,7 @@ fn a_closed_result_of_another_shape_is_doubtful() {
     let plate = cut(&block(DVec3::new(4.0, 4.0, 0.2), DVec3::ZERO, 8), |p| {
         p.x > 3.99
     });
-    let ball = sphere(6);
+    let ball = sphere(5);
     let mut rough = ball.clone();
     let mut random = Noise(77);
     for p in &mut rough.positions {

@@ -127,7 +127,7 @@ fn double_skins_with_pinholes_become_solid() {
     let half = 1.1 * H;
     for (name, body, places) in BODIES {
         let truth = surface(half, body);
-        for count in 0..=places.len() {
+        for count in [0, 2, places.len()] {
             let mesh = surface(half, |p| {
                 let pinhole = |c: &DVec3| 3.2 * H - p.distance(*c);
                 let holes = places[..count].iter().map(pinhole);

@@ -240,7 +240,7 @@ const MOST_AFTER: f64 = 0.05;
 /// Cancellations of each run. The parts of a run that they divide are 30 to 60 ms long, so that one of them falls into a stretch of
 /// twice the bound.
 #[cfg(target_os = "linux")]
-const MOMENTS: usize = 24;
+const MOMENTS: usize = 16;
 
 /// Runs `work` on one thread to its end, then cancels further runs, each at a pseudo-random moment of another of `moments` equal
 /// parts of that time; returns the longest CPU time from a cancellation to the end. A time above the bound is measured again, at

@@ -316,9 +316,9 @@ fn nothing_outside_the_folder_is_read_or_written() {
     assert!(desk.path("in/a.ply").exists());
 }
 
-/// Many holes in a fine sphere: seconds of work.
-fn save_many_holes(desk: &Desk) {
-    let fine = sphere(160);
+/// Many holes in a sphere with `n` parts along a side: seconds of work if it is fine.
+fn save_many_holes(desk: &Desk, n: u32) {
+    let fine = sphere(n);
     let holes = cut(&fine, |p| {
         p.x.abs() < 0.97 && (9.0 * p.x).sin() * (9.0 * p.y).sin() * (9.0 * p.z).cos() > 0.5
     });
@@ -338,7 +338,7 @@ fn long_request() -> Value {
 fn what_was_made_in_place_of_the_output_meanwhile_is_kept() {
     let outside = Desk::new();
     let desk = Desk::new();
-    save_many_holes(&desk);
+    save_many_holes(&desk, 48);
     let made = desk.path("made.ply");
     let mut client = Client::new(&desk, &["--threads", "1"]);
     for (is_link, part) in [(false, "exists already"), (true, "is a link")] {
@@ -364,7 +364,7 @@ fn what_was_made_in_place_of_the_output_meanwhile_is_kept() {
 #[test]
 fn a_call_is_stopped_by_the_client_and_reports_its_progress() {
     let desk = Desk::new();
-    save_many_holes(&desk);
+    save_many_holes(&desk, 160);
     let mut client = Client::new(&desk, &["--threads", "1"]);
     let request = long_request();
     client.send(&request.to_string());

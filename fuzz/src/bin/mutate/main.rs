@@ -5,9 +5,11 @@ mod worker;
 
 use std::alloc::System;
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
-use std::{env, fs};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::{env, fs, thread};
 
 use anyhow::{Context, bail};
 use cap::Cap;
@@ -27,7 +29,7 @@ struct Args {
     /// The targets; all of them by default.
     targets: Vec<String>,
 
-    /// How long to run in all, in seconds.
+    /// How long to run in all, in seconds. As many targets run at once as there are processors.
     #[arg(long, default_value_t = 60)]
     seconds: u64,
 
@@ -64,7 +66,13 @@ fn main() -> anyhow::Result<ExitCode> {
             bail!("a worker runs one target");
         };
         let seeds = worker::seeds(&args.corpus.join(name))?;
-        worker::run(run, &seeds, args.seed, args.seconds, file)?;
+        let (count, longest) = worker::run(run, &seeds, args.seed, args.seconds, file)?;
+        println!(
+            "{name}: {count} inputs in {} s with --seed {}, the slowest took {:.3} s",
+            args.seconds,
+            args.seed,
+            longest.as_secs_f64()
+        );
         return Ok(ExitCode::SUCCESS);
     }
     if !args.replay.is_empty() {
@@ -82,14 +90,34 @@ fn main() -> anyhow::Result<ExitCode> {
         }
         return Ok(ExitCode::SUCCESS);
     }
-    let mut code = ExitCode::SUCCESS;
-    let seconds = (args.seconds / targets.len() as u64).max(1);
-    for (name, _) in targets {
-        if !passes(name, seconds, &args)? {
-            code = ExitCode::FAILURE;
-        }
+    if all_pass(&targets, &args)? {
+        Ok(ExitCode::SUCCESS)
+    } else {
+        Ok(ExitCode::FAILURE)
     }
-    Ok(code)
+}
+
+/// Runs as many targets at once as there are processors, each for its share of the time.
+fn all_pass(targets: &[(&'static str, Target)], args: &Args) -> anyhow::Result<bool> {
+    let workers = thread::available_parallelism().map_or(1, NonZero::get);
+    let workers = workers.min(targets.len());
+    let seconds = (args.seconds * workers as u64 / targets.len() as u64).max(1);
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut right = true;
+        while let Some(&(name, _)) = targets.get(next.fetch_add(1, Ordering::Relaxed)) {
+            right &= passes(name, seconds, args)?;
+        }
+        anyhow::Ok(right)
+    };
+    thread::scope(|scope| {
+        let running: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+        let mut right = true;
+        for worker in running {
+            right &= worker.join().expect("a worker does not panic")?;
+        }
+        Ok(right)
+    })
 }
 
 /// The targets with these names, or all.
@@ -110,11 +138,6 @@ fn passes(name: &str, seconds: u64, args: &Args) -> anyhow::Result<bool> {
     let folder = args.artifacts.join(name);
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let input = folder.join(format!("running-{}", std::process::id()));
-    println!(
-        "{name}: {seconds} s with --seed {} on mutations of {}",
-        args.seed,
-        args.corpus.join(name).display()
-    );
     let status = Command::new(env::current_exe()?)
         .args([name, "--seed", &args.seed.to_string()])
         .args(["--seconds", &seconds.to_string(), "--corpus"])

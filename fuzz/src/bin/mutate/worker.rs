@@ -33,14 +33,15 @@ pub fn seeds(folder: &Path) -> anyhow::Result<Vec<Vec<u8>>> {
     Ok(files.collect::<Result<_, _>>()?)
 }
 
-/// Runs a target on the seeds, then on mutations of them until the time is over. Each input is in `file` before it is run.
+/// Runs a target on the seeds, then on mutations of them until the time is over. Each input is in `file` before it is run. Returns their
+/// number and the longest time.
 pub fn run(
     target: Target,
     seeds: &[Vec<u8>],
     seed: u64,
     seconds: u64,
     file: &Path,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<(usize, Duration)> {
     let mut rng = Rng::with_seed(seed);
     let end = Instant::now() + Duration::from_secs(seconds);
     let watch = watch();
@@ -58,11 +59,7 @@ pub fn run(
         let _ = watch.send(false);
         count += 1;
     }
-    println!(
-        "    {count} inputs, the slowest took {:.3} s",
-        longest.as_secs_f64()
-    );
-    Ok(())
+    Ok((count, longest))
 }
 
 /// Runs a target on one input, within the same limits.
