@@ -14,6 +14,7 @@ mod apart;
 mod attributes;
 mod base;
 mod check;
+mod chips;
 mod convergence;
 mod counterpart;
 mod creases;

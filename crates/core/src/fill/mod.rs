@@ -14,6 +14,7 @@ mod grids;
 mod invented;
 mod level_set;
 mod like;
+mod lip;
 mod params;
 mod planar;
 mod problem;

@@ -11,8 +11,8 @@ use super::report::RegionReport;
 use super::so_far::{LevelEnd, Made, SoFar, Tried};
 use super::strategy::{Candidate, Ending, Step, is_costly, next_step};
 use super::{
-    base, counterpart, faired, finish_step, level_set, planar, rim_triangles, rounded, seam, sharp,
-    straight_opening,
+    base, counterpart, faired, finish_step, level_set, lip, planar, rim_triangles, rounded, seam,
+    sharp, straight_opening,
 };
 use crate::mesh::Hole;
 use crate::region::{Start, VoxelSize};
@@ -154,6 +154,7 @@ fn make<'b>(problem: &'b RegionProblem<'_>, candidate: Candidate, so_far: &mut S
         Candidate::Counterpart => counterpart::make(problem, so_far),
         Candidate::Sides => sharp::make(problem, so_far),
         Candidate::Rounded => rounded::make(problem, so_far),
+        Candidate::Lip => lip::make(problem),
         Candidate::LevelSet(now) => {
             let made;
             (made, level) = level_set::make(problem, &now, so_far);
@@ -204,6 +205,7 @@ fn cost(problem: &RegionProblem<'_>, candidate: Candidate, so_far: &SoFar<'_>) -
         Candidate::Counterpart => counterpart::cost(problem),
         Candidate::Sides => sharp::cost(problem),
         Candidate::Rounded => rounded::cost(problem),
+        Candidate::Lip => lip::cost(problem),
         Candidate::LevelSet(now) => level_set::cost(problem, &now),
         Candidate::Finished => finish_step::cost(joined()),
         Candidate::Faired | Candidate::EachFaired => faired::cost(problem),

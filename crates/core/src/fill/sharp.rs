@@ -324,7 +324,7 @@ pub(super) struct WidenedHole {
 
 impl WidenedHole {
     /// Root mean square distance of the removed vertices from a patch; none where no vertex was removed.
-    fn distance(&self, new: &[DVec3], faces: &[[u32; 3]]) -> Option<f64> {
+    pub(super) fn distance(&self, new: &[DVec3], faces: &[[u32; 3]]) -> Option<f64> {
         let patch = Mesh::new([&self.mesh.positions, new].concat(), faces.to_vec());
         let tree = Bvh::new(&patch, 0..faces.len() as u32);
         self.root_mean_square(|p| {

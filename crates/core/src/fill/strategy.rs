@@ -41,6 +41,8 @@ pub(super) enum Candidate {
     Sides,
     /// Flat sides with rounded edges between them.
     Rounded,
+    /// The edge of a wall that the only rim crosses twice, and its two sides.
+    Lip,
     /// The zero set of a level set, joined to the rims.
     LevelSet(Attempt),
     /// The unconverged level set with the smallest last update, where none converged, joined to the rims.
@@ -146,6 +148,7 @@ fn preferred(made: &[Ending], region: &RetryContext) -> Option<Step> {
         (region.has_counterpart, Candidate::Counterpart),
         (region.may_be_sharp, Candidate::Sides),
         (region.may_be_sharp, Candidate::Rounded),
+        (region.may_be_sharp, Candidate::Lip),
     ];
     let possible = candidates
         .into_iter()
