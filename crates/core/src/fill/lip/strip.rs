@@ -12,7 +12,7 @@ const LEAST_TOWARDS: Tunable<f64> = tunable("fill.lip.least_towards", 0.14);
 const LONGEST: Tunable<f64> = tunable("fill.lip.longest", 1.35);
 /// Root mean square distance of the places of the edge from the curve, over their distance from its ends, at most: half a circle is no cubic
 /// curve, and is refused by this.
-const MOST_OFF: Tunable<f64> = tunable("fill.lip.most_off", 0.35);
+const MOST_OFF: Tunable<f64> = tunable("fill.lip.most_off", 0.25);
 /// Fits of the curve, each with the length of the one before.
 const FITS: usize = 4;
 /// Parts of the curve by which its length is measured.
