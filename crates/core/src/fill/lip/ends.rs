@@ -165,7 +165,7 @@ impl<'a> Rim<'a> {
                 best = (distance, to);
             }
         }
-        best.0.is_finite().then(|| Pair { from, to: best.1 })
+        best.0.is_finite().then_some(Pair { from, to: best.1 })
     }
 
     /// The end whose last pair of vertices is given, in the direction of the rim; its profile reaches farther by a length.
