@@ -72,13 +72,13 @@ export PYO3_BUILD_EXTENSION_MODULE=1
 # The same packages and targets for building and testing; with others, the packages would be built again with other features of their
 # dependencies.
 selection=(--profile ci --workspace --exclude isomend-fuzz --exclude isomend-wasm)
-targets=(--lib --bin isomend --test engine --test house --test page --test program)
+targets=(--lib --bin isomend --tests)
 export ISOMEND=$PWD/target/ci/isomend
 python=.venv/bin/python
 
 # The libraries, and all tests at once: while one package waits for another, the tests of a third are compiled.
 build() {
-    cargo build "${selection[@]}" --lib --bin isomend --tests
+    cargo build "${selection[@]}" "${targets[@]}"
 }
 
 rust_tests() {

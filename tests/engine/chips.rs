@@ -6,7 +6,7 @@ use isomend::check::CheckParams;
 use isomend::glam::{DVec2, DVec3};
 use isomend::{Closure, FillParams, Mesh, Sharp, fill, inspect};
 
-use crate::shapes::{Noise, cut, moved, volume};
+use crate::shapes::{Noise, cut, volume};
 
 /// Half the thickness of the walls.
 const HALF: f64 = 0.05;
@@ -159,7 +159,7 @@ fn an_edge_goes_on_only_where_sharp_edges_do_and_a_wall_ends() {
     assert_ne!(off.report.regions[0].closure, Some(Closure::Sides));
     // A hole in one side of the wall, and one through it, meet no edge.
     let (_, middle, length) = BODIES[1];
-    let plate = moved(&body(middle, length), 1.0, DVec3::ZERO);
+    let plate = body(middle, length);
     for cut_out in [
         cut(&plate, |p| {
             p.z > 0.0 && p.distance(DVec3::new(0.5, 0.0, HALF)) < 0.2

@@ -392,6 +392,7 @@ fn a_closed_result_of_another_shape_is_doubtful() {
         *p += 0.6 * random.vector();
     }
     let cut_open = cut(&rough, |p| p.z > 0.6);
+    let mut doubtful = 0;
     for mesh in [
         cut_open,
         joined(&plate, &moved(&plate, 1.0, DVec3::new(1.0, 1.0, 0.1))),
@@ -405,7 +406,9 @@ fn a_closed_result_of_another_shape_is_doubtful() {
             "{} faces lost without a word",
             done.report.lost_faces
         );
+        doubtful += usize::from(done.report.doubt.is_some());
     }
+    assert!(doubtful > 0);
 }
 
 #[test]

@@ -71,7 +71,7 @@ fn fill(local: &mut Local, patch: &mut Patch, linear: LinearFill) {
 }
 
 /// Adds a patch to another one; both number new vertices from `count` on.
-fn join(all: &mut Patch, one: &Patch, count: u32) {
+pub(super) fn join(all: &mut Patch, one: &Patch, count: u32) {
     let base = all.positions.len() as u32;
     let moved = |v: u32| if v < count { v } else { v + base };
     all.positions.extend(&one.positions);

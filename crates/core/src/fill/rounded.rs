@@ -71,7 +71,7 @@ impl RegionProblem<'_> {
     /// be removed.
     fn rounded_error(&self, part: &Part, rim: &[u32]) -> Option<[f64; 2]> {
         RINGS.into_iter().find_map(|rings| {
-            let widened = self.widened(part, rim, rings)?;
+            let widened = self.widened(&part.mesh, rim, rings)?;
             let around = VertexFaces::new(&widened.mesh);
             let model = Rounded::find(&widened.mesh, &around, &widened.hole.rim, self.cancel)?;
             let own = widened.root_mean_square(|p| model.onto(p).distance(p))?;

@@ -236,7 +236,7 @@ impl RegionProblem<'_> {
     /// How well the sides, and a smooth patch, predict the innermost rings of faces when these are removed; none where the
     /// removal leaves no single hole, or either patch fails.
     fn prediction(&self, part: &Part, rim: &[u32], rings: u32) -> Option<Prediction> {
-        let widened = self.widened(part, rim, rings)?;
+        let widened = self.widened(&part.mesh, rim, rings)?;
         let around = VertexFaces::new(&widened.mesh);
         let mut sides =
             RimSides::new(&widened.mesh, &around, &widened.hole.rim, self.cancel).ok()?;
@@ -255,22 +255,40 @@ impl RegionProblem<'_> {
     }
 
     /// The mesh without the innermost rings of faces around its hole; none where that leaves no single hole, or the token is set.
-    pub(super) fn widened(&self, part: &Part, rim: &[u32], rings: u32) -> Option<WidenedHole> {
+    pub(super) fn widened(&self, mesh: &Mesh, rim: &[u32], rings: u32) -> Option<WidenedHole> {
         (!self.cancel.is_cancelled()).then_some(())?;
-        let widened = without_rings(&part.mesh, rim, rings)?;
-        let rest = Part::new(&part.mesh, &widened.kept, std::iter::empty());
-        let mut mesh = rest.mesh.clone();
-        let mut topology = Topology::new(&mut mesh);
-        let (holes, _) = find_holes(&mesh, &mut topology);
+        let widened = without_rings(mesh, rim, rings)?;
+        let rest = Part::new(mesh, &widened.kept, std::iter::empty());
+        let mut left = rest.mesh.clone();
+        let mut topology = Topology::new(&mut left);
+        let (holes, _) = find_holes(&left, &mut topology);
         let hole = widened_hole(holes, &rest, &widened.removed)?;
         let is_inner = |v: &&u32| !hole.rim.iter().any(|&r| rest.vertices()[r as usize] == **v);
         let inner = widened.removed.iter().filter(is_inner);
         Some(WidenedHole {
-            points: inner.map(|&v| part.mesh.positions[v as usize]).collect(),
-            mesh,
+            points: inner.map(|&v| mesh.positions[v as usize]).collect(),
+            mesh: left,
             topology,
             hole,
         })
+    }
+
+    /// The problem of a hole of another mesh, whose faces `all` has.
+    pub(super) fn of_hole<'b>(
+        &'b self,
+        mesh: &'b Mesh,
+        holes: &'b [&'b Hole],
+        all: &'b Sampler<'b>,
+    ) -> RegionProblem<'b> {
+        RegionProblem {
+            mesh,
+            holes,
+            decided: None,
+            known: all,
+            all,
+            joined: &[],
+            ..*self
+        }
     }
 
     /// Root mean square distance of the removed vertices from a smooth patch.
@@ -280,15 +298,10 @@ impl RegionProblem<'_> {
             ..self.params.clone()
         };
         let all = Sampler::new(&widened.mesh, &widened.topology);
+        let holes = [&widened.hole];
         let problem = RegionProblem {
-            mesh: &widened.mesh,
-            holes: &[&widened.hole],
-            decided: None,
-            known: &all,
-            all: &all,
             params: &params,
-            joined: &[],
-            ..*self
+            ..self.of_hole(&widened.mesh, &holes, &all)
         };
         let smooth = problem.faired()?.patch;
         widened.distance(&smooth.positions, &smooth.faces)

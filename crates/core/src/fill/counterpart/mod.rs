@@ -199,7 +199,7 @@ impl RegionProblem<'_> {
     /// be made.
     fn rings(&self, around: &Part, rings: u32) -> Option<Rings> {
         let rim: Vec<u32> = self.holes[0].rim.iter().map(|&v| around.local(v)).collect();
-        let widened = self.widened(around, &rim, rings)?;
+        let widened = self.widened(&around.mesh, &rim, rings)?;
         let hole = &widened.hole;
         Some(Rings {
             collar: Collar::new(&widened.mesh, &hole.rim, hole.diameter),

@@ -25,9 +25,7 @@ pub(super) struct End {
     pub(super) profile: Vec<u32>,
     /// The outermost place of the edge, midway between the sides.
     pub(super) tip: DVec3,
-    /// Unit vector from the second side to the first.
-    pub(super) across: DVec3,
-    /// Unit vector out of the wall, perpendicular to `across`.
+    /// Unit vector out of the wall, perpendicular to the way across it.
     pub(super) outwards: DVec3,
 }
 
@@ -37,26 +35,14 @@ pub(super) struct Ends {
     pub(super) thickness: f64,
 }
 
-/// The two ends of the edge of a wall at a rim that runs along one side, over the edge, back along the other side, and over the edge again;
-/// none for any other rim. Their profiles reach `beyond` thicknesses of the wall beyond the last pair of opposite vertices.
-pub(super) fn ends(mesh: &Mesh, rim: &[u32], beyond: f64) -> Option<Ends> {
-    let around = &VertexFaces::new(mesh);
-    // The other side of a groove is in front of the first, the other side of a wall is behind it.
-    [-1.0, 1.0].into_iter().find_map(|front| {
-        let rim = Rim::new(mesh, around, rim, front);
-        rim.ends(beyond)
-    })
-}
-
 /// A vertex of a rim, and the nearest one on the other side of the wall.
 struct Pair {
     from: usize,
     to: usize,
 }
 
-struct Rim<'a> {
-    /// 1 for a groove, −1 for a wall.
-    front: f64,
+/// A rim, with the smoothed normals of its vertices.
+pub(super) struct Rim<'a> {
     vertices: &'a [u32],
     at: Vec<DVec3>,
     normals: Vec<DVec3>,
@@ -65,16 +51,23 @@ struct Rim<'a> {
 }
 
 impl<'a> Rim<'a> {
-    fn new(mesh: &Mesh, around: &VertexFaces, vertices: &'a [u32], front: f64) -> Self {
+    pub(super) fn new(mesh: &Mesh, vertices: &'a [u32]) -> Self {
+        let around = VertexFaces::new(mesh);
+        Self::with_normals(mesh, vertices, |v| vertex_normal(mesh, &around, v))
+    }
+
+    /// With the unit normals of its vertices.
+    pub(super) fn with_normals(
+        mesh: &Mesh,
+        vertices: &'a [u32],
+        normal: impl Fn(u32) -> DVec3,
+    ) -> Self {
         let n = vertices.len();
         let at: Vec<DVec3> = vertices
             .iter()
             .map(|&v| mesh.positions[v as usize])
             .collect();
-        let own: Vec<DVec3> = vertices
-            .iter()
-            .map(|&v| vertex_normal(mesh, around, v))
-            .collect();
+        let own: Vec<DVec3> = vertices.iter().map(|&v| normal(v)).collect();
         let mean = |i: usize| {
             let near = (0..=2 * AVERAGED).map(|k| own[(i + n + k - AVERAGED) % n]);
             near.sum::<DVec3>().normalize_or_zero()
@@ -84,7 +77,6 @@ impl<'a> Rim<'a> {
             lengths.push(lengths[i] + at[i].distance(at[(i + 1) % n]));
         }
         Self {
-            front,
             vertices,
             normals: (0..n).map(mean).collect(),
             at,
@@ -100,9 +92,19 @@ impl<'a> Rim<'a> {
         self.at[pair.from].distance(self.at[pair.to])
     }
 
-    /// The two ends, and the median thickness.
-    fn ends(&self, beyond: f64) -> Option<Ends> {
-        let (pairs, thickness) = self.pairs()?;
+    /// The two ends of the edge of a wall, if the rim runs along one side, over the edge, back along the other side, and over the edge
+    /// again; none for any other rim. Their profiles reach `beyond` thicknesses of the wall beyond the last pair of opposite vertices.
+    pub(super) fn ends(&self, beyond: f64) -> Option<Ends> {
+        // The other side of a groove is in front of the first, the other side of a wall is behind it.
+        let fronts = [-1.0, 1.0];
+        fronts
+            .into_iter()
+            .find_map(|front| self.ends_at(front, beyond))
+    }
+
+    /// The two ends of a wall (`front` is −1) or of a groove (1).
+    fn ends_at(&self, front: f64, beyond: f64) -> Option<Ends> {
+        let (pairs, thickness) = self.pairs(front)?;
         let near = self.nearest(&pairs, |p| self.way(p.from, p.to))?;
         // Along the rim from there: the second side, the far end, the first side.
         let after = |i: usize| (i + self.len() - near.to) % self.len();
@@ -110,10 +112,9 @@ impl<'a> Rim<'a> {
             .iter()
             .filter(|p| after(p.to) < after(p.from) && after(p.from) <= after(near.from));
         let far = self.nearest(from_first, |p| self.way(p.to, p.from))?;
-        let first = self.end(near.from, near.to, beyond * thickness)?;
-        let mut second = self.end(far.to, far.from, beyond * thickness)?;
+        let first = self.end([near.from, near.to], front, beyond * thickness)?;
+        let mut second = self.end([far.to, far.from], front, beyond * thickness)?;
         second.profile.reverse();
-        second.across = -second.across;
         let apart = first.tip.distance(second.tip);
         (apart > LEAST_APART.get() * thickness).then_some(Ends {
             both: [first, second],
@@ -142,9 +143,9 @@ impl<'a> Rim<'a> {
     }
 
     /// The vertices that have the other side of the wall behind them, and the median thickness of the wall; none if these are few.
-    fn pairs(&self) -> Option<(Vec<Pair>, f64)> {
+    fn pairs(&self, front: f64) -> Option<(Vec<Pair>, f64)> {
         (self.len() > 4 * AVERAGED).then_some(())?;
-        let pairs = (0..self.len()).filter_map(|i| self.pair(i));
+        let pairs = (0..self.len()).filter_map(|i| self.pair(i, front));
         let mut pairs: Vec<Pair> = pairs.collect();
         let mut distances: Vec<f64> = pairs.iter().map(|p| self.distance(p)).collect();
         distances.sort_unstable_by(f64::total_cmp);
@@ -155,12 +156,13 @@ impl<'a> Rim<'a> {
         (pairs.len() as f64 >= fewest).then_some((pairs, median))
     }
 
-    fn pair(&self, from: usize) -> Option<Pair> {
+    /// A vertex and the nearest one on the other side of the wall, if there is one.
+    fn pair(&self, from: usize, front: f64) -> Option<Pair> {
         let (at, normal) = (self.at[from], self.normals[from]);
         let mut best = (f64::INFINITY, from);
         for (to, (other, n)) in self.at.iter().zip(&self.normals).enumerate() {
             let (way, distance) = (*other - at, at.distance(*other));
-            let is_there = self.front * way.dot(normal) > ALONG_NORMAL.get() * distance;
+            let is_there = front * way.dot(normal) > ALONG_NORMAL.get() * distance;
             if distance < best.0 && is_there && n.dot(normal) < OPPOSITE.get() {
                 best = (distance, to);
             }
@@ -169,7 +171,7 @@ impl<'a> Rim<'a> {
     }
 
     /// The end whose last pair of vertices is given, in the direction of the rim; its profile reaches farther by a length.
-    fn end(&self, from: usize, to: usize, reach: f64) -> Option<End> {
+    fn end(&self, [from, to]: [usize; 2], front: f64, reach: f64) -> Option<End> {
         let n = self.len();
         let (mut first, mut last) = (from, to);
         while self.way(first, from) < reach {
@@ -183,14 +185,13 @@ impl<'a> Rim<'a> {
         let across = (self.at[from] - self.at[to]).try_normalize()?;
         let middle = 0.5 * (self.at[from] + self.at[to]);
         let normals = places.iter().map(|&i| self.normals[i]);
-        let outwards = -self.front * normals.sum::<DVec3>().reject_from_normalized(across);
+        let outwards = -front * normals.sum::<DVec3>().reject_from_normalized(across);
         let outwards = outwards.try_normalize()?;
         let height = |&i: &usize| (self.at[i] - middle).dot(outwards);
         let highest = places.iter().map(height).fold(0.0, f64::max);
         Some(End {
             profile: places.iter().map(|&i| self.vertices[i]).collect(),
             tip: middle + highest * outwards,
-            across,
             outwards,
         })
     }

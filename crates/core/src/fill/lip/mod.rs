@@ -1,20 +1,22 @@
-//! Candidate: the rounded edge of a wall, continued between two places at which the rim crosses it. A rim that runs along one side of a wall, over
-//! its edge, and back along the other side is the rim of a chip: the surface of least energy there is a bulb. (The same with the bottom of a groove.) The profile of the edge is
-//! swept from the one place to the other; what is left open at both sides of the wall is faired. Made only where that predicts the faces
-//! around the hole much better than a smooth patch.
+//! Candidate: the rounded edge of a wall, continued between two places at which the rim crosses it. A rim that runs along one side of a
+//! wall, over its edge, and back along the other side is the rim of a chip: the surface of least energy there is a bulb. (The same holds for
+//! the bottom of a groove.) The profile of the edge is swept from the one place to the other; what is left open at both sides of the wall is
+//! faired. Made only where that predicts the faces around the hole much better than a smooth patch.
 
 mod ends;
 mod strip;
 
+use std::cell::{LazyCell, OnceCell};
+
 use glam::DVec3;
 
 use super::candidate::FinishedPatch;
-use super::faired;
+use super::faired::{self, join};
 use super::finish_step::Local;
 use super::params::Finish;
 use super::problem::RegionProblem;
 use super::region_patch::RegionPatch;
-use super::sharp::{CLEARLY_BETTER, RINGS};
+use super::sharp::{CLEARLY_BETTER, RINGS, WidenedHole};
 use super::so_far::Made;
 use crate::elementary::hypot;
 use crate::finish::biharmonic;
@@ -22,7 +24,7 @@ use crate::mesh::{Hole, Mesh, Part, Topology, find_holes};
 use crate::sdf::Sampler;
 use crate::stitch::{Patch, count_intersecting, flipped};
 use crate::tuning::{Tunable, tunable};
-use ends::{End, Ends, ends};
+use ends::{Ends, Rim};
 use strip::Strip;
 
 /// Rings of faces around the rim, each of which is removed to find where the edge of the wall goes.
@@ -48,6 +50,23 @@ pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
     problem.lip().into()
 }
 
+/// A hole whose rim crosses the edge of a wall twice.
+struct Crossing<'a> {
+    mesh: &'a Mesh,
+    hole: &'a Hole,
+    rim: Rim<'a>,
+    /// Places of the edge that go on from its two ends, away from the hole.
+    places: [Vec<DVec3>; 2],
+}
+
+/// The same hole without the innermost rings of faces, which the continued edge must predict.
+struct Test<'a> {
+    widened: &'a WidenedHole,
+    crossing: Crossing<'a>,
+    /// The error of a smooth patch, once it is needed; none where that cannot be made.
+    smooth: OnceCell<Option<f64>>,
+}
+
 /// A patch with the continued edge of a wall, in the vertex numbers of a mesh.
 struct Lipped {
     positions: Vec<DVec3>,
@@ -65,41 +84,66 @@ impl RegionProblem<'_> {
         let [hole] = self.holes else {
             return None;
         };
+        Rim::with_normals(self.mesh, &hole.rim, |v| self.known.normal(v)).ends(0.0)?;
+        let part = self.wide_part(&Patch::default());
+        let hole = &Hole {
+            rim: hole.rim.iter().map(|&v| part.local(v)).collect(),
+            ..(*hole).clone()
+        };
+        let mesh = &part.mesh;
+        let crossing = self.crossing(mesh, hole)?;
+        let widened =
+            RINGS.map(|rings| LazyCell::new(move || self.widened(mesh, &hole.rim, rings)));
+        let tests = widened.each_ref().map(|widened| {
+            LazyCell::new(move || {
+                let widened = widened.as_ref()?;
+                Some(Test {
+                    widened,
+                    crossing: self.crossing(&widened.mesh, &widened.hole)?,
+                    smooth: OnceCell::new(),
+                })
+            })
+        });
         BEYOND.into_iter().find_map(|beyond| {
-            let part = self.wide_part(&Patch::default());
-            self.lip_from(hole, part, beyond)
+            let tests = tests.iter().filter_map(|test| test.as_ref());
+            let error = self.lip_error(tests, beyond)?;
+            let lipped = self.lipped(&crossing, beyond, Finish::Auto)?;
+            self.closed_by_lip(part.clone(), &hole.rim, lipped, error)
         })
     }
 
-    /// The same with profiles of the edge that reach a number of thicknesses beyond the last pair of opposite vertices.
-    fn lip_from(&self, hole: &Hole, part: Part, beyond: f64) -> Option<RegionPatch> {
-        let rim: Vec<u32> = hole.rim.iter().map(|&v| part.local(v)).collect();
-        let own = Hole {
-            rim: rim.clone(),
-            ..hole.clone()
-        };
-        let error = self.lip_error(&part, &rim, beyond)?;
-        let lipped = self.lipped(&part.mesh, &own, beyond, Finish::Auto)?;
+    /// The region closed by a patch of a part of the mesh; none if it intersects anything.
+    fn closed_by_lip(
+        &self,
+        part: Part,
+        rim: &[u32],
+        lipped: Lipped,
+        error: f64,
+    ) -> Option<RegionPatch> {
         let patch = Patch {
             positions: lipped.positions,
             faces: lipped.faces,
             ..Patch::default()
         };
         // Where the rim runs along the edge of the wall, the strip has faces without area, which may lie on their backs.
-        let patch = flipped(&part.mesh, &rim, &patch);
+        let patch = flipped(&part.mesh, rim, &patch);
         let shape = (&patch.positions[..], &patch.faces[..]);
+        let at_rim: Vec<DVec3> = rim
+            .iter()
+            .map(|&v| part.mesh.positions[v as usize])
+            .collect();
         let local = Local::of_part(part, self.mesh.positions.len(), shape, self.cancel);
         let closed = self.closed_by_sides(&local, patch, Vec::new(), Some(error));
         let mut region = closed.ok()?;
-        let edge = hole.length / hole.edges.max(1) as f64;
-        let at_rim = |p: &DVec3| {
-            let all = hole.rim.iter().map(|&v| self.mesh.positions[v as usize]);
-            all.map(|q| q.distance(*p)).fold(f64::INFINITY, f64::min)
+        let edge = edge_length(self.holes[0]);
+        let from_rim = |p: &DVec3| {
+            let all = at_rim.iter().map(|q| q.distance(*p));
+            all.fold(f64::INFINITY, f64::min)
         };
         let all = region.expected_error.iter_mut().zip(&region.mesh.positions);
         for ((expected, p), of_side) in all.zip(lipped.errors) {
             // The curve of the edge is as wrong at the rings as it was found to be, and more the farther it goes on.
-            let farther = f64::max(at_rim(p) / (f64::from(RINGS[0]) * edge), 1.0);
+            let farther = f64::max(from_rim(p) / (f64::from(RINGS[0]) * edge), 1.0);
             *expected = expected.map(|e| hypot(e * farther, of_side.unwrap_or(0.0)));
         }
         Some(region)
@@ -107,14 +151,12 @@ impl RegionProblem<'_> {
 
     /// The error with which the continued edge predicts the innermost rings of faces around the hole; none where a smooth patch predicts
     /// them about as well.
-    fn lip_error(&self, part: &Part, rim: &[u32], beyond: f64) -> Option<f64> {
-        let (widened, lipped) = RINGS.into_iter().find_map(|rings| {
-            let widened = self.widened(part, rim, rings)?;
-            let lipped = self.lipped(&widened.mesh, &widened.hole, beyond, Finish::None)?;
-            Some((widened, lipped))
-        })?;
-        let own = widened.distance(&lipped.positions, &lipped.faces)?;
-        let smooth = self.smooth_error(&widened);
+    fn lip_error<'t>(&self, tests: impl Iterator<Item = &'t Test<'t>>, beyond: f64) -> Option<f64> {
+        let mut made = tests
+            .filter_map(|test| Some((test, self.lipped(&test.crossing, beyond, Finish::None)?)));
+        let (test, lipped) = made.next()?;
+        let own = test.widened.distance(&lipped.positions, &lipped.faces)?;
+        let smooth = test.smooth.get_or_init(|| self.smooth_error(test.widened));
         log::debug!(
             "region {}: edge of a wall, predicted {own:.4}, smooth {smooth:.4?}",
             self.id
@@ -126,13 +168,12 @@ impl RegionProblem<'_> {
         (own < most).then_some(own)
     }
 
-    /// The patch of a hole of a mesh with the edge of the wall that its rim crosses twice.
-    fn lipped(&self, mesh: &Mesh, hole: &Hole, beyond: f64, finish: Finish) -> Option<Lipped> {
-        let Ends { both, thickness } = ends(mesh, &hole.rim, beyond)?;
-        let places = self.places(mesh, &hole.rim, &both)?;
-        let edge = hole.length / hole.edges.max(1) as f64;
+    /// The patch of a hole with the edge of the wall that its rim crosses twice.
+    fn lipped(&self, crossing: &Crossing<'_>, beyond: f64, finish: Finish) -> Option<Lipped> {
+        let (mesh, hole) = (crossing.mesh, crossing.hole);
+        let Ends { both, thickness } = crossing.rim.ends(beyond)?;
         let strip = REACHES.into_iter().find_map(|reach| {
-            let strip = Strip::swept(mesh, &both, &places, edge, reach)?;
+            let strip = Strip::swept(mesh, &both, &crossing.places, edge_length(hole), reach)?;
             let crossing = count_intersecting(mesh, &strip.positions, &strip.faces);
             (crossing == 0).then_some(strip)
         })?;
@@ -143,63 +184,43 @@ impl RegionProblem<'_> {
         let mut topology = Topology::new(&mut joined);
         let (holes, _) = find_holes(&joined, &mut topology);
         let is_new = |v: &u32| *v as usize >= mesh.positions.len();
-        let sides = holes.iter().filter(|h| h.rim.iter().any(is_new));
-        let sides: Vec<&Hole> = sides.collect();
-        (sides.len() == 2).then_some(())?;
+        let open = holes.iter().filter(|h| h.rim.iter().any(is_new));
+        let open: Vec<&Hole> = open.collect();
+        (open.len() == 2).then_some(())?;
         let all = Sampler::new(&joined, &topology);
-        let mut lipped = Lipped {
-            thickness,
-            errors: vec![None; strip.positions.len()],
-            positions: strip.positions,
-            faces: strip.faces,
-        };
-        for side in sides {
-            let one = RegionProblem {
-                mesh: &joined,
-                holes: &[side],
-                known: &all,
-                all: &all,
-                decided: None,
-                joined: &[],
-                base: None,
-                counterparts: None,
-                reference: None,
-                extent: None,
-                ..*self
-            };
+        let mut sides = Patch::default();
+        let mut errors = vec![None; strip.positions.len()];
+        for side in &open {
+            let side = std::slice::from_ref(side);
+            let one = self.of_hole(&joined, side, &all);
             let made = match finish {
                 Finish::None => {
-                    let (local, patch) = one.spanned(side, biharmonic)?;
+                    let (local, patch) = one.spanned(side[0], biharmonic)?;
                     FinishedPatch::unfinished(local.to_whole(patch))
                 }
                 _ => one.faired()?,
             };
-            let (count, base) = (joined.positions.len(), mesh.positions.len());
-            let base = (base + lipped.positions.len()) as u32;
-            let moved = |v: u32| match (v as usize).checked_sub(count) {
-                Some(new) => base + new as u32,
-                None => v,
-            };
-            let faces = made.patch.faces.iter().map(|f| f.map(moved));
-            lipped.faces.extend(faces);
-            lipped.positions.extend(made.patch.positions);
-            lipped.errors.extend(made.expected_error);
+            join(&mut sides, &made.patch, joined.positions.len() as u32);
+            errors.extend(made.expected_error);
         }
-        Some(lipped)
+        Some(Lipped {
+            positions: [strip.positions, sides.positions].concat(),
+            faces: [strip.faces, sides.faces].concat(),
+            thickness,
+            errors,
+        })
     }
 
-    /// Places of the edge of the wall that go on from its two ends, away from the hole.
-    fn places(&self, mesh: &Mesh, rim: &[u32], from: &[End; 2]) -> Option<[Vec<DVec3>; 2]> {
-        let all: Vec<u32> = (0..mesh.faces.len() as u32).collect();
-        let whole = Part::new(mesh, &all, std::iter::empty());
-        let rim: Vec<u32> = rim.iter().map(|&v| whole.local(v)).collect();
+    /// A hole whose rim crosses the edge of a wall twice; none where it does not, or where the edge goes on nowhere.
+    fn crossing<'b>(&self, mesh: &'b Mesh, hole: &'b Hole) -> Option<Crossing<'b>> {
+        let rim = Rim::new(mesh, &hole.rim);
+        let mut last = rim.ends(0.0)?.both.map(|end| end.tip);
         let mut places = [Vec::new(), Vec::new()];
-        let mut last = [from[0].tip, from[1].tip];
         for rings in 1..=PLACES.get() {
-            let Some(widened) = self.widened(&whole, &rim, rings) else {
+            let Some(widened) = self.widened(mesh, &hole.rim, rings) else {
                 break;
             };
-            let Some(next) = ends(&widened.mesh, &widened.hole.rim, 0.0) else {
+            let Some(next) = Rim::new(&widened.mesh, &widened.hole.rim).ends(0.0) else {
                 break;
             };
             let tips = next.both.map(|end| end.tip);
@@ -213,6 +234,16 @@ impl RegionProblem<'_> {
             places[0].push(last[0]);
             places[1].push(last[1]);
         }
-        (places[0].len() >= FEWEST_PLACES).then_some(places)
+        (places[0].len() >= FEWEST_PLACES).then_some(Crossing {
+            mesh,
+            hole,
+            rim,
+            places,
+        })
     }
+}
+
+/// Mean length of the edges of a rim.
+fn edge_length(hole: &Hole) -> f64 {
+    hole.length / hole.edges.max(1) as f64
 }

@@ -41,7 +41,7 @@ fn hermite(u: f64) -> [f64; 4] {
 impl Cubic {
     /// The curve between two ends that fits further places before the first and after the second one, by least squares; places count less
     /// the farther they are. None if it turns back or is much longer than its chord.
-    fn fitted(ends: [DVec3; 2], beyond: &[Vec<DVec3>; 2]) -> Option<Self> {
+    fn fitted(ends: [DVec3; 2], places: &[Vec<DVec3>; 2]) -> Option<Self> {
         let chord = ends[1] - ends[0];
         let mut length = chord.length();
         let mut curve = Self {
@@ -49,11 +49,11 @@ impl Cubic {
             slopes: [chord; 2],
         };
         for _ in 0..FITS {
-            curve = curve.refitted(beyond, length)?;
+            curve = curve.refitted(places, length)?;
             length = curve.length();
         }
         let towards = |slope: DVec3| slope.normalize_or_zero().dot(chord.normalize_or_zero());
-        let [off, far] = curve.misfit(beyond, length);
+        let [off, far] = curve.misfit(places, length);
         log::debug!("edge of a wall: curve off by {off:.4} of {far:.4}, length {length:.4}");
         let is_curve = off < MOST_OFF.get() * far
             && curve
@@ -64,39 +64,46 @@ impl Cubic {
         is_curve.then_some(curve)
     }
 
+    /// Places beyond the ends: the end, the parameter of the curve there, and the place.
+    fn beyond(
+        &self,
+        places: &[Vec<DVec3>; 2],
+        length: f64,
+    ) -> impl Iterator<Item = (DVec3, f64, DVec3)> {
+        let [before, after] = [0, 1].map(|k| {
+            let (end, mut last, mut way) = (self.ends[k], self.ends[k], 0.0);
+            places[k].iter().map(move |p| {
+                way += last.distance(*p) / length;
+                last = *p;
+                (end, if k == 0 { -way } else { 1.0 + way }, *p)
+            })
+        });
+        before.chain(after)
+    }
+
     /// Root sums of squares of the distances of the places from the curve, and from the ends.
-    fn misfit(&self, beyond: &[Vec<DVec3>; 2], length: f64) -> [f64; 2] {
+    fn misfit(&self, places: &[Vec<DVec3>; 2], length: f64) -> [f64; 2] {
         let mut sums = [0.0; 2];
-        for (k, places) in beyond.iter().enumerate() {
-            let (mut before, mut way) = (self.ends[k], 0.0);
-            for p in places {
-                way += before.distance(*p) / length;
-                before = *p;
-                let on = self.at(if k == 0 { -way } else { 1.0 + way });
-                sums[0] += on.distance_squared(*p);
-                sums[1] += self.ends[k].distance_squared(*p);
-            }
+        for (end, u, p) in self.beyond(places, length) {
+            sums[0] += self.at(u).distance_squared(p);
+            sums[1] += end.distance_squared(p);
         }
         sums.map(f64::sqrt)
     }
 
-    fn refitted(&self, beyond: &[Vec<DVec3>; 2], length: f64) -> Option<Self> {
+    fn refitted(&self, places: &[Vec<DVec3>; 2], length: f64) -> Option<Self> {
         // Normal equations of both slopes.
         let (mut matrix, mut sides) = ([0.0; 3], [DVec3::ZERO; 2]);
-        for (k, places) in beyond.iter().enumerate() {
-            let (mut before, mut way) = (self.ends[k], 0.0);
-            for p in places {
-                way += before.distance(*p) / length;
-                before = *p;
-                let [a, b, c, d] = hermite(if k == 0 { -way } else { 1.0 + way });
-                let weight = 1.0 / (1.0 + (4.0 * way).powi(2));
-                let rest = *p - a * self.ends[0] - b * self.ends[1];
-                matrix[0] += weight * c * c;
-                matrix[1] += weight * c * d;
-                matrix[2] += weight * d * d;
-                sides[0] += weight * c * rest;
-                sides[1] += weight * d * rest;
-            }
+        for (_, u, p) in self.beyond(places, length) {
+            let [a, b, c, d] = hermite(u);
+            let way = f64::max(-u, u - 1.0);
+            let weight = 1.0 / (1.0 + (4.0 * way).powi(2));
+            let rest = p - a * self.ends[0] - b * self.ends[1];
+            matrix[0] += weight * c * c;
+            matrix[1] += weight * c * d;
+            matrix[2] += weight * d * d;
+            sides[0] += weight * c * rest;
+            sides[1] += weight * d * rest;
         }
         let [a, b, c] = matrix;
         let determinant = a * c - b * b;
@@ -134,16 +141,16 @@ pub(super) struct Strip {
 }
 
 impl Strip {
-    /// Sweeps the profile of the first end to the profile of the second one. `beyond` has further places of the edge, from each end into the
+    /// Sweeps the profile of the first end to the profile of the second one. `places` has further places of the edge, from each end into the
     /// mesh; `edge` is the length of the strip's edges. Profiles that lean along the edge are upright after `reach` times as far as they lean.
     pub(super) fn swept(
         mesh: &Mesh,
         ends: &[End; 2],
-        beyond: &[Vec<DVec3>; 2],
+        places: &[Vec<DVec3>; 2],
         edge: f64,
         reach: f64,
     ) -> Option<Self> {
-        let curve = Cubic::fitted([ends[0].tip, ends[1].tip], beyond)?;
+        let curve = Cubic::fitted([ends[0].tip, ends[1].tip], places)?;
         // Frames have the columns along, outwards and across.
         let frame = |u: f64| {
             let along = curve.tangent(u);
