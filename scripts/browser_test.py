@@ -90,7 +90,7 @@ class Browser:
     antialiasing."""
 
     def __init__(self, program, folder, offline=True, coarse=False):
-        self.coarse = coarse
+        self.coarse, self.scale = coarse, 0.5 if coarse else 1
         command = [program, "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle",
                    "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars", "--no-first-run",
                    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-pings",
@@ -174,7 +174,7 @@ class Browser:
 
     def size(self, width, height):
         """Gives the window a size in pixels of the page."""
-        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=0.5 if self.coarse else 1, mobile=False)
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=self.scale, mobile=False)
 
     def open(self, page, width=1280, height=900):
         self.size(width, height)
