@@ -36,12 +36,12 @@ stage() {
     table+=("$(printf '%6d s  %s' $((SECONDS - begin)) "$1$word")")
     echo "== $1: $((SECONDS - begin)) s$word"
 }
-# Runs a stage beside the following ones, until `join`, which shows its output.
+# Runs stages, by a command, beside the following ones, until `join`, which shows their output.
 beside() {
     logs=$(mktemp -d)
     (
         table=() failed=0
-        stage "$@"
+        "$@"
         printf '%s\n' "${table[@]}" > "$logs/table"
         echo "$failed" > "$logs/failed"
     ) > "$logs/output" 2>&1 &
@@ -165,6 +165,11 @@ browser() {
     "$python" scripts/view_test.py --isomend "$ISOMEND"
 }
 
+lane_of_browser() {
+    stage 'written files, by other programs' written_files
+    stage 'pages in a browser' browser
+}
+
 # CPU time and memory of fills against the last release.
 speed() {
     local last
@@ -193,9 +198,9 @@ site() {
 
 # Packages are fetched while the compiler works.
 if [ -n "$all" ]; then
-    beside 'environment of other programs' peers
+    beside stage 'environment of other programs' peers
 else
-    beside 'Python environment' environment scripts/requirements.txt
+    beside stage 'Python environment' environment scripts/requirements.txt
 fi
 stage 'build' build
 not_built=$failed
@@ -204,16 +209,15 @@ join
 stage 'tests of the library and the program' rust_tests
 stage 'examples in the documentation' documented_examples
 # The tests of the C interface and of the Python package work on one core for most of their time.
-beside 'C interface' scripts/c_test.sh target/ci
+beside stage 'C interface' scripts/c_test.sh target/ci
 stage 'commands of the pages' python3 scripts/check_docs.py --isomend "$ISOMEND"
 [ -n "$all" ] || stage 'tests of the Python package' python_tests
 join
 if [ -n "$all" ]; then
-    # The browser waits much, and its measurements of time come last, when the others have ended.
-    beside 'pages in a browser' browser
+    # Two lanes that take about as long. The browser waits much, and its measurements of time come last, when the others have ended.
+    beside lane_of_browser
     stage 'Python wheel and its tests' wheel
     stage 'parts of the library by themselves' parts_of_the_library
-    stage 'written files, by other programs' written_files
     join
     stage 'fuzz targets on mutated seeds' scripts/fuzz.sh 30
     stage 'speed against the last release' speed

@@ -34,6 +34,7 @@ fn text(remark: Remark, flat: &str) -> String {
         }
         Remark::LostCreases => "sharp edges end at their rims and were not continued".to_owned(),
         Remark::Bulges => format!("the patch rises far above the rim; check its shape{flat}"),
+        Remark::Unsure => "the patch may be far off, by a sixth of its diameter or more; check its shape".to_owned(),
         Remark::SeparateCaps => "the rims were closed by separate caps instead of a bridge".to_owned(),
         Remark::OtherEnergy => {
             "the variation of curvature found no surface, so the Willmore energy was used".to_owned()

@@ -42,6 +42,7 @@ fn meaning(remark: Remark, ids: &[HoleId], work: &Work, last: usize) -> String {
                 "sharp edges end at their rims and were not continued (-v says why)".to_owned()
             }
             Remark::Bulges => format!("the patch rises far above the rim; check its shape{flat}"),
+            Remark::Unsure => "the patch may be far off, by a sixth of its diameter or more; check its shape".to_owned(),
             Remark::SeparateCaps => "the rims were closed by separate caps instead of a bridge, because their surroundings do not lead from one \
                             rim to the other"
                 .to_owned(),

@@ -173,7 +173,7 @@ fn unroll(
 }
 
 /// The least-squares circle through points of the plane (Kåsa 1976): centre and radius.
-fn circle(points: &[DVec2]) -> Option<(DVec2, f64)> {
+pub(crate) fn circle(points: &[DVec2]) -> Option<(DVec2, f64)> {
     let middle = points.iter().sum::<DVec2>() / points.len().max(1) as f64;
     let mut matrix = [0.0; 9];
     let mut right = [0.0; 3];
@@ -200,7 +200,7 @@ fn area(outline: &[DVec2]) -> f64 {
 }
 
 /// Points of a regular triangular lattice inside an outline, at a minimum distance from it.
-fn inner_points(outline: &[DVec2], edge: f64) -> Result<Vec<DVec2>, CreaseRefusal> {
+pub(crate) fn inner_points(outline: &[DVec2], edge: f64) -> Result<Vec<DVec2>, CreaseRefusal> {
     let low = outline.iter().copied().fold(DVec2::INFINITY, DVec2::min);
     let high = outline
         .iter()

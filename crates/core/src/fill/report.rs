@@ -11,6 +11,9 @@ use crate::mesh::HoleId;
 use crate::region::LevelReport;
 use crate::tuning::{Tunable, tunable};
 
+/// Diameters. A patch whose expected error is larger somewhere is unsure.
+const UNSURE: Tunable<f64> = tunable("fill.unsure", 1.0 / 6.0);
+
 /// Diameters. A patch that rises higher than this above its rim balloons. Hemispheres rise by 0.5, caps of cut necks and
 /// limbs by 0.4, patches of holes in a smoothly continued surface by less than 0.2.
 const BALLOON: Tunable<f64> = tunable("fill.balloon", 0.3);
@@ -122,6 +125,12 @@ impl RegionReport {
             Some(_) => false,
         };
         !self.levels.is_empty() || !is_plain && self.closure != Some(Closure::LevelSet)
+    }
+
+    /// Whether its patch may be off by a large part of its diameter.
+    pub fn is_unsure(&self) -> bool {
+        let most = UNSURE.get() * self.diameter;
+        self.largest_expected_error.is_some_and(|e| e > most)
     }
 
     /// Whether its patch bulges so far that a flat cap may be wanted: the surface was continued across a cut neck or the mouth of

@@ -155,6 +155,7 @@ fn make<'b>(problem: &'b RegionProblem<'_>, candidate: Candidate, so_far: &mut S
         Candidate::Sides => sharp::make(problem, so_far),
         Candidate::Rounded => rounded::make(problem, so_far),
         Candidate::Lip => lip::make(problem),
+        Candidate::UnsureLip => lip::make_unsure(problem),
         Candidate::LevelSet(now) => {
             let made;
             (made, level) = level_set::make(problem, &now, so_far);
@@ -205,7 +206,7 @@ fn cost(problem: &RegionProblem<'_>, candidate: Candidate, so_far: &SoFar<'_>) -
         Candidate::Counterpart => counterpart::cost(problem),
         Candidate::Sides => sharp::cost(problem),
         Candidate::Rounded => rounded::cost(problem),
-        Candidate::Lip => lip::cost(problem),
+        Candidate::Lip | Candidate::UnsureLip => lip::cost(problem),
         Candidate::LevelSet(now) => level_set::cost(problem, &now),
         Candidate::Finished => finish_step::cost(joined()),
         Candidate::Faired | Candidate::EachFaired => faired::cost(problem),

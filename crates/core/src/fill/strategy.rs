@@ -43,6 +43,8 @@ pub(super) enum Candidate {
     Rounded,
     /// The edge of a wall that the only rim crosses twice, and its two sides.
     Lip,
+    /// The same with an edge that predicts nothing.
+    UnsureLip,
     /// The zero set of a level set, joined to the rims.
     LevelSet(Attempt),
     /// The unconverged level set with the smallest last update, where none converged, joined to the rims.
@@ -135,7 +137,10 @@ pub(super) fn next_step(
         Some(_) => only(Candidate::RimTriangles, made),
         None => match preferred(made, region) {
             Some(step) => step,
-            None => next_surface(first, made, region),
+            None => match next_surface(first, made, region) {
+                Step::Take(place) => surface_or_unsure_lip(place, made, region),
+                step => step,
+            },
         },
     }
 }
@@ -209,6 +214,20 @@ fn next_surface(first: &Attempt, made: &[Ending], region: &RetryContext) -> Step
         (true, _) | (_, Some(Some(_))) => Step::Make(Candidate::Finished),
         (false, None) => Step::Make(Candidate::Unconverged),
         (false, Some(None)) => best_of([Candidate::EachFaired, Candidate::RimTriangles], made),
+    }
+}
+
+/// The surface that was chosen, or the edge of a wall where that surface is flawed or a bulb.
+fn surface_or_unsure_lip(chosen: usize, made: &[Ending], region: &RetryContext) -> Step {
+    let is_bulb = |q: Quality| q.is_unconverged && q.energy > LEVEL_SET_BENT.get();
+    let is_poor = |q: Quality| !q.is_sound() || q.is_plain || is_bulb(q);
+    if !region.may_be_sharp || !made[chosen].quality.is_none_or(is_poor) {
+        return Step::Take(chosen);
+    }
+    match place(Candidate::UnsureLip, made) {
+        None => Step::Make(Candidate::UnsureLip),
+        Some(place) if is_sound(&made[place]) => Step::Take(place),
+        Some(_) => Step::Take(chosen),
     }
 }
 

@@ -22,6 +22,8 @@ pub enum Remark {
     LostCreases,
     /// The patch rises far above its rim.
     Bulges,
+    /// The patch may be far off.
+    Unsure,
     /// Rims that a bridge was to join have caps of their own.
     SeparateCaps,
     /// The Willmore energy was used in place of the variation of curvature.
@@ -30,7 +32,7 @@ pub enum Remark {
 
 impl Remark {
     /// All remarks, the most important first.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Open,
         Self::Intersects,
         Self::NoSurface,
@@ -39,6 +41,7 @@ impl Remark {
         Self::NotConverged,
         Self::LostCreases,
         Self::Bulges,
+        Self::Unsure,
         Self::SeparateCaps,
         Self::OtherEnergy,
     ];
@@ -57,6 +60,7 @@ impl Remark {
             Some(Closure::LevelSet) if unconverged => Self::NotConverged,
             _ if region.not_continued.is_some() => Self::LostCreases,
             _ if region.balloons() => Self::Bulges,
+            _ if region.is_unsure() => Self::Unsure,
             _ if region.bridge && region.components > 1 => Self::SeparateCaps,
             _ if region.other_energy => Self::OtherEnergy,
             _ => return None,

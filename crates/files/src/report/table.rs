@@ -134,6 +134,7 @@ fn short(remark: Remark) -> &'static str {
         Remark::NotConverged => "not converged",
         Remark::LostCreases => "edge not continued",
         Remark::Bulges => "bulges",
+        Remark::Unsure => "unsure",
         Remark::SeparateCaps => "separate caps",
         Remark::OtherEnergy => "Willmore energy",
     }

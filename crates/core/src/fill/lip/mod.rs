@@ -1,8 +1,10 @@
 //! Candidate: the rounded edge of a wall, continued between two places at which the rim crosses it. A rim that runs along one side of a
 //! wall, over its edge, and back along the other side is the rim of a chip: the surface of least energy there is a bulb. (The same holds for
 //! the bottom of a groove.) The profile of the edge is swept from the one place to the other; what is left open at both sides of the wall is
-//! faired. Made only where that predicts the faces around the hole much better than a smooth patch.
+//! faired. Made only where that predicts the faces around the hole much better than a smooth patch; with an edge
+//! that predicts nothing where nothing else closes the hole well.
 
+mod curve;
 mod ends;
 mod strip;
 
@@ -24,6 +26,7 @@ use crate::mesh::{Hole, Mesh, Part, Topology, find_holes};
 use crate::sdf::Sampler;
 use crate::stitch::{Patch, count_intersecting, flipped};
 use crate::tuning::{Tunable, tunable};
+use curve::Course;
 use ends::{Ends, Rim};
 use strip::Strip;
 
@@ -31,14 +34,19 @@ use strip::Strip;
 const PLACES: Tunable<u32> = tunable("fill.lip.places", 8);
 /// Fewest of these places on each side.
 const FEWEST_PLACES: usize = 2;
+/// Root mean square distance of the places of the edge from the curve, over their distance from its ends, at most: half a circle is no cubic
+/// curve, and is refused by this.
+const MOST_OFF: Tunable<f64> = tunable("fill.lip.most_off", 0.25);
+/// The same for an edge that predicts nothing.
+const MOST_OFF_UNSURE: f64 = 0.5;
 /// Thicknesses of the wall. Where a smooth patch cannot be made, the rings are predicted better than this.
 const SURE: Tunable<f64> = tunable("fill.lip.sure", 0.15);
-/// Distances from an end at which the profile of the edge is upright, over how far it leans there: the second where faces intersect with the
-/// first.
-const REACHES: [f64; 2] = [2.0, 4.0];
-/// Thicknesses of the wall. Profiles reach this far beyond the last pair of opposite vertices, to where the sides are; the second where the
-/// first gives no patch.
-const BEYOND: [f64; 2] = [0.5, 0.25];
+/// Thicknesses of the wall. Profiles reach this far beyond the last pair of opposite vertices, to where the sides are; the next where the
+/// last gives no patch.
+const BEYOND: [f64; 3] = [0.5, 0.25, 0.75];
+
+/// Expected error of an edge that predicts nothing, by the distance from the rim.
+const UNSURE: f64 = 0.5;
 
 /// Expected cost: as the smooth patch that its prediction is compared with.
 pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
@@ -50,13 +58,17 @@ pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
     problem.lip().into()
 }
 
+/// Closes the region by an edge of the wall that predicts nothing, and its two sides.
+pub(super) fn make_unsure(problem: &RegionProblem<'_>) -> Made {
+    problem.unsure_lip().into()
+}
+
 /// A hole whose rim crosses the edge of a wall twice.
 struct Crossing<'a> {
     mesh: &'a Mesh,
     hole: &'a Hole,
     rim: Rim<'a>,
-    /// Places of the edge that go on from its two ends, away from the hole.
-    places: [Vec<DVec3>; 2],
+    course: Course,
 }
 
 /// The same hole without the innermost rings of faces, which the continued edge must predict.
@@ -81,17 +93,9 @@ impl RegionProblem<'_> {
     /// The region closed by the continued edge of a wall; none where the rim crosses no edge of a wall, a smooth patch predicts the faces
     /// around the hole about as well, or the patch intersects anything.
     fn lip(&self) -> Option<RegionPatch> {
-        let [hole] = self.holes else {
-            return None;
-        };
-        Rim::with_normals(self.mesh, &hole.rim, |v| self.known.normal(v)).ends(0.0)?;
-        let part = self.wide_part(&Patch::default());
-        let hole = &Hole {
-            rim: hole.rim.iter().map(|&v| part.local(v)).collect(),
-            ..(*hole).clone()
-        };
+        let (part, hole) = &self.around_crossing()?;
         let mesh = &part.mesh;
-        let crossing = self.crossing(mesh, hole)?;
+        let crossing = self.crossing(mesh, hole, MOST_OFF.get())?;
         let widened =
             RINGS.map(|rings| LazyCell::new(move || self.widened(mesh, &hole.rim, rings)));
         let tests = widened.each_ref().map(|widened| {
@@ -99,7 +103,7 @@ impl RegionProblem<'_> {
                 let widened = widened.as_ref()?;
                 Some(Test {
                     widened,
-                    crossing: self.crossing(&widened.mesh, &widened.hole)?,
+                    crossing: self.crossing(&widened.mesh, &widened.hole, MOST_OFF.get())?,
                     smooth: OnceCell::new(),
                 })
             })
@@ -108,17 +112,51 @@ impl RegionProblem<'_> {
             let tests = tests.iter().filter_map(|test| test.as_ref());
             let error = self.lip_error(tests, beyond)?;
             let lipped = self.lipped(&crossing, beyond, Finish::Auto)?;
-            self.closed_by_lip(part.clone(), &hole.rim, lipped, error)
+            self.closed_by_lip(part.clone(), &hole.rim, lipped, Some(error))
         })
     }
 
-    /// The region closed by a patch of a part of the mesh; none if it intersects anything.
+    /// The same with an edge that goes on about as the edge around the hole does, or else straight, whatever it predicts.
+    fn unsure_lip(&self) -> Option<RegionPatch> {
+        let (part, hole) = &self.around_crossing()?;
+        let about = self.crossing(&part.mesh, hole, MOST_OFF_UNSURE);
+        let straight = Crossing {
+            mesh: &part.mesh,
+            hole,
+            rim: Rim::new(&part.mesh, &hole.rim),
+            course: Course::Straight,
+        };
+        about.iter().chain([&straight]).find_map(|crossing| {
+            BEYOND.into_iter().find_map(|beyond| {
+                let lipped = self.lipped(crossing, beyond, Finish::Auto)?;
+                self.closed_by_lip(part.clone(), &hole.rim, lipped, None)
+            })
+        })
+    }
+
+    /// The part of the mesh around the only hole, and the hole in it; none where the rim crosses no edge of a wall.
+    fn around_crossing(&self) -> Option<(Part, Hole)> {
+        let [hole] = self.holes else {
+            return None;
+        };
+        Rim::with_normals(self.mesh, &hole.rim, |v| self.known.normal(v)).ends(0.0)?;
+        let part = self.wide_part(&Patch::default());
+        let rim = hole.rim.iter().map(|&v| part.local(v)).collect();
+        let hole = Hole {
+            rim,
+            ..(*hole).clone()
+        };
+        Some((part, hole))
+    }
+
+    /// The region closed by a patch of a part of the mesh, whose edge predicts rings of faces with an error, if it does; none if it
+    /// intersects anything.
     fn closed_by_lip(
         &self,
         part: Part,
         rim: &[u32],
         lipped: Lipped,
-        error: f64,
+        error: Option<f64>,
     ) -> Option<RegionPatch> {
         let patch = Patch {
             positions: lipped.positions,
@@ -133,7 +171,7 @@ impl RegionProblem<'_> {
             .map(|&v| part.mesh.positions[v as usize])
             .collect();
         let local = Local::of_part(part, self.mesh.positions.len(), shape, self.cancel);
-        let closed = self.closed_by_sides(&local, patch, Vec::new(), Some(error));
+        let closed = self.closed_by_sides(&local, patch, Vec::new(), Some(0.0));
         let mut region = closed.ok()?;
         let edge = edge_length(self.holes[0]);
         let from_rim = |p: &DVec3| {
@@ -141,10 +179,13 @@ impl RegionProblem<'_> {
             all.fold(f64::INFINITY, f64::min)
         };
         let all = region.expected_error.iter_mut().zip(&region.mesh.positions);
+        // The curve of the edge is as wrong at the rings as it was found to be, and more the farther it goes on.
+        let of_edge = |p: &DVec3| match error {
+            Some(error) => error * f64::max(from_rim(p) / (f64::from(RINGS[0]) * edge), 1.0),
+            None => UNSURE * from_rim(p),
+        };
         for ((expected, p), of_side) in all.zip(lipped.errors) {
-            // The curve of the edge is as wrong at the rings as it was found to be, and more the farther it goes on.
-            let farther = f64::max(from_rim(p) / (f64::from(RINGS[0]) * edge), 1.0);
-            *expected = expected.map(|e| hypot(e * farther, of_side.unwrap_or(0.0)));
+            *expected = expected.map(|_| hypot(of_edge(p), of_side.unwrap_or(0.0)));
         }
         Some(region)
     }
@@ -172,11 +213,9 @@ impl RegionProblem<'_> {
     fn lipped(&self, crossing: &Crossing<'_>, beyond: f64, finish: Finish) -> Option<Lipped> {
         let (mesh, hole) = (crossing.mesh, crossing.hole);
         let Ends { both, thickness } = crossing.rim.ends(beyond)?;
-        let strip = REACHES.into_iter().find_map(|reach| {
-            let strip = Strip::swept(mesh, &both, &crossing.places, edge_length(hole), reach)?;
-            let crossing = count_intersecting(mesh, &strip.positions, &strip.faces);
-            (crossing == 0).then_some(strip)
-        })?;
+        let curve = crossing.course.curve([both[0].tip, both[1].tip])?;
+        let strip = Strip::swept(mesh, &both, &curve, edge_length(hole))?;
+        (count_intersecting(mesh, &strip.positions, &strip.faces) == 0).then_some(())?;
         let mut joined = Mesh::new(
             [&mesh.positions[..], &strip.positions].concat(),
             [&mesh.faces[..], &strip.faces].concat(),
@@ -211,8 +250,9 @@ impl RegionProblem<'_> {
         })
     }
 
-    /// A hole whose rim crosses the edge of a wall twice; none where it does not, or where the edge goes on nowhere.
-    fn crossing<'b>(&self, mesh: &'b Mesh, hole: &'b Hole) -> Option<Crossing<'b>> {
+    /// A hole whose rim crosses the edge of a wall twice; none where it does not, or where the edge goes on nowhere. Places of the edge may
+    /// be off the curve through them by a part of their distance.
+    fn crossing<'b>(&self, mesh: &'b Mesh, hole: &'b Hole, most_off: f64) -> Option<Crossing<'b>> {
         let rim = Rim::new(mesh, &hole.rim);
         let mut last = rim.ends(0.0)?.both.map(|end| end.tip);
         let mut places = [Vec::new(), Vec::new()];
@@ -238,7 +278,7 @@ impl RegionProblem<'_> {
             mesh,
             hole,
             rim,
-            places,
+            course: Course::Through { places, most_off },
         })
     }
 }

@@ -357,3 +357,46 @@ fn a_counterpart_comes_first_and_is_taken_where_it_is_sound() {
         assert_eq!((taken, made), (other, fewer + 1));
     }
 }
+
+#[test]
+fn an_edge_that_predicts_nothing_replaces_flawed_surfaces_and_bulbs_only() {
+    let sharp = RetryContext {
+        may_be_sharp: true,
+        ..region()
+    };
+    let bulb = Quality {
+        is_unconverged: true,
+        energy: 30.0,
+        ..SOUND
+    };
+    let plain = Quality {
+        is_plain: true,
+        ..SOUND
+    };
+    let bent = Quality {
+        energy: 30.0,
+        ..SOUND
+    };
+    let slow = Quality {
+        is_unconverged: true,
+        ..SOUND
+    };
+    let taken = |surface: Quality, edge: Option<Quality>, region: &RetryContext| {
+        let end = |candidate: Candidate, _: usize| match candidate {
+            Candidate::Sides | Candidate::Rounded | Candidate::Lip => (None, None, false),
+            Candidate::UnsureLip => (edge, None, false),
+            _ => (Some(surface), None, false),
+        };
+        searched(None, region, end).0
+    };
+    for poor in [INTERSECTING, bulb, plain] {
+        assert_eq!(taken(poor, Some(SOUND), &sharp), Candidate::UnsureLip);
+        for flawed in [None, Some(INTERSECTING)] {
+            assert_ne!(taken(poor, flawed, &sharp), Candidate::UnsureLip);
+        }
+        assert_ne!(taken(poor, Some(SOUND), &region()), Candidate::UnsureLip);
+    }
+    for good in [SOUND, bent, slow] {
+        assert_ne!(taken(good, Some(SOUND), &sharp), Candidate::UnsureLip);
+    }
+}
