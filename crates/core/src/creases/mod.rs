@@ -20,7 +20,7 @@ mod tests;
 use glam::DVec3;
 use thiserror::Error;
 
-pub(crate) use parts::{circle, inner_points};
+pub(crate) use parts::{circle, is_well_inside};
 pub(crate) use rim_sides::{RimSides, SharpEnd};
 pub(crate) use rings::without_rings;
 pub(crate) use rounded::Rounded;

@@ -200,7 +200,7 @@ fn area(outline: &[DVec2]) -> f64 {
 }
 
 /// Points of a regular triangular lattice inside an outline, at a minimum distance from it.
-pub(crate) fn inner_points(outline: &[DVec2], edge: f64) -> Result<Vec<DVec2>, CreaseRefusal> {
+fn inner_points(outline: &[DVec2], edge: f64) -> Result<Vec<DVec2>, CreaseRefusal> {
     let low = outline.iter().copied().fold(DVec2::INFINITY, DVec2::min);
     let high = outline
         .iter()
@@ -215,13 +215,16 @@ pub(crate) fn inner_points(outline: &[DVec2], edge: f64) -> Result<Vec<DVec2>, C
     for j in 0..size.y as usize {
         for i in 0..size.x as usize {
             let shift = if j % 2 == 1 { 0.5 * edge } else { 0.0 };
-            let p = low + DVec2::new(i as f64 * edge + shift, j as f64 * row);
-            if is_inside(outline, p) && distance(outline, p) > FROM_OUTLINE.get() * edge {
-                points.push(p);
-            }
+            points.push(low + DVec2::new(i as f64 * edge + shift, j as f64 * row));
         }
     }
+    points.retain(|p| is_well_inside(outline, *p, edge));
     Ok(points)
+}
+
+/// Whether a point is inside an outline, at a minimum distance from it.
+pub(crate) fn is_well_inside(outline: &[DVec2], p: DVec2, edge: f64) -> bool {
+    is_inside(outline, p) && distance(outline, p) > FROM_OUTLINE.get() * edge
 }
 
 /// Whether a point is inside a polygon, by the even-odd rule.

@@ -4,10 +4,14 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::curve::Curve;
 use super::ends::End;
-use crate::creases::inner_points;
+use crate::creases::is_well_inside;
 use crate::mesh::Mesh;
 use crate::mesh::triangulate::constrained_delaunay;
 
+/// Edges. Columns of the strip are at least this far from each other.
+const COLUMNS_APART: f64 = 0.6;
+/// Rows of the strip at most.
+const MOST_ROWS: f64 = 1000.0;
 /// Upper bound of the factor by which profiles are stretched in the chart.
 const MOST_STRETCHED: f64 = 3.0;
 
@@ -31,7 +35,8 @@ impl Strip {
         ];
         let back: Vec<DVec2> = second.iter().rev().copied().collect();
         let outline = [&first[..], &up, &back, &down].concat();
-        let inner = inner_points(&outline, edge).ok()?;
+        let mut inner = sweep.lattice(&outline, edge);
+        inner.retain(|p| is_well_inside(&outline, *p, edge));
         let triangles = constrained_delaunay(&outline, &inner)?;
 
         // The rim's vertices are the mesh's, the other points are new.
@@ -116,6 +121,34 @@ impl<'a> Sweep<'a> {
         points
             .map(|(s, x)| DVec2::new(s * scale, start + x))
             .collect()
+    }
+
+    /// Points of the chart in rows across the curve, of which each has the rim's points of the nearer end.
+    fn lattice(&self, outline: &[DVec2], edge: f64) -> Vec<DVec2> {
+        let columns = [0, 1].map(|k| {
+            let mut columns: Vec<f64> = vec![0.0];
+            for p in self.rim_of(k) {
+                let last = columns[columns.len() - 1];
+                if p.x - last >= COLUMNS_APART * edge {
+                    let count = ((p.x - last) / edge).round().max(1.0);
+                    let step = (p.x - last) / count;
+                    columns.extend((1..=count as usize).map(|i| last + i as f64 * step));
+                }
+            }
+            columns
+        });
+        let ways = || outline.iter().map(|p| p.y);
+        let [low, high] = [
+            ways().fold(f64::INFINITY, f64::min),
+            ways().fold(f64::NEG_INFINITY, f64::max),
+        ];
+        let rows = ((high - low) / edge).min(MOST_ROWS) as usize;
+        let row = |j: usize| {
+            let y = low + (j as f64 + 0.5) * (high - low) / rows as f64;
+            let nearer = usize::from(2.0 * y > self.length);
+            columns[nearer].iter().map(move |x| DVec2::new(*x, y))
+        };
+        (0..rows).flat_map(row).collect()
     }
 
     /// The place of a point of the chart.
