@@ -1,8 +1,8 @@
 //! Candidate: the rounded edge of a wall, continued between two places at which the rim crosses it. A rim that runs along one side of a
 //! wall, over its edge, and back along the other side is the rim of a chip: the surface of least energy there is a bulb. (The same holds for
 //! the bottom of a groove.) The profile of the edge is swept from the one place to the other; what is left open at both sides of the wall is
-//! faired. Made only where that predicts the faces around the hole much better than a smooth patch; with an edge
-//! that predicts nothing where nothing else closes the hole well.
+//! faired. Made only where that predicts the faces around the hole much better than a smooth patch; with an edge that predicts nothing where
+//! nothing else closes the hole well.
 
 mod curve;
 mod ends;
@@ -34,8 +34,7 @@ use strip::Strip;
 const PLACES: Tunable<u32> = tunable("fill.lip.places", 8);
 /// Fewest of these places on each side.
 const FEWEST_PLACES: usize = 2;
-/// Root mean square distance of the places of the edge from the curve, over their distance from its ends, at most: half a circle is no cubic
-/// curve, and is refused by this.
+/// Root mean square distance of the places of the edge from the curve, over their distance from its ends, at most.
 const MOST_OFF: Tunable<f64> = tunable("fill.lip.most_off", 0.25);
 /// The same for an edge that predicts nothing.
 const MOST_OFF_UNSURE: f64 = 0.5;
@@ -44,7 +43,6 @@ const SURE: Tunable<f64> = tunable("fill.lip.sure", 0.15);
 /// Thicknesses of the wall. Profiles reach this far beyond the last pair of opposite vertices, to where the sides are; the next where the
 /// last gives no patch.
 const BEYOND: [f64; 3] = [0.5, 0.25, 0.75];
-
 /// Expected error of an edge that predicts nothing, by the distance from the rim.
 const UNSURE: f64 = 0.5;
 

@@ -28,14 +28,15 @@ impl Strip {
     pub(super) fn swept(mesh: &Mesh, ends: &[End; 2], curve: &Curve, edge: f64) -> Option<Self> {
         let sweep = Sweep::new(mesh, ends, curve, edge)?;
         // Counter-clockwise: along the first profile, the second side, back along the second profile, and the first side.
-        let [first, second] = [0, 1].map(|k| sweep.rim_of(k));
+        let rims = [0, 1].map(|k| sweep.rim_of(k));
+        let [first, second] = &rims;
         let [up, down] = [
             between(*first.last()?, *second.last()?, edge),
             between(second[0], first[0], edge),
         ];
         let back: Vec<DVec2> = second.iter().rev().copied().collect();
         let outline = [&first[..], &up, &back, &down].concat();
-        let mut inner = sweep.lattice(&outline, edge);
+        let mut inner = sweep.lattice(&rims, edge);
         inner.retain(|p| is_well_inside(&outline, *p, edge));
         let triangles = constrained_delaunay(&outline, &inner)?;
 
@@ -124,10 +125,10 @@ impl<'a> Sweep<'a> {
     }
 
     /// Points of the chart in rows across the curve, of which each has the rim's points of the nearer end.
-    fn lattice(&self, outline: &[DVec2], edge: f64) -> Vec<DVec2> {
-        let columns = [0, 1].map(|k| {
+    fn lattice(&self, rims: &[Vec<DVec2>; 2], edge: f64) -> Vec<DVec2> {
+        let columns = rims.each_ref().map(|rim| {
             let mut columns: Vec<f64> = vec![0.0];
-            for p in self.rim_of(k) {
+            for p in rim {
                 let last = columns[columns.len() - 1];
                 if p.x - last >= COLUMNS_APART * edge {
                     let count = ((p.x - last) / edge).round().max(1.0);
@@ -137,7 +138,7 @@ impl<'a> Sweep<'a> {
             }
             columns
         });
-        let ways = || outline.iter().map(|p| p.y);
+        let ways = || rims.iter().flatten().map(|p| p.y);
         let [low, high] = [
             ways().fold(f64::INFINITY, f64::min),
             ways().fold(f64::NEG_INFINITY, f64::max),
