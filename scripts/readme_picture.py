@@ -1,6 +1,6 @@
 # /// script
 # requires-python = ">=3.11"
-# dependencies = ["matplotlib==3.11.0", "numpy==2.4.6", "pyvista==0.49.1"]
+# dependencies = ["matplotlib==3.11.2", "numpy==2.4.6", "pyvista==0.49.1"]
 # ///
 """Draw data/mended.png, the README's picture: a scan, and its underside before a repair, after it, and with its expected errors.
 
