@@ -318,7 +318,7 @@ def bench_distances(program, folder, rounds):
     import scaling
 
     rows = []
-    for name, (v, f) in (("bunny", compare_libigl.bunny()), ("torus", scaling.torus(1_000_000))):
+    for name, (v, f) in (("bunny", benchmark.bunny()), ("torus", scaling.torus(1_000_000))):
         v = v.astype(np.float32).astype(float)
         voxel = np.ptp(v, axis=0).max() / 250
         source, target = folder / "in.ply", folder / "out.vti"
