@@ -78,7 +78,10 @@ pub(super) fn blend(
     // its distance from the deleted vertices along their normals, in diameters.
     let given = models(&surfaces);
     let ring_errors = refilled.par_iter().map(|(ring, shape)| {
-        let refills = candidates(&ring.wider, shape, others, &given, params);
+        let mut refills = candidates(&ring.wider, shape, others, &given, params);
+        if is_continued {
+            refills.extend(large::continuation(&ring.wider, shape, params));
+        }
         ring.errors(patch, &refills)
     });
     let ring_errors: Vec<Errors> = ring_errors.collect();

@@ -10,7 +10,7 @@
 //!    restricted likelihood; the triharmonic fill; where the patch bends little, the biharmonic fill.
 //! 3. A ring test: rings of known vertices are deleted and refilled; the error there measures each candidate.
 //! 4. The blend of all candidates, weighted by the inverse fourth powers of these errors. A large patch has the minimum and one kriged
-//!    continuation, with fixed weights.
+//!    continuation, with fixed weights, unless the rings refuse it.
 //! 5. Safeguards: a result with more folded faces, a higher energy, or too large displacements is refused, and the one before kept.
 //!
 //! All lengths are relative to the rim's middle and diameter, so results depend neither on the unit nor on the position of the

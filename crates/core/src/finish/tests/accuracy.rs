@@ -154,6 +154,36 @@ fn large_patches_are_blended_with_one_continuation() {
 }
 
 #[test]
+fn a_large_patch_that_goes_round_an_axis_has_no_continuation() {
+    // The neck of a catenoid, which a sphere in its middle fits so that no normal is steep over it.
+    let catenoid = grid(160, 110, [true, false], |s, t| {
+        let (angle, z) = (s * std::f64::consts::TAU, 2.0 * t - 1.0);
+        DVec3::new(z.cosh() * angle.cos(), z.cosh() * angle.sin(), z)
+    });
+    let neck = |p: DVec3| p.z.abs() < 0.5;
+    let (mesh, patch) = with_patch(catenoid, neck, |v, p| {
+        p * (0.002 * noise(v) - 0.02 * (0.5 - p.z.abs()))
+    });
+    assert!(patch.len() > 3000);
+    let result = finished(&mesh, &patch);
+    let error = rms(&result, |p| p.truncate().length() - p.z.cosh());
+    assert!(error < 1e-3, "{error} {:?}", result.found.candidates);
+}
+
+#[test]
+fn a_large_patch_whose_surroundings_bend_both_ways_has_no_continuation() {
+    // Across the top of the torus the curvature changes its sign, which no sphere follows.
+    let top = |p: DVec3| p.distance(DVec3::new(2f64.sqrt(), 0.0, 1.0)) < 1.0;
+    let (mesh, patch) = with_patch(clifford_torus(300), top, |v, p| {
+        DVec3::Z * (0.001 * noise(v) - 0.05 * (p.z - 0.7))
+    });
+    assert!(patch.len() > 3000);
+    let result = finished(&mesh, &patch);
+    let error = rms(&result, torus_distance);
+    assert!(error < 3e-4, "{error} {:?}", result.found.candidates);
+}
+
+#[test]
 fn a_large_patch_that_is_crumpled_at_its_rim_converges() {
     let cap = |p: DVec3| p.z > 0.4;
     let (mesh, patch) = with_patch(icosphere(5), cap, |v, p| {
