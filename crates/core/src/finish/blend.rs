@@ -50,7 +50,8 @@ pub(super) fn blend(
     };
     let others = reason.is_none();
     let is_continued = reason == Some(Refusal::TooLarge);
-    // Without other surfaces the ring test only serves the expected error of the patch, for which one ring is enough.
+    // Without other surfaces the ring test serves the expected error of the patch, and refuses the continuation of a large one: one
+    // ring is enough.
     let rings = &test_rings()[if others { 0 } else { 1 }..];
     // Deletes a ring of known vertices and minimises the energy on the wider hole.
     let refill = |&reach: &(f64, f64)| {
@@ -62,12 +63,13 @@ pub(super) fn blend(
         let shape = minimise(wider, &wider.shape(), params).shape;
         Some((ring, shape))
     };
-    let own = || {
-        let mut all = candidates(patch, minimum, others, &Models::new(), params);
+    let surfaces_of = |patch: &Patch, minimum: &[DVec3], given: &Models| {
+        let mut all = candidates(patch, minimum, others, given, params);
         let continuation = is_continued.then(|| large::continuation(patch, minimum, params));
         all.extend(continuation.flatten());
         all
     };
+    let own = || surfaces_of(patch, minimum, &Models::new());
     let (mut surfaces, refilled) = rayon::join(own, || {
         rings.par_iter().filter_map(refill).collect_filtered()
     });
@@ -77,13 +79,9 @@ pub(super) fn blend(
     // The wider holes get the same candidates, kriged with the models estimated for the hole itself. The error of a candidate is
     // its distance from the deleted vertices along their normals, in diameters.
     let given = models(&surfaces);
-    let ring_errors = refilled.par_iter().map(|(ring, shape)| {
-        let mut refills = candidates(&ring.wider, shape, others, &given, params);
-        if is_continued {
-            refills.extend(large::continuation(&ring.wider, shape, params));
-        }
-        ring.errors(patch, &refills)
-    });
+    let ring_errors = refilled
+        .par_iter()
+        .map(|(ring, shape)| ring.errors(patch, &surfaces_of(&ring.wider, shape, &given)));
     let ring_errors: Vec<Errors> = ring_errors.collect();
     if patch.cancel.is_cancelled() {
         return (surfaces, Err(Refusal::Stopped));
@@ -99,7 +97,7 @@ pub(super) fn blend(
         large::share(&mut surfaces);
     }
     let blended = match reason {
-        Some(Refusal::TooLarge) if surfaces.len() > 1 => {
+        Some(Refusal::TooLarge) if large::is_continued(&surfaces) => {
             Ok(combined(patch, minimum, &surfaces, params))
         }
         Some(reason) => Err(reason),

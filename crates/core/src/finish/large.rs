@@ -1,4 +1,4 @@
-//! The kriged candidate of a large patch: the ring test does not decide its weight.
+//! The kriged candidate of a large patch: the ring test may refuse it, and does not decide its weight.
 
 use super::candidates::{Continuation, ModelChoice, attached, kriged_over};
 use super::candidates::{FEWEST_DATA, LARGEST_SPHERE};
@@ -66,7 +66,7 @@ pub(super) fn continuation(
     attached.pop().map(|c| Continuation { kriged: None, ..c })
 }
 
-/// Whether surfaces are the minimum of a large patch and its continuation, of which nothing else is kriged.
+/// Whether surfaces are the minimum of a large patch and its continuation, which was not refused: it alone has a chart without its kriging.
 pub(super) fn is_continued(surfaces: &[Continuation]) -> bool {
     let is_kept = |c: &Continuation| c.found.weight > 0.0 && c.found.chart.is_some();
     matches!(surfaces, [_, c] if is_kept(c) && c.kriged.is_none())

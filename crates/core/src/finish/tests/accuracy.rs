@@ -166,6 +166,8 @@ fn a_large_patch_that_goes_round_an_axis_has_no_continuation() {
     });
     assert!(patch.len() > 3000);
     let result = finished(&mesh, &patch);
+    assert_eq!(result.found.result, FinishResult::Willmore);
+    assert_eq!(result.found.blend_refused, Some(Refusal::TooLarge));
     let error = rms(&result, |p| p.truncate().length() - p.z.cosh());
     assert!(error < 1e-3, "{error} {:?}", result.found.candidates);
 }
@@ -179,6 +181,8 @@ fn a_large_patch_whose_surroundings_bend_both_ways_has_no_continuation() {
     });
     assert!(patch.len() > 3000);
     let result = finished(&mesh, &patch);
+    assert_eq!(result.found.result, FinishResult::Willmore);
+    assert_eq!(result.found.blend_refused, Some(Refusal::TooLarge));
     let error = rms(&result, torus_distance);
     assert!(error < 3e-4, "{error} {:?}", result.found.candidates);
 }
