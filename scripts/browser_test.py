@@ -86,11 +86,11 @@ class Navigated(RuntimeError):
 
 
 class Browser:
-    """Chromium with one page, controlled through its debugging protocol. With `coarse` it draws half as many pixels along each side, without
+    """Chromium with one page, controlled through its debugging protocol. With `coarse` it draws a quarter as many pixels along each side, without
     antialiasing."""
 
     def __init__(self, program, folder, offline=True, coarse=False):
-        self.coarse, self.scale = coarse, 0.5 if coarse else 1
+        self.coarse, self.scale = coarse, 0.25 if coarse else 1
         command = [program, "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle",
                    "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars", "--no-first-run",
                    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-pings",

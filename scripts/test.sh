@@ -4,7 +4,7 @@
 #
 #   scripts/test.sh          the tests above; a quarter of an hour in a fresh clone
 #   scripts/test.sh --all    also each feature of the library alone, the Python wheel with the packages that it supports, checks of written
-#                            files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, half a minute of
+#                            files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, some seconds of
 #                            fuzzing, and time and memory of fills against the last release, if there is one. A check that cannot run
 #                            is left out, with a message; with CI=true this is a failure, except for the lints of the WebAssembly
 #                            module: Rust's library for it cannot be fetched everywhere.
@@ -99,7 +99,7 @@ environment() {
     [ -x "$python" ] || python3 -m venv .venv
     local list lists=()
     for list in "$@"; do lists+=(-r "$list"); done
-    "$python" -m pip install --quiet --disable-pip-version-check "${lists[@]}"
+    "$python" -m pip install --quiet --disable-pip-version-check --no-compile "${lists[@]}"
     echo "$wanted" > .venv/installed
 }
 
@@ -134,7 +134,7 @@ parts_of_the_library() {
 peers() {
     environment scripts/requirements.txt scripts/requirements-all.txt
     if ! "$python" -c 'import open3d' 2> /dev/null; then
-        "$python" -m pip install --quiet --disable-pip-version-check open3d==0.20.0 || echo "Open3D could not be installed"
+        "$python" -m pip install --quiet --disable-pip-version-check --no-compile open3d==0.20.0 || echo "Open3D could not be installed"
     fi
     if command -v npm > /dev/null && [ ! -d .venv/node_modules/gltf-validator ]; then
         npm install --silent --no-save --prefix .venv gltf-validator@2.0.0-dev.3.10 ||
@@ -219,7 +219,7 @@ if [ -n "$all" ]; then
     stage 'Python wheel and its tests' wheel
     stage 'parts of the library by themselves' parts_of_the_library
     join
-    stage 'fuzz targets on mutated seeds' scripts/fuzz.sh 30
+    stage 'fuzz targets on mutated seeds' scripts/fuzz.sh 15
     stage 'speed against the last release' speed
 fi
 if [ -n "$apps" ]; then
