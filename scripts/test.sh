@@ -167,6 +167,7 @@ browser() {
 
 lane_of_browser() {
     stage 'written files, by other programs' written_files
+    stage 'parts of the library by themselves' parts_of_the_library
     stage 'pages in a browser' browser
 }
 
@@ -214,10 +215,10 @@ stage 'commands of the pages' python3 scripts/check_docs.py --isomend "$ISOMEND"
 [ -n "$all" ] || stage 'tests of the Python package' python_tests
 join
 if [ -n "$all" ]; then
-    # Two lanes that take about as long. The browser waits much, and its measurements of time come last, when the others have ended.
+    # Python's tests work on one core for most of their time. The browser keeps both busy, and its measurements of time come last, when the
+    # others have ended.
     beside lane_of_browser
     stage 'Python wheel and its tests' wheel
-    stage 'parts of the library by themselves' parts_of_the_library
     join
     stage 'fuzz targets on mutated seeds' scripts/fuzz.sh 15
     stage 'speed against the last release' speed
