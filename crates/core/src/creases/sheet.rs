@@ -17,6 +17,16 @@ const NORMAL_WEIGHT: Tunable<f64> = tunable("creases.sheet.normal_weight", 0.3);
 const RIDGE: f64 = 1e-3;
 /// Ridge on the other terms, which makes the system solvable.
 const LINEAR_RIDGE: f64 = 1e-9;
+/// Number of fits in which values and gradients are divided by the length of the gradient of the quadric before: along a cone the gradient
+/// of its implicit function has no constant length.
+const REWEIGHTINGS: Tunable<usize> = tunable("creases.sheet.reweightings", 2);
+/// Bounds of these lengths.
+const SLOPE: [f64; 2] = [0.2, 5.0];
+/// Minimum gain in twice the log-likelihood for the reweighted quadric: gradients of unit length keep the others near cylinders and planes,
+/// and without the bound noise made patches on cylinders twice as inaccurate.
+const REWEIGHTED: Tunable<f64> = tunable("creases.sheet.reweighted", 30.0);
+/// Maximum residual, in edges, of a quadric that is reweighted: with more noise it follows the noise.
+const MOST_NOISE: Tunable<f64> = tunable("creases.sheet.most_noise", 0.08);
 /// Residuals below this fraction of an edge are rounding errors and do not decide between plane and quadric.
 const ROUNDING: f64 = 1e-5;
 
@@ -87,25 +97,41 @@ impl Sheet {
 
     /// The least-squares quadric of the plane's points and normals; `None` if the system cannot be solved.
     fn quadric(&self, edge: f64) -> Option<Self> {
-        let count = self.points.len() as f64;
         let weight = NORMAL_WEIGHT.get().min(edge / self.scale);
+        let even = self.weighted_quadric(weight, |_| 1.0)?;
+        if even.residual > MOST_NOISE.get() * edge {
+            return Some(even);
+        }
+        let mut sheet = even.clone();
+        for _ in 0..REWEIGHTINGS.get() {
+            let slope = |p: DVec3| sheet.gradient(p).length().clamp(SLOPE[0], SLOPE[1]);
+            sheet = self.weighted_quadric(weight, slope)?;
+        }
+        let square = |sheet: &Self| sheet.residual.powi(2) + (ROUNDING * edge).powi(2);
+        let gain = self.points.len() as f64 * ln(square(&even) / square(&sheet));
+        Some(if gain > REWEIGHTED.get() { sheet } else { even })
+    }
+
+    /// The quadric for given lengths of the gradient at the points, by which its values and gradients are divided.
+    fn weighted_quadric(&self, weight: f64, slope: impl Fn(DVec3) -> f64) -> Option<Self> {
+        let count = self.points.len() as f64;
         let mut matrix = [0.0; TERMS * TERMS];
         let mut terms = [0.0; TERMS];
-        // Normal equations of f(x) = 0 and ∇f(x) = n, lower triangle.
-        let mut add = |row: &[f64; TERMS], right: f64, weight: f64| {
+        // Normal equations of f(x)/s = 0 and ∇f(x)/s = n, lower triangle.
+        let mut add = |row: &[f64; TERMS], right: f64, weight: f64, slope: f64| {
             for i in 0..TERMS {
-                let w = weight * row[i];
+                let w = weight * row[i] / slope;
                 if w != 0.0 {
-                    (0..=i).for_each(|j| matrix[i * TERMS + j] += w * row[j]);
+                    (0..=i).for_each(|j| matrix[i * TERMS + j] += w * row[j] / slope);
                     terms[i] += w * right;
                 }
             }
         };
         for (p, n) in self.points.iter().zip(&self.normals) {
-            let x = (*p - self.origin) / self.scale;
-            add(&monomials(x), 0.0, 1.0);
+            let (x, slope) = ((*p - self.origin) / self.scale, slope(*p));
+            add(&monomials(x), 0.0, 1.0, slope);
             for (row, component) in gradients(x).iter().zip(n.to_array()) {
-                add(row, component, weight * weight);
+                add(row, component, weight * weight, slope);
             }
         }
         for i in 0..TERMS {

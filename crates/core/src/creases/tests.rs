@@ -257,6 +257,29 @@ fn the_end_edge_of_a_cylinder_is_a_circle() {
     }
 }
 
+#[test]
+fn a_hole_beside_the_base_of_a_cone_is_filled_on_the_cone() {
+    // A truncated cone whose radius falls from 1 to 0.2, then rings of its base.
+    let mesh = grid(96, 48, [true, false], |u, v| {
+        let (radius, z) = if v <= 0.75 {
+            (0.2 + 0.8 * v / 0.75, 0.75 - v)
+        } else {
+            (4.0 - 4.0 * v, 0.0)
+        };
+        let angle = TAU * u;
+        DVec3::new(radius * angle.cos(), radius * angle.sin(), z)
+    });
+    let on_cone = |c: DVec3| c.z > 1e-3 && c.distance(DVec3::X) < 0.4;
+    let centre = DVec3::new(0.8, 0.0, 0.15);
+    let (mesh, rim) = nearest_rim(punch(&mesh, on_cone), centre);
+    let patch = continue_creases(&mesh, &rim).unwrap();
+    assert!(patch.creases.is_empty() && patch.positions.len() > 20);
+    // Along a line of the cone the radius falls by 0.8 / 0.75 of the height; chords of the grid are 5e-4 inside the cone.
+    let off = |p: &DVec3| (p.truncate().length() + 0.8 / 0.75 * p.z - 1.0).abs();
+    let off = patch.positions.iter().map(off).fold(0.0, f64::max);
+    assert!(off < 2e-3, "{off}");
+}
+
 /// Largest distance along z of a patch's points from a surface z(x, y).
 fn off_graph(patch: &Continued, z: impl Fn(f64, f64) -> f64) -> f64 {
     let off = patch.positions.iter().map(|p| (p.z - z(p.x, p.y)).abs());
