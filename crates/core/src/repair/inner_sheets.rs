@@ -1,4 +1,5 @@
-//! Open sheets inside a solid, such as partitions that touch its walls: they enclose nothing, and are removed.
+//! Open sheets inside a solid, such as partitions that touch its walls: they enclose nothing, and are removed. Cavities with holes enclose
+//! what is no matter, and stay.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -24,6 +25,10 @@ pub(super) const SAMPLES: Tunable<usize> = tunable("repair.samples", 64);
 /// Faces. Open sheets inside a solid are looked for among components of at most this many: the work grows with its square.
 const SHEET_FACES: Tunable<usize> = tunable("repair.sheet_faces", 2000);
 
+/// Winding number of a component, with the sign changed, on the emptier side of its faces: a mean above this is a cavity with holes. A flat
+/// sheet has one half, a sphere without a fifth of its area 0.85.
+const HOLLOW: Tunable<f64> = tunable("repair.hollow", 0.75);
+
 /// Faces. Components of at most this many bound no solid: triangles that touch no others have no inside.
 const LOOSE_FACES: usize = 2;
 
@@ -47,10 +52,10 @@ pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), F
             } else {
                 &[]
             };
-            let step = own.len().div_ceil(SAMPLES.get()).max(1);
-            let sampled = own.iter().step_by(step);
-            let mut points = sampled.flat_map(|f| sides(&draft.mesh, *f));
-            !own.is_empty() && points.all(|p| is_inside_without(&solid, &draft.mesh, of_solid, p))
+            let mut points = sampled(own).flat_map(|f| sides(&draft.mesh, *f));
+            !own.is_empty()
+                && points.all(|p| is_inside_without(&solid, &draft.mesh, of_solid, p))
+                && !is_cavity(&draft.mesh, own)
         };
         let inner: Vec<bool> = faces.par_iter().map(is_inner).collect_indexed();
         for (own, _) in faces.iter().zip(&inner).filter(|(_, inner)| **inner) {
@@ -104,6 +109,21 @@ pub(super) fn inner_borders(draft: &Draft) -> Result<Vec<Vec<u32>>, FillError> {
         .filter(is_inner)
         .map(|h| h.rim.clone())
         .collect())
+}
+
+/// Some of the faces of a component.
+fn sampled(own: &[u32]) -> impl Iterator<Item = &u32> {
+    own.iter().step_by(own.len().div_ceil(SAMPLES.get()).max(1))
+}
+
+/// Whether a component inside a solid bounds a cavity, but for holes.
+fn is_cavity(mesh: &Mesh, own: &[u32]) -> bool {
+    let emptiness = |f: &u32| {
+        let [front, back] = sides(mesh, *f).map(|p| -winding(mesh, own, p));
+        front.max(back)
+    };
+    let sum: f64 = sampled(own).map(emptiness).sum();
+    sum > HOLLOW.get() * sampled(own).count() as f64
 }
 
 /// Whether a point is inside a solid, also without some of its faces.

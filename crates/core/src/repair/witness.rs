@@ -30,6 +30,9 @@ pub(super) const DOUBTFUL_LOSS: Tunable<f64> = tunable("repair.doubtful_loss", 0
 /// of the result is doubtful.
 pub(super) const DOUBTFUL_DIFFERENCE: Tunable<f64> = tunable("repair.doubtful_difference", 0.01);
 
+/// Fraction of the volume of both solids together that moved faces may pass: folds and noise have little volume.
+const MOST_PASSED: Tunable<f64> = tunable("repair.most_passed", 0.03);
+
 /// Diagonals of the bounding box. A face that was cut out is not lost if the result's surface is this near to its centre.
 const REPLACED: Tunable<f64> = tunable("repair.replaced", 1e-3);
 
@@ -248,7 +251,7 @@ impl Witness {
     }
 
     /// The common volume of both solids over the volume of both together, and a point in only one of them. Points that `moved` faces
-    /// may have passed count as the input's.
+    /// may have passed count as the input's, unless they are many.
     fn agreement(&self, result: &Solid, moved: &Displaced) -> (f64, DVec3) {
         let is_passed = |p: DVec3| {
             (moved.faces.iter()).any(|([a, b, c], by)| {
@@ -256,20 +259,24 @@ impl Witness {
                 nearest.distance(p) <= *by
             })
         };
-        let after: Vec<bool> = (self.points.par_iter().zip(&self.inside))
+        // Whether each point is inside the result, and whether a moved face may have passed it.
+        let after: Vec<(bool, bool)> = (self.points.par_iter().zip(&self.inside))
             .map(|(p, inside)| {
                 let after = result.winding(*p) > 0.5;
-                (after != *inside && !is_passed(*p)) != *inside
+                (after, after != *inside && is_passed(*p))
             })
-            .collect();
+            .collect_indexed();
         let pairs = || self.inside.iter().zip(&after);
-        let both = pairs().filter(|(a, b)| **a && **b).count();
-        let either = pairs().filter(|(a, b)| **a || **b).count();
-        let differs = pairs().position(|(a, b)| a != b);
+        let either = pairs().filter(|(a, (b, _))| **a || *b).count();
+        let passed = after.iter().filter(|(_, passed)| *passed).count();
+        let excuses = passed as f64 <= MOST_PASSED.get() * either as f64;
+        let is_same = |(a, (b, passed)): (&bool, &(bool, bool))| a == b || excuses && *passed;
+        let differs = pairs().position(|pair| !is_same(pair));
         let at = differs.map_or(DVec3::ZERO, |i| self.points[i]);
+        let apart = pairs().filter(|pair| !is_same(*pair)).count();
         match either {
             0 => (1.0, at),
-            _ => (both as f64 / either as f64, at),
+            _ => (1.0 - apart as f64 / either as f64, at),
         }
     }
 }
