@@ -30,8 +30,9 @@ pub(super) const DOUBTFUL_LOSS: Tunable<f64> = tunable("repair.doubtful_loss", 0
 /// of the result is doubtful.
 pub(super) const DOUBTFUL_DIFFERENCE: Tunable<f64> = tunable("repair.doubtful_difference", 0.01);
 
-/// Fraction of the volume of both solids together that moved faces may pass: folds and noise have little volume.
-const MOST_PASSED: Tunable<f64> = tunable("repair.most_passed", 0.03);
+/// Fraction of the volume of the bounding box that moved faces may pass: 0.02 of it where noise hides most of a ball, 0.15 to 0.2 where half
+/// of one of two bodies was pulled into the other.
+const MOST_PASSED: Tunable<f64> = tunable("repair.most_passed", 0.05);
 
 /// Diagonals of the bounding box. A face that was cut out is not lost if the result's surface is this near to its centre.
 const REPLACED: Tunable<f64> = tunable("repair.replaced", 1e-3);
@@ -269,7 +270,7 @@ impl Witness {
         let pairs = || self.inside.iter().zip(&after);
         let either = pairs().filter(|(a, (b, _))| **a || *b).count();
         let passed = after.iter().filter(|(_, passed)| *passed).count();
-        let excuses = passed as f64 <= MOST_PASSED.get() * either as f64;
+        let excuses = passed as f64 <= MOST_PASSED.get() * WITNESS_POINTS.get() as f64;
         let is_same = |(a, (b, passed)): (&bool, &(bool, bool))| a == b || excuses && *passed;
         let differs = pairs().position(|pair| !is_same(pair));
         let at = differs.map_or(DVec3::ZERO, |i| self.points[i]);
