@@ -4,16 +4,18 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::DVec3;
+use rayon::prelude::*;
 use robust::{Coord, orient2d};
 
 use crate::mesh::DisjointSets;
 use crate::repair::{Edge, edges};
+use crate::threads::CollectFiltered;
 
 /// What is left of a list of faces without those whose corners are collinear.
 pub(super) struct Proper {
     /// The faces to divide: the proper ones of the list, then neighbours of the collinear ones that were not in it.
     pub(super) divided: Vec<u32>,
-    /// The collinear faces.
+    /// The collinear faces, also those that were not in the list: the edges of their neighbours may be divided.
     pub(super) collinear: Vec<u32>,
     /// Vertices on edges of `divided[i]`, as pairs of `i` and the vertex.
     pub(super) cuts: Vec<(u32, u32)>,
@@ -23,11 +25,11 @@ impl Proper {
     /// Sorts the faces `list` of `faces`, all on welded vertices; `own` are the faces of all clusters.
     pub(super) fn of(positions: &[DVec3], faces: &[[u32; 3]], own: &[u32], list: Vec<u32>) -> Self {
         let corners = |f: u32| faces[f as usize].map(|v| positions[v as usize]);
-        let (collinear, divided): (Vec<u32>, Vec<u32>) =
-            list.into_iter().partition(|f| is_collinear(corners(*f)));
+        let is_collinear = |f: &u32| is_collinear(corners(*f));
+        let all = own.par_iter().copied();
         let mut proper = Self {
-            divided,
-            collinear,
+            collinear: all.filter(is_collinear).collect_filtered(),
+            divided: list.into_iter().filter(|f| !is_collinear(f)).collect(),
             cuts: Vec::new(),
         };
         if !proper.collinear.is_empty() {
@@ -111,7 +113,9 @@ mod tests {
         assert_eq!(proper.collinear, [0, 1]);
         assert_eq!(proper.divided, [2]);
         assert_eq!(proper.cuts, [(0, 1), (0, 2)]);
-        let proper = Proper::of(&positions, &faces, &[0, 1, 2, 3], vec![0, 1]);
-        assert_eq!(proper.divided, [2]);
+        // Also of those that intersect nothing.
+        let proper = Proper::of(&positions, &faces, &[0, 1, 2, 3], vec![0, 2]);
+        assert_eq!(proper.collinear, [0, 1]);
+        assert_eq!(proper.cuts, [(0, 1), (0, 2)]);
     }
 }
