@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use crate::repair_solid::{H, made_solid, surface};
-use crate::shapes::{Noise, cube, cut, joined, moved, sphere, topology, volume};
+use crate::shapes::{Noise, cube, cut, joined, moved, sphere, topology, torus, volume};
 use glam::{DMat3, DVec3, EulerRot};
 use isomend::check::{CheckParams, DefectKind};
 use isomend::{Carried, Control, Mesh, RepairParams, RepairStep, inspect, repair};
@@ -353,5 +353,55 @@ fn faces_turned_the_wrong_way_on_bodies_that_are_united_keep_their_origin() {
             assert!([[0, 2, 1], [2, 1, 0], [1, 0, 2]].contains(&[a, b, c]));
         }
         assert_eq!(done.report.lost_faces, intended.report.lost_faces);
+    }
+}
+
+fn repaired(mesh: &Mesh) -> isomend::Repaired {
+    let (params, carried) = (RepairParams::default(), Carried::default());
+    repair(mesh, &params, &carried, &Control::new()).unwrap()
+}
+
+#[test]
+fn bodies_with_vertices_in_planes_of_others_are_united_however_they_are_turned() {
+    // The plane of a ring's axis circle is a side of a box.
+    let block = moved(&cube(1), 20.0, DVec3::splat(-10.0));
+    let ring = moved(&torus(16, 8), 2.5, DVec3::new(0.0, 0.0, 10.0));
+    let truth = volume(&block) + 0.5 * volume(&ring);
+    let both = joined(&block, &ring);
+    let mut noise = Noise(3);
+    for round in 0..8 {
+        let angles = 3.0 * noise.vector();
+        let turn = DMat3::from_euler(EulerRot::ZXZ, angles.x, angles.y, angles.z);
+        let by = 20.0 * noise.vector();
+        let single = |p: &DVec3| (turn * *p + by).as_vec3().as_dvec3();
+        let mesh = Mesh::new(
+            both.positions.iter().map(single).collect(),
+            both.faces.clone(),
+        );
+        let done = repaired(&mesh);
+        let relative = volume(&done.mesh) / truth - 1.0;
+        assert!(relative.abs() < 1e-5, "{round}: {relative}");
+        assert_eq!(done.report.steps.relaxed_vertices, 0, "{round}");
+        assert!(done.report.after.is_none_or(|v| v.is_sound()), "{round}");
+    }
+}
+
+#[test]
+fn a_cavity_without_some_faces_stays_a_cavity() {
+    let reversed = |mesh: &Mesh| {
+        let faces = mesh.faces.iter().map(|&[a, b, c]| [a, c, b]);
+        Mesh::new(mesh.positions.clone(), faces.collect())
+    };
+    let block = moved(&cube(1), 4.0, DVec3::splat(-2.0));
+    let mut inner = moved(&cube(1), 3.0, DVec3::splat(-1.5));
+    let hollow = [volume(&inner), volume(&sphere(6))].map(|own| volume(&block) - own);
+    inner.faces.pop();
+    let ball = cut(&sphere(6), |p| p.z > 0.95);
+    assert!(ball.faces.len() < sphere(6).faces.len());
+    for (mesh, truth) in [inner, ball].iter().zip(hollow) {
+        let done = repaired(&joined(&block, &reversed(mesh)));
+        let relative = volume(&done.mesh) / truth - 1.0;
+        assert!(relative.abs() < 1e-3, "{relative}");
+        assert_eq!(done.report.steps.inside_components, 0);
     }
 }
