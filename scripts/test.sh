@@ -4,7 +4,7 @@
 #
 #   scripts/test.sh          the tests above; a quarter of an hour in a fresh clone
 #   scripts/test.sh --all    also each feature of the library alone, the Python wheel with the packages that it supports, checks of written
-#                            files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, some seconds of
+#                            files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, half a minute of
 #                            fuzzing, and time and memory of fills against the last release, if there is one. A check that cannot run
 #                            is left out, with a message; with CI=true this is a failure, except for the lints of the WebAssembly
 #                            module: Rust's library for it cannot be fetched everywhere.
@@ -220,7 +220,7 @@ if [ -n "$all" ]; then
     beside lane_of_browser
     stage 'Python wheel and its tests' wheel
     join
-    stage 'fuzz targets on mutated seeds' scripts/fuzz.sh 15
+    stage 'fuzz targets on mutated seeds' scripts/fuzz.sh 30
     stage 'speed against the last release' speed
 fi
 if [ -n "$apps" ]; then

@@ -1,21 +1,11 @@
 //! What a repair does before it cuts faces out: it moves the vertices of folds and noise, merges chains of collinear faces, and unites
 //! sheets that are open inside a body.
 
+use crate::repair_union::repaired;
 use crate::shapes::{Noise, bits, cut, joined, moved, sheet, sphere, topology};
 use glam::DVec3;
 use isomend::check::{CheckParams, DefectKind};
-use isomend::{Carried, Control, Mesh, RepairParams, Repaired, inspect, repair};
-
-fn repaired(mesh: &Mesh) -> Repaired {
-    let control = Control::new();
-    repair(
-        mesh,
-        &RepairParams::default(),
-        &Carried::default(),
-        &control,
-    )
-    .unwrap()
-}
+use isomend::{Mesh, Repaired, inspect};
 
 /// The number of faces that intersect others.
 fn intersecting(mesh: &Mesh) -> usize {

@@ -1,14 +1,10 @@
 //! `isomend repair` keeps parts of bodies that are inside out, and cavities.
 
+use crate::repair_union::repaired;
 use crate::shapes::{cube, cut, joined, moved, sphere, volume};
 use glam::DVec3;
 use isomend::check::{CheckParams, Verdict};
-use isomend::{Carried, Control, Mesh, RepairParams, Repaired, inspect, repair};
-
-fn repaired(mesh: &Mesh) -> Repaired {
-    let params = RepairParams::default();
-    repair(mesh, &params, &Carried::default(), &Control::new()).unwrap()
-}
+use isomend::{Carried, Control, Mesh, RepairParams, inspect, repair};
 
 fn verdict(mesh: &Mesh) -> Verdict {
     inspect(mesh).unwrap().check(&CheckParams::default())

@@ -1,14 +1,11 @@
 //! What a repair tries first: joining cracks, closing holes with one obvious closure, uniting bodies; and a verdict that is true of the
 //! shape.
 
+use crate::repair_union::repaired;
 use crate::shapes::{Noise, cube, cut, joined, moved, sphere, turned, volume};
 use glam::DVec3;
 use isomend::check::{CheckParams, DefectKind};
 use isomend::{Carried, Control, Mesh, RepairParams, Repaired, inspect, repair};
-
-fn repaired(mesh: &Mesh) -> Repaired {
-    repaired_with(mesh, &RepairParams::default())
-}
 
 fn repaired_with(mesh: &Mesh, params: &RepairParams) -> Repaired {
     repair(mesh, params, &Carried::default(), &Control::new()).unwrap()
@@ -37,7 +34,8 @@ fn without(mesh: &Mesh, face: usize) -> Mesh {
     Mesh::new(mesh.positions.clone(), faces)
 }
 
-fn reversed(mesh: &Mesh) -> Mesh {
+/// The mesh with all faces turned over.
+pub fn reversed(mesh: &Mesh) -> Mesh {
     let mut mesh = mesh.clone();
     mesh.faces.iter_mut().for_each(|f| f.swap(1, 2));
     mesh

@@ -1,14 +1,10 @@
 //! Seams in a repair: boundaries that coincide up to rounding are welded, T-junctions are stitched, and `check` recommends a weld length.
 
+use crate::repair_union::repaired;
 use crate::shapes::{cube, cut, joined, moved, sphere, turned};
 use glam::DVec3;
 use isomend::check::{CheckParams, Verdict};
-use isomend::{Carried, Control, Mesh, RepairParams, Repaired, inspect, repair};
-
-fn repaired(mesh: &Mesh) -> Repaired {
-    let params = RepairParams::default();
-    repair(mesh, &params, &Carried::default(), &Control::new()).unwrap()
-}
+use isomend::{Carried, Control, Mesh, RepairParams, inspect, repair};
 
 fn verdict(mesh: &Mesh) -> Verdict {
     inspect(mesh).unwrap().check(&CheckParams::default())

@@ -9,7 +9,8 @@ use isomend::check::{CheckParams, DefectKind, Verdict};
 use isomend::io::{Format, read_path};
 use isomend::{Carried, Control, Mesh, RepairParams, Repaired, inspect, repair};
 
-fn repaired(mesh: &Mesh) -> Repaired {
+/// The mesh after a repair with the default parameters.
+pub fn repaired(mesh: &Mesh) -> Repaired {
     let params = RepairParams::default();
     repair(mesh, &params, &Carried::default(), &Control::new()).unwrap()
 }
@@ -78,7 +79,7 @@ fn askew(mesh: &Mesh) -> Mesh {
 }
 
 /// The mesh with positions rounded to 32-bit floats.
-fn single(mesh: &Mesh) -> Mesh {
+pub fn single(mesh: &Mesh) -> Mesh {
     let mut mesh = mesh.clone();
     for p in &mut mesh.positions {
         *p = p.as_vec3().as_dvec3();

@@ -99,17 +99,25 @@ impl Sheet {
     fn quadric(&self, edge: f64) -> Option<Self> {
         let weight = NORMAL_WEIGHT.get().min(edge / self.scale);
         let even = self.weighted_quadric(weight, |_| 1.0)?;
-        if even.residual > MOST_NOISE.get() * edge {
+        let square = |residual: f64| residual.powi(2) + (ROUNDING * edge).powi(2);
+        let is_gain = |residual: f64| {
+            let ratio = square(even.residual) / square(residual);
+            self.points.len() as f64 * ln(ratio) > REWEIGHTED.get()
+        };
+        // An exact one cannot gain.
+        if even.residual > MOST_NOISE.get() * edge || !is_gain(0.0) {
             return Some(even);
         }
-        let mut sheet = even.clone();
+        let mut reweighted: Option<Self> = None;
         for _ in 0..REWEIGHTINGS.get() {
-            let slope = |p: DVec3| sheet.gradient(p).length().clamp(SLOPE[0], SLOPE[1]);
-            sheet = self.weighted_quadric(weight, slope)?;
+            let last = reweighted.as_ref().unwrap_or(&even);
+            let slope = |p: DVec3| last.gradient(p).length().clamp(SLOPE[0], SLOPE[1]);
+            let Some(next) = self.weighted_quadric(weight, slope) else {
+                break;
+            };
+            reweighted = Some(next);
         }
-        let square = |sheet: &Self| sheet.residual.powi(2) + (ROUNDING * edge).powi(2);
-        let gain = self.points.len() as f64 * ln(square(&even) / square(&sheet));
-        Some(if gain > REWEIGHTED.get() { sheet } else { even })
+        reweighted.filter(|r| is_gain(r.residual)).or(Some(even))
     }
 
     /// The quadric for given lengths of the gradient at the points, by which its values and gradients are divided.
@@ -118,20 +126,20 @@ impl Sheet {
         let mut matrix = [0.0; TERMS * TERMS];
         let mut terms = [0.0; TERMS];
         // Normal equations of f(x)/s = 0 and ∇f(x)/s = n, lower triangle.
-        let mut add = |row: &[f64; TERMS], right: f64, weight: f64, slope: f64| {
+        let mut add = |row: [f64; TERMS], right: f64, weight: f64| {
             for i in 0..TERMS {
-                let w = weight * row[i] / slope;
+                let w = weight * row[i];
                 if w != 0.0 {
-                    (0..=i).for_each(|j| matrix[i * TERMS + j] += w * row[j] / slope);
+                    (0..=i).for_each(|j| matrix[i * TERMS + j] += w * row[j]);
                     terms[i] += w * right;
                 }
             }
         };
         for (p, n) in self.points.iter().zip(&self.normals) {
             let (x, slope) = ((*p - self.origin) / self.scale, slope(*p));
-            add(&monomials(x), 0.0, 1.0, slope);
-            for (row, component) in gradients(x).iter().zip(n.to_array()) {
-                add(row, component, weight * weight, slope);
+            add(monomials(x).map(|m| m / slope), 0.0, 1.0);
+            for (row, component) in gradients(x).into_iter().zip(n.to_array()) {
+                add(row.map(|m| m / slope), component, weight * weight);
             }
         }
         for i in 0..TERMS {

@@ -20,7 +20,7 @@ use crate::threads::CollectIndexed;
 use crate::tuning::{Tunable, tunable};
 
 /// Faces of a component that are tested to decide whether it lies inside another.
-pub(super) const SAMPLES: Tunable<usize> = tunable("repair.samples", 64);
+const SAMPLES: Tunable<usize> = tunable("repair.samples", 64);
 
 /// Faces. Open sheets inside a solid are looked for among components of at most this many: the work grows with its square.
 const SHEET_FACES: Tunable<usize> = tunable("repair.sheet_faces", 2000);
@@ -111,8 +111,8 @@ pub(super) fn inner_borders(draft: &Draft) -> Result<Vec<Vec<u32>>, FillError> {
         .collect())
 }
 
-/// Some of the faces of a component.
-fn sampled(own: &[u32]) -> impl Iterator<Item = &u32> {
+/// At most [`SAMPLES`] of some faces, evenly selected.
+pub(super) fn sampled(own: &[u32]) -> impl Iterator<Item = &u32> {
     own.iter().step_by(own.len().div_ceil(SAMPLES.get()).max(1))
 }
 

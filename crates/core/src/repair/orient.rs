@@ -6,7 +6,6 @@ use rayon::prelude::*;
 
 use super::balance::{open_sets, runs_up};
 use super::draft::Draft;
-use super::inner_sheets::SAMPLES;
 use super::{inner_sheets, union};
 use crate::check::{Component, components};
 use crate::elementary::powf;
@@ -122,8 +121,7 @@ fn cavities(found: &Inspection, groups: &[Group]) -> Vec<bool> {
         }
         let is_own = |f: &u32| group.components.contains(&topology.component[*f as usize]);
         let own: Vec<u32> = topology.faces().filter(is_own).collect();
-        let step = own.len().div_ceil(SAMPLES.get()).max(1);
-        let behind = own.iter().step_by(step).map(|f| {
+        let behind = inner_sheets::sampled(&own).map(|f| {
             let [_, p] = inner_sheets::sides(mesh, *f);
             tree.winding_number(&bvh, p) - inner_sheets::winding(mesh, &own, p)
         });

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::choice::SMALL_FACES;
 use super::dangling;
 use super::draft::Draft;
-use super::inner_sheets::SAMPLES;
+use super::inner_sheets::sampled;
 use super::steps::SelfIntersectionPass;
 use super::witness::BEFORE;
 use crate::mend::{FillError, Inspection};
@@ -326,7 +326,7 @@ impl<'a> Parts<'a> {
         let mesh = &self.found.mesh;
         let faces = &self.faces[part];
         let (mut inside, mut layered, mut all) = (0, 0, 0);
-        for &f in faces.iter().step_by(faces.len().div_ceil(SAMPLES.get())) {
+        for &f in sampled(faces) {
             let corners = mesh.corners(f);
             let normal = face_normal(mesh, f);
             if normal == DVec3::ZERO {

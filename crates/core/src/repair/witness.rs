@@ -260,24 +260,26 @@ impl Witness {
                 nearest.distance(p) <= *by
             })
         };
-        // Whether each point is inside the result, and whether a moved face may have passed it.
-        let after: Vec<(bool, bool)> = (self.points.par_iter().zip(&self.inside))
+        // Whether each point is inside the result, and whether it differs since a moved face may have passed it.
+        let found: Vec<(bool, bool)> = (self.points.par_iter().zip(&self.inside))
             .map(|(p, inside)| {
                 let after = result.winding(*p) > 0.5;
                 (after, after != *inside && is_passed(*p))
             })
             .collect_indexed();
-        let pairs = || self.inside.iter().zip(&after);
-        let either = pairs().filter(|(a, (b, _))| **a || *b).count();
-        let passed = after.iter().filter(|(_, passed)| *passed).count();
+        let passed = found.iter().filter(|(_, is_passed)| *is_passed).count();
         let excuses = passed as f64 <= MOST_PASSED.get() * WITNESS_POINTS.get() as f64;
-        let is_same = |(a, (b, passed)): (&bool, &(bool, bool))| a == b || excuses && *passed;
-        let differs = pairs().position(|pair| !is_same(pair));
+        let after = found
+            .iter()
+            .map(|(b, is_passed)| *b != (excuses && *is_passed));
+        let pairs = || self.inside.iter().zip(after.clone());
+        let both = pairs().filter(|(a, b)| **a && *b).count();
+        let either = pairs().filter(|(a, b)| **a || *b).count();
+        let differs = pairs().position(|(a, b)| *a != b);
         let at = differs.map_or(DVec3::ZERO, |i| self.points[i]);
-        let apart = pairs().filter(|pair| !is_same(*pair)).count();
         match either {
             0 => (1.0, at),
-            _ => (1.0 - apart as f64 / either as f64, at),
+            _ => (both as f64 / either as f64, at),
         }
     }
 }

@@ -116,6 +116,10 @@ mod tests {
         // Also of those that intersect nothing.
         let proper = Proper::of(&positions, &faces, &[0, 1, 2, 3], vec![0, 2]);
         assert_eq!(proper.collinear, [0, 1]);
+        assert_eq!(proper.divided, [2]);
         assert_eq!(proper.cuts, [(0, 1), (0, 2)]);
+        // Of a neighbour that intersects nothing too.
+        let proper = Proper::of(&positions, &faces, &[0, 1, 2, 3], vec![0, 1]);
+        assert_eq!(proper.divided, [2]);
     }
 }
