@@ -1,7 +1,7 @@
 //! Seams in a repair: boundaries that coincide up to rounding are welded, T-junctions are stitched, and `check` recommends a weld length.
 
 use crate::repair_union::repaired;
-use crate::shapes::{cube, cut, joined, moved, sphere, turned};
+use crate::shapes::{Noise, cube, cut, joined, moved, sphere, turned, volume};
 use glam::DVec3;
 use isomend::check::{CheckParams, Verdict};
 use isomend::{Carried, Control, Mesh, RepairParams, inspect, repair};
@@ -184,4 +184,70 @@ fn partly_overlapping_edges_and_several_vertices_on_one_edge_are_stitched() {
     let after = after.check(&params);
     assert_eq!((components(&after), after.t_junctions), (1, 0));
     assert_eq!(done.report.lost_faces, 0);
+}
+
+/// A heap of the triangles of a mesh, each corner moved by up to `by`. Some triangles are divided at a point of an edge, of which
+/// some parts are slivers, and some are there twice, in either orientation.
+fn heap(mesh: &Mesh, by: f64, noise: &mut Noise) -> Mesh {
+    let mut faces: Vec<[DVec3; 3]> = Vec::new();
+    for (f, face) in mesh.faces.iter().enumerate() {
+        let [a, b, c] = face.map(|v| mesh.positions[v as usize]);
+        if f % 60 == 7 {
+            let p = a.lerp(b, if f % 180 == 7 { 0.002 } else { 0.4 });
+            faces.extend([[a, p, c], [p, b, c]]);
+        } else {
+            faces.push([a, b, c]);
+        }
+        match f % 80 {
+            11 => faces.push([a, b, c]),
+            51 => faces.push([a, c, b]),
+            _ => {}
+        }
+    }
+    let corners = faces.into_iter().flatten().map(|p| p + by * noise.vector());
+    let positions: Vec<DVec3> = corners.collect();
+    let of_corner = |f: u32| [3 * f, 3 * f + 1, 3 * f + 2];
+    let count = positions.len() as u32 / 3;
+    single(Mesh::new(positions, (0..count).map(of_corner).collect()))
+}
+
+#[test]
+fn heaps_of_triangles_with_corners_apart_are_welded() {
+    let bodies = [turned(cube(12)), turned(sphere(12))];
+    for (k, body) in bodies.iter().enumerate() {
+        for by in [1e-6, 1e-5, 1e-4] {
+            let size = body
+                .positions
+                .iter()
+                .map(|p| p.length())
+                .fold(0.0, f64::max);
+            let heap = heap(body, by * size, &mut Noise(3 + k as u64));
+            assert_eq!(verdict(&heap).holes, heap.faces.len());
+            assert!(verdict(&heap).weld_by_default);
+            let done = repaired(&heap);
+            let after = verdict(&done.mesh);
+            assert!(after.is_sound(), "{k}, {by}: {}", after.line());
+            assert_eq!(after.components.len(), 1, "{k}, {by}");
+            let (made, truth) = (volume(&done.mesh), volume(body));
+            assert!(
+                (made / truth - 1.0).abs() < 10.0 * by,
+                "{k}, {by}: {made}, {truth}"
+            );
+        }
+    }
+}
+
+#[test]
+fn flakes_on_a_surface_do_not_become_bodies() {
+    for body in [turned(cube(4)), turned(sphere(5))].map(single) {
+        let [a, b, _] = body.faces[40].map(|v| body.positions[v as usize]);
+        let flake = Mesh::new(vec![a, 0.5 * (a + b), b], vec![[0, 1, 2]]);
+        let mut open = body.clone();
+        open.faces.pop();
+        let done = repaired(&single(joined(&open, &flake)));
+        let after = verdict(&done.mesh);
+        assert!(after.is_sound(), "{}", after.line());
+        assert_eq!(after.components.len(), 1);
+        assert_eq!(done.report.steps.duplicate_faces, 1);
+    }
 }

@@ -35,6 +35,10 @@ const WELD_PART: Tunable<f64> = tunable("check.weld_part", 0.1);
 /// Fraction of the boundary edges. A merge distance is advised only if it closes at least this fraction.
 const WELD_LEAST: Tunable<f64> = tunable("check.weld_least", 0.05);
 
+/// Medians of the distances at which edges close. A larger one is of another kind: corners that were each moved at random by up to a
+/// length close within 2 medians, and T-junctions beside them have distances up to a tenth of an edge.
+const WELD_SPREAD: Tunable<f64> = tunable("check.weld_spread", 4.0);
+
 /// Boundary edges. A merge distance is tried before it is advised only where there are at most this many: in a heap of loose
 /// triangles this takes seconds.
 const WELD_TESTED: Tunable<usize> = tunable("check.weld_tested", 5000);
@@ -377,16 +381,18 @@ fn along(p: DVec3, [a, b]: [DVec3; 2], tolerance: f64) -> Option<f64> {
 /// The welding distance that closes most of the edges that can be closed, and how many it closes; none if these are too few of
 /// the `edges` boundary edges. `distances` are the distances at which edges close.
 ///
-/// The distances are sorted; at least half of them are taken, then more until two successive ones differ by a factor over 10.
-/// Cracks in one file have one cause and one size; intended narrow slits are a considerable part of an edge wide.
+/// The distances are sorted; at least half of them are taken, then more until two successive ones differ by a factor over 10, or one
+/// is more than [`WELD_SPREAD`] times the median. Cracks in one file have one cause and one size; intended narrow slits are a
+/// considerable part of an edge wide.
 fn weld_advice(mut distances: Vec<f64>, edges: usize) -> Option<(f64, usize)> {
     distances.sort_by(f64::total_cmp);
     let few = (WELD_LEAST.get() * edges as f64).max(2.0);
     if (distances.len() as f64) < few {
         return None;
     }
-    let gap = |pair: &[f64]| pair[1] > 10.0 * pair[0];
     let half = distances.len().div_ceil(2);
+    let most = WELD_SPREAD.get() * distances[half - 1];
+    let gap = |pair: &[f64]| pair[1] > 10.0 * pair[0] || pair[1] > most;
     let cut = (half..distances.len()).find(|i| gap(&distances[i - 1..=*i]));
     let count = cut.unwrap_or(distances.len());
     let longest = *distances.get(count.checked_sub(1)?)?;
@@ -413,6 +419,12 @@ mod tests {
         let slits = (0..30).map(|i| 0.1 + 0.001 * f64::from(i));
         let all: Vec<f64> = cracks.chain(slits).collect();
         assert_eq!(weld_advice(all, 100), Some((1.1e-6, 60)));
+        let edges = (0..30).map(|i| 1e-5 * f64::powf(1.2, f64::from(i)));
+        let beside: Vec<f64> = (1..=60)
+            .map(|i| 1e-6 * f64::from(i) / 60.0)
+            .chain(edges)
+            .collect();
+        assert_eq!(weld_advice(beside, 100), Some((1.1e-6, 60)));
         assert_eq!(weld_advice(vec![1e-6; 3], 1000), None);
         assert_eq!(weld_advice(Vec::new(), 10), None);
         assert_eq!(weld_advice(vec![0.0379; 5], 10), Some((0.038, 5)));

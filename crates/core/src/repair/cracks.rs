@@ -8,9 +8,10 @@ use std::collections::HashSet;
 
 use super::RepairReport;
 use super::draft::Draft;
+use super::flakes::{self, SLIVER};
 use super::seams::WELD_EDGE;
 use super::seams::{Reach, merge, split};
-use crate::check::JUNCTION_MOST;
+use crate::check::{JUNCTION_MOST, duplicates};
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::{NONE, end, start};
 use crate::tuning::{Tunable, tunable};
@@ -26,6 +27,14 @@ const CRACK_ATTEMPTS: Tunable<usize> = tunable("repair.crack_attempts", 4);
 
 /// Rounds of merging vertices and splitting edges in an attempt, at most.
 const CRACK_ROUNDS: Tunable<usize> = tunable("repair.crack_rounds", 6);
+
+/// Boundary edges closed for each vertex of a new fault. Above it an attempt is kept with its faults if none is without: in a heap
+/// of loose triangles, vertices that are left out lie on the edges of those beside them. 8593 edges in a plate of 17,186 triangles,
+/// 312 in a solid with overlapping faces too.
+const CRACK_GAIN: Tunable<f64> = tunable("repair.crack_gain", 100.0);
+
+/// Boundary edges. A vertex of a new fault is as bad as this many that stay open.
+const CRACK_FAULT: Tunable<usize> = tunable("repair.crack_fault", 3);
 
 /// Merges boundary edges that coincide within the precision of the coordinates; returns the number of merged vertices.
 pub(super) fn weld(draft: &mut Draft) -> Result<usize, FillError> {
@@ -54,6 +63,8 @@ pub(super) fn close(
         }
         record(joined, report);
     }
+    let width = draft.unit.max(report.steps.crack_width);
+    report.steps.duplicate_faces += flakes::drop(draft, width)?;
     Ok(())
 }
 
@@ -79,6 +90,8 @@ struct Joined {
     split: usize,
     /// Faces that shrank to an edge or a point.
     collapsed: usize,
+    /// Faces that coincided with another one.
+    doubled: usize,
 }
 
 fn record(joined: Option<Joined>, report: &mut RepairReport) {
@@ -88,6 +101,7 @@ fn record(joined: Option<Joined>, report: &mut RepairReport) {
     report.steps.welded_vertices += joined.merged;
     report.steps.stitched_junctions += joined.split;
     report.steps.degenerate_faces += joined.collapsed;
+    report.steps.duplicate_faces += joined.doubled;
 }
 
 /// Joins what is within `unit` (mesh units) and `part` of the edge lengths there, except where this makes faces intersect or edges
@@ -102,6 +116,9 @@ fn attempt(
     }
     let known = Known::new(draft, kind)?;
     let mut blocked: HashSet<u32> = HashSet::new();
+    // The first attempt that closes much more than it spoils, and the number of edges that one without faults must close to be better.
+    let mut kept = None;
+    let mut wanted = 0;
     for _ in 0..CRACK_ATTEMPTS.get() {
         let reach = Reach {
             unit,
@@ -112,17 +129,19 @@ fn attempt(
         let mut new = draft.clone();
         let joined = join(&mut new, &reach, kind)?;
         if joined.merged + joined.split == 0 {
-            return Ok(None);
+            break;
         }
         let wrong = known.worse(&mut new)?;
+        let open = boundary_edges(&*new.inspect()?);
+        let closed = known.open.saturating_sub(open);
+        let loses = known.components > new.components_above(SLIVER).len();
+        let much = CRACK_GAIN.get() * wrong.len() as f64;
+        if closed > wanted && closed as f64 > much && !loses {
+            wanted = closed.saturating_sub(CRACK_FAULT.get() * wrong.len());
+            kept = Some((new, joined));
+        }
         if wrong.is_empty() {
-            let closes = boundary_edges(&*new.inspect()?) < known.open;
-            let loses = new.faults()?.loses_more(&draft.faults()?);
-            if closes && !loses {
-                *draft = new;
-                return Ok(Some(joined));
-            }
-            return Ok(None);
+            break;
         }
         let before = blocked.len();
         blocked.extend(wrong);
@@ -130,7 +149,10 @@ fn attempt(
             break;
         }
     }
-    Ok(None)
+    Ok(kept.map(|(new, joined)| {
+        *draft = new;
+        joined
+    }))
 }
 
 /// Merges and splits in turn until neither finds anything.
@@ -141,14 +163,12 @@ fn join(draft: &mut Draft, reach: &Reach, kind: Kind) -> Result<Joined, FillErro
             Kind::Junctions => 0,
             _ => merge(draft, reach)?,
         };
-        let collapsed = draft
-            .mesh
-            .faces
-            .iter()
-            .map(|[a, b, c]| a == b || b == c || c == a);
-        let collapsed: Vec<bool> = collapsed.collect();
         if kind == Kind::Cracks {
+            let collapsed: Vec<bool> = (draft.mesh.faces.iter())
+                .map(|[a, b, c]| a == b || b == c || c == a)
+                .collect();
             all.collapsed += draft.remove(&collapsed);
+            all.doubled += drop_doubled(draft)?;
         }
         let split = match kind {
             Kind::Edges => 0,
@@ -163,6 +183,18 @@ fn join(draft: &mut Draft, reach: &Reach, kind: Kind) -> Result<Joined, FillErro
     Ok(all)
 }
 
+/// Removes faces of small components that have got the vertices of an earlier face; returns how many.
+fn drop_doubled(draft: &mut Draft) -> Result<usize, FillError> {
+    let found = draft.inspect()?;
+    let twice = duplicates(&found.mesh, &found.topology);
+    let larger = draft.components_above(SLIVER);
+    let mut removed = vec![false; draft.mesh.faces.len()];
+    for f in twice {
+        removed[f as usize] = !larger.contains(&draft.component(f as usize));
+    }
+    Ok(draft.remove(&removed))
+}
+
 /// The faults of a draft before an attempt.
 struct Known {
     /// Input faces that intersect others.
@@ -174,6 +206,8 @@ struct Known {
     folded: Option<HashSet<(u32, u32)>>,
     /// Number of boundary edges.
     open: usize,
+    /// Number of input components of more than [`SLIVER`] faces.
+    components: usize,
 }
 
 impl Known {
@@ -187,6 +221,7 @@ impl Known {
             crowded: crowded(&found).collect(),
             folded: (kind == Kind::Cracks).then(|| folded(&found).collect()),
             open: boundary_edges(&found),
+            components: draft.components_above(SLIVER).len(),
         })
     }
 

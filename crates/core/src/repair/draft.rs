@@ -96,11 +96,6 @@ impl Faults {
     pub(super) fn is_open(&self) -> bool {
         self.open > 0
     }
-
-    /// Whether more input components have no face left.
-    pub(super) fn loses_more(&self, than: &Self) -> bool {
-        self.lost_components > than.lost_components
-    }
 }
 
 /// The final mesh of a draft.
@@ -187,6 +182,17 @@ impl Draft {
             NONE => NONE,
             old => self.component[old as usize],
         }
+    }
+
+    /// The input components of more than `faces` faces that have at least one left. Smaller ones may be slivers that shrink to
+    /// nothing where they are merged with their neighbours.
+    pub(super) fn components_above(&self, faces: usize) -> HashSet<u32> {
+        let mut counts: HashMap<u32, usize> = HashMap::new();
+        for c in &self.component {
+            *counts.entry(*c).or_default() += 1;
+        }
+        let there = (0..self.mesh.faces.len()).map(|f| self.component(f));
+        there.filter(|c| *c != NONE && counts[c] > faces).collect()
     }
 
     /// Assigns the components of some faces to the component of the `host` face and marks the faces as dangling sheets.

@@ -17,6 +17,7 @@ mod displaced;
 mod draft;
 mod filling;
 mod finish;
+mod flakes;
 mod growing;
 mod inner_sheets;
 mod intersection_cache;
