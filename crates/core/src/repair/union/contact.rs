@@ -14,7 +14,7 @@ use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Mesh, VertexFaces, area_vector};
 use crate::repair::draft::Draft;
 use crate::repair::rounding::is_single;
-use crate::spatial::{Bounds, BoxTree};
+use crate::spatial::{Bounds, BoxTree, closest_on_triangle};
 use crate::tuning::{Tunable, tunable};
 
 /// Pairs of faces whose boxes meet, each counted twice. A union is attempted up to this many: it bounds the time, a few
@@ -85,24 +85,28 @@ fn bodies(given: &Mesh, found: &Inspection, crossing: &[u32]) -> Vec<u32> {
     body
 }
 
-/// The connected set of each face, by shared vertex numbers; `u32::MAX` if the set is not a closed surface.
-fn connected(mesh: &Mesh) -> Vec<u32> {
-    let mut sets = DisjointSets::new(mesh.positions.len());
-    let mut runs: HashMap<[u32; 2], i32> = HashMap::new();
-    for f in &mesh.faces {
+/// The set of faces of each face that are connected by edges between the same vertex numbers; `u32::MAX` if the set is not a closed
+/// surface or an edge has more than two faces.
+fn connected(given: &Mesh) -> Vec<u32> {
+    let mut sets = DisjointSets::new(given.faces.len());
+    // The first face of each edge, its number of faces, and how often it runs up more than down.
+    let mut edges: HashMap<[u32; 2], (u32, usize, i32)> = HashMap::new();
+    for (f, face) in (0..).zip(&given.faces) {
         for k in 0..3 {
-            let (v, w) = (f[k], f[(k + 1) % 3]);
-            sets.join(v, w);
-            *runs.entry([v.min(w), v.max(w)]).or_default() += if v < w { 1 } else { -1 };
+            let (v, w) = (face[k], face[(k + 1) % 3]);
+            let edge = edges.entry([v.min(w), v.max(w)]).or_insert((f, 0, 0));
+            sets.join(edge.0, f);
+            edge.1 += 1;
+            edge.2 += if v < w { 1 } else { -1 };
         }
     }
-    let open = runs.into_iter().filter(|(_, sum)| *sum != 0);
-    let open: BTreeSet<u32> = open.map(|(e, _)| sets.find(e[0])).collect();
-    let of = |f: &[u32; 3]| Some(sets.find(f[0])).filter(|s| !open.contains(s));
-    mesh.faces
-        .iter()
-        .map(of)
-        .map(|s| s.unwrap_or(NONE))
+    let bad = edges
+        .into_values()
+        .filter(|(_, count, sum)| *count > 2 || *sum != 0);
+    let bad: BTreeSet<u32> = bad.map(|(f, ..)| sets.find(f)).collect();
+    let mut of = |f: u32| Some(sets.find(f)).filter(|s| !bad.contains(s));
+    (0..given.faces.len() as u32)
+        .map(|f| of(f).unwrap_or(NONE))
         .collect()
 }
 
@@ -129,6 +133,8 @@ struct Touching<'a> {
     pairs: BTreeSet<[u32; 2]>,
     /// The contact faces.
     faces: BTreeSet<u32>,
+    /// Welded vertices that lie on a face of another body, with the body they belong to and that face.
+    on: BTreeSet<(u32, u32, u32)>,
     length: f64,
 }
 
@@ -139,6 +145,7 @@ impl<'a> Touching<'a> {
             body,
             pairs: BTreeSet::new(),
             faces: BTreeSet::new(),
+            on: BTreeSet::new(),
             length,
         };
         touching.find();
@@ -182,11 +189,17 @@ impl<'a> Touching<'a> {
                 return;
             }
             for g in near.into_iter().filter(|g| g > f) {
-                let bodies = [*f, g].map(|f| self.body[f as usize]);
-                if bodies[0] != bodies[1] && self.lies_on(*f, g) {
+                let [a, b] = [*f, g].map(|f| self.body[f as usize]);
+                if a == b {
+                    continue;
+                }
+                let lie = self.lies_on(*f, g);
+                if lie {
                     self.faces.extend([*f, g]);
-                    self.pairs
-                        .insert([bodies[0].min(bodies[1]), bodies[0].max(bodies[1])]);
+                }
+                let touch = [[*f, g], [g, *f]].map(|pair| self.touch(pair));
+                if lie || touch.contains(&true) {
+                    self.pairs.insert([a.min(b), a.max(b)]);
                 }
             }
         }
@@ -203,6 +216,24 @@ impl<'a> Touching<'a> {
                 .all(|p| (*p - a).dot(normals[k]).abs() <= self.length)
         };
         normals[0].dot(normals[1]).abs() > MIN_CONTACT_COSINE && (in_plane(0) || in_plane(1))
+    }
+
+    /// Adds the vertices of a face that lie on another face, within the length; returns whether there are any. Vertices that the
+    /// two share touch nothing.
+    fn touch(&mut self, [f, g]: [u32; 2]) -> bool {
+        let mesh = &self.found.mesh;
+        let corners = mesh.faces[g as usize];
+        let [a, b, c] = mesh.corners(g);
+        let own = mesh.faces[f as usize].into_iter();
+        let is_on = |v: &u32| {
+            let p = mesh.positions[*v as usize];
+            let (q, _) = closest_on_triangle(p, a, b, c);
+            !corners.contains(v) && p.distance(q) <= self.length
+        };
+        let found: Vec<u32> = own.filter(is_on).collect();
+        let body = self.body[f as usize];
+        self.on.extend(found.iter().map(|v| (*v, body, g)));
+        !found.is_empty()
     }
 
     /// The growth of each body, by greedy colouring: bodies in contact grow by different lengths.
@@ -229,14 +260,20 @@ impl<'a> Touching<'a> {
     fn shifts(&self) -> Option<HashMap<(u32, u32), DVec3>> {
         let lengths = self.lengths();
         let mut sums: HashMap<(u32, u32), (DMat3, DVec3)> = HashMap::new();
-        for &f in &self.faces {
-            let body = self.body[f as usize];
-            let normal = area_vector(self.found.mesh.corners(f)).normalize_or_zero();
+        let mut add = |key: (u32, u32), area: DVec3| {
+            let normal = area.normalize_or_zero();
             let outer = DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
+            let sum = sums.entry(key).or_default();
+            *sum = (sum.0 + outer, sum.1 + lengths[&key.1] * normal);
+        };
+        for &f in &self.faces {
+            let area = area_vector(self.found.mesh.corners(f));
             for v in self.found.mesh.faces[f as usize] {
-                let sum = sums.entry((v, body)).or_default();
-                *sum = (sum.0 + outer, sum.1 + lengths[&body] * normal);
+                add((v, self.body[f as usize]), area);
             }
+        }
+        for &(v, body, g) in &self.on {
+            add((v, body), area_vector(self.found.mesh.corners(g)));
         }
         let shift = |body: u32, (matrix, right): (DMat3, DVec3)| {
             let trace = matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z;
