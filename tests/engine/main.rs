@@ -35,6 +35,7 @@ mod outcomes;
 mod regions;
 mod repair;
 mod repair_bytes;
+mod repair_contacts;
 mod repair_folds;
 mod repair_inside_out;
 mod repair_plans;

@@ -27,7 +27,7 @@ impl Run<'_> {
     /// Unites closed bodies that touch or intersect, if fewer faces intersect others afterwards. If the exact union leaves
     /// intersecting faces, it is tried again on the mesh as `given`, with the bodies grown slightly where they touch.
     pub(super) fn unite(&mut self, given: &Given, carried: &Carried) -> Result<(), FillError> {
-        if self.draft.self_intersections()?.is_empty() {
+        if !self.intersects()? {
             return Ok(());
         }
         let plain = (self.draft.clone(), self.report.clone());
@@ -35,22 +35,30 @@ impl Run<'_> {
         self.report.steps.closing_faces += closing;
         let crossing = self.draft.self_intersections()?;
         let before = (self.draft.clone(), self.report.clone());
-        let (count, turns) = (crossing.len(), self.params.does(RepairStep::Orientation));
+        let turns = self.params.does(RepairStep::Orientation);
+        let count = match crossing.len() {
+            0 => self.draft.faults()?.intersecting_or_not_manifold(),
+            count => count,
+        };
         let left = union::unite(&mut self.draft, &mut self.report, crossing, (0.0, turns))?;
         let left = self.left_wrong(left)?.filter(|left| *left < count);
         if left.is_none() {
             (self.draft, self.report) = before;
         }
+        // Vertices on faces are a reason only for intersections that a union left.
+        let unites = left.is_some() && !self.draft.self_intersections()?.is_empty();
         let mut left = left.unwrap_or(count);
         for growth in (0..GROWTHS.get()).map(|i| f64::from(1u32 << i.min(16))) {
             if left == 0 {
                 break;
             }
-            let before = left;
-            left = self.unite_grown(given, carried, (left, growth))?;
-            if left == before && count > GROWTH_FACES.get() {
+            let Some(grown) = self.unite_grown(given, carried, (left, growth, unites))? else {
+                break;
+            };
+            if grown >= left && count > GROWTH_FACES.get() {
                 break;
             }
+            left = left.min(grown);
         }
         self.left = Some(self.left.map_or(left, |known| known.min(left)));
         if closing > 0 && self.report.steps.united_bodies == plain.1.steps.united_bodies {
@@ -60,6 +68,11 @@ impl Run<'_> {
             clean::drop_duplicates(&mut self.draft, &mut self.report)?;
         }
         self.go_on()
+    }
+
+    /// Whether faces intersect others, or bodies touch in faces.
+    pub(super) fn intersects(&mut self) -> Result<bool, FillError> {
+        Ok(!self.draft.self_intersections()?.is_empty() || union::touch(&mut self.draft)?)
     }
 
     /// Unites the bodies of the mesh before it is cleaned, since cleaning may take a face from one of two bodies that
@@ -146,17 +159,17 @@ impl Run<'_> {
         Ok(Some(left.max(faults.intersecting_or_not_manifold())))
     }
 
-    /// Unites bodies after growing them by `growth` times the smallest length where they touch. Keeps the result if fewer than
-    /// `most` defects remain; returns the number of defects.
+    /// Unites bodies after growing them by `growth` times the smallest length where they touch in faces, or `in_vertices`. Keeps the result if fewer than
+    /// `most` defects remain. Returns the number of defects; none if no bodies touch or none are united, however far they are grown.
     fn unite_grown(
         &mut self,
         (given, report): &Given,
         carried: &Carried,
-        (most, growth): (usize, f64),
-    ) -> Result<usize, FillError> {
+        (most, growth, in_vertices): (usize, f64, bool),
+    ) -> Result<Option<usize>, FillError> {
         let mut grown = given.clone();
-        let Some(moved) = union::grow(&mut grown, growth)? else {
-            return Ok(most);
+        let Some(moved) = union::grow(&mut grown, growth, in_vertices)? else {
+            return Ok(None);
         };
         let before = (
             std::mem::replace(&mut self.draft, grown),
@@ -177,16 +190,12 @@ impl Run<'_> {
             moved.vertices,
             moved.largest
         );
-        match left.filter(|left| *left < most) {
-            Some(left) => {
-                self.report.steps.moved_vertices = moved.vertices;
-                self.report.steps.largest_move = moved.largest;
-                Ok(left)
-            }
-            None => {
-                (self.draft, self.report) = before;
-                Ok(most)
-            }
+        if left.is_some_and(|left| left < most) {
+            self.report.steps.moved_vertices = moved.vertices;
+            self.report.steps.largest_move = moved.largest;
+        } else {
+            (self.draft, self.report) = before;
         }
+        Ok(left)
     }
 }

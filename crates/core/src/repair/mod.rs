@@ -253,7 +253,6 @@ impl Run<'_> {
         let before = self.report.before.iter().flat_map(|v| &v.defects);
         let mut crossing = before.filter(|d| d.kind == DefectKind::SelfIntersection);
         let crossing = crossing.next().map_or(&[][..], |d| &d.faces);
-        let crosses = !crossing.is_empty();
         self.draft.adopt(found, crossing);
         {
             let found = self.draft.inspect()?;
@@ -266,7 +265,7 @@ impl Run<'_> {
             self.report.steps.dropped_faces = self.take_out(&dropped);
         }
         self.go_on()?;
-        let given = (crosses && params.does(RepairStep::Intersections))
+        let given = (params.does(RepairStep::Intersections) && self.intersects()?)
             .then(|| (self.draft.clone(), self.report.clone()));
         self.clean(carried)?;
         if params.does(RepairStep::Duplicates) && params.does(RepairStep::Intersections) {

@@ -149,8 +149,7 @@ impl Run<'_> {
         carried: &Carried,
     ) -> Result<(), FillError> {
         self.joins = self.report.steps.welded_vertices + self.report.steps.stitched_junctions > 0;
-        let intersects = self.params.does(RepairStep::Intersections)
-            && !self.draft.self_intersections()?.is_empty();
+        let intersects = self.params.does(RepairStep::Intersections) && self.intersects()?;
         self.cleaned_border = border(&*self.draft.inspect()?).len();
         let is_open = self.params.does(RepairStep::Holes) && self.cleaned_border > 0;
         let plans = Plan::list(intersects, is_open);

@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3};
 
 use super::clusters::paired_components;
 use crate::mend::{FillError, Inspection};
-use crate::mesh::topology::NONE;
+use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{DisjointSets, Mesh, VertexFaces, area_vector};
 use crate::repair::draft::Draft;
 use crate::repair::rounding::is_single;
@@ -53,18 +53,50 @@ impl Moved {
 
 /// Grows closed bodies where they touch in faces; bodies that share vertices get their own copies. `draft` is the mesh as given.
 /// Bodies are distinguished by connectivity if they share no vertex there, else by the order of their faces round edges. They
-/// grow by `factor` times the smallest length that exceeds rounding errors. None if no bodies are in contact.
-pub(in crate::repair) fn grow(draft: &mut Draft, factor: f64) -> Result<Option<Moved>, FillError> {
+/// grow by `factor` times the smallest length that exceeds rounding errors. None if no bodies are in contact; a vertex on a face counts if
+/// `in_vertices`, or where there are others.
+pub(in crate::repair) fn grow(
+    draft: &mut Draft,
+    factor: f64,
+    in_vertices: bool,
+) -> Result<Option<Moved>, FillError> {
     let found = draft.inspect()?;
-    let crossing = draft.self_intersections()?;
-    let bodies = bodies(&draft.mesh, &found, &crossing);
-    let bodies = Touching::new(&found, bodies, factor * length(draft));
+    let bodies = Touching::of(draft, &found, factor)?;
+    if bodies.faces.is_empty() && !in_vertices {
+        return Ok(None);
+    }
     let Some(shifts) = bodies.shifts() else {
         return Ok(None);
     };
     let moved = bodies.separate(draft, &shifts);
     draft.forget_positions();
     Ok(Some(moved))
+}
+
+/// Whether faces of two bodies that share an edge lie on each other there. They need not intersect.
+pub(in crate::repair) fn touch(draft: &mut Draft) -> Result<bool, FillError> {
+    let found = draft.inspect()?;
+    let mesh = &found.mesh;
+    let edges = found.topology.non_manifold_edges(mesh);
+    if edges.is_empty() {
+        return Ok(false);
+    }
+    let touching = Touching::of(draft, &found, 1.0)?;
+    let across = |h: u32| {
+        let apex = mesh.faces[h as usize / 3][(h as usize % 3 + 2) % 3];
+        let [a, b, c] = [start(mesh, h), end(mesh, h), apex].map(|v| mesh.positions[v as usize]);
+        (c - a).reject_from(b - a)
+    };
+    let lie = |h: u32, o: u32| {
+        let [a, b] = [h / 3, o / 3].map(|f| touching.body[f as usize]);
+        let differ = a != b && a != NONE && b != NONE;
+        differ && across(h).dot(across(o)) > 0.0 && touching.lies_on(h / 3, o / 3)
+    };
+    let touch = |edge: &Vec<u32>| {
+        let mut firsts = edge.iter().enumerate();
+        firsts.any(|(i, h)| edge[..i].iter().any(|o| lie(*h, *o)))
+    };
+    Ok(edges.iter().any(touch))
 }
 
 /// The body of each face; `u32::MAX` if the body is not closed or none of its faces intersects others.
@@ -111,7 +143,7 @@ fn connected(given: &Mesh) -> Vec<u32> {
 }
 
 /// The smallest growth, in mesh units: several roundings of single-precision coordinates, else a fraction of the diagonal.
-fn length(draft: &Draft) -> f64 {
+pub(super) fn length(draft: &Draft) -> f64 {
     let mesh = &draft.mesh;
     let [low, high] = mesh.bounds();
     let largest = low.abs().max(high.abs()).max_element();
@@ -139,6 +171,16 @@ struct Touching<'a> {
 }
 
 impl<'a> Touching<'a> {
+    /// The bodies of faces that intersect others, or meet at an edge of more than two, in contact within `factor` times the smallest
+    /// length that exceeds rounding errors.
+    fn of(draft: &mut Draft, found: &'a Inspection, factor: f64) -> Result<Self, FillError> {
+        let mut faces = draft.self_intersections()?;
+        let edges = found.topology.non_manifold_edges(&found.mesh);
+        faces.extend(edges.into_iter().flatten().map(|h| h / 3));
+        let bodies = bodies(&draft.mesh, found, &faces);
+        Ok(Self::new(found, bodies, factor * length(draft)))
+    }
+
     fn new(found: &'a Inspection, body: Vec<u32>, length: f64) -> Self {
         let mut touching = Self {
             found,
@@ -225,10 +267,12 @@ impl<'a> Touching<'a> {
         let corners = mesh.faces[g as usize];
         let [a, b, c] = mesh.corners(g);
         let own = mesh.faces[f as usize].into_iter();
+        let normal = (b - a).cross(c - a).normalize_or_zero();
         let is_on = |v: &u32| {
             let p = mesh.positions[*v as usize];
-            let (q, _) = closest_on_triangle(p, a, b, c);
-            !corners.contains(v) && p.distance(q) <= self.length
+            !corners.contains(v)
+                && (p - a).dot(normal).abs() <= self.length
+                && p.distance(closest_on_triangle(p, a, b, c).0) <= self.length
         };
         let found: Vec<u32> = own.filter(is_on).collect();
         let body = self.body[f as usize];

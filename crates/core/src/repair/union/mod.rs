@@ -54,7 +54,7 @@ use exact::Unit;
 use planar::ArrangementError;
 
 pub(super) use clusters::{are_closed, paired_components, walls};
-pub(super) use contact::grow;
+pub(super) use contact::{grow, touch};
 
 /// Rounds of unions, at most: rounded vertices may make faces intersect again.
 const UNION_ROUNDS: Tunable<usize> = tunable("repair.union_rounds", 6);
@@ -137,6 +137,7 @@ pub(super) fn unite(
         *draft = best;
     }
     tidy::collapse(draft, known, reach)?;
+    report.steps.inner_faces += tidy::drop_gaps(draft)?;
     report.steps.united_bodies += done.bodies;
     report.steps.split_faces += done.split;
     report.steps.inner_faces += done.removed;

@@ -1,13 +1,14 @@
 //! Collapses very short edges that a union makes where an intersection curve passes a vertex or another curve by a rounding
-//! error.
+//! error, and removes the gaps between sides that differ by such errors.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 use glam::DVec3;
 
-use super::contact::SHORT_EDGE;
+use super::contact::{SHORT_EDGE, length};
 use crate::check::is_flat;
 use crate::mend::FillError;
+use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, VertexFaces, area_vector};
 use crate::repair::draft::{CLEAN_ROUNDS, Draft};
 
@@ -37,6 +38,49 @@ pub(super) fn collapse(draft: &mut Draft, first: usize, reach: f64) -> Result<()
         *draft = before;
     }
     Ok(())
+}
+
+/// Removes the closed components that are no thicker than rounding errors: gaps and overlaps between sides that two bodies share.
+/// Components of the input keep at least one face. Returns how many faces.
+pub(super) fn drop_gaps(draft: &mut Draft) -> Result<usize, FillError> {
+    let least = length(draft);
+    let removed = {
+        let found = draft.inspect()?;
+        let (mesh, topology) = (&found.mesh, &found.topology);
+        let count = topology.component_faces.len();
+        let mut sums = vec![(0.0, 0.0, None); count];
+        for f in topology.faces() {
+            let corners = mesh.corners(f);
+            let area = area_vector(corners);
+            let (volume, whole, centre) = &mut sums[topology.component[f as usize] as usize];
+            let centre = *centre.get_or_insert(corners[0]);
+            *volume += area.dot(corners[0] - centre) / 3.0;
+            *whole += area.length();
+        }
+        let mut is_thin: Vec<bool> = (sums.iter())
+            .map(|(volume, area, _)| 2.0 * f64::abs(*volume) <= least * area)
+            .collect();
+        let edges = topology.faces().flat_map(|f| [3 * f, 3 * f + 1, 3 * f + 2]);
+        for h in edges.filter(|h| topology.opposite[*h as usize] == NONE) {
+            is_thin[topology.component[h as usize / 3] as usize] = false;
+        }
+        let thin = |f: usize| {
+            (topology.component.get(f)).is_some_and(|c| *c != NONE && is_thin[*c as usize])
+        };
+        let faces = 0..mesh.faces.len();
+        let kept: HashSet<u32> = faces
+            .clone()
+            .filter(|f| !thin(*f))
+            .map(|f| draft.component(f))
+            .collect();
+        faces
+            .map(|f| thin(f) && kept.contains(&draft.component(f)))
+            .collect::<Vec<bool>>()
+    };
+    if removed.contains(&true) {
+        return Ok(draft.remove(&removed));
+    }
+    Ok(0)
 }
 
 /// Pairs of a vertex and the neighbour it collapses into, no two pairs adjacent.
