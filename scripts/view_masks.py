@@ -15,9 +15,10 @@ INNER = """((points) => { const v = isomend.viewer, b = v.canvas.getBoundingClie
 # The number of faces that are drawn as a stroke of the smoothing brush.
 STROKE = "isomend.viewer.sides.after.mesh.facts.filter((fact) => fact >>> 28 & 1).length"
 # Keeps what the program tells of its runs back until `release()`, so that a run lasts as long as a test needs.
+# The held events are heard at once, as they come: an event between them would be heard too early.
 HOLD = """(() => { const { steps } = isomend, hear = steps.hear.bind(steps), held = [];
   steps.hear = async (...event) => { held.push(event); };
-  window.release = async () => { delete steps.hear; for (const event of held) await hear(...event); }; })()"""
+  window.release = () => { delete steps.hear; return Promise.all(held.map((event) => hear(...event))); }; })()"""
 TROUBLE = "document.querySelector('#paint-trouble').textContent"
 ROWS = "[...document.querySelectorAll('#masks li span')].map((e) => e.textContent).filter((text) => !text.startsWith('last region'))"
 

@@ -251,3 +251,19 @@ fn flakes_on_a_surface_do_not_become_bodies() {
         assert_eq!(done.report.steps.duplicate_faces, 1);
     }
 }
+
+#[test]
+fn a_flake_across_a_hole_is_no_sheet() {
+    let body = single(turned(cube(4)));
+    let [a, b, c] = body.faces[40];
+    let shares = |f: &[u32; 3]| [a, b].iter().all(|v| f.contains(v)) && !f.contains(&c);
+    let mut open = body.clone();
+    open.faces.retain(|f| *f != [a, b, c] && !shares(f));
+    assert_eq!(open.faces.len() + 2, body.faces.len());
+    let [a, b] = [a, b].map(|v| body.positions[v as usize]);
+    let flake = Mesh::new(vec![a, 0.5 * (a + b), b], vec![[0, 1, 2]]);
+    let done = repaired(&single(joined(&open, &flake)));
+    let after = verdict(&done.mesh);
+    assert!(after.is_sound(), "{}", after.line());
+    assert_eq!(done.mesh.faces.len(), body.faces.len());
+}

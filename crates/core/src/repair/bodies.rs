@@ -46,13 +46,13 @@ impl Run<'_> {
             (self.draft, self.report) = before;
         }
         // Vertices on faces are a reason only for intersections that a union left.
-        let unites = left.is_some() && !self.draft.self_intersections()?.is_empty();
+        let in_vertices = left.is_some() && !self.draft.self_intersections()?.is_empty();
         let mut left = left.unwrap_or(count);
         for growth in (0..GROWTHS.get()).map(|i| f64::from(1u32 << i.min(16))) {
             if left == 0 {
                 break;
             }
-            let Some(grown) = self.unite_grown(given, carried, (left, growth, unites))? else {
+            let Some(grown) = self.unite_grown(given, carried, (left, growth, in_vertices))? else {
                 break;
             };
             if grown >= left && count > GROWTH_FACES.get() {
@@ -159,8 +159,9 @@ impl Run<'_> {
         Ok(Some(left.max(faults.intersecting_or_not_manifold())))
     }
 
-    /// Unites bodies after growing them by `growth` times the smallest length where they touch in faces, or `in_vertices`. Keeps the result if fewer than
-    /// `most` defects remain. Returns the number of defects; none if no bodies touch or none are united, however far they are grown.
+    /// Unites bodies after growing them by `growth` times the smallest length where they touch in faces, or `in_vertices`. Keeps the
+    /// result if fewer than `most` defects remain. Returns the number of defects; none if no bodies touch or none are united,
+    /// however far they are grown.
     fn unite_grown(
         &mut self,
         (given, report): &Given,

@@ -5,13 +5,15 @@ use rayon::prelude::*;
 
 use super::draft::Draft;
 use crate::mend::FillError;
+use crate::mesh::area_vector;
 use crate::spatial::Bvh;
 use crate::threads::CollectIndexed;
 
 /// Faces of a component, at most, that may be a flake, or a sliver that shrinks to nothing.
 pub(super) const SLIVER: usize = 2;
 
-/// Removes the components of one or two faces that lie within a distance (mesh units) of larger ones; returns how many faces.
+/// Removes the components of one or two faces that lie within a distance (mesh units) of larger ones; returns how many faces. Of a
+/// triangle that is no higher than this the ends count, since it may lie across a hole.
 pub(super) fn drop(draft: &mut Draft, distance: f64) -> Result<usize, FillError> {
     let removed: Vec<bool> = {
         let found = draft.inspect()?;
@@ -24,8 +26,13 @@ pub(super) fn drop(draft: &mut Draft, distance: f64) -> Result<usize, FillError>
         }
         let bvh = Bvh::new(mesh, larger.into_iter());
         let lies = |f: &u32| {
-            let mut points = across(mesh.corners(*f)).into_iter();
-            points.all(|p| bvh.closest(p, distance).is_some())
+            let corners = mesh.corners(*f);
+            let is_on = |p: &DVec3| bvh.closest(*p, distance).is_some();
+            let ends = longest(corners);
+            match area_vector(corners).length() <= distance * ends[0].distance(ends[1]) {
+                true => ends.iter().all(is_on),
+                false => across(corners).iter().all(is_on),
+            }
         };
         let on: Vec<bool> = loose.par_iter().map(lies).collect_indexed();
         // A component goes as a whole.
@@ -44,6 +51,20 @@ pub(super) fn drop(draft: &mut Draft, distance: f64) -> Result<usize, FillError>
     } else {
         Ok(0)
     }
+}
+
+/// The ends of the longest edge of a triangle.
+fn longest([a, b, c]: [DVec3; 3]) -> [DVec3; 2] {
+    let edges = [[a, b], [b, c], [c, a]];
+    let length = |[p, q]: [DVec3; 2]| p.distance_squared(q);
+    let longer = |one, other| {
+        if length(other) > length(one) {
+            other
+        } else {
+            one
+        }
+    };
+    edges.into_iter().fold(edges[0], longer)
 }
 
 /// Points spread over a triangle: its corners, the middles of its edges, its centre and the points between.

@@ -52,16 +52,18 @@ impl Moved {
 }
 
 /// Grows closed bodies where they touch in faces; bodies that share vertices get their own copies. `draft` is the mesh as given.
-/// Bodies are distinguished by connectivity if they share no vertex there, else by the order of their faces round edges. They
-/// grow by `factor` times the smallest length that exceeds rounding errors. None if no bodies are in contact; a vertex on a face counts if
-/// `in_vertices`, or where there are others.
+/// Bodies are distinguished by connectivity if they share no edge there, else by the order of their faces round edges. They
+/// grow by `factor` times the smallest length that exceeds rounding errors. None if no bodies touch in faces, or `in_vertices`: in a
+/// vertex on a face. Such vertices are moved off the face in any case.
 pub(in crate::repair) fn grow(
     draft: &mut Draft,
     factor: f64,
     in_vertices: bool,
 ) -> Result<Option<Moved>, FillError> {
     let found = draft.inspect()?;
-    let bodies = Touching::of(draft, &found, factor)?;
+    let mut bodies = Touching::of(draft, &found, factor)?;
+    bodies.find();
+    bodies.flood();
     if bodies.faces.is_empty() && !in_vertices {
         return Ok(None);
     }
@@ -171,28 +173,20 @@ struct Touching<'a> {
 }
 
 impl<'a> Touching<'a> {
-    /// The bodies of faces that intersect others, or meet at an edge of more than two, in contact within `factor` times the smallest
-    /// length that exceeds rounding errors.
+    /// The bodies of faces that intersect others, or meet at an edge of more than two. Contact is what lies within `factor` times the
+    /// smallest length that exceeds rounding errors; it is not yet searched.
     fn of(draft: &mut Draft, found: &'a Inspection, factor: f64) -> Result<Self, FillError> {
         let mut faces = draft.self_intersections()?;
         let edges = found.topology.non_manifold_edges(&found.mesh);
         faces.extend(edges.into_iter().flatten().map(|h| h / 3));
-        let bodies = bodies(&draft.mesh, found, &faces);
-        Ok(Self::new(found, bodies, factor * length(draft)))
-    }
-
-    fn new(found: &'a Inspection, body: Vec<u32>, length: f64) -> Self {
-        let mut touching = Self {
+        Ok(Self {
             found,
-            body,
+            body: bodies(&draft.mesh, found, &faces),
             pairs: BTreeSet::new(),
             faces: BTreeSet::new(),
             on: BTreeSet::new(),
-            length,
-        };
-        touching.find();
-        touching.flood();
-        touching
+            length: factor * length(draft),
+        })
     }
 
     /// Adds faces of the same bodies round the contact faces that lie in the planes of these.

@@ -47,6 +47,7 @@ pub(super) fn drop_gaps(draft: &mut Draft) -> Result<usize, FillError> {
     let removed = {
         let found = draft.inspect()?;
         let (mesh, topology) = (&found.mesh, &found.topology);
+        // Volume and area, both twice.
         let count = topology.component_faces.len();
         let mut sums = vec![(0.0, 0.0, None); count];
         for f in topology.faces() {
