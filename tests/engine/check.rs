@@ -1,15 +1,12 @@
 //! `isomend check`: one verdict, and every defect with its count and place.
 
 use crate::desk::{Desk, assert_code, text};
+use crate::repair_union::verdict;
 use crate::shapes::{Noise, cut, joined, moved, polar, sphere, torus, turned};
 use glam::DVec3;
-use isomend::check::{CheckParams, DefectKind, Verdict};
+use isomend::check::{CheckParams, DefectKind};
 use isomend::io::Format;
 use isomend::{Mesh, inspect};
-
-fn verdict(mesh: &Mesh) -> Verdict {
-    inspect(mesh).unwrap().check(&CheckParams::default())
-}
 
 /// The defects of a mesh by kind, with their counts.
 fn counts(mesh: &Mesh) -> Vec<(DefectKind, usize)> {

@@ -3,20 +3,17 @@
 use std::collections::HashSet;
 
 use crate::desk::{self, Desk, assert_code, text};
+use crate::repair_union::verdict;
 use crate::shapes::{cut, joined, moved, polar, sphere, torus, turned};
 use glam::DVec3;
-use isomend::check::{CheckParams, DefectKind, Verdict};
+use isomend::check::DefectKind;
 use isomend::io::{Format, read_path};
 use isomend::{
-    Cancel, Carried, Control, FillError, Mesh, RepairParams, RepairStep, Repaired, inspect, repair,
+    Cancel, Carried, Control, FillError, Mesh, RepairParams, RepairStep, Repaired, repair,
 };
 
 fn repaired(mesh: &Mesh, params: &RepairParams) -> Repaired {
     repair(mesh, params, &Carried::default(), &Control::new()).unwrap()
-}
-
-fn verdict(mesh: &Mesh) -> Verdict {
-    inspect(mesh).unwrap().check(&CheckParams::default())
 }
 
 #[track_caller]

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use crate::repair_union::verdict;
 use crate::shapes::{cut, joined, moved, polar, sheet, sphere, turned};
 use glam::DVec3;
-use isomend::check::{CheckParams, Verdict};
 use isomend::io::{Format, no_side_files, read_bytes, to_bytes};
 use isomend::job::{JobSpec, OperationReport, Output, Place, Source, Work, run};
-use isomend::{Control, Mesh, RepairParams, inspect};
+use isomend::{Control, Mesh, RepairParams};
 
 /// A format, and whether it is written as text.
 type Form = (Format, bool);
@@ -28,10 +28,6 @@ const DOUBLE: [Form; 7] = [
     (Format::Vtk, true),
     (Format::Vtp, false),
 ];
-
-fn verdict(mesh: &Mesh) -> Verdict {
-    inspect(mesh).unwrap().check(&CheckParams::default())
-}
 
 /// A mesh as bytes of PLY in the smallest precision that holds it.
 fn source(mesh: &Mesh) -> Source {

@@ -1,37 +1,17 @@
 //! Bodies in contact up to rounding: vertices of one in a plane of another, and sides that two bodies share with different edges.
 
-use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-use crate::repair_union::{repaired, single};
+use crate::repair_union::{repaired, single, verdict};
+use crate::repair_unions::placed;
 use crate::shapes::{Noise, cube, joined, moved, volume};
-use glam::{DMat3, DVec3, EulerRot};
+use glam::DVec3;
 use isomend::Mesh;
-use isomend::check::{CheckParams, Verdict};
-use isomend::inspect;
-
-fn verdict(mesh: &Mesh) -> Verdict {
-    inspect(mesh).unwrap().check(&CheckParams::default())
-}
+use isomend_core::mesh::welded;
 
 /// The mesh at the precision of an STL file, with one vertex at each position.
 fn stored(mesh: &Mesh) -> Mesh {
-    let mesh = single(mesh);
-    let mut numbers: HashMap<[u64; 3], u32> = HashMap::new();
-    let mut merged = Mesh::default();
-    for f in &mesh.faces {
-        let corners = f.map(|v| {
-            let p = mesh.positions[v as usize];
-            *numbers
-                .entry(p.to_array().map(f64::to_bits))
-                .or_insert_with(|| {
-                    merged.positions.push(p);
-                    merged.positions.len() as u32 - 1
-                })
-        });
-        merged.faces.push(corners);
-    }
-    merged
+    welded(&single(mesh)).0
 }
 
 /// A torus of radii 3 and 1 with edges along its circles.
@@ -92,11 +72,7 @@ fn finely_divided_blocks_that_share_a_side_are_united() {
         let other = moved(&block(m), 1.0, DVec3::new(20.0, beside, 0.0));
         let both = joined(&block(n), &other);
         for round in 0..4 {
-            let angles = 3.0 * noise.vector();
-            let turn = DMat3::from_euler(EulerRot::ZXZ, angles.x, angles.y, angles.z);
-            let by = 20.0 * noise.vector();
-            let mut mesh = both.clone();
-            mesh.positions.iter_mut().for_each(|p| *p = turn * *p + by);
+            let mesh = placed(&both, &mut noise);
             assert_united(
                 &stored(&mesh),
                 truth,

@@ -1,14 +1,9 @@
 //! `isomend repair` keeps parts of bodies that are inside out, and cavities.
 
-use crate::repair_union::repaired;
+use crate::repair_union::{repaired, verdict};
 use crate::shapes::{cube, cut, joined, moved, sphere, volume};
 use glam::DVec3;
-use isomend::check::{CheckParams, Verdict};
-use isomend::{Carried, Control, Mesh, RepairParams, inspect, repair};
-
-fn verdict(mesh: &Mesh) -> Verdict {
-    inspect(mesh).unwrap().check(&CheckParams::default())
-}
+use isomend::{Carried, Control, Mesh, RepairParams, repair};
 
 #[test]
 fn a_cavity_that_shares_an_edge_with_something_stays() {

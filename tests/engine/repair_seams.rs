@@ -1,32 +1,23 @@
 //! Seams in a repair: boundaries that coincide up to rounding are welded, T-junctions are stitched, and `check` recommends a weld length.
 
-use crate::repair_union::repaired;
+use crate::repair_union::{repaired, single, verdict};
 use crate::shapes::{Noise, cube, cut, joined, moved, sphere, turned, volume};
 use glam::DVec3;
 use isomend::check::{CheckParams, Verdict};
 use isomend::{Carried, Control, Mesh, RepairParams, inspect, repair};
 
-fn verdict(mesh: &Mesh) -> Verdict {
-    inspect(mesh).unwrap().check(&CheckParams::default())
-}
-
-fn single(mut mesh: Mesh) -> Mesh {
-    for p in &mut mesh.positions {
-        *p = p.as_vec3().as_dvec3();
-    }
-    mesh
+/// A mesh in which each triangle has its own vertices.
+fn loose(triangles: impl IntoIterator<Item = [DVec3; 3]>) -> Mesh {
+    let positions: Vec<DVec3> = triangles.into_iter().flatten().collect();
+    let faces = (0..positions.len() as u32).step_by(3);
+    let faces = faces.map(|first| [first, first + 1, first + 2]).collect();
+    Mesh::new(positions, faces)
 }
 
 /// Each face with its own vertices, moved by `by` of the face's number.
 fn torn(mesh: &Mesh, by: impl Fn(usize) -> DVec3) -> Mesh {
-    let mut soup = Mesh::default();
-    for (f, face) in mesh.faces.iter().enumerate() {
-        let first = soup.positions.len() as u32;
-        let corners = face.map(|v| mesh.positions[v as usize] + by(f));
-        soup.positions.extend(corners);
-        soup.faces.push([first, first + 1, first + 2]);
-    }
-    soup
+    let faces = mesh.faces.iter().enumerate();
+    loose(faces.map(|(f, face)| face.map(|v| mesh.positions[v as usize] + by(f))))
 }
 
 /// A cube with one side divided twice as finely as the others.
@@ -57,7 +48,7 @@ fn vertices_that_differ_by_rounding_are_welded_by_default() {
     let last_digit = |f: usize| DVec3::splat(if f.is_multiple_of(2) { 0.0 } else { 1e-5 });
     let all = [
         torn(&good, tiny),
-        single(torn(&single(good.clone()), last_place)),
+        single(&torn(&single(&good), last_place)),
         text(torn(&text(good.clone()), last_digit)),
     ];
     for bad in all {
@@ -133,7 +124,7 @@ fn t_junctions_are_counted_and_stitched_and_no_face_is_lost() {
         mesh.faces.iter_mut().step_by(3).for_each(|f| f.swap(1, 2));
         mesh
     };
-    for bad in [exact, oblique.clone(), single(oblique), flipped] {
+    for bad in [exact, oblique.clone(), single(&oblique), flipped] {
         let before = verdict(&bad);
         assert_eq!(before.t_junctions, 16);
         let line = before.line();
@@ -204,11 +195,8 @@ fn heap(mesh: &Mesh, by: f64, noise: &mut Noise) -> Mesh {
             _ => {}
         }
     }
-    let corners = faces.into_iter().flatten().map(|p| p + by * noise.vector());
-    let positions: Vec<DVec3> = corners.collect();
-    let of_corner = |f: u32| [3 * f, 3 * f + 1, 3 * f + 2];
-    let count = positions.len() as u32 / 3;
-    single(Mesh::new(positions, (0..count).map(of_corner).collect()))
+    let mut moved = |p| p + by * noise.vector();
+    single(&loose(faces.into_iter().map(|f| f.map(&mut moved))))
 }
 
 #[test]
@@ -239,12 +227,12 @@ fn heaps_of_triangles_with_corners_apart_are_welded() {
 
 #[test]
 fn flakes_on_a_surface_do_not_become_bodies() {
-    for body in [turned(cube(4)), turned(sphere(5))].map(single) {
+    for body in [turned(cube(4)), turned(sphere(5))].map(|m| single(&m)) {
         let [a, b, _] = body.faces[40].map(|v| body.positions[v as usize]);
         let flake = Mesh::new(vec![a, 0.5 * (a + b), b], vec![[0, 1, 2]]);
         let mut open = body.clone();
         open.faces.pop();
-        let done = repaired(&single(joined(&open, &flake)));
+        let done = repaired(&single(&joined(&open, &flake)));
         let after = verdict(&done.mesh);
         assert!(after.is_sound(), "{}", after.line());
         assert_eq!(after.components.len(), 1);
@@ -254,7 +242,7 @@ fn flakes_on_a_surface_do_not_become_bodies() {
 
 #[test]
 fn a_flake_across_a_hole_is_no_sheet() {
-    let body = single(turned(cube(4)));
+    let body = single(&turned(cube(4)));
     let [a, b, c] = body.faces[40];
     let shares = |f: &[u32; 3]| [a, b].iter().all(|v| f.contains(v)) && !f.contains(&c);
     let mut open = body.clone();
@@ -262,7 +250,7 @@ fn a_flake_across_a_hole_is_no_sheet() {
     assert_eq!(open.faces.len() + 2, body.faces.len());
     let [a, b] = [a, b].map(|v| body.positions[v as usize]);
     let flake = Mesh::new(vec![a, 0.5 * (a + b), b], vec![[0, 1, 2]]);
-    let done = repaired(&single(joined(&open, &flake)));
+    let done = repaired(&single(&joined(&open, &flake)));
     let after = verdict(&done.mesh);
     assert!(after.is_sound(), "{}", after.line());
     assert_eq!(done.mesh.faces.len(), body.faces.len());

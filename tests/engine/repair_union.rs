@@ -15,7 +15,8 @@ pub fn repaired(mesh: &Mesh) -> Repaired {
     repair(mesh, &params, &Carried::default(), &Control::new()).unwrap()
 }
 
-fn verdict(mesh: &Mesh) -> Verdict {
+/// The verdict of `check` with the default parameters.
+pub fn verdict(mesh: &Mesh) -> Verdict {
     inspect(mesh).unwrap().check(&CheckParams::default())
 }
 

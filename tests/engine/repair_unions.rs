@@ -358,6 +358,16 @@ fn faces_turned_the_wrong_way_on_bodies_that_are_united_keep_their_origin() {
     }
 }
 
+/// The mesh at a pseudo-random place, turned.
+pub fn placed(mesh: &Mesh, noise: &mut Noise) -> Mesh {
+    let angles = 3.0 * noise.vector();
+    let turn = DMat3::from_euler(EulerRot::ZXZ, angles.x, angles.y, angles.z);
+    let by = 20.0 * noise.vector();
+    let mut mesh = mesh.clone();
+    mesh.positions.iter_mut().for_each(|p| *p = turn * *p + by);
+    mesh
+}
+
 #[test]
 fn bodies_with_vertices_in_planes_of_others_are_united_however_they_are_turned() {
     // The plane of a ring's axis circle is a side of a box.
@@ -367,12 +377,7 @@ fn bodies_with_vertices_in_planes_of_others_are_united_however_they_are_turned()
     let both = joined(&block, &ring);
     let mut noise = Noise(3);
     for round in 0..8 {
-        let angles = 3.0 * noise.vector();
-        let turn = DMat3::from_euler(EulerRot::ZXZ, angles.x, angles.y, angles.z);
-        let by = 20.0 * noise.vector();
-        let mut mesh = both.clone();
-        mesh.positions.iter_mut().for_each(|p| *p = turn * *p + by);
-        let done = repaired(&single(&mesh));
+        let done = repaired(&single(&placed(&both, &mut noise)));
         let relative = volume(&done.mesh) / truth - 1.0;
         assert!(relative.abs() < 1e-5, "{round}: {relative}");
         assert_eq!(done.report.steps.relaxed_vertices, 0, "{round}");

@@ -2,9 +2,10 @@
 
 use std::collections::HashSet;
 
+use crate::repair_union::verdict;
 use crate::shapes::{Noise, cut, joined, moved, polar, sphere, turned};
 use glam::DVec3;
-use isomend::check::{CheckParams, DefectKind, Verdict};
+use isomend::check::{DefectKind, Verdict};
 use isomend::{
     Carried, Closure, Control, HoleOutcome, Mesh, RepairParams, RepairStep, Repaired, inspect,
     repair,
@@ -12,10 +13,6 @@ use isomend::{
 
 fn repaired(mesh: &Mesh, params: &RepairParams) -> Repaired {
     repair(mesh, params, &Carried::default(), &Control::new()).unwrap()
-}
-
-fn verdict(mesh: &Mesh) -> Verdict {
-    inspect(mesh).unwrap().check(&CheckParams::default())
 }
 
 /// No more faces intersect than before, no component of the input is lost, and the report lists every open hole as left or failed.

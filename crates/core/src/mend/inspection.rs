@@ -105,7 +105,7 @@ impl<'m> Inspection<'m> {
 
     /// Whether a hole bounds a component of one or two triangles.
     pub(super) fn bounds_small_component(&self, hole: usize) -> bool {
-        self.topology.component_faces[self.holes[hole].component as usize] <= 2
+        self.topology.is_loose(self.holes[hole].component)
     }
 }
 

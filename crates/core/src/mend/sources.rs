@@ -198,7 +198,7 @@ impl Bodies {
         };
         let mut boxes = vec![nothing; count];
         for (face, &component) in mesh.faces.iter().zip(&topology.component) {
-            if component == NONE || topology.component_faces[component as usize] <= 2 {
+            if component == NONE || topology.is_loose(component) {
                 continue;
             }
             let body = of_component[component as usize] as usize;

@@ -11,6 +11,9 @@ use crate::threads::CollectIndexed;
 /// Marks a missing half-edge or component.
 pub const NONE: u32 = u32::MAX;
 
+/// Faces of a component of loose triangles, at most.
+pub(crate) const LOOSE_FACES: usize = 2;
+
 /// Defects of a mesh's connectivity; counts are for the mesh as given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Defects {
@@ -89,6 +92,11 @@ impl Topology {
     /// The faces that belong to a component: all but degenerate ones.
     pub fn faces(&self) -> impl Iterator<Item = u32> {
         (0..self.component.len() as u32).filter(|f| self.component[*f as usize] != NONE)
+    }
+
+    /// Whether a component has one or two faces: loose triangles, which bound nothing.
+    pub(crate) fn is_loose(&self, component: u32) -> bool {
+        self.component_faces[component as usize] <= LOOSE_FACES
     }
 
     /// The area of each component.
@@ -182,7 +190,8 @@ impl Topology {
             }
             self.component_faces.push(count);
         }
-        self.defects.small_components = self.component_faces.iter().filter(|&&n| n <= 2).count();
+        let components = 0..self.component_faces.len() as u32;
+        self.defects.small_components = components.filter(|c| self.is_loose(*c)).count();
     }
 
     /// Reverses the minority of the faces in every orientable component.
@@ -261,6 +270,11 @@ pub fn start(mesh: &Mesh, half_edge: u32) -> u32 {
 /// The vertex at which a half-edge ends.
 pub fn end(mesh: &Mesh, half_edge: u32) -> u32 {
     mesh.faces[half_edge as usize / 3][(half_edge as usize % 3 + 1) % 3]
+}
+
+/// The vertex opposite to a half-edge in its face.
+pub(crate) fn apex(mesh: &Mesh, half_edge: u32) -> u32 {
+    mesh.faces[half_edge as usize / 3][(half_edge as usize % 3 + 2) % 3]
 }
 
 /// The half-edges of non-degenerate faces, sorted by the smaller vertex of their edge. The first list has the start of each

@@ -72,7 +72,7 @@ impl Run<'_> {
 
     /// Whether faces intersect others, or bodies touch in faces.
     pub(super) fn intersects(&mut self) -> Result<bool, FillError> {
-        Ok(!self.draft.self_intersections()?.is_empty() || union::touch(&mut self.draft)?)
+        Ok(!self.draft.self_intersections()?.is_empty() || union::touch_at_edges(&mut self.draft)?)
     }
 
     /// Unites the bodies of the mesh before it is cleaned, since cleaning may take a face from one of two bodies that

@@ -8,7 +8,7 @@ use super::draft::{CLEAN_ROUNDS, Draft};
 use super::{RepairParams, RepairReport, RepairStep, cracks, union};
 use crate::check::{CRACK, duplicates, is_flat};
 use crate::mend::FillError;
-use crate::mesh::topology::{NONE, end, start};
+use crate::mesh::topology::{NONE, apex, end, start};
 use crate::mesh::{FaceOrigin, MeshError, VertexFaces, weld_map};
 use crate::tuning::{Tunable, tunable};
 
@@ -248,8 +248,7 @@ fn flip_flat(draft: &mut Draft, only_new: bool) -> Result<usize, FillError> {
                 continue;
             }
             // The flipped edge must be new, and flips of one round must not touch each other.
-            let apex = |h: u32| mesh.faces[h as usize / 3][(h as usize % 3 + 2) % 3];
-            let (b, d) = (apex(h), apex(o));
+            let (b, d) = (apex(mesh, h), apex(mesh, o));
             let mut joined = around.of(b).iter();
             let has_edge = joined.any(|f| mesh.faces[*f as usize].contains(&d));
             let own = mesh.faces[f as usize].iter().chain(&mesh.faces[g as usize]);

@@ -6,14 +6,17 @@
 
 use std::collections::HashSet;
 
+use glam::DVec3;
+
 use super::RepairReport;
 use super::draft::Draft;
-use super::flakes::{self, SLIVER};
+use super::flakes;
 use super::seams::WELD_EDGE;
 use super::seams::{Reach, merge, split};
 use crate::check::{JUNCTION_MOST, duplicates};
 use crate::mend::{FillError, Inspection};
-use crate::mesh::topology::{NONE, end, start};
+use crate::mesh::Mesh;
+use crate::mesh::topology::{LOOSE_FACES, NONE, apex, end, start};
 use crate::tuning::{Tunable, tunable};
 
 /// Cosine. Faces at an edge whose angle is below this (60°) lie on each other.
@@ -127,16 +130,16 @@ fn attempt(
             blocked: &blocked,
         };
         let mut new = draft.clone();
-        let joined = join(&mut new, &reach, kind)?;
+        let joined = join(&mut new, &reach, (kind, &known.larger))?;
         if joined.merged + joined.split == 0 {
             break;
         }
         let wrong = known.worse(&mut new)?;
         let open = boundary_edges(&*new.inspect()?);
         let closed = known.open.saturating_sub(open);
-        let loses = known.components > new.components_above(SLIVER).len();
         let much = CRACK_GAIN.get() * wrong.len() as f64;
-        if closed > wanted && closed as f64 > much && !loses {
+        let closes = closed > wanted && closed as f64 > much;
+        if closes && known.larger.is_subset(&new.components_left()) {
             wanted = closed.saturating_sub(CRACK_FAULT.get() * wrong.len());
             kept = Some((new, joined));
         }
@@ -155,8 +158,13 @@ fn attempt(
     }))
 }
 
-/// Merges and splits in turn until neither finds anything.
-fn join(draft: &mut Draft, reach: &Reach, kind: Kind) -> Result<Joined, FillError> {
+/// Merges and splits in turn until neither finds anything. Faces of other components than the `larger` ones go if they get the vertices
+/// of another face.
+fn join(
+    draft: &mut Draft,
+    reach: &Reach,
+    (kind, larger): (Kind, &HashSet<u32>),
+) -> Result<Joined, FillError> {
     let mut all = Joined::default();
     for _ in 0..CRACK_ROUNDS.get() {
         let merged = match kind {
@@ -168,7 +176,7 @@ fn join(draft: &mut Draft, reach: &Reach, kind: Kind) -> Result<Joined, FillErro
                 .map(|[a, b, c]| a == b || b == c || c == a)
                 .collect();
             all.collapsed += draft.remove(&collapsed);
-            all.doubled += drop_doubled(draft)?;
+            all.doubled += drop_doubled(draft, larger)?;
         }
         let split = match kind {
             Kind::Edges => 0,
@@ -183,13 +191,11 @@ fn join(draft: &mut Draft, reach: &Reach, kind: Kind) -> Result<Joined, FillErro
     Ok(all)
 }
 
-/// Removes faces of small components that have got the vertices of an earlier face; returns how many.
-fn drop_doubled(draft: &mut Draft) -> Result<usize, FillError> {
+/// Removes faces of other components than the `larger` ones that have the vertices of an earlier face; returns how many.
+fn drop_doubled(draft: &mut Draft, larger: &HashSet<u32>) -> Result<usize, FillError> {
     let found = draft.inspect()?;
-    let twice = duplicates(&found.mesh, &found.topology);
-    let larger = draft.components_above(SLIVER);
     let mut removed = vec![false; draft.mesh.faces.len()];
-    for f in twice {
+    for f in duplicates(&found.mesh, &found.topology) {
         removed[f as usize] = !larger.contains(&draft.component(f as usize));
     }
     Ok(draft.remove(&removed))
@@ -206,8 +212,9 @@ struct Known {
     folded: Option<HashSet<(u32, u32)>>,
     /// Number of boundary edges.
     open: usize,
-    /// Number of input components of more than [`SLIVER`] faces.
-    components: usize,
+    /// The input components that are more than loose triangles and have a face left. The others may be slivers, which shrink to
+    /// nothing where they are merged with their neighbours.
+    larger: HashSet<u32>,
 }
 
 impl Known {
@@ -221,7 +228,7 @@ impl Known {
             crowded: crowded(&found).collect(),
             folded: (kind == Kind::Cracks).then(|| folded(&found).collect()),
             open: boundary_edges(&found),
-            components: draft.components_above(SLIVER).len(),
+            larger: draft.components_above(LOOSE_FACES),
         })
     }
 
@@ -262,21 +269,22 @@ fn folded(found: &Inspection) -> impl Iterator<Item = (u32, u32)> {
     let pairs = pairs.filter(|(h, o)| *o != NONE && h < o);
     let same = pairs.filter(|(h, o)| {
         let turned = |h: u32| topology.turned[h as usize / 3];
-        let across = |h: u32| {
-            let apex = mesh.faces[h as usize / 3][(h as usize % 3 + 2) % 3];
-            let [a, b, c] =
-                [start(mesh, h), end(mesh, h), apex].map(|v| mesh.positions[v as usize]);
-            (c - a)
-                .reject_from_normalized((b - a).normalize_or_zero())
-                .normalize_or_zero()
-        };
         let are_same = (start(mesh, *h) == start(mesh, *o)) != (turned(*h) != turned(*o));
-        are_same && across(*h).dot(across(*o)) > FOLDED.get()
+        are_same && across(mesh, *h).dot(across(mesh, *o)) > FOLDED.get()
     });
     same.map(|(h, _)| {
         let (v, w) = (start(mesh, h), end(mesh, h));
         (v.min(w), v.max(w))
     })
+}
+
+/// The unit vector in a face that points away from one of its edges, at right angles.
+pub(super) fn across(mesh: &Mesh, half_edge: u32) -> DVec3 {
+    let corners = [start, end, apex].map(|of| mesh.positions[of(mesh, half_edge) as usize]);
+    let [a, b, c] = corners;
+    (c - a)
+        .reject_from_normalized((b - a).normalize_or_zero())
+        .normalize_or_zero()
 }
 
 fn boundary_edges(found: &Inspection) -> usize {

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 use rayon::prelude::*;
 
 use super::displaced::Displaced;
+use super::faults::Faults;
 use super::intersection_cache::IntersectionCache;
 use super::rounding::Rounding;
 use crate::check::self_intersections_among;
@@ -65,36 +66,6 @@ impl Clone for Inspected {
     fn clone(&self) -> Self {
         let last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         Self(Mutex::new(last.clone()))
-    }
-}
-
-/// The faults of a draft, most important first; drafts are compared lexicographically.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Faults {
-    /// Input components with no face left.
-    lost_components: usize,
-    /// Faces that intersect others.
-    crossing: usize,
-    /// Non-manifold edges and vertices.
-    non_manifold: usize,
-    /// Holes, and boundary chains that do not close.
-    open: usize,
-}
-
-impl Faults {
-    /// Whether there are no non-manifold edges or vertices.
-    pub(super) fn is_manifold(&self) -> bool {
-        self.non_manifold == 0
-    }
-
-    /// The number of intersecting faces and non-manifold edges and vertices.
-    pub(super) fn intersecting_or_not_manifold(&self) -> usize {
-        self.crossing + self.non_manifold
-    }
-
-    /// Whether there are holes.
-    pub(super) fn is_open(&self) -> bool {
-        self.open > 0
     }
 }
 
@@ -184,15 +155,21 @@ impl Draft {
         }
     }
 
-    /// The input components of more than `faces` faces that have at least one left. Smaller ones may be slivers that shrink to
-    /// nothing where they are merged with their neighbours.
+    /// The input components that have a face left.
+    pub(super) fn components_left(&self) -> HashSet<u32> {
+        let there = (0..self.mesh.faces.len()).map(|f| self.component(f));
+        there.filter(|c| *c != NONE).collect()
+    }
+
+    /// The input components that have a face left, and more than this many faces in the input.
     pub(super) fn components_above(&self, faces: usize) -> HashSet<u32> {
         let mut counts: HashMap<u32, usize> = HashMap::new();
         for c in &self.component {
             *counts.entry(*c).or_default() += 1;
         }
-        let there = (0..self.mesh.faces.len()).map(|f| self.component(f));
-        there.filter(|c| *c != NONE && counts[c] > faces).collect()
+        let mut left = self.components_left();
+        left.retain(|c| counts[c] > faces);
+        left
     }
 
     /// Assigns the components of some faces to the component of the `host` face and marks the faces as dangling sheets.
@@ -295,9 +272,7 @@ impl Draft {
         {
             return Ok(*faults);
         }
-        let there: HashSet<u32> = (0..self.mesh.faces.len())
-            .map(|f| self.component(f))
-            .collect();
+        let there = self.components_left();
         let all: HashSet<u32> = self.component.iter().copied().collect();
         let lost = |c: &&u32| **c != NONE && !there.contains(c);
         let (mesh, topology) = (&found.mesh, &found.topology);

@@ -9,18 +9,14 @@ use crate::mesh::area_vector;
 use crate::spatial::Bvh;
 use crate::threads::CollectIndexed;
 
-/// Faces of a component, at most, that may be a flake, or a sliver that shrinks to nothing.
-pub(super) const SLIVER: usize = 2;
-
 /// Removes the components of one or two faces that lie within a distance (mesh units) of larger ones; returns how many faces. Of a
 /// triangle that is no higher than this the ends count, since it may lie across a hole.
 pub(super) fn drop(draft: &mut Draft, distance: f64) -> Result<usize, FillError> {
     let removed: Vec<bool> = {
         let found = draft.inspect()?;
         let (mesh, topology) = (&found.mesh, &found.topology);
-        let is_small =
-            |f: u32| topology.component_faces[topology.component[f as usize] as usize] <= SLIVER;
-        let (loose, larger): (Vec<u32>, Vec<u32>) = topology.faces().partition(|f| is_small(*f));
+        let is_loose = |f: &u32| topology.is_loose(topology.component[*f as usize]);
+        let (loose, larger): (Vec<u32>, Vec<u32>) = topology.faces().partition(is_loose);
         if loose.is_empty() || larger.is_empty() {
             return Ok(0);
         }
@@ -46,11 +42,7 @@ pub(super) fn drop(draft: &mut Draft, distance: f64) -> Result<usize, FillError>
         }
         removed
     };
-    if removed.contains(&true) {
-        Ok(draft.remove(&removed))
-    } else {
-        Ok(0)
-    }
+    Ok(draft.remove(&removed))
 }
 
 /// The ends of the longest edge of a triangle.

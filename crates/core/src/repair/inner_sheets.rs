@@ -13,7 +13,7 @@ use super::draft::Draft;
 use super::intersection_cache::sorted;
 use super::witness::{BEFORE, Solid, UNDECIDED};
 use crate::mend::{FillError, Inspection};
-use crate::mesh::topology::NONE;
+use crate::mesh::topology::{LOOSE_FACES, NONE};
 use crate::mesh::{Hole, Mesh, area_vector};
 use crate::spatial::solid_angle;
 use crate::threads::CollectIndexed;
@@ -29,9 +29,6 @@ const SHEET_FACES: Tunable<usize> = tunable("repair.sheet_faces", 2000);
 /// sheet has one half, a sphere without a fifth of its area 0.85.
 const HOLLOW: Tunable<f64> = tunable("repair.hollow", 0.75);
 
-/// Faces. Components of at most this many bound no solid: triangles that touch no others have no inside.
-const LOOSE_FACES: usize = 2;
-
 /// Removes the open components that lie inside the solid of all others: the winding number of the others is one in front of each of
 /// their faces and behind it.
 pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
@@ -42,9 +39,8 @@ pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), F
         if faces.iter().all(Vec::is_empty) {
             return Ok(());
         }
-        let bounds = |c: u32| topology.component_faces[c as usize] > LOOSE_FACES;
         let bounding = topology.faces();
-        let bounding = bounding.filter(|f| bounds(topology.component[*f as usize]));
+        let bounding = bounding.filter(|f| !topology.is_loose(topology.component[*f as usize]));
         let solid = Solid::new(&draft.mesh, bounding, false);
         let is_inner = |own: &Vec<u32>| {
             let of_solid = if own.len() > LOOSE_FACES {

@@ -1,6 +1,6 @@
 //! How good the result of a plan of a repair is.
 
-use super::draft::Faults;
+use super::faults::Faults;
 use super::witness::{DOUBTFUL_DIFFERENCE, DOUBTFUL_LOSS};
 use crate::tuning::{Tunable, tunable};
 

@@ -3,7 +3,7 @@
 
 use std::collections::HashSet;
 
-use super::draft::Faults;
+use super::faults::Faults;
 use super::shell_search::{Blocked, Budget, Wanted};
 use super::{Run, offset_shells, report};
 use crate::fill::{HoleOutcome, LeftReason, OpenReason};

@@ -3,7 +3,7 @@
 use crate::elementary::atan2;
 use crate::mend::Inspection;
 use crate::mesh::Mesh;
-use crate::mesh::topology::{end, start};
+use crate::mesh::topology::{apex, end, start};
 
 /// The half-edges of non-manifold edges in pairs with a body between them, and the edges round which bodies and gaps do not
 /// alternate.
@@ -29,8 +29,7 @@ fn around_edge(mesh: &Mesh, half_edges: &[u32]) -> Option<Vec<[u32; 2]>> {
     let at = |v: u32| mesh.positions[v as usize];
     let along = (at(b) - at(a)).normalize_or_zero();
     let across = |h: u32| {
-        let apex = mesh.faces[h as usize / 3][(h as usize % 3 + 2) % 3];
-        let d = at(apex) - at(a);
+        let d = at(apex(mesh, h)) - at(a);
         d - along * along.dot(d)
     };
     let x = across(first).normalize_or_zero();

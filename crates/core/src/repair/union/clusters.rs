@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use crate::check::components;
 use crate::elementary::atan2;
 use crate::mend::Inspection;
-use crate::mesh::topology::{NONE, end, start};
+use crate::mesh::topology::{NONE, apex, end, start};
 use crate::mesh::{DisjointSets, Mesh, Topology};
 use crate::repair::balance::{open_sets, ran_up};
 
@@ -125,10 +125,7 @@ pub(in crate::repair) fn paired_components(mesh: &Mesh, topology: &Topology) -> 
         let a = start(mesh, edge[0]);
         let at = |v: u32| mesh.positions[v as usize];
         let along = (at(end(mesh, edge[0])) - at(a)).normalize_or_zero();
-        let across = |h: u32| {
-            let apex = mesh.faces[h as usize / 3][(h as usize % 3 + 2) % 3];
-            (at(apex) - at(a)).reject_from_normalized(along)
-        };
+        let across = |h: u32| (at(apex(mesh, h)) - at(a)).reject_from_normalized(along);
         let x = across(edge[0]).normalize_or_zero();
         let y = along.cross(x);
         let angle = |h: u32| atan2(y.dot(across(h)), x.dot(across(h)));

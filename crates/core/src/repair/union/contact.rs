@@ -10,8 +10,9 @@ use glam::{DMat3, DVec3};
 
 use super::clusters::paired_components;
 use crate::mend::{FillError, Inspection};
-use crate::mesh::topology::{NONE, end, start};
+use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Mesh, VertexFaces, area_vector};
+use crate::repair::cracks::across;
 use crate::repair::draft::Draft;
 use crate::repair::rounding::is_single;
 use crate::spatial::{Bounds, BoxTree, closest_on_triangle};
@@ -76,7 +77,7 @@ pub(in crate::repair) fn grow(
 }
 
 /// Whether faces of two bodies that share an edge lie on each other there. They need not intersect.
-pub(in crate::repair) fn touch(draft: &mut Draft) -> Result<bool, FillError> {
+pub(in crate::repair) fn touch_at_edges(draft: &mut Draft) -> Result<bool, FillError> {
     let found = draft.inspect()?;
     let mesh = &found.mesh;
     let edges = found.topology.non_manifold_edges(mesh);
@@ -84,15 +85,10 @@ pub(in crate::repair) fn touch(draft: &mut Draft) -> Result<bool, FillError> {
         return Ok(false);
     }
     let touching = Touching::of(draft, &found, 1.0)?;
-    let across = |h: u32| {
-        let apex = mesh.faces[h as usize / 3][(h as usize % 3 + 2) % 3];
-        let [a, b, c] = [start(mesh, h), end(mesh, h), apex].map(|v| mesh.positions[v as usize]);
-        (c - a).reject_from(b - a)
-    };
     let lie = |h: u32, o: u32| {
         let [a, b] = [h / 3, o / 3].map(|f| touching.body[f as usize]);
         let differ = a != b && a != NONE && b != NONE;
-        differ && across(h).dot(across(o)) > 0.0 && touching.lies_on(h / 3, o / 3)
+        differ && across(mesh, h).dot(across(mesh, o)) > 0.0 && touching.lies_on(h / 3, o / 3)
     };
     let touch = |edge: &Vec<u32>| {
         let mut firsts = edge.iter().enumerate();
@@ -233,7 +229,7 @@ impl<'a> Touching<'a> {
                 if lie {
                     self.faces.extend([*f, g]);
                 }
-                let touch = [[*f, g], [g, *f]].map(|pair| self.touch(pair));
+                let touch = [[*f, g], [g, *f]].map(|pair| self.add_vertices_on(pair));
                 if lie || touch.contains(&true) {
                     self.pairs.insert([a.min(b), a.max(b)]);
                 }
@@ -256,7 +252,7 @@ impl<'a> Touching<'a> {
 
     /// Adds the vertices of a face that lie on another face, within the length; returns whether there are any. Vertices that the
     /// two share touch nothing.
-    fn touch(&mut self, [f, g]: [u32; 2]) -> bool {
+    fn add_vertices_on(&mut self, [f, g]: [u32; 2]) -> bool {
         let mesh = &self.found.mesh;
         let corners = mesh.faces[g as usize];
         let [a, b, c] = mesh.corners(g);

@@ -54,7 +54,7 @@ use exact::Unit;
 use planar::ArrangementError;
 
 pub(super) use clusters::{are_closed, paired_components, walls};
-pub(super) use contact::{grow, touch};
+pub(super) use contact::{grow, touch_at_edges};
 
 /// Rounds of unions, at most: rounded vertices may make faces intersect again.
 const UNION_ROUNDS: Tunable<usize> = tunable("repair.union_rounds", 6);

@@ -78,10 +78,7 @@ pub(super) fn drop_gaps(draft: &mut Draft) -> Result<usize, FillError> {
             .map(|f| thin(f) && kept.contains(&draft.component(f)))
             .collect::<Vec<bool>>()
     };
-    if removed.contains(&true) {
-        return Ok(draft.remove(&removed));
-    }
-    Ok(0)
+    Ok(draft.remove(&removed))
 }
 
 /// Pairs of a vertex and the neighbour it collapses into, no two pairs adjacent.
