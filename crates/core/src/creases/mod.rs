@@ -99,6 +99,11 @@ pub(crate) struct Continued {
     pub is_flat: bool,
     /// The largest residual of the sheets of its parts, in edges.
     pub(crate) residual: f64,
+    /// The largest noise of their data, in edges.
+    pub(crate) noise: f64,
+    /// Standard deviation of the sheets at each new vertex, from the noise of their data, in the mesh's units; the largest where sheets
+    /// meet.
+    pub(crate) deviations: Vec<f64>,
 }
 
 /// A crease across a hole.

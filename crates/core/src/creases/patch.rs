@@ -59,6 +59,7 @@ impl RimSides {
         let rim = self.collar.rim.len();
         // Triangulates each part; numbers are the network's points, then inner points.
         let mut points = network.points.clone();
+        let mut deviations = vec![0.0; points.len()];
         let mut faces = Vec::new();
         let loops = network.parts.iter().flat_map(|part| {
             let loops = simple_loops(&part.outline).into_iter();
@@ -74,6 +75,13 @@ impl RimSides {
                 None => first + i - numbers.len(),
             };
             faces.extend(done.faces.iter().map(|f| f.map(number)));
+            for (&i, d) in numbers
+                .iter()
+                .zip(sheet.deviations(&outline, self.collar.edge))
+            {
+                deviations[i] = d.max(deviations[i]);
+            }
+            deviations.extend(sheet.deviations(&done.inner, self.collar.edge));
             points.extend(done.inner);
         }
         // Converts to vertex numbers: the rim's in the mesh, and new vertices after the mesh's.
@@ -86,6 +94,8 @@ impl RimSides {
         self.check_joined(&faces)?;
         let residuals = network.parts.iter().map(|p| &self.sides.list[p.side].sheet);
         let residuals = residuals.map(|sheet| sheet.residual / self.collar.edge);
+        let noise = network.parts.iter().map(|p| &self.sides.list[p.side].sheet);
+        let noise = noise.map(|sheet| sheet.noise() / self.collar.edge);
         let of_line = |line: &CreaseLine| {
             let at = line.points.iter().map(|&i| points[i]);
             let at: Vec<DVec3> = at.collect();
@@ -104,6 +114,8 @@ impl RimSides {
             is_flat: network.lines.is_empty() && self.sides.list[labels[0]].sheet.is_plane(),
             creases: network.lines.iter().map(of_line).collect(),
             residual: residuals.fold(0.0, f64::max),
+            noise: noise.fold(0.0, f64::max),
+            deviations: deviations.split_off(rim),
         })
     }
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::residuals::Residuals;
 use crate::elementary::ln;
-use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
+use crate::linalg::{Cholesky, second_moments, solve_spd, symmetric_eigen};
 use crate::tuning::{Tunable, tunable};
 
 /// Number of coefficients of a quadric: x², y², z², xy, yz, xz, x, y, z and 1.
@@ -27,6 +27,9 @@ const SLOPE: [f64; 2] = [0.2, 5.0];
 const REWEIGHTED: Tunable<f64> = tunable("creases.sheet.reweighted", 30.0);
 /// Maximum residual, in edges, of a quadric that is reweighted: with more noise it follows the noise.
 const MOST_NOISE: Tunable<f64> = tunable("creases.sheet.most_noise", 0.08);
+/// Maximum number of points that are compared with their neighbours, and number of neighbours, for the noise.
+const MOST_COMPARED: Tunable<usize> = tunable("creases.sheet.most_compared", 200);
+const NEIGHBOURS: usize = 6;
 /// Residuals below this fraction of an edge are rounding errors and do not decide between plane and quadric.
 const ROUNDING: f64 = 1e-5;
 
@@ -122,16 +125,32 @@ impl Sheet {
 
     /// The quadric for given lengths of the gradient at the points, by which its values and gradients are divided.
     fn weighted_quadric(&self, weight: f64, slope: impl Fn(DVec3) -> f64) -> Option<Self> {
-        let count = self.points.len() as f64;
+        let (mut matrix, mut terms) = self.normal_equations(weight, slope);
+        solve_spd(&mut matrix, &mut terms).then_some(())?;
+        let mut sheet = Self {
+            terms,
+            ..self.clone()
+        };
+        let squares = sheet.points.iter().map(|p| sheet.distance(*p).powi(2));
+        sheet.residual = (squares.sum::<f64>() / self.points.len() as f64).sqrt();
+        Some(sheet)
+    }
+
+    /// Normal equations of `f(x)/s = 0` and `∇f(x)/s = n` at the points, with the ridges: their matrix, of which only the lower triangle
+    /// is set, and their right side.
+    fn normal_equations(
+        &self,
+        weight: f64,
+        slope: impl Fn(DVec3) -> f64,
+    ) -> ([f64; TERMS * TERMS], [f64; TERMS]) {
         let mut matrix = [0.0; TERMS * TERMS];
-        let mut terms = [0.0; TERMS];
-        // Normal equations of f(x)/s = 0 and ∇f(x)/s = n, lower triangle.
-        let mut add = |row: [f64; TERMS], right: f64, weight: f64| {
+        let mut right = [0.0; TERMS];
+        let mut add = |row: [f64; TERMS], value: f64, weight: f64| {
             for i in 0..TERMS {
                 let w = weight * row[i];
                 if w != 0.0 {
                     (0..=i).for_each(|j| matrix[i * TERMS + j] += w * row[j]);
-                    terms[i] += w * right;
+                    right[i] += w * value;
                 }
             }
         };
@@ -144,16 +163,76 @@ impl Sheet {
         }
         for i in 0..TERMS {
             let ridge = if i < 6 { RIDGE * weight } else { LINEAR_RIDGE };
-            matrix[i * TERMS + i] += ridge * ridge * count;
+            matrix[i * TERMS + i] += ridge * ridge * self.points.len() as f64;
         }
-        solve_spd(&mut matrix, &mut terms).then_some(())?;
-        let mut sheet = Self {
-            terms,
-            ..self.clone()
+        (matrix, right)
+    }
+
+    /// The part of its points' root mean square distance that is noise: what points do not have in common with their nearest neighbours.
+    pub(super) fn noise(&self) -> f64 {
+        let distances: Vec<f64> = self.points.iter().map(|p| self.distance(*p)).collect();
+        let square = distances.iter().map(|d| d * d).sum::<f64>() / distances.len().max(1) as f64;
+        let step = self.points.len().div_ceil(MOST_COMPARED.get()).max(1);
+        let (mut products, mut squares) = (0.0, 0.0);
+        for i in (0..self.points.len()).step_by(step) {
+            let apart = |j: &usize| self.points[i].distance_squared(self.points[*j]);
+            let mut others: Vec<usize> = (0..self.points.len()).filter(|&j| j != i).collect();
+            // Of several: in a regular mesh the nearest one is the one that is as wrong.
+            if others.len() >= NEIGHBOURS {
+                others.select_nth_unstable_by(NEIGHBOURS - 1, |a, b| apart(a).total_cmp(&apart(b)));
+                others.truncate(NEIGHBOURS);
+                products += others
+                    .iter()
+                    .map(|&j| distances[i] * distances[j])
+                    .sum::<f64>();
+                squares += NEIGHBOURS as f64 * distances[i].powi(2);
+            }
+        }
+        let common = (products / squares).clamp(0.0, 1.0);
+        match squares > 0.0 {
+            true => (square * (1.0 - common)).sqrt(),
+            false => 0.0,
+        }
+    }
+
+    /// Its standard deviations at some points, in their unit, if its data have independent errors as large as its residual: the residual
+    /// times the square root of the leverage. `edge` is the edge length with which it was fitted.
+    pub(super) fn deviations(&self, at: &[DVec3], edge: f64) -> Vec<f64> {
+        let leverages = match self.is_plane() {
+            true => self.leverages_of_plane(at),
+            false => self.leverages_of_quadric(at, edge),
         };
-        let squares = sheet.points.iter().map(|p| sheet.distance(*p).powi(2));
-        sheet.residual = (squares.sum::<f64>() / count).sqrt();
-        Some(sheet)
+        let deviation = |leverage: f64| self.residual * leverage.max(0.0).sqrt();
+        leverages.into_iter().map(deviation).collect()
+    }
+
+    /// Variances of a least-squares plane at some points, for data of variance 1.
+    fn leverages_of_plane(&self, at: &[DVec3]) -> Vec<f64> {
+        let local = |p: &DVec3| (*p - self.origin) / self.scale;
+        let (squares, axes) = symmetric_eigen(&second_moments(self.points.iter().map(local)));
+        let leverage = |p: &DVec3| {
+            let turned = (1..3).filter(|&k| squares[k] > 0.0);
+            let turned = turned.map(|k| local(p).dot(axes[k]).powi(2) / squares[k]);
+            1.0 / self.points.len().max(1) as f64 + turned.sum::<f64>()
+        };
+        at.iter().map(leverage).collect()
+    }
+
+    /// Variances of the distance of a least-squares quadric at some points, for data of variance 1.
+    fn leverages_of_quadric(&self, at: &[DVec3], edge: f64) -> Vec<f64> {
+        let slope = |p: DVec3| self.gradient(p).length().clamp(SLOPE[0], SLOPE[1]);
+        let (matrix, _) = self.normal_equations(NORMAL_WEIGHT.get().min(edge / self.scale), slope);
+        // It was positive definite when the quadric was fitted.
+        let Some(factor) = Cholesky::new(&matrix, TERMS) else {
+            return vec![1.0; at.len()];
+        };
+        let leverage = |p: &DVec3| {
+            let row = monomials((*p - self.origin) / self.scale);
+            let mut solved = row;
+            factor.solve(&mut solved);
+            dot(&row, &solved) / self.gradient(*p).length().max(1e-3).powi(2)
+        };
+        at.iter().map(leverage).collect()
     }
 
     /// Whether it is a plane.
@@ -240,4 +319,88 @@ fn gradients(x: DVec3) -> [[f64; TERMS]; 3] {
         [0.0, 2.0 * y, 0.0, x, z, 0.0, 0.0, 1.0, 0.0, 0.0],
         [0.0, 0.0, 2.0 * z, 0.0, y, x, 0.0, 0.0, 1.0, 0.0],
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type Height = dyn Fn(f64, f64) -> f64;
+    type Normal = dyn Fn(f64, f64) -> DVec3;
+
+    /// A sheet of points with equal spacing on x, y ∈ [−1, 1] without the middle, at heights of a function.
+    fn fitted(height: impl Fn(f64, f64) -> f64, normal: impl Fn(f64, f64) -> DVec3) -> Sheet {
+        let grid =
+            (0..21 * 21).map(|i| [f64::from(i % 21 - 10) / 10.0, f64::from(i / 21 - 10) / 10.0]);
+        let around: Vec<[f64; 2]> = grid.filter(|[x, y]| x.hypot(*y) > 0.45).collect();
+        let points = around.iter().map(|&[x, y]| DVec3::new(x, y, height(x, y)));
+        let normals = around.iter().map(|&[x, y]| normal(x, y));
+        Sheet::fit(points.collect(), normals.collect(), 1.0, 0.1)
+    }
+
+    /// Independent values of the standard deviation `size`.
+    fn noise(size: f64, seed: u64) -> impl Fn(f64, f64) -> f64 {
+        move |x, y| {
+            let mut bits = x.to_bits()
+                ^ y.to_bits().rotate_left(32)
+                ^ seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            for factor in [
+                0xbf58_476d_1ce4_e5b9u64,
+                0x94d0_49bb_1331_11eb,
+                0xbf58_476d_1ce4_e5b9,
+            ] {
+                bits = (bits ^ (bits >> 29)).wrapping_mul(factor);
+            }
+            size * 12f64.sqrt() * ((bits >> 11) as f64 / (1u64 << 53) as f64 - 0.5)
+        }
+    }
+
+    #[test]
+    fn deviations_are_those_of_repeated_fits() {
+        const FITS: u64 = 200;
+        let places = [
+            DVec3::ZERO,
+            DVec3::new(0.9, 0.9, 0.0),
+            DVec3::new(2.0, 0.0, 0.0),
+        ];
+        let flat = |_: f64, _: f64| 0.0;
+        let bowl = |x: f64, y: f64| 0.25 * (x * x + 0.5 * y * y);
+        let of_bowl = |x: f64, y: f64| DVec3::new(-0.5 * x, -0.25 * y, 1.0).normalize();
+        let up = |_: f64, _: f64| DVec3::Z;
+        let surfaces: [(&Height, &Normal); 2] = [(&flat, &up), (&bowl, &of_bowl)];
+        for (surface, normal) in surfaces {
+            let at = places.map(|p| p.with_z(surface(p.x, p.y)));
+            let exact = fitted(surface, normal);
+            let (mut squares, mut expected) = ([0.0; 3], [0.0; 3]);
+            for seed in 0..FITS {
+                let noise = noise(0.02, seed);
+                let sheet = fitted(|x, y| surface(x, y) + noise(x, y), normal);
+                assert_eq!(sheet.is_plane(), exact.is_plane());
+                let deviations = sheet.deviations(&at, 0.1);
+                for i in 0..3 {
+                    squares[i] +=
+                        (sheet.distance(at[i]) - exact.distance(at[i])).powi(2) / FITS as f64;
+                    expected[i] += deviations[i] / FITS as f64;
+                }
+            }
+            let ratios: Vec<f64> = (0..3).map(|i| expected[i] / squares[i].sqrt()).collect();
+            assert!(ratios.iter().all(|r| (0.8..1.6).contains(r)), "{ratios:?}");
+            assert!(expected[2] > 2.0 * expected[0]);
+        }
+    }
+
+    #[test]
+    fn what_neighbours_share_is_no_noise() {
+        let up = |_: f64, _: f64| DVec3::Z;
+        let rough = fitted(noise(0.02, 1), up);
+        let share = rough.noise() / rough.residual;
+        assert!((0.9..1.05).contains(&share), "{share}");
+        let ripples = fitted(|x, y| 0.02 * (4.0 * x).sin() * (4.0 * y).cos(), up);
+        assert!(
+            ripples.noise() < 0.5 * ripples.residual,
+            "{}",
+            ripples.noise() / ripples.residual
+        );
+        assert_eq!(fitted(|_, _| 0.0, up).noise(), 0.0);
+    }
 }

@@ -64,7 +64,8 @@ impl RegionProblem<'_> {
             local.set_patch(&patch.positions, &patch.faces);
         }
         let error = error.map(|[own, _]| of_rounded(own, hole.diameter));
-        self.closed_by_sides(&local, patch, Vec::new(), error).ok()
+        self.closed_by_sides(&local, patch, Vec::new(), &|_| error)
+            .ok()
     }
 
     /// The errors with which rounded edges and a smooth patch predict the rings of faces around the hole; none where no ring can

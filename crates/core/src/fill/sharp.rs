@@ -129,7 +129,7 @@ impl RegionProblem<'_> {
                 None,
             ),
         };
-        let error = error.map(|error| self.expected(error, &continued));
+        let expected = error.map(|error| self.expected(error, &continued));
         let shape = (&continued.positions[..], &continued.faces[..]);
         let local = Local::of_part(part, self.mesh.positions.len(), shape, self.cancel);
         let creases = continued.creases.iter().map(|c| CreaseReport {
@@ -142,20 +142,21 @@ impl RegionProblem<'_> {
             faces: continued.faces,
             ..Patch::default()
         };
-        self.closed_by_sides(&local, patch, creases, error)
+        let expected = |i: usize| expected.as_ref().map(|all| all[i]);
+        self.closed_by_sides(&local, patch, creases, &expected)
     }
 
-    /// The expected error of continued sides that predict the faces round the hole with an error.
-    fn expected(&self, error: f64, continued: &Continued) -> f64 {
+    /// The expected errors of the vertices of continued sides that predict the faces round the hole with an error.
+    fn expected(&self, error: f64, continued: &Continued) -> Vec<f64> {
         let hole = self.holes[0];
         let edge = hole.length / hole.edges.max(1) as f64;
         let predicted = Predicted {
             error,
             residual: continued.residual * edge,
-            edge: edge / hole.diameter,
-            is_flat: continued.is_flat,
+            noise: continued.noise * edge,
         };
-        predicted.expected()
+        let all = continued.deviations.iter();
+        all.map(|d| predicted.expected(*d)).collect()
     }
 
     /// The error with which the continued sides predict the faces around the hole, if it can be measured, and whether their
@@ -202,14 +203,14 @@ impl RegionProblem<'_> {
         Ok((error?, is_refined))
     }
 
-    /// The region closed by a patch on its continued sides, in the part's vertex numbers, with one expected error for all
-    /// vertices. Refused where the patch intersects anything.
+    /// The region closed by a patch on its continued sides, in the part's vertex numbers, with the expected error of each new vertex.
+    /// Refused where the patch intersects anything.
     pub(super) fn closed_by_sides(
         &self,
         local: &Local,
         mut patch: Patch,
         creases: Vec<CreaseReport>,
-        error: Option<f64>,
+        expected: &dyn Fn(usize) -> Option<f64>,
     ) -> Result<RegionPatch, NotContinued> {
         match local.count_intersecting(&patch.positions) {
             0 => patch.report.intersecting_faces = 0,
@@ -229,7 +230,9 @@ impl RegionProblem<'_> {
             .expected_error
             .iter_mut()
             .zip(&finished.patch.positions);
-        at.for_each(|(own, p)| *own = error.map(|e| with_rounding(e, *p)));
+        for (i, (own, p)) in at.enumerate() {
+            *own = expected(i).map(|error| with_rounding(error, *p));
+        }
         Ok(self.all_finished(finished, report, Closure::Sides))
     }
 

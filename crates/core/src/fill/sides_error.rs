@@ -1,8 +1,8 @@
 //! Expected errors of patches on continued sides, from the errors with which the sides predict removed rings of faces.
 //!
-//! On 109 patches of holes cut out of man-made shapes (exact meshes, and scans with noise of 0.2 to 5 % of an edge) that error is mostly
-//! noise of the rings' vertices, which the patch does not have. The remainder is the error of the fitted sides, which falls as the number
-//! of fitted vertices grows, that is, as edges get shorter.
+//! On holes cut out of man-made shapes (exact meshes, and scans with noise of 0.2 to 5 % of an edge) that error is mostly noise of the
+//! rings' vertices, which the patch does not have. What the patch has is the error of the fitted sides, whose standard deviation grows with
+//! the distance from the vertices to which they are fitted, and a part of what the sides miss beyond the noise.
 
 use glam::DVec3;
 
@@ -14,11 +14,10 @@ const NOISE: Tunable<f64> = tunable("fill.sides_error.noise", 1.2);
 /// Upper bound of the residual over the error on the rings. A larger residual is not noise, which the rings would have too: the sides do
 /// not fit.
 const MOST_NOISE: Tunable<f64> = tunable("fill.sides_error.most_noise", 2.0);
-/// Error of a fitted side over the noise, divided by the square root of the edge's length in diameters: for a single plane, and otherwise.
-const OWN_OF_PLANE: Tunable<f64> = tunable("fill.sides_error.own_of_plane", 0.35);
-const OWN: Tunable<f64> = tunable("fill.sides_error.own", 0.9);
+/// Error of a fitted side over its standard deviation from independent noise.
+const OWN: Tunable<f64> = tunable("fill.sides_error.own", 1.5);
 /// Error expected in the hole over the rings' error beyond the noise.
-const BEYOND_NOISE: Tunable<f64> = tunable("fill.sides_error.beyond_noise", 0.8);
+const BEYOND_NOISE: Tunable<f64> = tunable("fill.sides_error.beyond_noise", 0.5);
 /// Diameters. Lower bound of the expected error of rounded edges: the exact surfaces were known to 0.02 ‰, so smaller errors could not be
 /// measured.
 const LEAST_OF_ROUNDED: Tunable<f64> = tunable("fill.sides_error.least_of_rounded", 1.6e-5);
@@ -33,27 +32,19 @@ pub(super) struct Predicted {
     pub(super) error: f64,
     /// Root mean square residual of the vertices to which the sides are fitted.
     pub(super) residual: f64,
-    /// Mean length of the rim's edges over the hole's diameter.
-    pub(super) edge: f64,
-    /// Whether there is a single side and it is a plane.
-    pub(super) is_flat: bool,
+    /// Its part that is noise.
+    pub(super) noise: f64,
 }
 
 impl Predicted {
-    /// The expected error of the patch.
-    pub(super) fn expected(&self) -> f64 {
+    /// The expected error of the patch where the fitted sides have a standard deviation.
+    pub(super) fn expected(&self, deviation: f64) -> f64 {
         let noise = match self.residual <= MOST_NOISE.get() * self.error {
-            true => (NOISE.get() * self.residual).min(self.error),
+            true => (NOISE.get() * self.noise).min(self.error),
             false => 0.0,
         };
         let beyond = (self.error.powi(2) - noise.powi(2)).max(0.0).sqrt();
-        let own = if self.is_flat {
-            OWN_OF_PLANE.get()
-        } else {
-            OWN.get()
-        };
-        let own = noise * (own * self.edge.sqrt()).min(1.0);
-        hypot(own, BEYOND_NOISE.get() * beyond)
+        hypot(OWN.get() * deviation, BEYOND_NOISE.get() * beyond)
     }
 }
 
@@ -74,33 +65,32 @@ mod tests {
     const EXACT: Predicted = Predicted {
         error: 0.01,
         residual: 0.0,
-        edge: 0.1,
-        is_flat: false,
+        noise: 0.0,
     };
 
     #[test]
     fn noise_of_the_rings_is_no_error_of_the_sides() {
         let noisy = Predicted {
             residual: 0.01,
+            noise: 0.01,
             ..EXACT
         };
-        assert!(noisy.expected() < 0.5 * EXACT.expected());
-        let flat = Predicted {
-            is_flat: true,
+        assert!(noisy.expected(0.0) < 0.5 * EXACT.expected(0.0));
+        // The side's own error stays.
+        assert!(noisy.expected(0.02) > 0.02);
+        // A residual that neighbours share is no noise.
+        let wrong = Predicted {
+            noise: 0.0,
             ..noisy
         };
-        assert!(flat.expected() < noisy.expected());
-        let fine = Predicted {
-            edge: 0.02,
-            ..noisy
-        };
-        assert!(fine.expected() < noisy.expected());
+        assert_eq!(wrong.expected(0.0), EXACT.expected(0.0));
         // Noise is never more than the whole error.
         let rough = Predicted {
             residual: 1.0,
+            noise: 1.0,
             ..EXACT
         };
-        assert!(rough.expected() <= EXACT.error);
+        assert!(rough.expected(0.0) <= EXACT.error);
     }
 
     #[test]

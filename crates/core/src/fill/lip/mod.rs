@@ -169,7 +169,7 @@ impl RegionProblem<'_> {
             .map(|&v| part.mesh.positions[v as usize])
             .collect();
         let local = Local::of_part(part, self.mesh.positions.len(), shape, self.cancel);
-        let closed = self.closed_by_sides(&local, patch, Vec::new(), Some(0.0));
+        let closed = self.closed_by_sides(&local, patch, Vec::new(), &|_| Some(0.0));
         let mut region = closed.ok()?;
         let edge = edge_length(self.holes[0]);
         let from_rim = |p: &DVec3| {
