@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DVec3};
 
-use isomend_core::check::{CheckParams, DefectKind, Verdict};
+use isomend_core::check::{CheckParams, Defect, DefectKind, Verdict};
 use isomend_core::mend::{Control, Inspection};
 use isomend_core::mesh::topology::{end, start};
 use isomend_core::mesh::{Mesh, Topology, VertexFaces, face_normal, vertex_normal, weld_map};
@@ -40,28 +40,56 @@ pub(in crate::job) fn piece(
     stored: Option<DMat4>,
     control: &Control,
 ) -> Result<Piece, String> {
-    let mut between = match clearance > 0.0 {
-        true => joined(patches, &moved(cut, patches, clearance)),
-        false => joined(patches, cut),
-    };
-    if between.faces.is_empty() {
+    let tight = |control| between(joined(patches, cut), stored, control);
+    if clearance <= 0.0 {
+        return tight(control);
+    }
+    let loose = between(
+        joined(patches, &moved(cut, patches, clearance)),
+        stored,
+        control,
+    );
+    let count = |made: &Piece| judged(&made.mesh).map(|(verdict, _)| verdict.components.len());
+    match loose {
+        Ok(mut made) => {
+            // Each damage has its own component of faces that were cut out. As many solids as that: none is lost.
+            let left = count(&made)?;
+            let all = if components(cut) > left { count(&tight(control)?)? } else { left };
+            if left < all {
+                made.notes.push(format!(
+                    "of {all} pieces {left} are thicker than the clearance; the others are left out"
+                ));
+            }
+            Ok(made)
+        }
+        Err(why) if why == BELOW && tight(control).is_ok() => Err(
+            "nothing is left of the piece, which is thinner than the clearance; lower the clearance".to_owned(),
+        ),
+        Err(why) => Err(why),
+    }
+}
+
+/// The solid of the volume that a closed surface, or one with holes, encloses with a positive winding number. `stored` is as in
+/// [`Carried::stored`].
+fn between(mut surface: Mesh, stored: Option<DMat4>, control: &Control) -> Result<Piece, String> {
+    if surface.faces.is_empty() {
         return Err(
             "there is no volume between the patch and the faces that were cut out".to_owned(),
         );
     }
-    let (verdict, topology) = judged(&between)?;
+    let (verdict, topology) = judged(&surface)?;
     let open = verdict.holes;
     let plain = verdict
         .defects
         .iter()
         .all(|d| d.kind == DefectKind::InsideOut);
     if plain {
-        let mesh = outward(&between, &verdict, &topology).ok_or(BELOW)?;
+        let mesh = outward(&surface, &verdict, &topology).ok_or(BELOW)?;
         return finished(mesh, Vec::new());
     }
     if verdict.is_watertight() {
         // A repair would flip components that are inside out, so these are removed first.
-        between = outward(&between, &verdict, &topology).ok_or(BELOW)?;
+        surface = not_inside_out(&surface, &verdict, &topology).ok_or(BELOW)?;
     }
     let carried = Carried {
         stored,
@@ -70,7 +98,7 @@ pub(in crate::job) fn piece(
     // Where the patch is below, the volume is negative and goes.
     let params = RepairParams::default().with_skip([RepairStep::Orientation]);
     let repaired =
-        repair(&between, &params, &carried, control).map_err(|error| error.to_string())?;
+        repair(&surface, &params, &carried, control).map_err(|error| error.to_string())?;
     let mut notes = Vec::new();
     if open > 0 {
         notes.push(format!(
@@ -216,6 +244,36 @@ fn outward(mesh: &Mesh, verdict: &Verdict, topology: &Topology) -> Option<Mesh> 
     (largest > 0.0 && !out.faces.is_empty()).then_some(out)
 }
 
+/// The components without intersections that enclose a positive volume, and those with intersections: of these a part may, whatever
+/// the sum is. `None` if there are none.
+fn not_inside_out(mesh: &Mesh, verdict: &Verdict, topology: &Topology) -> Option<Mesh> {
+    let mut stays: Vec<bool> = verdict.components.iter().map(|c| c.volume > 0.0).collect();
+    let of_kind = |d: &&Defect| d.kind == DefectKind::SelfIntersection;
+    for f in verdict
+        .defects
+        .iter()
+        .filter(of_kind)
+        .flat_map(|d| &d.faces)
+    {
+        if let Some(stays) = stays.get_mut(topology.component[*f as usize] as usize) {
+            *stays = true;
+        }
+    }
+    let is_in = |f: usize| stays.get(topology.component[f] as usize) == Some(&true);
+    let out = compact(mesh, is_in);
+    (!out.faces.is_empty()).then_some(out)
+}
+
+/// Number of connected components.
+fn components(mesh: &Mesh) -> usize {
+    let topology = Topology::without_orienting(mesh);
+    topology
+        .component
+        .iter()
+        .max()
+        .map_or(0, |c| *c as usize + 1)
+}
+
 /// The piece, if it passes the check of a mesh.
 fn finished(mesh: Mesh, notes: Vec<String>) -> Result<Piece, String> {
     let (verdict, _) = judged(&mesh)?;
@@ -300,6 +358,49 @@ mod tests {
         let middle: Vec<DVec3> = used.iter().map(at).filter(|p| is_middle(*p)).collect();
         assert_eq!(middle.len(), 8);
         assert!(middle.iter().all(|p| (p.z + 0.05).abs() < 1e-9));
+    }
+
+    #[test]
+    fn a_clearance_above_a_wide_margin_leaves_the_piece() {
+        let bump = |x: f64, y: f64| {
+            if (x - 0.5).hypot(y - 0.5) < 0.2 {
+                0.3
+            } else {
+                1e-3
+            }
+        };
+        let (upper, lower) = (sheet(20, bump), sheet(20, |_, _| 0.0));
+        let with = |clearance| piece(&upper, &lower, clearance, None, &Control::new());
+        // What the clearance takes from the whole sheet is more than the piece.
+        let (tight, loose) = (with(0.0).unwrap().mesh, with(0.1).unwrap().mesh);
+        assert!(volume(&tight) < 0.1);
+        let left = volume(&loose) / volume(&tight);
+        assert!((0.5..0.7).contains(&left), "{left}");
+        // A second one is thinner than the clearance.
+        let beside = |mesh: &Mesh, low: &Mesh| {
+            let mut both = mesh.clone();
+            both.positions
+                .extend(low.positions.iter().map(|p| *p + 2.0 * DVec3::X));
+            let first = mesh.positions.len() as u32;
+            both.faces
+                .extend(low.faces.iter().map(|f| f.map(|v| v + first)));
+            both
+        };
+        let (upper, lower) = (
+            beside(&upper, &sheet(20, |_, _| 0.05)),
+            beside(&lower, &lower),
+        );
+        let with = |clearance| piece(&upper, &lower, clearance, None, &Control::new());
+        assert!(with(0.0).unwrap().notes.is_empty());
+        let one = with(0.1).unwrap();
+        assert!((volume(&one.mesh) - volume(&loose)).abs() < 1e-9);
+        assert!(
+            one.notes.iter().any(|n| n.starts_with("of 2 pieces 1 ")),
+            "{:?}",
+            one.notes
+        );
+        let none = with(0.4).err().unwrap();
+        assert!(none.contains("thinner than the clearance"), "{none}");
     }
 
     #[test]
