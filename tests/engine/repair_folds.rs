@@ -62,6 +62,24 @@ fn a_fold_of_a_sheet_is_mended_by_moving_its_vertices() {
 }
 
 #[test]
+fn noise_of_a_closed_body_makes_no_handles() {
+    let mut mesh = sphere(16);
+    let edge = mesh.positions[mesh.faces[0][0] as usize]
+        .distance(mesh.positions[mesh.faces[0][1] as usize]);
+    let mut random = Noise(3);
+    for p in &mut mesh.positions {
+        *p += 1.1 * edge * random.vector();
+    }
+    let before = intersecting(&mesh);
+    assert!(before > 500, "{before}");
+    let done = repaired(&mesh);
+    assert_eq!(done.mesh.faces, mesh.faces);
+    assert_eq!(intersecting(&done.mesh), 0);
+    assert_eq!(done.report.lost_faces, 0);
+    assert!(done.report.steps.largest_relaxation < 2.0 * edge);
+}
+
+#[test]
 fn noise_wider_than_the_cells_of_a_sheet_is_moved_and_its_border_stays_where_it_was() {
     for amount in [0.8, 1.2] {
         let mut mesh = sheet(30);

@@ -210,10 +210,24 @@ pub fn described(mesh: &Mesh, topology: &Topology, half_edges: &[u32]) -> Hole {
         height: high - low,
         centre,
         normal,
-        component: topology.component[half_edges[0] as usize / 3],
+        component: most_common(
+            half_edges
+                .iter()
+                .map(|h| topology.component[*h as usize / 3]),
+        ),
         outer_boundary: false,
         object: None,
     }
+}
+
+/// The number that occurs most often, the smallest of several. A rim runs along several components where these share vertices only.
+fn most_common(numbers: impl Iterator<Item = u32>) -> u32 {
+    let mut all: Vec<u32> = numbers.collect();
+    all.sort_unstable();
+    let runs = all.chunk_by(|a, b| a == b);
+    runs.rev()
+        .max_by_key(|run| run.len())
+        .map_or(NONE, |run| run[0])
 }
 
 /// Unit normal of a closed loop from its vector area; zero if that is only rounding error.

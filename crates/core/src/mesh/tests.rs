@@ -117,6 +117,30 @@ fn a_slit_has_no_normal() {
 }
 
 #[test]
+fn a_rim_bounds_the_component_that_most_of_its_edges_have() {
+    // A loose triangle hangs between two vertices of a rim; where it is among the faces decides along which of its edges rims run.
+    let mut mesh = punch(&icosphere(3), |c| c.z > 0.8);
+    let [hole] = &holes_of(&mut mesh).1[..] else {
+        panic!("one hole");
+    };
+    let [a, b] = [hole.rim[0], hole.rim[hole.rim.len() / 2]];
+    let middle = mesh.positions.len() as u32;
+    mesh.positions.push(hole.centre);
+    let mut divided = 0;
+    for at in (0..=mesh.faces.len()).step_by(mesh.faces.len() / 16) {
+        for face in [[a, b, middle], [b, a, middle]] {
+            let mut hung = mesh.clone();
+            hung.faces.insert(at, face);
+            let (topology, holes) = holes_of(&mut hung);
+            let rims = holes.iter().filter(|h| h.edges > 3);
+            divided += usize::from(rims.clone().count() == 2);
+            assert!(rims.clone().all(|h| !topology.is_loose(h.component)));
+        }
+    }
+    assert!(divided > 2, "{divided}");
+}
+
+#[test]
 fn a_loose_triangle_is_a_small_component() {
     let mut mesh = icosphere(1);
     let first = mesh.positions.len() as u32;

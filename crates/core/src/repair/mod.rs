@@ -19,6 +19,7 @@ mod faults;
 mod filling;
 mod finish;
 mod flakes;
+mod genus;
 mod growing;
 mod inner_sheets;
 mod intersection_cache;

@@ -18,6 +18,8 @@ pub(super) struct PlanQuality {
     /// Whether it has faults, or its shape is doubtful.
     pub(super) is_wrong: bool,
     pub(super) faults: Faults,
+    /// Components and handles that the cleaned mesh does not have.
+    pub(super) made: usize,
     /// Fraction of the input's area cut out.
     pub(super) lost: f64,
     /// One minus the agreement with the input's solid.

@@ -6,6 +6,7 @@ use std::collections::HashSet;
 use super::bodies::Given;
 use super::draft::Draft;
 use super::filling::Filling;
+use super::genus::Genus;
 use super::plan_quality::{DESTROYED, PlanQuality};
 use super::relax::RELAXED_FACES;
 use super::witness::{Shape, Witness};
@@ -54,6 +55,8 @@ enum Plan {
     /// Holes with one obvious closure are closed and closed bodies united. Only if nothing intersects then, the other holes are
     /// filled.
     Unite,
+    /// Vertices of folds and noise are moved until nothing intersects: in the end, if the best plan made handles or bodies.
+    RelaxFolds,
     /// Closed bodies are united, vertices of folds and noise moved, all holes filled, vertices moved again, and the remaining
     /// intersecting faces cut out.
     Relax,
@@ -103,6 +106,7 @@ impl Plan {
 /// A search in progress.
 struct Search<'a> {
     cleaned: State,
+    genus: Genus,
     /// The mesh before it was cleaned, if faces intersect.
     given: Option<Given>,
     carried: &'a Carried<'a>,
@@ -156,6 +160,7 @@ impl Run<'_> {
         self.compares = plans.len() > 1;
         let mut search = Search {
             cleaned: self.state(),
+            genus: Genus::of(&*self.draft.inspect()?),
             given,
             carried,
             intersects,
@@ -191,6 +196,9 @@ impl Run<'_> {
             {
                 break;
             }
+        }
+        if search.best.as_ref().is_some_and(|(best, ..)| best.made > 0) {
+            self.attempt(Plan::RelaxFolds, &mut search)?;
         }
         self.try_apart(&mut search)?;
         if let Some((_, state, _)) = search.best {
@@ -241,7 +249,7 @@ impl Run<'_> {
         }
         self.adopt_meant()?;
         let shape = self.shape(search)?;
-        let quality = self.quality(&shape)?;
+        let quality = self.quality(&shape, search.genus)?;
         log::debug!(
             "plan {plan:?}, {} nodes solved: {quality:?}",
             self.solved.nodes()
@@ -275,6 +283,7 @@ impl Run<'_> {
             Plan::Keep => self.fill_then_unite(plan, given, carried),
             Plan::RelaxFirst if !self.is_dense()? => Ok(false),
             Plan::RelaxFirst => self.relax_then_fill(None, carried),
+            Plan::RelaxFolds => self.relax_folds(carried),
             Plan::Relax => self.relax_then_fill(given, carried),
             _ if self.is_united => Ok(false),
             Plan::UniteCleaned => self.unite_then_fill(false, carried),
@@ -346,6 +355,15 @@ impl Run<'_> {
         self.fill(&old, Filling::Chosen)?;
         relax::relax(&mut self.draft, &mut self.report)?;
         self.fill_and_cut(true)
+    }
+
+    /// Moves vertices and fills holes, if nothing intersects once vertices moved.
+    fn relax_folds(&mut self, carried: &Carried) -> Result<bool, FillError> {
+        relax::relax(&mut self.draft, &mut self.report)?;
+        match self.draft.self_intersections()?.is_empty() {
+            true => self.relax_then_fill(None, carried),
+            false => Ok(false),
+        }
     }
 
     /// Fills holes, unites bodies, and cuts what intersects still.
@@ -452,7 +470,7 @@ impl Run<'_> {
         Witness::new(cleaned, self.input, turns)
     }
 
-    fn quality(&mut self, shape: &Shape) -> Result<PlanQuality, FillError> {
+    fn quality(&mut self, shape: &Shape, before: Genus) -> Result<PlanQuality, FillError> {
         let faults = self.draft.faults()?;
         let destroys = DESTROYED.get();
         Ok(PlanQuality {
@@ -461,6 +479,7 @@ impl Run<'_> {
                 || (faults.is_open() && self.report.fill.incomplete())
                 || shape.doubt().is_some(),
             faults,
+            made: Genus::of(&*self.draft.inspect()?).beyond(before),
             lost: shape.lost,
             differs: 1.0 - shape.agreement,
         })
