@@ -1,7 +1,7 @@
 //! Walls on the command line: their thickness in reports, and verdicts on walls that are too thin.
 
 use crate::desk::{Desk, assert_code, text};
-use crate::shapes::joined;
+use crate::shapes::{cut, joined, sphere};
 use glam::DVec3;
 use isomend::Mesh;
 use isomend::io::Format;
@@ -110,4 +110,36 @@ fn walls_that_are_too_thin_fail_with_advice() {
     let arguments = [&arguments[..], &["--min-wall", "1e-5"]].concat();
     assert_code(&desk.run(&arguments), 0);
     assert_code(&desk.run(&["check", "out.ply", "-q"]), 0);
+}
+
+#[test]
+fn a_base_that_nothing_stands_on_is_named_with_the_flat_cap_instead() {
+    let desk = Desk::new();
+    desk.save("bowl.ply", &cut(&sphere(8), |p| p.z < -0.6), Format::Ply);
+    for command in ["fill", "repair"] {
+        let done = desk.run(&[command, "bowl.ply", "-o", "out.ply", "--flat-base"]);
+        let said = text(&done.stderr);
+        assert!(
+            said.contains("nothing was put on a flat base; --flat 1 gives hole 1"),
+            "{said}"
+        );
+        let done = desk.run(&[
+            command,
+            "bowl.ply",
+            "-o",
+            "out.ply",
+            "--flat-base",
+            "--flat",
+            "1",
+        ]);
+        let said = text(&done.stderr);
+        assert!(said.contains("nothing was put on a flat base\n"), "{said}");
+    }
+    desk.save("sheet.ply", &sheet(12, 0.0), Format::Ply);
+    let done = desk.run(&["fill", "sheet.ply", "-o", "out.ply", "--flat-base"]);
+    assert!(
+        !text(&done.stderr).contains("nothing was put"),
+        "{}",
+        text(&done.stderr)
+    );
 }

@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use super::bodies::{checked, one_mesh_note};
 use super::deliver::{Deliverables, Delivered, clear_run_times};
 use super::draw::{Before, Drawings, Drawn};
-use super::inside_out;
 use super::outcome::JobResult;
 use super::output::Saving;
 use super::painted;
@@ -17,6 +16,7 @@ use super::result::{KeptElements, OperationReport, ReplacedBody, label_replaced}
 use super::staging::Staging;
 use super::unchanged::Unchanged;
 use super::{JobError, JobSpec, Output, Place, Work};
+use super::{inside_out, no_base};
 use crate::io::{Format, Loaded};
 use crate::report::kept_object;
 use isomend_core::attributes::transfer_without;
@@ -25,6 +25,7 @@ use isomend_core::check::Verdict;
 use isomend_core::fill::RegionReport;
 use isomend_core::mend::{FillReport, Inspection};
 use isomend_core::mesh::{Bodies, Mesh, Model};
+use isomend_core::repair::RepairParams;
 
 /// A job whose mesh has been mended. Clones share the meshes. Serialization keeps everything: the mesh, its attributes and the report.
 #[derive(Clone, Serialize, Deserialize)]
@@ -398,8 +399,8 @@ impl<'s> Mended<'s> {
 }
 
 impl Mended<'_> {
-    /// Remarks on the work: objects that were mended as one mesh or not faired, components that are inside out, and vertices that keep the colour of the
-    /// mask.
+    /// Remarks on the work: objects that were mended as one mesh or not faired, components that are inside out, a flat base that was not made, and
+    /// vertices that keep the colour of the mask.
     fn notes_on_work(&self, mesh: &Mesh, format: Format) -> Vec<String> {
         let one_mesh = |count| one_mesh_note(count, format);
         let painted = match self.whole {
@@ -412,6 +413,12 @@ impl Mended<'_> {
             }
             _ => None,
         };
+        let no_base = match &self.spec.work {
+            Work::Fill(fill) | Work::Repair(RepairParams { fill, .. }) if fill.flat_base => {
+                no_base::note(&self.report.holes)
+            }
+            _ => None,
+        };
         let kept: &[_] = match &self.extent {
             OperationReport::Faired(report) => &report.kept_objects,
             _ => &[],
@@ -421,6 +428,7 @@ impl Mended<'_> {
             .into_iter()
             .chain(kept.iter().map(kept_object))
             .chain(inside_out)
+            .chain(no_base)
             .chain(painted)
             .collect()
     }

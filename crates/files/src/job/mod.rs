@@ -35,6 +35,7 @@ mod join;
 mod marks;
 mod mended;
 mod named;
+mod no_base;
 mod outcome;
 mod output;
 mod paint;
