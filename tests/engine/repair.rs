@@ -170,6 +170,23 @@ fn a_face_on_a_non_manifold_edge_is_removed_and_the_rest_stays() {
 }
 
 #[test]
+fn a_fin_is_removed_from_a_surface_with_a_hole_too() {
+    let mesh = cut(&good(), |p| p.z > 0.75);
+    let mut fin = mesh.clone();
+    for f in [40, 200] {
+        let [a, b, _] = mesh.faces[f];
+        let top = 1.2 * (mesh.positions[a as usize] + mesh.positions[b as usize]) / 2.0;
+        fin.faces.push([a, b, fin.positions.len() as u32]);
+        fin.positions.push(top);
+    }
+    let done = repaired(&fin, &RepairParams::default());
+    assert_sound(&done.mesh);
+    assert_eq!(verdict(&done.mesh).components.len(), 1);
+    assert_eq!(done.mesh.faces[..mesh.faces.len()], mesh.faces);
+    assert_eq!(done.report.steps.non_manifold_faces, 2);
+}
+
+#[test]
 fn faces_far_from_a_piercing_ball_stay_unchanged() {
     let mesh = good();
     for (at, size) in [

@@ -288,7 +288,7 @@ fn dangling_strips_that_intersect_their_surface_are_removed() {
 }
 
 #[test]
-fn a_dangling_face_is_separated_from_a_sheet_that_is_closed() {
+fn a_dangling_face_is_removed_from_a_sheet_that_is_closed() {
     let mesh = cut(&turned(sphere(8)), |p| polar(p) < 20.0);
     let low = |f: &[u32; 3]| f.iter().all(|v| polar(mesh.positions[*v as usize]) > 120.0);
     let face = mesh.faces.iter().position(low).unwrap();
@@ -298,8 +298,14 @@ fn a_dangling_face_is_separated_from_a_sheet_that_is_closed() {
     assert!(after.is_sound(), "{}", after.line());
     assert_eq!(done.mesh.faces[..mesh.faces.len()], mesh.faces);
     let r = &done.report;
-    assert_eq!((r.lost_faces, r.steps.non_manifold_faces), (0, 0));
-    assert_eq!((done.fill.holes.len(), after.components.len()), (2, 2));
+    assert_eq!((r.lost_faces, r.steps.non_manifold_faces), (1, 1));
+    assert_eq!((done.fill.holes.len(), after.components.len()), (1, 1));
+    // Not if the hole stays open.
+    let mut params = RepairParams::default();
+    params.fill.keep_open = vec![1.into()];
+    let kept = repaired(&bad, &params);
+    assert_eq!(kept.report.steps.non_manifold_faces, 0);
+    assert_eq!(verdict(&kept.mesh).components.len(), 2);
 }
 
 #[test]

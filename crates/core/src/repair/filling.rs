@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::choice::SMALL_FACES;
 use super::rim_triangles::push;
-use super::{Edge, RepairStep, Run, caps, chains, choice, edges, inner_sheets, report};
+use super::{Edge, RepairStep, Run, caps, chains, choice, edges, inner_sheets, report, sheets};
 use crate::fill::{FEW_EDGES, FillParams};
 use crate::mend::{FillError, FillReport, Inspection, Watch};
 use crate::mesh::topology::NONE;
@@ -120,6 +120,17 @@ impl Run<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Separates surfaces that meet in edges or vertices.
+    pub(super) fn separate_sheets(&mut self) -> Result<(), FillError> {
+        let closes = self.closes_holes();
+        sheets::separate(&mut self.draft, &mut self.report, closes)
+    }
+
+    /// Whether all holes are to be filled.
+    pub(super) fn closes_holes(&self) -> bool {
+        self.params.does(RepairStep::Holes) && !self.keeps_holes()
     }
 
     /// Whether the caller keeps holes open.

@@ -319,7 +319,7 @@ impl Run<'_> {
             reopened = false;
             if self.splits {
                 let before = self.report.steps.non_manifold_faces;
-                sheets::separate(&mut self.draft, &mut self.report)?;
+                self.separate_sheets()?;
                 reopened = self.report.steps.non_manifold_faces > before;
             }
             if let Some(before) = before {
@@ -393,7 +393,7 @@ impl Run<'_> {
     fn separate_again(&mut self) -> Result<(), FillError> {
         if self.splits && !self.draft.faults()?.is_manifold() {
             let before = self.judged_state()?;
-            sheets::separate(&mut self.draft, &mut self.report)?;
+            self.separate_sheets()?;
             self.keep_better(before)?;
         }
         Ok(())

@@ -10,7 +10,7 @@ use super::genus::Genus;
 use super::plan_quality::{DESTROYED, PlanQuality};
 use super::relax::RELAXED_FACES;
 use super::witness::{Shape, Witness};
-use super::{Carried, RepairReport, RepairStep, Run, border, dangling, orient, relax, sheets};
+use super::{Carried, RepairReport, RepairStep, Run, border, dangling, orient, relax};
 use crate::mend::{FillError, HoleReport};
 use crate::spatial::intersecting_pairs;
 use crate::tuning::{Tunable, tunable};
@@ -416,7 +416,7 @@ impl Run<'_> {
             return Ok(());
         }
         dangling::join(&mut self.draft)?;
-        sheets::separate(&mut self.draft, &mut self.report)?;
+        self.separate_sheets()?;
         // A separated component may be a closed body now, whose outside is known.
         if self.params.does(RepairStep::Orientation)
             && self.report.steps.split_vertices + self.report.steps.non_manifold_faces > 0

@@ -32,8 +32,13 @@ const APART: Tunable<f64> = tunable("repair.apart", 1e-3);
 /// Factor of `APART` where faces would intersect; then its inverse.
 const APART_NEARER: Tunable<f64> = tunable("repair.apart_nearer", 0.1);
 
-/// Separates surfaces that meet in edges or vertices if they bound bodies there; cuts out the others.
-pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
+/// Separates surfaces that meet in edges or vertices if they bound bodies there; cuts out the others. `closes` is whether all holes
+/// are to be filled.
+pub(super) fn separate(
+    draft: &mut Draft,
+    report: &mut RepairReport,
+    closes: bool,
+) -> Result<(), FillError> {
     for round in 0..SHEET_ROUNDS.get() {
         let (cuts, copies) = {
             let mut found = draft.take_inspection()?;
@@ -48,7 +53,7 @@ pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(
                 (Vec::new(), placed(&found, requests, draft.rounding))
             } else {
                 let mut cuts = cuts(&found, &unclear);
-                let requests = detached(&found, &unclear, &mut cuts);
+                let requests = detached(&found, &unclear, closes, &mut cuts);
                 (cuts, placed(&found, requests, draft.rounding))
             }
         };
@@ -134,20 +139,36 @@ fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
 
 /// Vertex copies that detach open sheets of which a cut would leave nothing, because all their faces are at inseparable edges,
 /// from open surfaces. Their faces are removed from `cuts`. On closed surfaces and inside them such sheets are defects and are
-/// cut.
-fn detached(found: &Inspection, unclear: &[Vec<u32>], cuts: &mut Vec<u32>) -> Vec<CopyRequest> {
+/// cut; so are sheets of one or two faces on larger surfaces without an outer border, if it `closes` these.
+fn detached(
+    found: &Inspection,
+    unclear: &[Vec<u32>],
+    closes: bool,
+    cuts: &mut Vec<u32>,
+) -> Vec<CopyRequest> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let component = |f: u32| topology.component[f as usize] as usize;
     let mut left = topology.component_faces.clone();
     cuts.iter().for_each(|&f| left[component(f)] -= 1);
     let open = open_components(topology);
     let goes = |h: &u32| left[component(h / 3)] == 0 && open[component(h / 3)];
+    let mut has_border = vec![false; open.len()];
+    let borders = found.holes.iter().filter(|h| h.outer_boundary);
+    borders.for_each(|h| has_border[h.component as usize] = true);
     let mut ends: BTreeSet<(usize, u32)> = BTreeSet::new();
     for half_edges in unclear {
-        let on_open = half_edges
+        let stay = half_edges
             .iter()
-            .any(|h| left[component(h / 3)] > 0 && open[component(h / 3)]);
-        for &h in half_edges.iter().filter(|h| on_open && goes(h)) {
+            .map(|h| component(h / 3))
+            .filter(|c| left[*c] > 0);
+        let on_open = stay.clone().any(|c| open[c]);
+        let closes = closes
+            && stay
+                .clone()
+                .any(|c| !topology.is_loose(c as u32) && !has_border[c]);
+        let is_fin = |h: &u32| closes && topology.is_loose(topology.component[*h as usize / 3]);
+        let free = |h: &&u32| on_open && goes(h) && !is_fin(h);
+        for &h in half_edges.iter().filter(free) {
             for v in [start(mesh, h), end(mesh, h)] {
                 ends.insert((component(h / 3), v));
             }
