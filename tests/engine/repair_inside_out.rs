@@ -82,3 +82,25 @@ fn only_faces_of_the_input_count_as_reversed() {
     assert!(done.mesh.faces.len() > bowl.faces.len() && volume(&done.mesh) > 0.0);
     assert_eq!(done.report.steps.reoriented_faces, bowl.faces.len());
 }
+
+#[test]
+fn skins_that_are_inside_out_are_reversed_together_with_holes_in_either() {
+    let (skin, core) = (sphere(8), moved(&sphere(8), 0.5, DVec3::new(0.1, 0.0, -0.1)));
+    let inner = cut(&core, |p| p.z < -0.55);
+    for outer in [
+        cut(&skin, |p| p.z > 0.9),
+        cut(&skin, |p| p.x > 0.95),
+        skin.clone(),
+    ] {
+        let mut body = outer.clone();
+        body.faces.iter_mut().for_each(|f| f.swap(1, 2));
+        let done = repaired(&joined(&body, &inner));
+        assert!(verdict(&done.mesh).is_sound());
+        let wanted = volume(&skin) - volume(&core);
+        assert!(
+            (volume(&done.mesh) / wanted - 1.0).abs() < 0.02,
+            "{}",
+            volume(&done.mesh)
+        );
+    }
+}

@@ -73,11 +73,18 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
         border[topology.component[h as usize / 3] as usize] +=
             at(start(mesh, h)).distance(at(end(mesh, h)));
     }
-    let shows_inside = |(c, border): (&Component, &f64)| {
-        let has_inside = c.closed || (*border < SHORT_BORDER.get() * c.area.sqrt() && encloses(c));
-        has_inside && c.volume < 0.0 && c.depth.is_multiple_of(2)
+    let has_inside = |(c, border): (&Component, &f64)| {
+        c.closed || (*border < SHORT_BORDER.get() * c.area.sqrt() && encloses(c))
     };
-    let mut wrong: Vec<bool> = components.iter().zip(&border).map(shows_inside).collect();
+    let has_inside: Vec<bool> = components.iter().zip(&border).map(has_inside).collect();
+    let shows_inside = |(c, has_inside): (&Component, &bool)| {
+        *has_inside && c.volume < 0.0 && c.depth.is_multiple_of(2)
+    };
+    let mut wrong: Vec<bool> = components
+        .iter()
+        .zip(&has_inside)
+        .map(shows_inside)
+        .collect();
     // The cavities of a body that is inside out as a whole are inside out too.
     let outermost = |mut i: usize| {
         while let Some(outer) = components[i].inside {
@@ -88,7 +95,7 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
     let turned_with_body: Vec<usize> = (0..components.len())
         .filter(|&i| {
             let c = &components[i];
-            c.closed && !c.depth.is_multiple_of(2) && c.volume > 0.0 && wrong[outermost(i)]
+            has_inside[i] && !c.depth.is_multiple_of(2) && c.volume > 0.0 && wrong[outermost(i)]
         })
         .collect();
     turned_with_body.into_iter().for_each(|i| wrong[i] = true);
