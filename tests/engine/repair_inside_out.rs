@@ -85,7 +85,10 @@ fn only_faces_of_the_input_count_as_reversed() {
 
 #[test]
 fn skins_that_are_inside_out_are_reversed_together_with_holes_in_either() {
-    let (skin, core) = (sphere(8), moved(&sphere(8), 0.5, DVec3::new(0.1, 0.0, -0.1)));
+    let (skin, core) = (
+        sphere(8),
+        moved(&sphere(8), 0.5, DVec3::new(0.1, 0.0, -0.1)),
+    );
     let inner = cut(&core, |p| p.z < -0.55);
     for outer in [
         cut(&skin, |p| p.z > 0.9),
