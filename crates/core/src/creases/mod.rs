@@ -99,10 +99,17 @@ pub(crate) struct Continued {
     pub is_flat: bool,
     /// The largest residual of the sheets of its parts, in edges.
     pub(crate) residual: f64,
-    /// The largest noise of their data, in edges.
+    /// The side of each part, and the part's new vertices, as indices of `positions`.
+    parts: Vec<(usize, Vec<usize>)>,
+}
+
+/// How far a patch with creases is determined by the data of its sheets.
+#[derive(Clone, Debug)]
+pub(crate) struct Determined {
+    /// The largest noise of the data of a sheet, in edges.
     pub(crate) noise: f64,
-    /// Standard deviation of the sheets at each new vertex, from the noise of their data, in the mesh's units; the largest where sheets
-    /// meet.
+    /// Standard deviation of the sheets at each new vertex, from the noise of their data, in the mesh's units; the largest where
+    /// sheets meet.
     pub(crate) deviations: Vec<f64>,
 }
 

@@ -5,7 +5,7 @@ use rustc_hash::{FxBuildHasher, FxHashSet};
 
 use super::network::{CreaseLine, Network, ends, simple_loops};
 use super::rim_sides::RimSides;
-use super::{Continued, Crease, CreaseRefusal, parts};
+use super::{Continued, Crease, CreaseRefusal, Determined, parts};
 use crate::tuning::{Tunable, tunable};
 
 /// Distances from the rim at which creases start inside the hole, in edges: attempted in this order.
@@ -59,7 +59,7 @@ impl RimSides {
         let rim = self.collar.rim.len();
         // Triangulates each part; numbers are the network's points, then inner points.
         let mut points = network.points.clone();
-        let mut deviations = vec![0.0; points.len()];
+        let mut parts = Vec::new();
         let mut faces = Vec::new();
         let loops = network.parts.iter().flat_map(|part| {
             let loops = simple_loops(&part.outline).into_iter();
@@ -75,14 +75,9 @@ impl RimSides {
                 None => first + i - numbers.len(),
             };
             faces.extend(done.faces.iter().map(|f| f.map(number)));
-            for (&i, d) in numbers
-                .iter()
-                .zip(sheet.deviations(&outline, self.collar.edge))
-            {
-                deviations[i] = d.max(deviations[i]);
-            }
-            deviations.extend(sheet.deviations(&done.inner, self.collar.edge));
             points.extend(done.inner);
+            let new = numbers.iter().copied().chain(first..points.len());
+            parts.push((side, new.filter_map(|i| i.checked_sub(rim)).collect()));
         }
         // Converts to vertex numbers: the rim's in the mesh, and new vertices after the mesh's.
         let number = |i: usize| match self.collar.rim.get(i) {
@@ -94,8 +89,6 @@ impl RimSides {
         self.check_joined(&faces)?;
         let residuals = network.parts.iter().map(|p| &self.sides.list[p.side].sheet);
         let residuals = residuals.map(|sheet| sheet.residual / self.collar.edge);
-        let noise = network.parts.iter().map(|p| &self.sides.list[p.side].sheet);
-        let noise = noise.map(|sheet| sheet.noise() / self.collar.edge);
         let of_line = |line: &CreaseLine| {
             let at = line.points.iter().map(|&i| points[i]);
             let at: Vec<DVec3> = at.collect();
@@ -114,9 +107,26 @@ impl RimSides {
             is_flat: network.lines.is_empty() && self.sides.list[labels[0]].sheet.is_plane(),
             creases: network.lines.iter().map(of_line).collect(),
             residual: residuals.fold(0.0, f64::max),
-            noise: noise.fold(0.0, f64::max),
-            deviations: deviations.split_off(rim),
+            parts,
         })
+    }
+
+    /// How far the data of its sheets determine a patch.
+    pub(crate) fn determined(&self, patch: &Continued) -> Determined {
+        let mut determined = Determined {
+            noise: 0.0,
+            deviations: vec![0.0; patch.positions.len()],
+        };
+        for (side, new) in &patch.parts {
+            let sheet = &self.sides.list[*side].sheet;
+            let at = new.iter().map(|&i| patch.positions[i] - self.collar.origin);
+            let own = sheet.deviations(&at.collect::<Vec<_>>(), self.collar.edge);
+            for (&i, own) in new.iter().zip(own) {
+                determined.deviations[i] = own.max(determined.deviations[i]);
+            }
+            determined.noise = (sheet.noise() / self.collar.edge).max(determined.noise);
+        }
+        determined
     }
 
     /// Checks that the faces use each edge of the rim once, and no directed edge twice.

@@ -116,12 +116,19 @@ impl RegionProblem<'_> {
         let count = part.mesh.positions.len();
         let joined = self.joined.iter().map(|pair| pair.map(|v| part.local(v)));
         let joined: Vec<[u32; 2]> = joined.collect();
-        let (continued, error) = match joined.is_empty() {
+        let (continued, expected) = match joined.is_empty() {
             true => {
                 let continued = sides.continued(count).map_err(declined)?;
                 let (error, is_refined) = self.predicted(&part, rim, &continued, ends > 1)?;
+                let expected = error.map(|error| self.expected(error, sides, &continued));
                 let refined = (is_refined && sides.refine()).then(|| sides.continued(count).ok());
-                (refined.flatten().unwrap_or(continued), error)
+                match refined.flatten() {
+                    Some(refined) => {
+                        let expected = error.map(|error| self.expected(error, sides, &refined));
+                        (refined, expected)
+                    }
+                    None => (continued, expected),
+                }
             }
             // The caller knows that these creases exist: no test.
             false => (
@@ -129,7 +136,6 @@ impl RegionProblem<'_> {
                 None,
             ),
         };
-        let expected = error.map(|error| self.expected(error, &continued));
         let shape = (&continued.positions[..], &continued.faces[..]);
         let local = Local::of_part(part, self.mesh.positions.len(), shape, self.cancel);
         let creases = continued.creases.iter().map(|c| CreaseReport {
@@ -147,15 +153,16 @@ impl RegionProblem<'_> {
     }
 
     /// The expected errors of the vertices of continued sides that predict the faces round the hole with an error.
-    fn expected(&self, error: f64, continued: &Continued) -> Vec<f64> {
+    fn expected(&self, error: f64, sides: &RimSides, continued: &Continued) -> Vec<f64> {
         let hole = self.holes[0];
         let edge = hole.length / hole.edges.max(1) as f64;
+        let determined = sides.determined(continued);
         let predicted = Predicted {
             error,
             residual: continued.residual * edge,
-            noise: continued.noise * edge,
+            noise: determined.noise * edge,
         };
-        let all = continued.deviations.iter();
+        let all = determined.deviations.iter();
         all.map(|d| predicted.expected(*d)).collect()
     }
 

@@ -9,7 +9,7 @@ use glam::DVec3;
 use crate::elementary::hypot;
 use crate::tuning::{Tunable, tunable};
 
-/// Noise of the rings over the residual of the sides.
+/// Noise of the rings over the noise of the vertices to which the sides are fitted.
 const NOISE: Tunable<f64> = tunable("fill.sides_error.noise", 1.2);
 /// Upper bound of the residual over the error on the rings. A larger residual is not noise, which the rings would have too: the sides do
 /// not fit.

@@ -154,7 +154,7 @@ impl Run<'_> {
         if trial.faults()?.is_manifold() {
             return Ok(Some(left));
         }
-        sheets::separate(&mut trial, &mut self.report.clone(), self.closes_holes())?;
+        sheets::separate(&mut trial, &mut self.report.clone(), !self.keeps_holes())?;
         let faults = trial.faults()?;
         Ok(Some(left.max(faults.intersecting_or_not_manifold())))
     }

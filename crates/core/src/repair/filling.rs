@@ -124,13 +124,8 @@ impl Run<'_> {
 
     /// Separates surfaces that meet in edges or vertices.
     pub(super) fn separate_sheets(&mut self) -> Result<(), FillError> {
-        let closes = self.closes_holes();
+        let closes = !self.keeps_holes();
         sheets::separate(&mut self.draft, &mut self.report, closes)
-    }
-
-    /// Whether all holes are to be filled.
-    pub(super) fn closes_holes(&self) -> bool {
-        self.params.does(RepairStep::Holes) && !self.keeps_holes()
     }
 
     /// Whether the caller keeps holes open.

@@ -1,7 +1,5 @@
 //! Components and handles of a mesh, which a union of a noisy surface with itself adds to.
 
-use rustc_hash::{FxBuildHasher, FxHashSet};
-
 use crate::mend::Inspection;
 use crate::mesh::topology::NONE;
 
@@ -16,19 +14,20 @@ impl Genus {
     /// Counts handles by Euler's formula, with holes closed. Exact on manifolds; vertices at which surfaces meet count as handles.
     pub(super) fn of(found: &Inspection) -> Self {
         let topology = &found.topology;
-        let mut vertices =
-            FxHashSet::with_capacity_and_hasher(found.mesh.positions.len(), FxBuildHasher);
+        let mut is_used = vec![false; found.mesh.positions.len()];
         let (mut faces, mut halves) = (0, 0);
         for f in topology.faces() {
             faces += 1;
-            vertices.extend(found.mesh.faces[f as usize]);
+            for v in found.mesh.faces[f as usize] {
+                is_used[v as usize] = true;
+            }
             let single = (3 * f..3 * f + 3).filter(|h| topology.opposite[*h as usize] == NONE);
             halves += 3 + single.count();
         }
         let components = topology.component_faces.len();
+        let vertices = is_used.iter().filter(|used| **used).count();
         let loops = found.holes.len() + found.open_chains.len();
-        let handles =
-            (2 * components + halves / 2).saturating_sub(vertices.len() + faces + loops) / 2;
+        let handles = (2 * components + halves / 2).saturating_sub(vertices + faces + loops) / 2;
         Self {
             components,
             handles,

@@ -106,7 +106,8 @@ impl Plan {
 /// A search in progress.
 struct Search<'a> {
     cleaned: State,
-    genus: Genus,
+    /// Of the cleaned mesh, if faces intersect: nothing else is united.
+    genus: Option<Genus>,
     /// The mesh before it was cleaned, if faces intersect.
     given: Option<Given>,
     carried: &'a Carried<'a>,
@@ -160,7 +161,7 @@ impl Run<'_> {
         self.compares = plans.len() > 1;
         let mut search = Search {
             cleaned: self.state(),
-            genus: Genus::of(&*self.draft.inspect()?),
+            genus: intersects.then(|| self.genus()).transpose()?,
             given,
             carried,
             intersects,
@@ -470,8 +471,16 @@ impl Run<'_> {
         Witness::new(cleaned, self.input, turns)
     }
 
-    fn quality(&mut self, shape: &Shape, before: Genus) -> Result<PlanQuality, FillError> {
+    fn genus(&self) -> Result<Genus, FillError> {
+        Ok(Genus::of(&*self.draft.inspect()?))
+    }
+
+    fn quality(&mut self, shape: &Shape, before: Option<Genus>) -> Result<PlanQuality, FillError> {
         let faults = self.draft.faults()?;
+        let made = match before {
+            Some(before) => self.genus()?.beyond(before),
+            None => 0,
+        };
         let destroys = DESTROYED.get();
         Ok(PlanQuality {
             destroys: shape.lost.max(1.0 - shape.agreement) > destroys,
@@ -479,7 +488,7 @@ impl Run<'_> {
                 || (faults.is_open() && self.report.fill.incomplete())
                 || shape.doubt().is_some(),
             faults,
-            made: Genus::of(&*self.draft.inspect()?).beyond(before),
+            made,
             lost: shape.lost,
             differs: 1.0 - shape.agreement,
         })

@@ -162,11 +162,11 @@ fn detached(
             .map(|h| component(h / 3))
             .filter(|c| left[*c] > 0);
         let on_open = stay.clone().any(|c| open[c]);
-        let closes = closes
+        let cuts_fins = closes
             && stay
                 .clone()
                 .any(|c| !topology.is_loose(c as u32) && !has_border[c]);
-        let is_fin = |h: &u32| closes && topology.is_loose(topology.component[*h as usize / 3]);
+        let is_fin = |h: &u32| cuts_fins && topology.is_loose(topology.component[*h as usize / 3]);
         let free = |h: &&u32| on_open && goes(h) && !is_fin(h);
         for &h in half_edges.iter().filter(free) {
             for v in [start(mesh, h), end(mesh, h)] {

@@ -40,38 +40,38 @@ pub(in crate::job) fn piece(
     stored: Option<DMat4>,
     control: &Control,
 ) -> Result<Piece, String> {
-    let tight = |control| between(joined(patches, cut), stored, control);
+    let tight = || between(joined(patches, cut), stored, control);
     if clearance <= 0.0 {
-        return tight(control);
+        return tight()?.ok_or_else(|| BELOW.to_owned());
     }
-    let loose = between(
-        joined(patches, &moved(cut, patches, clearance)),
-        stored,
-        control,
-    );
+    let moved = moved(cut, patches, clearance);
+    let Some(mut made) = between(joined(patches, &moved), stored, control)? else {
+        let is_thin = matches!(tight(), Ok(Some(_)));
+        return Err(if is_thin { THIN } else { BELOW }.to_owned());
+    };
     let count = |made: &Piece| judged(&made.mesh).map(|(verdict, _)| verdict.components.len());
-    match loose {
-        Ok(mut made) => {
-            // Each damage has its own component of faces that were cut out. As many solids as that: none is lost.
-            let left = count(&made)?;
-            let all = if components(cut) > left { count(&tight(control)?)? } else { left };
-            if left < all {
-                made.notes.push(format!(
-                    "of {all} pieces {left} are thicker than the clearance; the others are left out"
-                ));
-            }
-            Ok(made)
+    let left = count(&made)?;
+    // Each damage has its own component of faces that were cut out. As many solids as that: none is lost.
+    if Topology::without_orienting(cut).component_faces.len() > left
+        && let Some(tight) = tight()?
+    {
+        let all = count(&tight)?;
+        if left < all {
+            made.notes.push(format!(
+                "of {all} pieces {left} are thicker than the clearance; the others are left out"
+            ));
         }
-        Err(why) if why == BELOW && tight(control).is_ok() => Err(
-            "nothing is left of the piece, which is thinner than the clearance; lower the clearance".to_owned(),
-        ),
-        Err(why) => Err(why),
     }
+    Ok(made)
 }
 
-/// The solid of the volume that a closed surface, or one with holes, encloses with a positive winding number. `stored` is as in
-/// [`Carried::stored`].
-fn between(mut surface: Mesh, stored: Option<DMat4>, control: &Control) -> Result<Piece, String> {
+/// The solid of the volume that a closed surface, or one with holes, encloses with a positive winding number; none where there is
+/// no such volume. `stored` is as in [`Carried::stored`].
+fn between(
+    mut surface: Mesh,
+    stored: Option<DMat4>,
+    control: &Control,
+) -> Result<Option<Piece>, String> {
     if surface.faces.is_empty() {
         return Err(
             "there is no volume between the patch and the faces that were cut out".to_owned(),
@@ -84,12 +84,15 @@ fn between(mut surface: Mesh, stored: Option<DMat4>, control: &Control) -> Resul
         .iter()
         .all(|d| d.kind == DefectKind::InsideOut);
     if plain {
-        let mesh = outward(&surface, &verdict, &topology).ok_or(BELOW)?;
-        return finished(mesh, Vec::new());
+        let mesh = outward(&surface, &verdict, &topology);
+        return mesh.map(|mesh| finished(mesh, Vec::new())).transpose();
     }
     if verdict.is_watertight() {
         // A repair would flip components that are inside out, so these are removed first.
-        surface = not_inside_out(&surface, &verdict, &topology).ok_or(BELOW)?;
+        let Some(rest) = not_inside_out(&surface, &verdict, &topology) else {
+            return Ok(None);
+        };
+        surface = rest;
     }
     let carried = Carried {
         stored,
@@ -112,13 +115,17 @@ fn between(mut surface: Mesh, stored: Option<DMat4>, control: &Control) -> Resul
         );
     }
     let (verdict, topology) = judged(&repaired.mesh)?;
-    let mesh = outward(&repaired.mesh, &verdict, &topology).ok_or(BELOW)?;
-    finished(mesh, notes)
+    let mesh = outward(&repaired.mesh, &verdict, &topology);
+    mesh.map(|mesh| finished(mesh, notes)).transpose()
 }
 
 /// Message if the patch adds no volume.
 const BELOW: &str =
     "the patch is below the faces that were cut out, so nothing is missing and there is no piece";
+
+/// Message if the clearance leaves nothing.
+const THIN: &str =
+    "nothing is left of the piece, which is thinner than the clearance; lower the clearance";
 
 /// Longest displacement of a vertex in a clearance, in clearances: at edges sharper than 60° the faces come closer than the clearance.
 const LONGEST_MOVE: f64 = 2.0;
@@ -233,15 +240,10 @@ fn judged(mesh: &Mesh) -> Result<(Verdict, Topology), String> {
 /// The components that enclose a positive volume larger than the fraction `PIECE_PART.get()` of the largest component's;
 /// `None` if there are none.
 fn outward(mesh: &Mesh, verdict: &Verdict, topology: &Topology) -> Option<Mesh> {
-    let volumes: Vec<f64> = verdict.components.iter().map(|c| c.volume).collect();
-    let largest = volumes.iter().copied().fold(0.0, f64::max);
-    let least = largest * PIECE_PART.get();
-    let stays = |f: usize| {
-        let volume = volumes.get(topology.component[f] as usize);
-        volume.is_some_and(|v| *v > least)
-    };
-    let out = compact(mesh, stays);
-    (largest > 0.0 && !out.faces.is_empty()).then_some(out)
+    let volumes = || verdict.components.iter().map(|c| c.volume);
+    let least = volumes().fold(0.0, f64::max) * PIECE_PART.get();
+    let stays: Vec<bool> = volumes().map(|v| v > least).collect();
+    of_components(mesh, topology, &stays)
 }
 
 /// The components without intersections that enclose a positive volume, and those with intersections: of these a part may, whatever
@@ -249,29 +251,20 @@ fn outward(mesh: &Mesh, verdict: &Verdict, topology: &Topology) -> Option<Mesh> 
 fn not_inside_out(mesh: &Mesh, verdict: &Verdict, topology: &Topology) -> Option<Mesh> {
     let mut stays: Vec<bool> = verdict.components.iter().map(|c| c.volume > 0.0).collect();
     let of_kind = |d: &&Defect| d.kind == DefectKind::SelfIntersection;
-    for f in verdict
-        .defects
-        .iter()
-        .filter(of_kind)
-        .flat_map(|d| &d.faces)
-    {
+    let crossing = verdict.defects.iter().filter(of_kind);
+    for f in crossing.flat_map(|d| &d.faces) {
         if let Some(stays) = stays.get_mut(topology.component[*f as usize] as usize) {
             *stays = true;
         }
     }
+    of_components(mesh, topology, &stays)
+}
+
+/// The faces of the components that stay; `None` if there are none.
+fn of_components(mesh: &Mesh, topology: &Topology, stays: &[bool]) -> Option<Mesh> {
     let is_in = |f: usize| stays.get(topology.component[f] as usize) == Some(&true);
     let out = compact(mesh, is_in);
     (!out.faces.is_empty()).then_some(out)
-}
-
-/// Number of connected components.
-fn components(mesh: &Mesh) -> usize {
-    let topology = Topology::without_orienting(mesh);
-    topology
-        .component
-        .iter()
-        .max()
-        .map_or(0, |c| *c as usize + 1)
 }
 
 /// The piece, if it passes the check of a mesh.
