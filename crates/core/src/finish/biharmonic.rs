@@ -5,7 +5,6 @@ use sprs::CsMat;
 
 use super::geometry::{Stiffness, barycentric, clamped_cotangents};
 use super::patch::{Neighbourhood, Patch};
-use crate::cancel::Cancel;
 use crate::linalg::LdlPattern;
 use crate::tuning::{Tunable, tunable};
 
@@ -40,12 +39,8 @@ pub(super) fn minimal(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
     } = patch.neighbourhood(1, &shape);
     // Only the values of the matrix change from step to step; the pattern is analysed once.
     let mut stiffness = Stiffness::new(points.len(), &faces);
-    let system = System::new(
-        &stiffness.matrix,
-        moving.iter().copied(),
-        &moving,
-        &patch.cancel,
-    )?;
+    let rows = moving.iter().copied();
+    let system = System::new(patch, 1, &stiffness.matrix, rows, &moving)?;
     for _ in 0..MINIMAL_STEPS.get() {
         go_on()?;
         stiffness.set(&faces, &clamped_cotangents(&points, &faces).0);
@@ -88,13 +83,8 @@ pub(super) fn polyharmonic(patch: &Patch, shape: &[DVec3], order: usize) -> Opti
     }
     go_on()?;
     let rows = 0..near.moving.len() as u32;
-    only(solve_for(
-        &matrix,
-        rows,
-        &near.moving,
-        &[&points],
-        &patch.cancel,
-    ))
+    let system = System::new(patch, order, &matrix, rows, &near.moving)?;
+    only(system.solve(&matrix, &[&points]))
 }
 
 /// The given rows of a matrix, in the given order.
@@ -111,37 +101,26 @@ fn rows_of(matrix: &CsMat<f64>, rows: &[u32]) -> CsMat<f64> {
     CsMat::new((rows.len(), matrix.cols()), starts, columns, values)
 }
 
-/// Solves `A x = 0` for the unknown vertices (in rising order). Their equations are the rows `rows` of the matrix, in that order;
-/// all other vertices are fixed at their points. Returns one solution for each set of points, `None` where it is not finite.
-/// Returns `None` altogether if the matrix cannot be factorised or the token is set.
-pub(super) fn solve_for(
-    matrix: &CsMat<f64>,
-    rows: impl Iterator<Item = u32>,
-    unknowns: &[u32],
-    sets: &[&[DVec3]],
-    cancel: &Cancel,
-) -> Option<Vec<Option<Vec<DVec3>>>> {
-    System::new(matrix, rows, unknowns, cancel)?.solve(matrix, sets)
-}
-
 /// The structure of a linear system for some vertices with all others fixed, without the values of its matrix.
-struct System {
+pub(super) struct System<'a> {
     /// The unknowns' rows and columns: the start of each row, and for each entry its column and its index in the matrix.
     starts: Vec<usize>,
     columns: Vec<usize>,
     places: Vec<usize>,
     /// The entries of fixed vertices in these rows: the row, the vertex, and the index in the matrix.
     given: Vec<[usize; 3]>,
-    pattern: LdlPattern,
+    pattern: &'a LdlPattern,
 }
 
-impl System {
-    /// The system for unknown vertices (in rising order) and the rows of their equations; `None` if the token is set.
-    fn new(
+impl<'a> System<'a> {
+    /// The system for the moving vertices of a patch, by their numbers in the matrix (in rising order) and the rows of their equations,
+    /// which reach `rings` rings of vertices; `None` if the token is set.
+    pub(super) fn new(
+        patch: &'a Patch,
+        rings: usize,
         matrix: &CsMat<f64>,
         rows: impl Iterator<Item = u32>,
         unknowns: &[u32],
-        cancel: &Cancel,
     ) -> Option<Self> {
         let n = unknowns.len();
         // The column of each unknown vertex.
@@ -165,14 +144,14 @@ impl System {
             }
             starts.push(columns.len());
         }
-        if cancel.is_cancelled() {
+        if patch.cancel.is_cancelled() {
             return None;
         }
         // Symbolic analysis of the matrix of the unknowns.
         let zeros = vec![0.0; columns.len()];
         let inner = CsMat::new((n, n), starts.clone(), columns.clone(), zeros);
         Some(Self {
-            pattern: LdlPattern::new(&inner, cancel),
+            pattern: patch.pattern(rings, &inner),
             starts,
             columns,
             places,
@@ -180,8 +159,13 @@ impl System {
         })
     }
 
-    /// Solves with a matrix of the same pattern; see [`solve_for`].
-    fn solve(&self, matrix: &CsMat<f64>, sets: &[&[DVec3]]) -> Option<Vec<Option<Vec<DVec3>>>> {
+    /// Solves `A x = 0` with a matrix of the same pattern; all other vertices are fixed at their points. Returns one solution for each
+    /// set of points, `None` where it is not finite; `None` altogether if the matrix cannot be factorised or the token is set.
+    pub(super) fn solve(
+        &self,
+        matrix: &CsMat<f64>,
+        sets: &[&[DVec3]],
+    ) -> Option<Vec<Option<Vec<DVec3>>>> {
         let n = self.starts.len() - 1;
         let data = matrix.data();
         let values = self.places.iter().map(|place| data[*place]).collect();

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::COLLAR;
-use super::biharmonic::{polyharmonic, solve_for};
+use super::biharmonic::{System, polyharmonic};
 use super::chart::Chart;
 use super::collar::Collar;
 use super::geometry::{Stiffness, barycentric, clamped_cotangents, quantile, vertex_normals};
@@ -323,5 +323,5 @@ fn spread(patch: &Patch, mismatches: &[&[DVec3]]) -> Option<Vec<Option<Vec<DVec3
     let sets: Vec<Vec<DVec3>> = mismatches.iter().map(at_rim).collect();
     let sets: Vec<&[DVec3]> = sets.iter().map(|set| &set[..]).collect();
     let rows = closure.moving.iter().copied();
-    solve_for(&matrix, rows, &closure.moving, &sets, &patch.cancel)
+    System::new(patch, 1, &matrix, rows, &closure.moving)?.solve(&matrix, &sets)
 }

@@ -62,13 +62,21 @@ fn raised(mut areas: Vec<f64>) -> Vec<f64> {
 pub(super) fn clamped_cotangents(points: &[DVec3], faces: &Faces) -> (Vec<[f64; 3]>, Vec<f64>) {
     let area = |&f: &[u32; 3]| area_vector(corners(points, f)).length();
     let mut areas: Vec<f64> = faces.iter().map(area).collect();
-    let least = LEAST_FACE.get() * areas.iter().copied().fold(0.0, f64::max);
+    let least = least_area(&areas);
     areas.iter_mut().for_each(|a| *a = a.max(least));
-    let at = |(&face, area): (&[u32; 3], &f64)| {
-        let (low, high) = (0.5 * LEAST_COTANGENT.get(), 0.5 * LARGEST_COTANGENT.get());
-        half_cotangents(corners(points, face), *area).map(|half| half.clamp(low, high))
-    };
+    let at = |(&face, area): (&[u32; 3], &f64)| clamped(corners(points, face), *area);
     (faces.iter().zip(&areas).map(at).collect(), areas)
+}
+
+/// Half the cotangents at the corners of a face, clamped.
+fn clamped(p: [DVec3; 3], twice_area: f64) -> [f64; 3] {
+    let (low, high) = (0.5 * LEAST_COTANGENT.get(), 0.5 * LARGEST_COTANGENT.get());
+    half_cotangents(p, twice_area).map(|half| half.clamp(low, high))
+}
+
+/// Lower bound of an area as a divisor.
+fn least_area(areas: &[f64]) -> f64 {
+    LEAST_FACE.get() * areas.iter().copied().fold(0.0, f64::max)
 }
 
 /// Barycentric areas of vertices from twice the areas of faces.
@@ -80,30 +88,67 @@ pub(super) fn barycentric(count: usize, faces: &Faces, twice: &[f64]) -> Vec<f64
     raised(areas)
 }
 
-/// Mixed Voronoi areas of vertices (Meyer et al., figure 4): an obtuse face gives half of its area to the obtuse corner and a
-/// quarter to each other.
-pub(super) fn voronoi(points: &[DVec3], faces: &Faces) -> Vec<f64> {
-    let mut areas = vec![0.0; points.len()];
-    for &face in faces {
-        let p = corners(points, face);
-        let twice = area_vector(p).length();
-        let dots = [0, 1, 2].map(|k| (p[(k + 1) % 3] - p[k]).dot(p[(k + 2) % 3] - p[k]));
-        let obtuse = dots.iter().position(|&d| d < 0.0);
-        for k in 0..3 {
-            let share = match obtuse {
-                Some(o) if o == k => 0.25 * twice,
-                Some(_) => 0.125 * twice,
-                None => {
-                    let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-                    let sum = p[i].distance_squared(p[k]) * dots[j]
-                        + p[j].distance_squared(p[k]) * dots[i];
-                    sum / (8.0 * twice.max(f64::MIN_POSITIVE))
-                }
-            };
-            areas[face[k] as usize] += share;
+/// What the mean curvature of a surface is computed from.
+pub(super) struct CurvatureTerms {
+    /// Half the cotangents at the corners of each face, as [`clamped_cotangents`].
+    pub(super) half_cotangents: Vec<[f64; 3]>,
+    /// As [`vertex_normals`].
+    pub(super) normals: Vec<DVec3>,
+    /// Mixed Voronoi areas of vertices (Meyer et al., figure 4): an obtuse face gives half of its area to the obtuse corner and a
+    /// quarter to each other.
+    pub(super) masses: Vec<f64>,
+    /// `S x` for each vertex without assembling the matrix. Divided by the mixed area it is the mean curvature normal (Meyer et al.,
+    /// equation (8)), whose length is the sum of the principal curvatures.
+    pub(super) pulls: Vec<DVec3>,
+}
+
+impl CurvatureTerms {
+    pub(super) fn new(points: &[DVec3], faces: &Faces) -> Self {
+        let mut normals = vec![DVec3::ZERO; points.len()];
+        let area = |&face: &[u32; 3]| {
+            let area = area_vector(corners(points, face));
+            face.iter().for_each(|&v| normals[v as usize] += area);
+            area.length()
+        };
+        let areas: Vec<f64> = faces.iter().map(area).collect();
+        let least = least_area(&areas);
+        let mut masses = vec![0.0; points.len()];
+        let mut pulls = vec![DVec3::ZERO; points.len()];
+        let weigh = |(&face, &twice): (&[u32; 3], &f64)| {
+            let p = corners(points, face);
+            let weights = clamped(p, twice.max(least));
+            let shares = voronoi_shares(p, twice);
+            for k in 0..3 {
+                let [i, j] = [(k + 1) % 3, (k + 2) % 3];
+                let pull = weights[k] * (p[i] - p[j]);
+                pulls[face[i] as usize] += pull;
+                pulls[face[j] as usize] -= pull;
+                masses[face[k] as usize] += shares[k];
+            }
+            weights
+        };
+        Self {
+            half_cotangents: faces.iter().zip(&areas).map(weigh).collect(),
+            normals: normals.into_iter().map(DVec3::normalize_or_zero).collect(),
+            masses: raised(masses),
+            pulls,
         }
     }
-    raised(areas)
+}
+
+/// The parts of a face's area that its corners get, from twice the area.
+fn voronoi_shares(p: [DVec3; 3], twice: f64) -> [f64; 3] {
+    let dots = [0, 1, 2].map(|k| (p[(k + 1) % 3] - p[k]).dot(p[(k + 2) % 3] - p[k]));
+    let obtuse = dots.iter().position(|&d| d < 0.0);
+    [0, 1, 2].map(|k| match obtuse {
+        Some(o) if o == k => 0.25 * twice,
+        Some(_) => 0.125 * twice,
+        None => {
+            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+            let sum = p[i].distance_squared(p[k]) * dots[j] + p[j].distance_squared(p[k]) * dots[i];
+            sum / (8.0 * twice.max(f64::MIN_POSITIVE))
+        }
+    })
 }
 
 /// Gaussian curvature at vertices: the angle defect over the area (Meyer et al., equation (9)).
@@ -204,25 +249,6 @@ impl Stiffness {
             }
         }
     }
-}
-
-/// `S x` for each vertex without assembling the matrix. Divided by the mixed area it is the mean curvature normal (Meyer et al.,
-/// equation (8)), whose length is the sum of the principal curvatures.
-pub(super) fn stiffness_times(
-    points: &[DVec3],
-    faces: &Faces,
-    half_cotangents: &[[f64; 3]],
-) -> Vec<DVec3> {
-    let mut out = vec![DVec3::ZERO; points.len()];
-    for (face, weights) in faces.iter().zip(half_cotangents) {
-        for k in 0..3 {
-            let [i, j] = [face[(k + 1) % 3], face[(k + 2) % 3]].map(|v| v as usize);
-            let pull = weights[k] * (points[i] - points[j]);
-            out[i] += pull;
-            out[j] -= pull;
-        }
-    }
-    out
 }
 
 /// A quantile by linear interpolation between the sorted values; infinite without values.

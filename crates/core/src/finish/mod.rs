@@ -28,6 +28,7 @@ mod geometry;
 mod grain;
 mod kriging;
 mod large;
+mod normal_matrix;
 mod offset_field;
 mod params;
 mod patch;

@@ -2,14 +2,17 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::sync::OnceLock;
 
 use glam::DVec3;
+use sprs::CsMat;
 
 use super::COLLAR;
 use super::geometry::{Faces, vertex_normals};
 use super::report::Refusal;
 use super::surroundings::Surroundings;
 use crate::cancel::Cancel;
+use crate::linalg::LdlPattern;
 use crate::tuning::{Tunable, tunable};
 
 /// Rings of edges. Least width of the neighbourhood of a patch.
@@ -93,6 +96,8 @@ pub(super) struct PatchSupport {
     pub(super) acting: Vec<u32>,
     /// Rim vertices, in rising order.
     pub(super) rim: Vec<u32>,
+    /// For systems whose equations reach one, two and three rings of vertices, the analysis of their matrix.
+    patterns: [OnceLock<LdlPattern>; 3],
 }
 
 impl PatchSupport {
@@ -121,6 +126,7 @@ impl PatchSupport {
             acting: chosen(&|v| acting[v as usize]),
             rim: chosen(&|v| acting[v as usize] && !moving[v as usize]),
             vertices,
+            patterns: Default::default(),
         }
     }
 
@@ -139,6 +145,13 @@ pub(super) struct Neighbourhood {
 }
 
 impl Patch {
+    /// The analysis of a matrix with an equation and an unknown for each moving vertex, in their order, whose equations reach `rings`
+    /// rings of vertices: at most three, and all such matrices have one pattern. It is done once.
+    pub(super) fn pattern(&self, rings: usize, matrix: &CsMat<f64>) -> &LdlPattern {
+        let analyse = || LdlPattern::new(matrix, &self.cancel);
+        self.closure.patterns[rings - 1].get_or_init(analyse)
+    }
+
     /// The patch in the given shape, with `rings` rings of faces around its own.
     pub(super) fn neighbourhood(&self, rings: usize, shape: &[DVec3]) -> Neighbourhood {
         let mut inside = self.moving.clone();

@@ -1,20 +1,15 @@
 //! Minimisation of the Willmore energy on a patch's own triangles, by Gauss-Newton.
 
 use glam::DVec3;
-use sprs::CsMat;
 
 use super::MUCH_LOWER;
 use super::biharmonic::biharmonic;
 use super::folds::{FoldWatch, folds};
-use super::geometry::{
-    Stiffness, clamped_cotangents, gauss_curvature, quantile, stiffness_times, vertex_normals,
-    voronoi,
-};
+use super::geometry::{CurvatureTerms, Stiffness, gauss_curvature, quantile, vertex_normals};
+use super::normal_matrix::NormalMatrix;
 use super::params::FinishParams;
 use super::patch::{Patch, PatchSupport};
 use super::report::SecondInitialisation;
-use crate::cancel::Cancel;
-use crate::linalg::LdlPattern;
 use crate::tuning::{Tunable, tunable};
 
 /// Mean edges. Upper bound of the displacement of a vertex in one step.
@@ -85,13 +80,14 @@ impl State {
     /// `h = n · S x / m` (mean curvature normal, Meyer et al. 2003, equation (8)) and `E = ½ Σ m h²` over moving and rim
     /// vertices.
     fn new(closure: &PatchSupport, points: &[DVec3]) -> Self {
-        let faces = &closure.faces;
-        let (half_cotangents, _) = clamped_cotangents(points, faces);
-        let normals = vertex_normals(points, faces);
-        let masses = voronoi(points, faces);
-        let pull = stiffness_times(points, faces, &half_cotangents);
+        let CurvatureTerms {
+            half_cotangents,
+            normals,
+            masses,
+            pulls,
+        } = CurvatureTerms::new(points, &closure.faces);
         let curvature: Vec<f64> = (0..points.len())
-            .map(|i| normals[i].dot(pull[i]) / masses[i])
+            .map(|i| normals[i].dot(pulls[i]) / masses[i])
             .collect();
         let acting = closure.acting.iter().map(|&i| i as usize);
         let energy = 0.5
@@ -115,22 +111,17 @@ pub(super) fn energy(patch: &Patch, shape: &[DVec3]) -> f64 {
 
 /// State of the Gauss-Newton iteration that is shared by its steps.
 struct Solver<'a> {
+    patch: &'a Patch,
     closure: &'a PatchSupport,
     stiffness: Stiffness,
     /// The unknown of each vertex of the closure, if it moves.
     unknown: Vec<Option<usize>>,
-    pattern: Option<LdlPattern>,
-    diameter: f64,
-    edge: f64,
+    /// The matrix `Jᵀ M J`: `J` has a row for each acting vertex and a column for each moving one.
+    normal: NormalMatrix,
+    /// The entry of the stiffness matrix from which each entry of `J` is computed.
+    entries: Vec<usize>,
     /// Factor on the diagonal (Levenberg-Marquardt).
     damping: f64,
-    cancel: &'a Cancel,
-}
-
-/// The matrix `Jᵀ M J` and the right-hand side.
-struct Normal {
-    matrix: CsMat<f64>,
-    rhs: Vec<f64>,
 }
 
 impl<'a> Solver<'a> {
@@ -140,15 +131,25 @@ impl<'a> Solver<'a> {
         for (k, &v) in closure.moving.iter().enumerate() {
             unknown[v as usize] = Some(k);
         }
+        let stiffness = Stiffness::new(closure.vertices.len(), &closure.faces);
+        let matrix = &stiffness.matrix;
+        let mut entries = Vec::new();
+        let mut row = |&i: &u32| {
+            let own = matrix.indptr().outer_inds_sz(i as usize);
+            let ends = own.map(|entry| Some((entry, unknown[matrix.indices()[entry]]?)));
+            let (own, columns): (Vec<usize>, Vec<usize>) = ends.flatten().unzip();
+            entries.extend(own);
+            columns
+        };
+        let rows: Vec<Vec<usize>> = closure.acting.iter().map(&mut row).collect();
         Self {
+            normal: NormalMatrix::new(&rows, closure.moving.len()),
+            patch,
             closure,
-            stiffness: Stiffness::new(closure.vertices.len(), &closure.faces),
+            stiffness,
             unknown,
-            pattern: None,
-            diameter: patch.diameter,
-            edge: patch.edge,
+            entries,
             damping: 0.0,
-            cancel: &patch.cancel,
         }
     }
 
@@ -158,76 +159,63 @@ impl<'a> Solver<'a> {
     ///
     /// In a patch with many vertices, `h² − 2 K` in the matrix is bounded by its third quartile. On a finely meshed rough rim,
     /// noise makes the Hessian nearly singular; steps along its near-null space do not lower the energy.
-    fn linearised(&mut self, points: &[DVec3], state: &State) -> Normal {
+    /// Returns the values of `J`, row by row, and the right-hand side.
+    fn linearised(&mut self, points: &[DVec3], state: &State) -> (Vec<f64>, Vec<f64>) {
         let closure = self.closure;
         self.stiffness.set(&closure.faces, &state.half_cotangents);
         // h² − 2 K is the sum of the squared principal curvatures. Curvatures above π/2 per edge are not resolved and are
         // clamped; K is at most h²/4, as for real principal curvatures.
         let gauss = gauss_curvature(points, &closure.faces, &state.masses);
-        let most = std::f64::consts::PI / (2.0 * self.edge);
+        let most = std::f64::consts::PI / (2.0 * self.patch.edge);
         let squares = |i: usize| {
             let bounded = state.curvature[i].powi(2).min(most * most);
             let k = gauss[i].max(-most * most).min(0.25 * bounded);
             (bounded - 2.0 * k).max(0.0).min(most * most)
         };
-        let squares: Vec<f64> = closure
-            .acting
-            .iter()
-            .map(|&i| squares(i as usize))
-            .collect();
+        let acting = || closure.acting.iter().map(|&i| i as usize);
+        let squares: Vec<f64> = acting().map(squares).collect();
         let upper = match closure.moving.len() > MANY_VERTICES.get() {
             true => quantile(squares.iter().copied(), 0.75),
             false => f64::INFINITY,
         };
-        // Rows of J, the same rows times m (for Jᵀ M J), and the right-hand side, where the quartile does not bound h² − 2 K.
-        let (mut starts, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
-        let mut weighted = Vec::new();
+        // The quartile does not bound h² − 2 K in the right-hand side.
+        let mut values = Vec::with_capacity(self.entries.len());
         let mut rhs = vec![0.0; closure.moving.len()];
-        for (&i, squares) in closure.acting.iter().zip(squares) {
-            let i = i as usize;
+        let stiffness = self.stiffness.matrix.data();
+        for (row, (i, squares)) in acting().zip(squares).enumerate() {
             let (m, h) = (state.masses[i], state.curvature[i]);
-            let row = self.stiffness.matrix.outer_view(i);
-            for (j, s) in row.iter().flat_map(|row| row.iter()) {
-                if let Some(u) = self.unknown[j] {
-                    let own = |squares: f64| s / m - if i == j { squares } else { 0.0 };
-                    let entry = own(squares.min(upper));
-                    columns.push(u);
-                    values.push(entry);
-                    weighted.push(entry * m);
-                    rhs[u] -= own(squares) * m * h;
-                }
+            for (place, u) in self.normal.row(row) {
+                let s = stiffness[self.entries[place]];
+                let is_own = self.unknown[i] == Some(u);
+                let entry = |squares: f64| s / m - if is_own { squares } else { 0.0 };
+                values.push(entry(squares.min(upper)));
+                rhs[u] -= entry(squares) * m * h;
             }
             if let Some(u) = self.unknown[i] {
                 rhs[u] -= 0.5 * m * h.powi(3);
             }
-            starts.push(columns.len());
         }
-        // Jᵀ (M J): one row and column for each moving vertex.
-        let shape = (closure.acting.len(), closure.moving.len());
-        let weighted = CsMat::new(shape, starts.clone(), columns.clone(), weighted);
-        let jacobian = CsMat::new(shape, starts, columns, values);
-        let transposed = jacobian.transpose_view().to_csr();
-        Normal {
-            matrix: &transposed * &weighted,
-            rhs,
-        }
+        (values, rhs)
     }
 
     /// Solves for the displacements along the normals, clamps them, and returns them with the largest; `None` if there is no
     /// finite solution.
-    fn displacements(&mut self, normal: Normal) -> Option<(Vec<f64>, f64)> {
-        let matrix = &normal.matrix;
-        let pattern = self
-            .pattern
-            .get_or_insert_with(|| LdlPattern::new(matrix, self.cancel));
-        let mut d = normal.rhs;
-        pattern
+    fn displacements(&mut self, points: &[DVec3], state: &State) -> Option<(Vec<f64>, f64)> {
+        let (values, mut d) = self.linearised(points, state);
+        let masses = self
+            .closure
+            .acting
+            .iter()
+            .map(|&i| state.masses[i as usize]);
+        let matrix = self.normal.set(&values, &masses.collect::<Vec<_>>());
+        self.patch
+            .pattern(2, matrix)
             .factorise(matrix, WILLMORE_RIDGE.get() + self.damping)?
             .solve(&mut d);
         if !d.iter().all(|d| d.is_finite()) {
             return None;
         }
-        let longest = LONGEST_STEP.get() * self.edge;
+        let longest = LONGEST_STEP.get() * self.patch.edge;
         d.iter_mut().for_each(|d| *d = d.clamp(-longest, longest));
         let largest = d.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         Some((d, largest))
@@ -272,12 +260,12 @@ impl<'a> Solver<'a> {
         d: &[f64],
         largest: f64,
     ) -> Option<(Vec<DVec3>, State)> {
-        let always_below =
-            (ALWAYS_BELOW.get() * self.diameter).min(ALWAYS_BELOW_EDGES.get() * self.edge);
+        let Patch { diameter, edge, .. } = self.patch;
+        let always_below = (ALWAYS_BELOW.get() * diameter).min(ALWAYS_BELOW_EDGES.get() * edge);
         let mut part = 1.0;
         for _ in 0..HALVINGS.get() {
             let mut moved = self.moved(points, &state.normals, d, part);
-            if largest > SPREAD_ABOVE.get() * self.diameter {
+            if largest > SPREAD_ABOVE.get() * diameter {
                 self.spread(&mut moved);
             }
             let next = State::new(self.closure, &moved);
@@ -327,8 +315,7 @@ pub(super) fn minimise(patch: &Patch, shape: &[DVec3], params: &FinishParams) ->
     while steps < params.most_steps && state.energy.is_finite() && !patch.cancel.is_cancelled() {
         steps += 1;
         // The displacements of a step; `last` is the largest, in diameters, before the step is lengthened.
-        let normal = solver.linearised(&points, &state);
-        let Some((mut d, mut largest)) = solver.displacements(normal) else {
+        let Some((mut d, mut largest)) = solver.displacements(&points, &state) else {
             break;
         };
         last = largest / patch.diameter;

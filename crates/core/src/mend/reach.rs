@@ -115,15 +115,12 @@ impl Reach {
         [sampled, patched]: [Bounds; 2],
         faces: &[u32],
     ) -> Self {
-        let vertices = spread(&sampled, &known_vertices(found, region, faces));
+        let vertices = known_vertices(found, region, faces);
         let diagonal = (sampled.high - sampled.low).length() / CELLS as f64;
-        let ball = |middle: DVec3| {
-            let squares = vertices.iter().map(|v| middle.distance_squared(*v));
-            let nearest = squares.fold(f64::INFINITY, f64::min).sqrt();
-            (middle, (nearest + diagonal) * (1.0 + ROUNDING))
-        };
+        let ball = |(middle, near): (DVec3, f64)| (middle, (near + diagonal) * (1.0 + ROUNDING));
         let around = |(middle, radius): &(DVec3, f64)| Bounds::of_ball(*middle, *radius);
-        let mut balls: Vec<(DVec3, f64)> = middles(&sampled).map(ball).collect();
+        let distances = distances(&sampled, &vertices);
+        let mut balls: Vec<(DVec3, f64)> = middles(&sampled).zip(distances).map(ball).collect();
         balls.retain(|ball| ball.1.is_finite() && !patched.contains(&around(ball)));
         let boxes: Vec<Bounds> = balls.iter().map(around).collect();
         Self {
@@ -176,27 +173,91 @@ fn known_vertices(found: &Inspection, region: &ReachQuery, faces: &[u32]) -> Vec
         .collect()
 }
 
-/// Thins points out to one per cell of a box, with cells half as large as those for samples. Points outside count for the nearest
-/// cell at the side.
-fn spread(sampled: &Bounds, points: &[DVec3]) -> Vec<DVec3> {
-    let cells = 2 * CELLS;
-    let size = (sampled.high - sampled.low) / cells as f64;
-    let mut is_taken = vec![false; cells.pow(3)];
-    let is_first = |p: &&DVec3| {
-        let at = ((**p - sampled.low) / size).max(DVec3::ZERO).as_uvec3();
-        let [x, y, z] = at.min(UVec3::splat(cells as u32 - 1)).to_array();
-        let cell = x as usize + cells * (y as usize + cells * z as usize);
-        !std::mem::replace(&mut is_taken[cell], true)
+/// For the centre of each cell of a box the distance of one of the points, nearly always the nearest; infinite without points. Each cell
+/// takes over the points of its neighbours that are nearer than its own, in sweeps from each corner of the box (P.-E. Danielsson,
+/// "Euclidean distance mapping", Computer Graphics and Image Processing 14, 1980).
+fn distances(sampled: &Bounds, points: &[DVec3]) -> Vec<f64> {
+    let size = (sampled.high - sampled.low) / CELLS as f64;
+    let middles: Vec<DVec3> = middles(sampled).collect();
+    let mut nearest = vec![(f64::INFINITY, DVec3::ZERO); middles.len()];
+    let take = |nearest: &mut [(f64, DVec3)], cell: usize, p: DVec3| {
+        let squared = middles[cell].distance_squared(p);
+        if squared < nearest[cell].0 {
+            nearest[cell] = (squared, p);
+        }
     };
-    points.iter().filter(is_first).copied().collect()
+    // A point outside the box counts for the nearest cell at its side.
+    for &p in points {
+        let at = ((p - sampled.low) / size).max(DVec3::ZERO).as_uvec3();
+        let at = at.min(UVec3::splat(CELLS as u32 - 1)).to_array();
+        take(&mut nearest, cell(at.map(|i| i as usize)), p);
+    }
+    for corner in 0..8 {
+        let is_reversed = [0, 1, 2].map(|d| corner >> d & 1 == 1);
+        for step in 0..middles.len() {
+            let forward = indices(step);
+            let at = |d: usize, i: usize| if is_reversed[d] { CELLS - 1 - i } else { i };
+            let here = cell([0, 1, 2].map(|d| at(d, forward[d])));
+            for d in (0..3).filter(|&d| forward[d] > 0) {
+                let mut before = forward;
+                before[d] -= 1;
+                let (squared, p) = nearest[cell([0, 1, 2].map(|d| at(d, before[d])))];
+                if squared.is_finite() {
+                    take(&mut nearest, here, p);
+                }
+            }
+        }
+    }
+    nearest.iter().map(|(squared, _)| squared.sqrt()).collect()
+}
+
+/// The number of a cell.
+fn cell([x, y, z]: [usize; 3]) -> usize {
+    x + CELLS * (y + CELLS * z)
+}
+
+/// The places of a cell along the axes.
+fn indices(cell: usize) -> [usize; 3] {
+    [cell % CELLS, cell / CELLS % CELLS, cell / CELLS.pow(2)]
 }
 
 /// The centres of the cells of a box.
 fn middles(sampled: &Bounds) -> impl Iterator<Item = DVec3> {
     let size = (sampled.high - sampled.low) / CELLS as f64;
     let low = sampled.low;
-    (0..CELLS.pow(3)).map(move |cell| {
-        let at = [cell % CELLS, cell / CELLS % CELLS, cell / CELLS.pow(2)];
-        low + size * (DVec3::from(at.map(|i| i as f64)) + 0.5)
-    })
+    (0..CELLS.pow(3))
+        .map(move |cell| low + size * (DVec3::from(indices(cell).map(|i| i as f64)) + 0.5))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_take_over_the_nearest_points() {
+        let (low, high) = (DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 3.0, 3.0));
+        let sampled = Bounds { low, high };
+        for count in [1, 2, 5, 40, 400] {
+            // Spread over a box of twice the size.
+            let spread = |i: usize, step: f64| (i as f64 * step).fract() * 2.0 - 0.5;
+            let point = |i: usize| {
+                let at = DVec3::new(
+                    spread(i, 0.754_877),
+                    spread(i, 0.569_840),
+                    spread(i, 0.430_159),
+                );
+                low + at * (high - low)
+            };
+            let points: Vec<DVec3> = (0..count).map(point).collect();
+            let mut worst: f64 = 0.0;
+            for (middle, found) in middles(&sampled).zip(distances(&sampled, &points)) {
+                let each = points.iter().map(|p| middle.distance(*p));
+                let nearest = each.fold(f64::INFINITY, f64::min);
+                assert!(found >= nearest * (1.0 - 1e-12));
+                worst = worst.max(found - nearest);
+            }
+            assert!(worst < 0.1, "{count} points: {worst}");
+        }
+        assert!(distances(&sampled, &[]).iter().all(|d| d.is_infinite()));
+    }
 }
