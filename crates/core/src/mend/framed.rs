@@ -124,13 +124,15 @@ impl Framed {
 /// before.
 fn placed(part: &Mesh, frame: &Frame) -> (Mesh, [Vec<u32>; 3]) {
     let points: Vec<_> = part.positions.iter().map(|p| frame.of_world(*p)).collect();
-    let key = |v: u32| points[v as usize].to_array();
-    let mut vertices: Vec<u32> = (0..points.len() as u32).collect();
-    vertices.sort_unstable_by(|&v, &w| {
-        let ([a, b, c], [x, y, z]) = (key(v), key(w));
-        let by_position = a.total_cmp(&x).then(b.total_cmp(&y)).then(c.total_cmp(&z));
-        by_position.then(v.cmp(&w))
+    // The first coordinate beside the number: comparing seldom reads the others.
+    let first = points.iter().map(|p| p.x).zip(0u32..);
+    let mut vertices: Vec<(f64, u32)> = first.collect();
+    vertices.sort_unstable_by(|(a, v), (x, w)| {
+        let [p, q] = [v, w].map(|v| points[*v as usize]);
+        let by_others = || p.y.total_cmp(&q.y).then(p.z.total_cmp(&q.z)).then(v.cmp(w));
+        a.total_cmp(x).then_with(by_others)
     });
+    let vertices: Vec<u32> = vertices.into_iter().map(|(_, v)| v).collect();
     let mut new_of = vec![0; vertices.len()];
     for (new, &old) in vertices.iter().enumerate() {
         new_of[old as usize] = new as u32;

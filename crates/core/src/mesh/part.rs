@@ -34,17 +34,13 @@ impl Part {
         faces: &[[u32; 3]],
         vertices: impl Iterator<Item = u32>,
     ) -> Self {
-        let mut vertices: Vec<u32> = faces.iter().flatten().copied().chain(vertices).collect();
-        vertices.sort_unstable();
-        vertices.dedup();
+        let mut faces = faces.to_vec();
+        let vertices = compacted(&mut faces, vertices.collect());
         let own = vertices.iter().map(|&v| positions[v as usize]);
-        let mut part = Self {
-            mesh: Mesh::new(own.collect(), Vec::new()),
+        Self {
+            mesh: Mesh::new(own.collect(), faces),
             vertices,
-        };
-        let local = |f: &[u32; 3]| f.map(|v| part.local(v));
-        part.mesh.faces = faces.iter().map(local).collect();
-        part
+        }
     }
 
     /// The number in the whole of each vertex, in rising order.
@@ -76,10 +72,70 @@ impl Part {
     }
 }
 
+/// Numbers the vertices of faces without gaps, in their order; returns the number that each had, with some vertices in addition.
+fn compacted(faces: &mut [[u32; 3]], mut vertices: Vec<u32>) -> Vec<u32> {
+    let all = || faces.iter().flatten().chain(&vertices).copied();
+    let (Some(first), Some(last)) = (all().min(), all().max()) else {
+        return Vec::new();
+    };
+    let words = (last - first) as usize / 64 + 1;
+    // Marks of all vertices of the range are faster to make and to count than a sorted list, unless most words are empty.
+    if words > 3 * faces.len() {
+        vertices.extend(faces.iter().flatten());
+        vertices.sort_unstable();
+        vertices.dedup();
+        let local = |v: u32| vertices.partition_point(|&w| w < v) as u32;
+        faces.iter_mut().for_each(|f| *f = f.map(local));
+        return vertices;
+    }
+    let mut marks = vec![0u64; words];
+    let place = |v: u32| ((v - first) as usize / 64, (v - first) % 64);
+    for (word, bit) in all().map(place) {
+        marks[word] |= 1 << bit;
+    }
+    // The number of marks before each word.
+    let mut before = Vec::with_capacity(words);
+    let mut used = Vec::new();
+    for (&word, start) in marks.iter().zip((first..).step_by(64)) {
+        before.push(used.len() as u32);
+        let mut rest = word;
+        while rest != 0 {
+            used.push(start + rest.trailing_zeros());
+            rest &= rest - 1;
+        }
+    }
+    let local = |v: u32| {
+        let (word, bit) = place(v);
+        before[word] + (marks[word] & ((1 << bit) - 1)).count_ones()
+    };
+    faces.iter_mut().for_each(|f| *f = f.map(local));
+    used
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mesh::shapes::icosphere;
+
+    #[test]
+    fn near_and_far_vertices_are_numbered_alike() {
+        let near = vec![[70, 3, 64], [3, 4, 127], [64, 70, 128]];
+        let spread = |v: u32| v * 1000 + 5;
+        let mut far: Vec<[u32; 3]> = near.iter().map(|f| f.map(spread)).collect();
+        let mut local = near.clone();
+        let found = compacted(&mut local, vec![66, 3]);
+        assert_eq!(found, [3, 4, 64, 66, 70, 127, 128]);
+        for (f, g) in local.iter().zip(&near) {
+            assert_eq!(f.map(|v| found[v as usize]), *g);
+        }
+        assert_eq!(
+            compacted(&mut far, vec![spread(66), spread(3)]),
+            found.iter().map(|v| spread(*v)).collect::<Vec<_>>()
+        );
+        assert_eq!(far, local);
+        assert_eq!(compacted(&mut [], vec![9, 2, 9]), [2, 9]);
+        assert!(compacted(&mut [], Vec::new()).is_empty());
+    }
 
     #[test]
     fn numbers_go_there_and_back_and_new_ones_follow_the_whole() {
