@@ -337,3 +337,36 @@ fn on_head_at(p: DVec3) -> DVec3 {
     }
     on_head(direction)
 }
+
+#[test]
+fn a_bore_of_any_depth_gets_its_wall() {
+    let mut whole = slab(16);
+    whole.positions.iter_mut().for_each(|p| p.z *= 1.5);
+    let open = cut(&whole, |c| c.truncate().length() < 0.5);
+    let bored = fill(&open, &FillParams::default()).unwrap();
+    assert_eq!(bored.report.joined_walls(), [[1.into(), 2.into()]]);
+    let straight = Closure::RimTriangles(NotSmooth::StraightEdge);
+    for hole in &bored.report.holes {
+        assert_eq!(hole.outcome, HoleOutcome::Closed(straight.clone()));
+    }
+    // A closed surface with one handle.
+    assert_eq!(topology(&bored.mesh), topology(&with_edge(&open)));
+    assert!((volume(&bored.mesh) - volume(&with_edge(&open))).abs() < 1e-9);
+    // Each end by itself, where the caller says so, or a body is in the way.
+    let ends = fill(&open, &FillParams::new().with_apart(true)).unwrap();
+    assert!((volume(&ends.mesh) - volume(&whole)).abs() < 1e-9);
+    let with_ball = joined(&open, &moved(&sphere(3), 0.7, DVec3::ZERO));
+    let ends = fill(&with_ball, &FillParams::default()).unwrap();
+    assert_eq!(ends.report.regions.len(), 2);
+    assert!(ends.report.joined_walls().is_empty());
+}
+
+#[test]
+fn rims_that_differ_are_no_bore() {
+    let mut whole = slab(16);
+    whole.positions.iter_mut().for_each(|p| p.z *= 1.5);
+    let radius = |z: f64| if z > 0.0 { 0.5 } else { 0.4 };
+    let open = cut(&whole, |c| c.truncate().length() < radius(c.z));
+    let filled = fill(&open, &FillParams::default()).unwrap();
+    assert!((volume(&filled.mesh) - volume(&whole)).abs() < 1e-9);
+}

@@ -122,6 +122,11 @@ impl FillParams {
         self.bridge.iter().flatten().any(|id| holes.contains(id))
     }
 
+    /// Whether openings may be closed by straight edges, and not only by continued surfaces.
+    pub(crate) fn closes_straight(&self) -> bool {
+        self.sharp == Sharp::Auto && self.voxel == VoxelSize::Auto && self.finishes()
+    }
+
     /// Whether patches are finished on their own triangles. Not so with an energy that the finish does not minimise.
     pub(crate) fn finishes(&self) -> bool {
         self.finish != Finish::None && self.energy == Energy::Willmore

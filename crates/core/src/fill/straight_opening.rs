@@ -1,9 +1,6 @@
 //! Candidate: triangles between the rims on the two sides of a wall, as the straight edge of an opening.
 
-use glam::DVec3;
-
 use super::closure::{Closure, HoleOutcome};
-use super::params::Sharp;
 use super::problem::RegionProblem;
 use super::reasons::NotSmooth;
 use super::region_patch::RegionPatch;
@@ -11,18 +8,11 @@ use super::report::RegionReport;
 use super::so_far::Made;
 use super::stitching::{local_rim, renumber};
 use crate::mesh::{Hole, Mesh};
-use crate::region::VoxelSize;
 use crate::stitch::{OpeningRim, band, count_intersecting};
 use crate::tuning::{Tunable, tunable};
 
 /// Mean edges of both rims. A wall thinner than this is coarse: its edge has no vertices between the rims.
 const COARSE_WALL: Tunable<f64> = tunable("fill.coarse_wall", 1.0);
-
-/// Cosine. The conormals of a rim in a flat side deviate from the rim's plane by less.
-const FLAT_SIDE: Tunable<f64> = tunable("fill.flat_side", 0.02);
-
-/// Diameters. The vertices of such a rim deviate from its plane by less.
-const FLAT_OPENING: Tunable<f64> = tunable("fill.flat_opening", 1e-3);
 
 /// Closes an opening by triangles between its two rims.
 pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
@@ -30,16 +20,14 @@ pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
 }
 
 impl RegionProblem<'_> {
-    /// Whether its two rims are the sides of a wall that is flat at both, or that is thinner than its edges are long.
+    /// Whether its two rims are the sides of a wall that is flat at both, or that is thinner than its edges are long, or the ends of a bore.
     pub(super) fn is_straight_opening(&self) -> bool {
         let [a, b] = self.holes else {
             return false;
         };
-        let may_be = self.reference.is_none()
-            && self.params.sharp == Sharp::Auto
-            && self.params.voxel == VoxelSize::Auto
-            && self.is_finished();
-        may_be && a.is_opposite(b) && (is_flat(a) && is_flat(b) || is_coarse(a, b))
+        let may_be = self.reference.is_none() && self.params.closes_straight();
+        let is_flat = || a.is_in_flat_side() && b.is_in_flat_side();
+        may_be && (a.is_opposite(b) && (is_flat() || is_coarse(a, b)) || a.is_end_of_bore(b))
     }
 
     fn straight_edge(&self) -> Option<RegionPatch> {
@@ -63,12 +51,6 @@ impl RegionProblem<'_> {
         let outcome = HoleOutcome::Closed(Closure::RimTriangles(NotSmooth::StraightEdge));
         Some(self.all(Mesh::new(Vec::new(), faces), report, outcome))
     }
-}
-
-/// Whether a rim is planar and the side that it bounds is flat there.
-fn is_flat(hole: &Hole) -> bool {
-    let leaves = |c: &DVec3| c.dot(hole.normal).abs() > FLAT_SIDE.get();
-    hole.height <= FLAT_OPENING.get() * hole.diameter && !hole.conormals.iter().any(leaves)
 }
 
 /// Whether the wall between two rims is thinner than their edges are long.

@@ -79,14 +79,14 @@ pub(super) fn choose(
     Ok((outcomes, chosen))
 }
 
-/// Groups the chosen holes into regions. The rims of one flat cap form a region, also if there are several. Holes of few edges that no
+/// Groups the chosen holes into regions, with those `joined` that bridges name or that are ends of a bore. The rims of one flat cap form a region, also if there are several. Holes of few edges that no
 /// bridge names and holes with flat caps or bases form regions of their own. Rims of small components join the hole around them, or are left open.
 pub(super) fn groups(
     found: &Inspection,
     params: &FillParams,
     (chosen, caps): (&[usize], &[Vec<usize>]),
     outcomes: &mut [HoleOutcome],
-    bridges: &[Vec<usize>],
+    joined: &[Vec<usize>],
 ) -> Vec<Vec<usize>> {
     let is_small = |h: usize| found.bounds_small_component(h);
     let is_alone = |h: usize| {
@@ -101,8 +101,8 @@ pub(super) fn groups(
         .filter(|h| !several.iter().any(|cap| cap.contains(h)));
     let (alone, others): (Vec<usize>, Vec<usize>) = free.partition(|&&h| is_alone(h));
     let mut groups = match params.apart {
-        true => group_named(&found.holes, &others, bridges),
-        false => group_holes(&found.mesh, &found.holes, &others, bridges, &is_small),
+        true => group_named(&found.holes, &others, joined),
+        false => group_holes(&found.mesh, &found.holes, &others, joined, &is_small),
     };
     groups.retain(|group| {
         let only_small = group.iter().all(|&h| is_small(h));

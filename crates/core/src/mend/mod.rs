@@ -4,6 +4,7 @@
 //! [`Inspection::fair`] may be called any number of times. `fill`, `restore` and `fair` do both steps in one call.
 
 mod bodies;
+mod bores;
 mod choose;
 mod coarse_rims;
 mod control;

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::bores::bores;
 use super::choose::{bridges, choose, groups};
 use super::control::{Control, Watch};
 use super::counterpart::{self, LazyCounterpart};
@@ -99,7 +100,11 @@ impl<'a> Regions<'a> {
         };
         let capped = caps.iter().flatten().map(|&h| found.holes[h].id);
         params.flat.extend(capped);
-        let groups = groups(found, &params, (&chosen, &caps), &mut outcomes, &bridges);
+        let joined = match reference {
+            None => [bridges, bores(found, &params, &chosen)].concat(),
+            Some(_) => bridges,
+        };
+        let groups = groups(found, &params, (&chosen, &caps), &mut outcomes, &joined);
         let mut groups = hole_groups(found, &params, groups);
         join_creases(found, &params, &mut groups)?;
         let new = Self {

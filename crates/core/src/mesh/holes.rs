@@ -10,9 +10,22 @@ use super::{
     topology::{NONE, Topology, end, start},
 };
 use crate::elementary::sin_cos;
+use crate::tuning::{Tunable, tunable};
 
 /// A vector area below this fraction of the sum of its parts' areas is a rounding error.
 const FLAT: f64 = 1e-9;
+
+/// Cosine. The conormals of a rim in a flat side deviate from the rim's plane by less.
+const FLAT_SIDE: Tunable<f64> = tunable("mesh.flat_side", 0.02);
+
+/// Diameters. The vertices of such a rim deviate from its plane by less.
+const FLAT_OPENING: Tunable<f64> = tunable("mesh.flat_opening", 1e-3);
+
+/// Diameters. The two ends of a bore differ by less in size and place.
+const SAME_BORE: Tunable<f64> = tunable("mesh.same_bore", 1e-3);
+
+/// Cosine between the normals of the sides at the two ends of a bore, at least.
+const PARALLEL_SIDES: Tunable<f64> = tunable("mesh.parallel_sides", 0.9999);
 
 /// A hole: one simple boundary loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -54,9 +67,32 @@ pub struct Hole {
 
 impl Hole {
     /// Whether two rims are the two sides of a wall: they face away from one another, lie nearer together than half their diameters, and
-    /// are of similar size.
+    /// are of similar size; or they are the ends of a bore of any length.
     pub fn is_across_wall(&self, other: &Self) -> bool {
         self.is_opposite(other) && (self.centre - other.centre).dot(self.normal) > 0.0
+            || self.is_end_of_bore(other)
+    }
+
+    /// Whether the rim is planar and the side that it bounds is flat there.
+    pub fn is_in_flat_side(&self) -> bool {
+        let leaves = |c: &DVec3| c.dot(self.normal).abs() > FLAT_SIDE.get();
+        self.height <= FLAT_OPENING.get() * self.diameter && !self.conormals.iter().any(leaves)
+    }
+
+    /// Whether two rims are as the two ends of a bore whose wall is missing: both in flat sides, which face away from one another, with as
+    /// many edges, of the same size, and one straight behind the other.
+    pub fn is_end_of_bore(&self, other: &Self) -> bool {
+        let between = self.centre - other.centre;
+        let depth = between.dot(self.normal);
+        let most = SAME_BORE.get() * self.diameter;
+        self.edges == other.edges
+            && (self.diameter - other.diameter).abs() < most
+            && (self.length - other.length).abs() < most
+            && self.normal.dot(other.normal) < -PARALLEL_SIDES.get()
+            && depth > 0.0
+            && (between - depth * self.normal).length() < most
+            && self.is_in_flat_side()
+            && other.is_in_flat_side()
     }
 
     /// Whether two rims are the two sides of a wall, or would be if the mesh were turned inside out.

@@ -149,8 +149,8 @@ pub const APART: Parameter = Parameter {
     name: "apart",
     field: "apart",
     sentence: "Close each rim by itself: join only rims that `bridge` names.",
-    details: "Without it an island and its hole are joined, and so are the rims on the two sides of a wall, by the edge of an opening. \
-              For an implant each side is wanted by itself. Borders of islands stay open.",
+    details: "Without it an island and its hole are joined, and so are the rims on the two sides of a wall, by the edge of an opening, \
+              or of a bore, by its wall. For an implant each side is wanted by itself. Borders of islands stay open.",
     ..Parameter::PLAIN
 };
 
