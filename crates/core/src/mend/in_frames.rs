@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::control::Watch;
-use super::reach::{ReachQuery, faces_of};
+use super::reach::{ReachQuery, faces_among, faces_of};
 use super::regions::Regions;
 use super::sources::{RegionSources, search_boxes};
 use super::task::{RegionTask, is_framed};
@@ -69,10 +69,15 @@ impl<'a> Regions<'a> {
         let boxes: Vec<Bounds> = queries.iter().map(around).collect();
         let faces = faces_at(&found.mesh, &found.topology, &boxes, usize::MAX);
         let faces = faces.unwrap_or_default();
-        let needed = |(query, near): (&ReachQuery, &Arc<[u32]>)| match near.len() > MANY_NEAR {
-            true => faces_of(found, degenerate, slice::from_ref(query), voxel).concat(),
-            false => near.iter().chain(degenerate).copied().collect(),
+        let needed = |((query, near), within): ((&ReachQuery, &Arc<[u32]>), &Bounds)| {
+            if near.len() <= MANY_NEAR {
+                return near.iter().chain(degenerate).copied().collect();
+            }
+            let among = faces_among(found, degenerate, query, voxel, (within, near));
+            let of_all = || faces_of(found, degenerate, slice::from_ref(query), voxel).concat();
+            among.unwrap_or_else(of_all)
         };
-        queries.par_iter().zip(&faces).map(needed).collect_indexed()
+        let near = queries.par_iter().zip(&faces).zip(&boxes);
+        near.map(needed).collect_indexed()
     }
 }

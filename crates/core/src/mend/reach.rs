@@ -1,10 +1,10 @@
 //! Reach of a region: the faces that its computation needs, and no others.
 
-use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use glam::{DVec3, IVec3, UVec3};
 use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::Inspection;
 use super::sources::{PATCH_MARGIN, grown_box};
@@ -49,11 +49,8 @@ pub(super) fn faces_of(
     let at = |boxes: &[Bounds]| -> Vec<Arc<[u32]>> {
         faces_at(&found.mesh, &found.topology, boxes, usize::MAX).unwrap_or_default()
     };
-    let boxes = |region: &ReachQuery| {
-        let sampled = sampled(found, region, voxel);
-        [sampled, patched(found, region, &sampled)]
-    };
-    let boxes: Vec<[Bounds; 2]> = regions.iter().map(boxes).collect();
+    let boxes = regions.iter().map(|region| boxes(found, region, voxel));
+    let boxes: Vec<[Bounds; 2]> = boxes.collect();
     let patched: Vec<Bounds> = boxes.iter().map(|b| b[1]).collect();
     let reaches: Vec<Reach> = regions
         .par_iter()
@@ -70,6 +67,33 @@ pub(super) fn faces_of(
         .zip(&at(&outer))
         .map(of)
         .collect_indexed()
+}
+
+/// The same for one region, from the faces that meet a box; none where the box may not hold all of them.
+pub(super) fn faces_among(
+    found: &Inspection,
+    degenerate: &[u32],
+    region: &ReachQuery,
+    voxel: VoxelSize,
+    (within, near): (&Bounds, &[u32]),
+) -> Option<Vec<u32>> {
+    let meeting = |part: &Bounds| -> Option<Vec<u32>> {
+        let meets = |f: &u32| Bounds::of(found.mesh.corners(*f)).meets(part);
+        within
+            .contains(part)
+            .then(|| near.iter().copied().filter(meets).collect())
+    };
+    let boxes = boxes(found, region, voxel);
+    let reach = Reach::new(found, region, boxes, &meeting(&boxes[1])?);
+    let mut all = meeting(&reach.whole)?;
+    all.extend(degenerate);
+    Some(reach.held(&found.mesh, &all))
+}
+
+/// The box in which a region samples distances, and the box of its patch.
+fn boxes(found: &Inspection, region: &ReachQuery, voxel: VoxelSize) -> [Bounds; 2] {
+    let sampled = sampled(found, region, voxel);
+    [sampled, patched(found, region, &sampled)]
 }
 
 /// The box in which a region samples distances.
@@ -138,14 +162,14 @@ impl Reach {
             let Bounds { low, high } = Bounds::of(mesh.corners(f));
             (0.5 * (low + high) / self.size).floor().as_ivec3()
         };
-        let mut boxes: HashMap<IVec3, Bounds> = HashMap::new();
+        let mut boxes: FxHashMap<IVec3, Bounds> = FxHashMap::default();
         for &f in faces {
             let bounds = Bounds::of(mesh.corners(f));
             let all = boxes.entry(cell(f)).or_insert(bounds);
             *all = all.join(&bounds);
         }
         let held = boxes.iter().filter(|(_, bounds)| self.holds(bounds));
-        let held: HashSet<IVec3> = held.map(|(cell, _)| *cell).collect();
+        let held: FxHashSet<IVec3> = held.map(|(cell, _)| *cell).collect();
         let is_held = |f: &u32| held.contains(&cell(*f));
         faces.iter().copied().filter(is_held).collect()
     }
