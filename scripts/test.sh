@@ -220,7 +220,9 @@ if [ -n "$all" ]; then
     beside lane_of_browser
     stage 'Python wheel and its tests' wheel
     join
+    beside stage 'instructions of fills, repairs and checks' "$python" scripts/instructions.py --isomend "$ISOMEND"
     stage 'fuzz targets on mutated seeds' scripts/fuzz.sh 30
+    join
     stage 'speed against the last release' speed
 fi
 if [ -n "$apps" ]; then

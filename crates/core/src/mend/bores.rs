@@ -17,7 +17,8 @@ const MOST_RIMS: Tunable<usize> = tunable("mend.bores.most_rims", 2000);
 /// The pairs of chosen holes, as indices, that are the two ends of a bore: of several in a row the nearest. Their vertices match, and the
 /// wall between them intersects nothing.
 pub(super) fn bores(found: &Inspection, params: &FillParams, chosen: &[usize]) -> Vec<Vec<usize>> {
-    if params.apart || !params.closes_straight() {
+    let is_told = params.apart || params.like.is_some() || !params.crease.is_empty();
+    if is_told || !params.closes_straight() {
         return Vec::new();
     }
     let mesh = &found.mesh;
