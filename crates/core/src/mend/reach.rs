@@ -255,7 +255,39 @@ fn middles(sampled: &Bounds) -> impl Iterator<Item = DVec3> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::sources::search_boxes;
     use super::*;
+    use crate::fill::widest_growth;
+    use crate::mesh::shapes::icosphere;
+
+    #[test]
+    fn faces_are_the_same_from_all_and_from_those_near() {
+        let mut mesh = icosphere(5);
+        mesh.positions.iter_mut().for_each(|p| p.z *= 3.0);
+        let is_kept = |f: &[u32; 3]| f.iter().all(|&v| mesh.positions[v as usize].z < 2.9);
+        mesh.faces = mesh.faces.iter().copied().filter(is_kept).collect();
+        let found = Inspection::new(&mesh).unwrap();
+        let query = ReachQuery {
+            holes: found.holes.iter().collect(),
+            known: None,
+            joined: &[],
+            base: None,
+            counterparts: None,
+            growth: widest_growth(),
+            budget: 0,
+        };
+        let voxel = VoxelSize::Auto;
+        let within = search_boxes(&mesh, &query.holes, voxel)[2];
+        let near = faces_at(&mesh, &found.topology, &[within], usize::MAX).unwrap();
+        let all = faces_of(&found, &[], std::slice::from_ref(&query), voxel).concat();
+        assert!(all.len() < near[0].len() && near[0].len() < mesh.faces.len());
+        let among = faces_among(&found, &[], &query, voxel, (&within, &near[0]));
+        assert_eq!(among, Some(all));
+        // A box that does not hold all of them.
+        let small = search_boxes(&mesh, &query.holes, voxel)[0].widened(-0.2);
+        let among = faces_among(&found, &[], &query, voxel, (&small, &near[0]));
+        assert_eq!(among, None);
+    }
 
     #[test]
     fn cells_take_over_the_nearest_points() {
