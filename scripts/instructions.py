@@ -59,25 +59,28 @@ def main():
     parser.add_argument("--renew", action="store_true", help="store the counts")
     arguments = parser.parse_args()
     if platform.machine() not in ("x86_64", "AMD64"):
-        print("left out: the stored counts are of x86-64")
+        left_out("counts of instructions", "the stored ones are of x86-64")
         return
     if not shutil.which("valgrind"):
         left_out("counts of instructions", "valgrind is not installed")
         return
-    stored = json.loads(STORED.read_text()) if STORED.exists() else {}
-    counts, ratios = {}, {}
+    keys = [f"{command} {name}" for command, name in COMMANDS]
+    stored = {} if arguments.renew else json.loads(STORED.read_text())
+    if not arguments.renew and list(stored) != keys:
+        sys.exit(f"{STORED.name} has the counts of other runs than this script's: --renew stores them")
+    counts, slower = {}, []
     with tempfile.TemporaryDirectory() as folder:
         data.write_ply(Path(folder) / "many.ply", *with_holes(*wavy(6, 0.05, 1), 20, (1.5, 5.0), 1))
-        for command, name in COMMANDS:
+        for key, (command, name) in zip(keys, COMMANDS):
             mesh = Path(folder) / name if name == "many.ply" else ROOT / "data" / name
-            key = f"{command} {name}"
             counts[key] = count(arguments.isomend, command, mesh, folder)
-            ratios[key] = counts[key] / stored[key] if key in stored else 1.0
-            print(f"{key:20} {counts[key] / 1e9:8.3f} billion instructions, {ratios[key]:.3f} of the stored count")
+            ratio = counts[key] / stored.get(key, counts[key])
+            print(f"{key:20} {counts[key] / 1e9:8.3f} billion instructions, {ratio:.3f} of the stored count", flush=True)
+            slower += [key] if ratio > arguments.limit else []
     if arguments.renew:
         STORED.write_text(json.dumps(counts, indent=1) + "\n")
-    elif max(ratios.values()) > arguments.limit:
-        sys.exit(f"a count is more than {arguments.limit} times the stored one: see the first lines of scripts/instructions.py")
+    elif slower:
+        sys.exit(f"more than {arguments.limit} times the stored counts: {', '.join(slower)}; see the first lines of scripts/instructions.py")
 
 
 if __name__ == "__main__":

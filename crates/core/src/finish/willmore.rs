@@ -159,6 +159,7 @@ impl<'a> Solver<'a> {
     ///
     /// In a patch with many vertices, `h² − 2 K` in the matrix is bounded by its third quartile. On a finely meshed rough rim,
     /// noise makes the Hessian nearly singular; steps along its near-null space do not lower the energy.
+    ///
     /// Returns the values of `J`, row by row, and the right-hand side.
     fn linearised(&mut self, points: &[DVec3], state: &State) -> (Vec<f64>, Vec<f64>) {
         let closure = self.closure;

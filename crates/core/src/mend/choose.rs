@@ -79,8 +79,9 @@ pub(super) fn choose(
     Ok((outcomes, chosen))
 }
 
-/// Groups the chosen holes into regions, with those `joined` that bridges name or that are ends of a bore. The rims of one flat cap form a region, also if there are several. Holes of few edges that no
-/// bridge names and holes with flat caps or bases form regions of their own. Rims of small components join the hole around them, or are left open.
+/// Groups the chosen holes into regions, with the holes `joined` that bridges name or that are ends of a bore. The rims of one flat cap
+/// form a region, also if there are several. Holes of few edges that no bridge names and holes with flat caps or bases form regions of
+/// their own. Rims of small components join the hole around them, or are left open.
 pub(super) fn groups(
     found: &Inspection,
     params: &FillParams,
